@@ -1,0 +1,1 @@
+"""Controllers: pure functions of parameters, state, reference and measurement."""

@@ -1,0 +1,42 @@
+"""Hall calibration in use: sensor volts to millimetres of contraction (Figure 3.9)."""
+
+from __future__ import annotations
+
+from importlib import resources
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.kernel import kernel
+
+
+class Calibration(NamedTuple):
+    """Positions [mm] on a uniform grid of voltages: low + i * step [V]; straight between."""
+
+    low: float
+    step: float
+    position: npt.NDArray[np.float64]
+
+
+@kernel
+def position(p: Calibration, volts: float) -> float:
+    """Contraction [mm] for a Hall reading [V]; held at the table's ends."""
+    last = len(p.position) - 1
+    place = (volts - p.low) / p.step
+    if not place > 0.0:
+        return float(p.position[0])
+    if place >= last:
+        return float(p.position[last])
+    i = int(place)
+    share = place - i
+    return float(p.position[i] + share * (p.position[i + 1] - p.position[i]))
+
+
+def shipped() -> Calibration:
+    """The calibration of the default bench, made by ``macromicro.identify.hall``."""
+    text = resources.files("macromicro.control").joinpath("hall_calibration.csv").read_text("utf-8")
+    rows = [line for line in text.splitlines() if line and not line.startswith(("#", "hall"))]
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    low, step = float(table[0, 0]), float((table[-1, 0] - table[0, 0]) / (len(table) - 1))
+    return Calibration(low, step, np.ascontiguousarray(table[:, 1]))

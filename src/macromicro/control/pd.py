@@ -1,0 +1,32 @@
+"""Two-tap PD controllers (4.9) and (4.10): D(z) = (now z + before) / z, errors in counts."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+
+class PdInitial(NamedTuple):
+    """(4.9), designed on the linear model for a damping ratio of 1."""
+
+    now: Annotated[float, Par("V/count", "weight of the present error", "(4.9)")] = 0.00245865
+    before: Annotated[float, Par("V/count", "weight of the error one period ago", "(4.9)")] = (
+        0.0000998447
+    )
+
+
+class PdTuned(NamedTuple):
+    """(4.10) with the minus sign: only that puts the crossover at 4.91 rad/s."""
+
+    now: Annotated[float, Par("V/count", "weight of the present error", "(4.10)")] = 0.0124593
+    before: Annotated[
+        float, Par("V/count", "weight of the error one period ago", "(4.10), sign corrected")
+    ] = -0.0112178
+
+
+@kernel
+def step(now: float, before: float, error: float, error_before: float) -> float:
+    """Effort [V] from this and the last error [counts]: (4.9), (4.10)."""
+    return now * error + before * error_before

@@ -1,0 +1,49 @@
+"""P, PI and PI with back-calculated anti-windup for the micro-stage (Section 5.3)."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+
+class Proportional(NamedTuple):
+    """Section 5.3.1, Figures 5.19-5.20."""
+
+    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.1")] = 3.0
+    ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
+    kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
+    low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 0.0
+    high: Annotated[float, Par("V", "upper limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 5.0
+
+
+class Pi(NamedTuple):
+    """Section 5.3.1, Figures 5.22-5.23: winds up while the stage extends."""
+
+    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.1")] = 3.0
+    ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.1", lo=0.0)] = 2.25
+    kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
+    low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 0.0
+    high: Annotated[float, Par("V", "upper limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 5.0
+
+
+class PiAntiWindup(NamedTuple):
+    """Section 5.3.2, Figures 5.24-5.27: the integrator is held back by the saturation."""
+
+    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.2")] = 3.0
+    ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.2", lo=0.0)] = 30.0
+    kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.2", lo=0.0)] = 30.0
+    low: Annotated[float, Par("V", "lower limit", "Section 5.3.2", lo=0.0, hi=5.0)] = 1.3
+    high: Annotated[float, Par("V", "upper limit", "Section 5.3.2", lo=0.0, hi=5.0)] = 1.9
+
+
+@kernel
+def step(
+    p: PiAntiWindup, integral: float, error: float, dt: float
+) -> tuple[float, float]:
+    """New integral effort [V] and clamped effort [V] for an error [mm] (Figure 5.24)."""
+    wanted = p.kp * error + integral
+    given = min(max(wanted, p.low), p.high)
+    # dI/dt = Ki e + Kaw (sat(u) - u)
+    return integral + dt * (p.ki * error + p.kaw * (given - wanted)), given

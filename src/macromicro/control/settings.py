@@ -1,0 +1,65 @@
+"""What a user may set about control, and its form for the kernels."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from macromicro.control import calibration
+from macromicro.control.macro import COMPENSATED, LAWS, MacroLaw
+from macromicro.control.pd import PdInitial, PdTuned
+from macromicro.control.pi import Pi, PiAntiWindup, Proportional
+from macromicro.control.pid import Pid
+from macromicro.control.supervisor import Sequence, Supervisor
+from macromicro.parameters import Par
+
+MICRO_LAWS = ("p", "pi", "pi-antiwindup")
+SWITCH = ("as designed", "on", "off")
+
+
+class Control(NamedTuple):
+    """Choice of laws, their gains and the sequence of Figure 6.1."""
+
+    macro_law: Annotated[
+        str, Par("", "control law of the macro-stage", "Section 4.3", choices=LAWS)
+    ] = "pd-tuned"
+    dead_zone_inverse: Annotated[
+        str, Par("", "compensation of friction by the dead-zone inverse", "Section 4.2.3",
+                 choices=SWITCH)
+    ] = "as designed"
+    dead_zone: Annotated[
+        float, Par("V", "width of the dead zone", "Section 4.2.3 (M1)", lo=0.0, hi=5.0)
+    ] = 3.0
+    micro_law: Annotated[
+        str, Par("", "control law of the micro-stage", "Section 5.3", choices=MICRO_LAWS)
+    ] = "pi-antiwindup"
+    pid: Pid = Pid()
+    pd_initial: PdInitial = PdInitial()
+    pd_tuned: PdTuned = PdTuned()
+    p: Proportional = Proportional()
+    pi: Pi = Pi()
+    pi_antiwindup: PiAntiWindup = PiAntiWindup()
+    sequence: Sequence = Sequence()
+
+    def problems(self) -> list[tuple[str, Any, str]]:
+        """What cannot work: (parameter, value, what is accepted)."""
+        return [
+            (f"{name}.low", law.low, f"below {name}.high ({law.high} V)")
+            for name, law in (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
+            if law.low >= law.high
+        ]
+
+
+def prepare(spec: Control, fan: bool = False) -> Supervisor:
+    """The supervisor's runtime parameters, with the shipped Hall calibration."""
+    law = LAWS.index(spec.macro_law)
+    lifted = spec.dead_zone_inverse == "on" or (
+        spec.dead_zone_inverse == "as designed" and COMPENSATED[law]
+    )
+    fine = (spec.p, spec.pi, spec.pi_antiwindup)[MICRO_LAWS.index(spec.micro_law)]
+    return Supervisor(
+        MacroLaw(law, spec.dead_zone if lifted else 0.0, 5.0, spec.pid, spec.pd_initial, spec.pd_tuned),
+        PiAntiWindup(*fine),
+        spec.sequence,
+        calibration.shipped(),
+        1.0 if fan else 0.0,
+    )

@@ -1,0 +1,189 @@
+"""Macro, then micro (Section 6.1, Figure 6.1): who moves when.
+
+The macro-stage goes to its set point; once it has arrived, two seconds let the belt's
+oscillation decay; then the laser is reset and the micro-stage enabled. The next macro
+move disables the micro-stage again (0 V).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control import calibration, macro, pi
+from macromicro.control.calibration import Calibration
+from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.control.pi import PiAntiWindup
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+from macromicro.types import Command, Outputs, Sample
+
+WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)
+PHASES = ("waiting", "macro moving", "settling", "micro", "done", "fault")
+
+
+class Sequence(NamedTuple):
+    """When a macro move counts as arrived, and what follows."""
+
+    tolerance: Annotated[
+        float, Par("count", "macro error that counts as arrived", "Section 4.3", lo=0.0)
+    ] = 2.0
+    dwell: Annotated[
+        float, Par("s", "time within the tolerance before arrival is declared", lo=0.0)
+    ] = 0.2
+    patience: Annotated[
+        float, Par("s", "longest wait for an arrival; the move is then reported as not arrived",
+                   positive=True)
+    ] = 15.0
+    wait: Annotated[
+        float, Par("s", "wait between arrival and the micro-stage", "Section 6.1", lo=0.0)
+    ] = 2.0
+    park: Annotated[
+        int, Par("", "1: motor off once arrived, so that a flickering count does not kick the "
+                 "carriage under the micro-stage; 0: macro control stays on", lo=0, hi=1)
+    ] = 1
+
+
+class Supervisor(NamedTuple):
+    """Runtime parameters."""
+
+    macro: MacroLaw
+    micro: PiAntiWindup
+    sequence: Sequence
+    calibration: Calibration
+    fan: float
+
+
+class Plan(NamedTuple):
+    """A programme as arrays of one length: start [s] (NaN: when the move before is
+    complete), stage (0 macro, 1 micro), target [counts | mm], hold [s]; end [s] or NaN."""
+
+    start: npt.NDArray[np.float64]
+    stage: npt.NDArray[np.int64]
+    target: npt.NDArray[np.float64]
+    hold: npt.NDArray[np.float64]
+    end: float
+
+
+class Progress(NamedTuple):
+    """The supervisor's state. Times in s; `inside`: since when within tolerance, or NaN."""
+
+    move: int
+    phase: int
+    began: float
+    entered: float
+    inside: float
+    zeroed: int
+    macro_reference: float
+    micro_reference: float
+    macro: MacroMemory
+    integral: float
+
+
+def begin(position: float) -> Progress:
+    """Before the first move, the macro-stage standing at `position` [counts]."""
+    return Progress(
+        -1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, MacroMemory(0.0, 0.0), 0.0
+    )
+
+
+@kernel
+def _complete(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
+    """Is the present move over, its hold included?"""
+    if s.move < 0:
+        return True
+    if plan.stage[s.move] == 0:
+        return s.phase == SETTLING and t - s.entered >= p.sequence.wait + plan.hold[s.move] - 1e-9
+    return t - s.began >= plan.hold[s.move] - 1e-9
+
+
+@kernel
+def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
+    """Does the next move begin now?"""
+    following = s.move + 1
+    if following >= len(plan.stage):
+        return False
+    if math.isnan(plan.start[following]):
+        return _complete(p, plan, s, t)
+    if t < plan.start[following] - 1e-9:
+        return False
+    # A macro move may cut in; a micro move waits until the carriage has settled.
+    settled = s.phase == SETTLING and t - s.entered >= p.sequence.wait - 1e-9
+    return plan.stage[following] == 0 or s.phase == WAITING or s.phase == MICRO or settled
+
+
+@kernel
+def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float) -> Progress:
+    """Arrival, the wait's end, the next move: everything but the control laws."""
+    move, phase, began, entered = s.move, s.phase, s.began, s.entered
+    inside, zeroed = s.inside, s.zeroed
+    macro_reference, micro_reference = s.macro_reference, s.micro_reference
+    memory, integral = s.macro, s.integral
+    if phase == MACRO:
+        if abs(macro_reference - position) > p.sequence.tolerance:
+            inside = math.nan
+        elif math.isnan(inside):
+            inside = t
+        arrived = not math.isnan(inside) and t - inside >= p.sequence.dwell - 1e-9
+        if arrived or t - began >= p.sequence.patience:
+            phase, entered, zeroed = SETTLING, t, 0
+    now = Progress(
+        move, phase, began, entered, inside, zeroed, macro_reference, micro_reference, memory, integral
+    )
+    if _due(p, plan, now, t):
+        move, began, entered = move + 1, t, t
+        if plan.stage[move] == 0:
+            phase, inside = MACRO, math.nan
+            macro_reference, micro_reference, integral = plan.target[move], 0.0, 0.0
+            if p.sequence.park == 1:
+                memory = MacroMemory(0.0, 0.0)
+        else:
+            if phase != MICRO:
+                zeroed, integral = 0, 0.0
+            phase = MICRO
+            micro_reference = plan.target[move]
+    elif move + 1 >= len(plan.stage) and phase != DONE:
+        ended = t >= plan.end - 1e-9 if not math.isnan(plan.end) else _complete(p, plan, now, t)
+        if ended:
+            phase, entered = DONE, t
+    return Progress(
+        move, phase, began, entered, inside, zeroed, macro_reference, micro_reference, memory, integral
+    )
+
+
+@kernel
+def step(
+    p: Supervisor, plan: Plan, s: Progress, sample: Sample, dt: float
+) -> tuple[Progress, Command, Outputs]:
+    """One control period: new state, what is being asked for, and the outputs.
+
+    Errors are in counts for the macro-stage and in mm for the micro-stage, as in the thesis.
+    """
+    t = sample.t
+    s = _scheduled(p, plan, s, sample.encoder, t)
+    fine = calibration.position(p.calibration, sample.hall)
+    memory, integral, zeroed = s.macro, s.integral, s.zeroed
+    motor = 0.0
+    moving = s.phase == MACRO or (p.sequence.park == 0 and s.move >= 0 and s.phase != DONE)
+    if moving:
+        memory, motor = macro.step(p.macro, memory, s.macro_reference - sample.encoder, dt)
+    ctrl = 0.0
+    if s.phase == MICRO:
+        integral, ctrl = pi.step(p.micro, integral, s.micro_reference - fine, dt)
+    reset = 0.0
+    if zeroed == 0 and (
+        s.phase == MICRO or (s.phase == SETTLING and t - s.entered >= p.sequence.wait - 1e-9)
+    ):
+        reset, zeroed = 1.0, 1
+    s = Progress(
+        s.move, s.phase, s.began, s.entered, s.inside, zeroed,
+        s.macro_reference, s.micro_reference, memory, integral,
+    )
+    command = Command(
+        s.macro_reference, 1.0 if moving else 0.0, s.micro_reference,
+        1.0 if s.phase == MICRO else 0.0, fine,
+    )
+    return s, command, Outputs(motor, ctrl, p.fan, reset)

@@ -1,0 +1,27 @@
+"""What can go wrong by the user's hand, in words: cause and remedy."""
+
+from __future__ import annotations
+
+
+class MacromicroError(Exception):
+    """Base of this package's errors. The command line prints it and exits with 1."""
+
+    exit_status = 1
+
+
+class InputError(MacromicroError):
+    """Bad input: names where it stands, what was found and what is accepted.
+
+    `where` is a file, a key or a line ("wave.toml, moves[2].macro"), `value` what
+    stood there, `accepted` what would have been right. Exit status 2.
+    """
+
+    exit_status = 2
+
+    def __init__(self, where: str, value: object, accepted: str) -> None:
+        self.where = where
+        self.value = value
+        self.accepted = accepted
+        shown = value if isinstance(value, str) and not value else repr(value)
+        found = f": {shown}" if shown not in ("", None) else ""
+        super().__init__(f"{where}{found}; accepted: {accepted}")

@@ -1,0 +1,155 @@
+"""The memory of a Preisach hysteresis: the input's reversals that still matter.
+
+The corners (M_k, m_k) of Figure 2.17 are kept in a stack with M_1 > M_2 > ... and
+m_1 < m_2 < ... ; the last pair ends at the present input: m_n = u, and after a rise
+M_n = m_n = u. With the table E of `everett`, m_0 = lo, and the output counted from 0
+(all relays down) to 1 (all up), (2.11) becomes
+
+    f = sum over k of E(M_k, m_(k-1)) - E(M_k, m_k),
+
+because f_{M,m} = f_M - E(M, m). The running sums are kept, so that a step looks up one
+value of E and a wiped-out corner (a larger maximum or a smaller minimum) is just popped.
+A sum always starts from the bottom of the stack, so it does not drift.
+
+Inputs beyond the table count as its ends, which are the saturations. A NaN is ignored:
+memory and output stay as they are.
+
+A full stack: the innermost loop, which is the narrowest, loses its width. The input then
+rises back along the descending curve that it came down, up to the corner that it left,
+where the true curve meets it again. The output stays continuous, monotone and within 0
+and 1, is wrong by at most the weight E(M_n, m_n) of that loop, and is exact again as soon
+as the loop is wiped out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.everett import Array, Everett, lookup, slope_alpha, slope_beta
+from macromicro.kernel import kernel
+
+DEPTH = 256
+# Columns of the stack.
+UP, DOWN, AT_UP, AT_DOWN = 0, 1, 2, 3
+
+
+class Memory(NamedTuple):
+    """The corners and the output at each of them. `advance` writes into the array.
+
+    `corners`: shape (depth + 1, 4); row k holds M_k, m_k [unit of the input], the output
+    when the input reached M_k and the output at m_k [0..1]. Row 0 is negative saturation.
+    One array, because compiled code passes one at less cost than four. `count`: rows in
+    use beside row 0, at least 1; `u`: present input, clamped to the table.
+    """
+
+    corners: Array
+    count: int
+    u: float
+
+
+@kernel
+def _reached(table: Everett, memory: Memory, u: float) -> float:
+    """The input that counts: `u` clamped to the table, the present input for NaN."""
+    if math.isnan(u):
+        return memory.u
+    return min(max(u, table.lo), table.lo + (table.n - 1) * table.step)
+
+
+@kernel
+def _kept(memory: Memory, u: float, rising: bool) -> int:
+    """Rows that remain when the input goes to `u`: smaller maxima and larger minima go.
+
+    After a fall, the last of them is the one whose minimum `u` replaces. Row 0 is infinitely
+    wide, so neither search leaves the array.
+    """
+    k = memory.count
+    if rising:
+        while memory.corners[k, UP] <= u:
+            k -= 1
+    else:
+        while memory.corners[k - 1, DOWN] >= u:
+            k -= 1
+    return k
+
+
+@kernel
+def _room(memory: Memory, k: int) -> bool:
+    """Whether a pair fits on top of `k` others."""
+    return k < memory.corners.shape[0] - 1
+
+
+@kernel
+def _output(table: Everett, memory: Memory, k: int, u: float) -> float:
+    """Output [0..1] at `u`, when `k` rows remain on the way there."""
+    if u > memory.u and _room(memory, k):
+        rise = lookup(table, u, float(memory.corners[k, DOWN]))
+        return min(float(memory.corners[k, AT_DOWN]) + rise, 1.0)
+    if u == memory.u:
+        return float(memory.corners[k, AT_DOWN])
+    fall = lookup(table, float(memory.corners[k, UP]), u)
+    return max(float(memory.corners[k, AT_UP]) - fall, 0.0)
+
+
+@kernel
+def peek(table: Everett, memory: Memory, u: float) -> float:
+    """Output [0..1] if the input moved straight from its present value to `u`.
+
+    The memory is not touched; time is constant but for the corners that it would wipe.
+    """
+    v = _reached(table, memory, u)
+    return _output(table, memory, _kept(memory, v, v > memory.u), v)
+
+
+@kernel
+def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
+    """Move the input to `u`: the memory after it and the output [0..1].
+
+    The array of `memory` is changed in place, so the old memory must not be used again.
+    Amortised constant time: each corner is pushed once and popped once.
+    """
+    v = _reached(table, memory, u)
+    k = _kept(memory, v, v > memory.u)
+    f = _output(table, memory, k, v)
+    if v > memory.u and _room(memory, k):
+        k += 1
+        memory.corners[k, UP] = v
+        memory.corners[k, AT_UP] = f
+    memory.corners[k, DOWN] = v
+    memory.corners[k, AT_DOWN] = f
+    return Memory(memory.corners, k, v), f
+
+
+@kernel
+def slope(table: Everett, memory: Memory, u: float, rising: bool) -> float:
+    """df/du of the branch at `u` in the given direction, per unit of input, at least 0.
+
+    For `rising`, `u` must not lie below the present input, otherwise not above it. At
+    the present input it tells the two one-sided slopes. 0 in saturation and for NaN.
+    """
+    if rising:
+        k = _kept(memory, min(u, table.lo + table.n * table.step), True)
+        if _room(memory, k):
+            return slope_alpha(table, u, float(memory.corners[k, DOWN]))
+    else:
+        k = _kept(memory, max(u, table.lo), False)
+    return slope_beta(table, float(memory.corners[k, UP]), u)
+
+
+def fresh(table: Everett, u: float, depth: int = DEPTH) -> Memory:
+    """A memory that has risen to input `u` from negative saturation (all relays down).
+
+    `depth` is the number of pairs that it can hold. Raises InputError when `u` is NaN or
+    `depth` below 1.
+    """
+    if depth < 1:
+        raise InputError("hysteresis memory, depth", depth, "at least 1 pair of reversals")
+    if math.isnan(u):
+        raise InputError("hysteresis memory, input", u, "a number")
+    corners = np.zeros((depth + 1, 4))
+    corners[0] = (math.inf, -math.inf, 0.0, 0.0)
+    memory, _ = advance(table, Memory(corners, 0, -math.inf), float(u))
+    return memory

@@ -1,0 +1,60 @@
+"""Hall calibration (Section 3.2.3, Figure 3.9): sensor volts against the laser's position.
+
+CTRL ramps slowly up and down; readings of both directions are averaged, which cancels
+the sensor's lag, and made monotone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control.calibration import Calibration
+from macromicro.errors import InputError
+
+Array = npt.NDArray[np.float64]
+
+
+def calibrate(
+    runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
+) -> Calibration:
+    """Table of position [mm] over Hall voltage [V] from runs of (hall [V], laser [mm]).
+
+    Each run goes one way only; runs of both directions should be given in equal number.
+    In each run a straight line is fitted around every grid voltage (half a grid step to
+    both sides, two steps where the sensor moved fast); runs are averaged, gaps at the
+    ends are extended with the last slope. Raises `InputError` when the runs cover less
+    than half of the range.
+    """
+    grid = np.linspace(low, high, points)
+    step = grid[1] - grid[0]
+    tables = np.full((len(runs), points), np.nan)
+    for row, (hall, laser) in enumerate(runs):
+        order = np.argsort(hall, kind="stable")
+        volts, place = np.asarray(hall)[order], np.asarray(laser)[order]
+        for i, centre in enumerate(grid):
+            for reach in (0.5 * step, step, 2.0 * step):
+                a, b = np.searchsorted(volts, [centre - reach, centre + reach])
+                inside = volts[a:b]
+                if b - a >= 8 and inside[-1] > centre > inside[0]:
+                    slope, level = np.polyfit(inside - centre, place[a:b], 1)
+                    tables[row, i] = level
+                    break
+    with np.errstate(invalid="ignore"):
+        seen = np.isfinite(tables).all(axis=0)
+    if seen.sum() < points // 2:
+        raise InputError(
+            "Hall calibration", f"{seen.sum()} of {points} voltages covered",
+            "runs in both directions over at least half of the sensor's range",
+        )
+    mean = np.full(points, np.nan)
+    mean[seen] = tables[:, seen].mean(axis=0)
+    first, last = np.flatnonzero(seen)[[0, -1]]
+    inner = np.interp(grid, grid[seen], mean[seen])
+    inner[:first] = inner[first] + (grid[:first] - grid[first]) * (inner[first + 1] - inner[first]) / step
+    inner[last + 1 :] = inner[last] + (grid[last + 1 :] - grid[last]) * (
+        inner[last] - inner[last - 1]
+    ) / step
+    return Calibration(float(low), float(step), np.maximum.accumulate(inner))

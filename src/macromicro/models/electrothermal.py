@@ -1,0 +1,56 @@
+"""Electro-thermal heating model of Section 5.2.2: weighted gain (5.7)-(5.8), dynamics (5.6).
+
+Temperatures are in K above the ambient 25 degC.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.kernel import kernel
+
+# (5.6): T/T_d = (N2 s^2 + N1 s + N0) / (s^3 + D2 s^2 + D1 s + D0)
+N2, N1, N0 = 1.001, 0.1483, 0.001552
+D2, D1, D0 = 1.491, 0.1604, 0.001537
+
+
+class Heating(NamedTuple):
+    """State of (5.6) in controllable canonical form."""
+
+    s0: float
+    s1: float
+    s2: float
+
+
+@kernel
+def gain(ctrl: float, ceiling: float) -> float:
+    """T_d [K above ambient] for CTRL [V]: (5.7)-(5.8), capped at `ceiling` [K].
+
+    (5.8) grows without bound; the driver cannot, so a cap is needed above 1.8 V.
+    """
+    if ctrl <= 1.0:
+        return 0.0
+    if ctrl >= 2.2:
+        return ceiling
+    # (5.7)
+    gamma = 1.0 / (1.0 + math.exp(-40.0 * (-ctrl + 1.7)))
+    # (5.8)
+    low = max(0.0, 25.5 * (1.0 - math.exp(-37.8631 * (ctrl - 1.5))) + 57.66)
+    high = 10.0 * math.exp(10.0 * (ctrl - 1.625)) + 82.581682
+    return min(gamma * low + (1.0 - gamma) * high, ceiling)
+
+
+@kernel
+def step(s: Heating, goal: float, dt: float) -> Heating:
+    """State of (5.6) after `dt` [s] with T_d = `goal` [K]."""
+    s2 = s.s2 + dt * (goal - D2 * s.s2 - D1 * s.s1 - D0 * s.s0)
+    s1 = s.s1 + dt * s2
+    s0 = s.s0 + dt * s1
+    return Heating(s0, s1, s2)
+
+
+@kernel
+def temperature(s: Heating) -> float:
+    """T [K above ambient]."""
+    return N2 * s.s2 + N1 * s.s1 + N0 * s.s0

@@ -1,0 +1,1 @@
+"""The virtual bench: what is physically there. It knows no model and no controller."""

@@ -1,0 +1,58 @@
+"""D/A board and PWM amplifier (Sections 3.1, 3.2.1): from commanded volts to the load."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+
+class Amplifier(NamedTuple):
+    """The MultiQ-3 board's outputs and the amplifiers behind them."""
+
+    full_scale: Annotated[float, Par("V", "D/A range, both signs", "Section 3.1", positive=True)] = (
+        5.0
+    )
+    bits: Annotated[float, Par("", "D/A resolution over both signs", "Section 3.3", lo=6, hi=24)] = (
+        12.0
+    )
+    supply: Annotated[
+        float, Par("V", "PWM amplifier's output at 100 % duty", "Section 3.1", positive=True)
+    ] = 20.0
+    motor_duty: Annotated[
+        float, Par("1", "motor's PWM duty at D/A full scale", "Section 3.1", lo=0.01, hi=1.0)
+    ] = 1.0
+    ctrl_duty: Annotated[
+        float, Par("1", "CTRL's PWM duty at D/A full scale", "Section 3.2.1", lo=0.01, hi=1.0)
+    ] = 0.2
+
+
+@kernel
+def convert(p: Amplifier, volts: float) -> float:
+    """D/A output [V] for a commanded voltage [V]: saturated, then rounded to a code."""
+    lsb = 2.0 * p.full_scale / 2.0**p.bits
+    limited = min(max(volts, -p.full_scale), p.full_scale)
+    return min(math.floor(limited / lsb + 0.5) * lsb, p.full_scale)
+
+
+@kernel
+def duty(p: Amplifier, volts: float, at_full_scale: float) -> float:
+    """Signed PWM duty (0-1) for a D/A voltage [V]: linear up to `at_full_scale`."""
+    return volts / p.full_scale * at_full_scale
+
+
+@kernel
+def motor_volts(p: Amplifier, volts: float) -> float:
+    """Mean voltage [V] across the motor for a D/A voltage [V]."""
+    return p.supply * duty(p, volts, p.motor_duty)
+
+
+@kernel
+def ctrl_level(p: Amplifier, volts: float) -> float:
+    """CTRL as the driver sees it, in the thesis' D/A volts: mean PWM voltage over 0.8 V per volt.
+
+    With the amplifier of Section 3.2.1 (20 V, 20 % duty at 5 V) this is `volts` itself.
+    """
+    return p.supply * duty(p, volts, p.ctrl_duty) / 0.8

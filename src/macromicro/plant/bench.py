@@ -1,0 +1,218 @@
+"""The whole positioner: both stages, their sensors and converters, one control period a step.
+
+Nothing here knows a controller or a model. Outputs reach the machine one period late,
+as the D/A board latches them (the chatter of Figure 4.20 depends on it).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.plant import amplifier, carriage, encoder, hall, laser, micro
+from macromicro.plant.amplifier import Amplifier
+from macromicro.plant.belt import Belt
+from macromicro.plant.carriage import Carriage, Macro, MacroState
+from macromicro.plant.driver import Driver
+from macromicro.plant.encoder import Converter, Encoder
+from macromicro.plant.flexure import Bias, Flexure, stiffness
+from macromicro.plant.friction import Friction
+from macromicro.plant.hall import Hall
+from macromicro.plant.laser import Laser
+from macromicro.plant.micro import Micro, MicroState
+from macromicro.plant.motor import Motor
+from macromicro.plant.phase import Phase
+from macromicro.plant.steps import Steps
+from macromicro.plant.thermal import Thermal
+from macromicro.plant.wire import Load, Wire
+from macromicro.types import Outputs, Sample
+
+NOISES = 3
+
+
+class Bench(NamedTuple):
+    """Everything physical about the positioner that a user may set."""
+
+    amplifier: Amplifier = Amplifier()
+    motor: Motor = Motor()
+    friction: Friction = Friction()
+    belt: Belt = Belt()
+    carriage: Carriage = Carriage()
+    driver: Driver = Driver()
+    thermal: Thermal = Thermal()
+    phase: Phase = Phase()
+    wire: Wire = Wire()
+    flexure: Flexure = Flexure()
+    bias: Bias = Bias()
+    steps: Steps = Steps()
+
+    def problems(self) -> list[tuple[str, Any, str]]:
+        """What is physically impossible: (parameter, value, what is accepted)."""
+        found: list[tuple[str, Any, str]] = []
+        if self.wire.stop >= self.wire.stroke:
+            found.append(("wire.stop", self.wire.stop, f"below wire.stroke ({self.wire.stroke} m)"))
+        if self.driver.contract_on > self.wire.stop:
+            found.append(
+                ("driver.contract_on", self.driver.contract_on, f"at most wire.stop ({self.wire.stop} m)")
+            )
+        if self.driver.contract_off >= self.driver.contract_on:
+            found.append(
+                ("driver.contract_off", self.driver.contract_off, "below driver.contract_on "
+                 f"({self.driver.contract_on} m)")
+            )
+        if self.carriage.stop_low >= self.carriage.stop_high:
+            found.append(
+                ("carriage.stop_low", self.carriage.stop_low, "below carriage.stop_high "
+                 f"({self.carriage.stop_high} m)")
+            )
+        ctrl, power = self.driver.map_ctrl, self.driver.map_heat
+        if len(ctrl) != len(power):
+            found.append(("driver.map_heat", f"{len(power)} values", f"{len(ctrl)}, as in driver.map_ctrl"))
+        if any(b <= a for a, b in zip(ctrl, ctrl[1:], strict=False)):
+            found.append(("driver.map_ctrl", ctrl, "values that increase"))
+        if self.friction.ripple >= self.friction.coulomb:
+            found.append(
+                ("friction.ripple", self.friction.ripple, f"below friction.coulomb ({self.friction.coulomb} N)")
+            )
+        return found
+
+
+class Sensors(NamedTuple):
+    """Everything about what is measured."""
+
+    encoder: Encoder = Encoder()
+    hall: Hall = Hall()
+    laser: Laser = Laser()
+    converter: Converter = Converter()
+
+
+class Plant(NamedTuple):
+    """Bench and sensors as the kernels take them."""
+
+    amplifier: Amplifier
+    macro: Macro
+    micro: Micro
+    encoder: Encoder
+    hall: Hall
+    laser: Laser
+    converter: Converter
+    macro_steps: int
+    micro_steps: int
+
+
+class State(NamedTuple):
+    """The positioner at one instant; motor, ctrl: latched outputs [V] still to take effect."""
+
+    macro: MacroState
+    micro: MicroState
+    hall: float
+    drift: float
+    zero: float
+    motor: float
+    ctrl: float
+
+
+def prepare(bench: Bench, sensors: Sensors) -> Plant:
+    """Runtime parameters of the positioner."""
+    load = Load(
+        bench.bias.preload, bench.bias.rate + stiffness(bench.flexure), bench.bias.platform
+    )
+    return Plant(
+        bench.amplifier,
+        Macro(bench.carriage, bench.motor, bench.friction, bench.belt),
+        micro.prepare(bench.driver, bench.thermal, bench.wire, bench.phase, load),
+        sensors.encoder,
+        sensors.hall,
+        sensors.laser,
+        sensors.converter,
+        int(bench.steps.macro),
+        int(bench.steps.micro),
+    )
+
+
+def initial(p: Plant, position: float = 0.0) -> State:
+    """The positioner at rest at `position` [m], at room temperature, laser at zero."""
+    # Half a count in: a carriage left on an encoder's edge would flicker by rounding.
+    x = position + 0.5 * p.encoder.pitch
+    fine = micro.cold(p.micro, p.micro.thermal.ambient)
+    return State(carriage.at_rest(x), fine, hall.volts(p.hall, 0.0), 0.0, x, 0.0, 0.0)
+
+
+@kernel
+def stage(p: Plant, s: State) -> float:
+    """Absolute position [m] of the micro-stage's platform: carriage, rocking, contraction."""
+    return s.macro.x + p.macro.belt.participation * s.macro.q + s.micro.wire.x
+
+
+@kernel
+def measure(p: Plant, s: State, t: float, n0: float, n1: float) -> Sample:
+    """What the sensors show at time `t` [s]; n0, n1: standard normal draws (Hall, laser)."""
+    return Sample(
+        t,
+        encoder.count(p.encoder, s.macro.x),
+        encoder.sample(p.converter, s.hall + p.hall.noise * n0),
+        laser.reading(p.laser, stage(p, s) - s.zero, n1, s.drift),
+        1.0 if s.micro.wire.x <= p.micro.driver.extend_on else 0.0,
+        s.micro.cut,
+    )
+
+
+@kernel
+def advance(p: Plant, s: State, out: Outputs, n2: float, dt: float) -> State:
+    """The positioner one control period `dt` [s] later, `out` latched now; n2: normal draw."""
+    # A reset sets the laser's zero to the present reading's place, its noise included.
+    zero = s.zero
+    if out.laser_reset > 0.5:
+        zero = stage(p, s) + s.drift
+    volts = amplifier.motor_volts(p.amplifier, s.motor)
+    macro = carriage.advance(p.macro, s.macro, volts, dt, p.macro_steps)
+    level_in = amplifier.ctrl_level(p.amplifier, s.ctrl)
+    pull = -p.micro.load.mass * macro.accel
+    fine = s.micro
+    level = s.hall
+    h = dt / p.micro_steps
+    for _ in range(p.micro_steps):
+        fine = micro.advance(p.micro, fine, level_in, out.fan, pull, h)
+        level = hall.lagged(p.hall, level, fine.wire.x, h)
+    return State(
+        macro,
+        fine,
+        level,
+        laser.drifted(p.laser, s.drift, n2, dt),
+        zero,
+        amplifier.convert(p.amplifier, out.motor),
+        max(amplifier.convert(p.amplifier, out.ctrl), 0.0),
+    )
+
+
+class Truth(NamedTuple):
+    """What only the bench knows: carriage [m], speed [m/s], belt [m] as seen at the stage,
+    micro [m], current [A], wire, plates, body [degC], austenite [0..1], heat [W]."""
+
+    carriage: float
+    speed: float
+    belt: float
+    micro: float
+    current: float
+    wire: float
+    plates: float
+    body: float
+    austenite: float
+    heat: float
+
+
+@kernel
+def truth(p: Plant, s: State) -> Truth:
+    """The bench's true quantities, for the recording and for teaching; no rig shows them."""
+    return Truth(
+        s.macro.x,
+        s.macro.v,
+        p.macro.belt.participation * s.macro.q,
+        s.micro.wire.x,
+        s.macro.i,
+        s.micro.wire.temperature,
+        s.micro.plates,
+        s.micro.body,
+        s.micro.wire.austenite,
+        s.micro.power,
+    )

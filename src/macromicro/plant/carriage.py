@@ -1,0 +1,99 @@
+"""The macro-stage in motion: motor, friction, belt and end stops on one mass."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+from macromicro.plant import belt, friction, motor
+from macromicro.plant.belt import Belt
+from macromicro.plant.friction import Friction
+from macromicro.plant.motor import Motor
+
+
+class Carriage(NamedTuple):
+    """The moving mass and where its way ends."""
+
+    mass: Annotated[
+        float, Par("kg", "carriage, micro-stage and the rotor's inertia at the belt",
+                   shown="g", positive=True)
+    ] = 0.45
+    stop_low: Annotated[float, Par("m", "lower end stop", shown="mm")] = -3.0e-3
+    stop_high: Annotated[float, Par("m", "upper end stop", shown="mm")] = 203.0e-3
+    stop_stiffness: Annotated[
+        float, Par("N/m", "stiffness of the rubber end stops", shown="N/mm", positive=True)
+    ] = 5.0e4
+    stop_damping: Annotated[float, Par("N*s/m", "damping of the end stops", lo=0.0)] = 60.0
+
+
+class Macro(NamedTuple):
+    """Parameters of the macro-stage."""
+
+    carriage: Carriage
+    motor: Motor
+    friction: Friction
+    belt: Belt
+
+
+class MacroState(NamedTuple):
+    """x [m], v [m/s], z: bristle [m], i [A], q [m] and qv [m/s]: belt mode, accel [m/s2].
+
+    `accel` is the mean acceleration over the last call of `advance`.
+    """
+
+    x: float
+    v: float
+    z: float
+    i: float
+    q: float
+    qv: float
+    accel: float
+
+
+def at_rest(x: float) -> MacroState:
+    """The macro-stage standing at `x` [m]."""
+    return MacroState(float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
+    """End stops over one step `h`: force on the carriage = a - b * (new speed)."""
+    depth = 0.0
+    if x < p.stop_low:
+        depth = x - p.stop_low
+    elif x > p.stop_high:
+        depth = x - p.stop_high
+    if depth == 0.0:
+        return 0.0, 0.0
+    return -p.stop_stiffness * depth, p.stop_stiffness * h + p.stop_damping
+
+
+@kernel
+def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> MacroState:
+    """One step `h` [s] with `volts` [V] at the motor; `offset` [N]: local friction level.
+
+    (4.1) with friction and belt. Everything stiff is taken implicitly and is linear in
+    the new speed, so one division solves the step.
+    """
+    mass = p.carriage.mass
+    i0, i1 = motor.current_terms(p.motor, s.i, volts, h)
+    z0, z1, f0, f1 = friction.bristle_terms(p.friction, s.z, s.v, offset, h)
+    e0, e1 = stop_terms(p.carriage, s.x, h)
+    push = motor.force(p.motor, i0) - f0 + e0 + belt.reaction(p.belt, mass, s.q, s.qv)
+    drag = motor.force(p.motor, i1) + f1 + e1 + p.friction.viscous
+    v = (mass * s.v + h * push) / (mass + h * drag)
+    q, qv = belt.step(p.belt, s.q, s.qv, v - s.v, h)
+    return MacroState(s.x + h * v, v, z0 + z1 * v, i0 - i1 * v, q, qv, s.accel)
+
+
+@kernel
+def advance(p: Macro, s: MacroState, volts: float, dt: float, substeps: int) -> MacroState:
+    """The macro-stage after `dt` [s] with `volts` [V] at the motor throughout."""
+    # The rod's friction level changes over millimetres, the carriage moves 0.5 mm at most.
+    offset = friction.ripple(p.friction, s.x)
+    h = dt / substeps
+    v0 = s.v
+    for _ in range(substeps):
+        s = substep(p, s, volts, offset, h)
+    return MacroState(s.x, s.v, s.z, s.i, s.q, s.qv, (s.v - v0) / dt)

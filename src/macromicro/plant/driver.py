@@ -1,0 +1,106 @@
+"""The actuator's driver circuit (Section 3.2.1): CTRL to heat, CONTRACT cut-off, EXTEND.
+
+The circuit is unknown. Its static map is inferred from the steady temperatures that
+Section 5.2.2 reports: a bench assumption, most of it back-solved from (5.5) and (5.8).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+_MAP = "calibrated to S3-S7 ((5.5), (5.8))"
+
+
+class Driver(NamedTuple):
+    """Parameters of the driver."""
+
+    supply: Annotated[
+        float, Par("V", "supply VDC (heat goes with its square)", "Section 3.2.1", positive=True)
+    ] = 4.0
+    map_ctrl: Annotated[
+        tuple[float, ...], Par("V", "CTRL values of the heat map, in D/A volts", _MAP, lo=0.0, hi=5.0)
+    ] = (1.25, 1.3, 1.4, 1.5, 1.525, 1.55, 1.575, 1.6, 1.65, 1.7, 1.8, 1.9, 2.1, 5.0)
+    map_heat: Annotated[
+        tuple[float, ...], Par("W", "heat in the wires at 4 V supply", _MAP, lo=0.0)
+    ] = tuple(
+        round(k / 150.0, 5)
+        for k in (0.0, 6.0, 22.5, 58.1, 74.3, 81.5, 84.5, 85.6, 98.3, 120.0, 150.0, 205.0, 211.0, 213.0)
+    )
+    lag: Annotated[float, Par("s", "driver's lag", shown="ms", lo=0.0)] = 3.0e-3
+    contract_on: Annotated[
+        float, Par("m", "contraction that closes CONTRACT, before the stop", shown="mm", positive=True)
+    ] = 3.979e-3
+    contract_off: Annotated[
+        float, Par("m", "contraction that opens it again", shown="mm", positive=True)
+    ] = 3.970e-3
+    extend_on: Annotated[
+        float, Par("m", "contraction below which EXTEND shows", shown="mm", lo=0.0)
+    ] = 0.05e-3
+
+
+class DriverTable(NamedTuple):
+    """`Driver` with its map as arrays, ready for kernels."""
+
+    gain: float
+    ctrl: npt.NDArray[np.float64]
+    heat: npt.NDArray[np.float64]
+    lag: float
+    contract_on: float
+    contract_off: float
+    extend_on: float
+
+
+def prepare(spec: Driver, reference_supply: float = 4.0) -> DriverTable:
+    """Arrays for the kernels; heat scales with the supply squared (Joule heating)."""
+    return DriverTable(
+        (spec.supply / reference_supply) ** 2,
+        np.array(spec.map_ctrl, dtype=float),
+        np.array(spec.map_heat, dtype=float),
+        float(spec.lag),
+        float(spec.contract_on),
+        float(spec.contract_off),
+        float(spec.extend_on),
+    )
+
+
+@kernel
+def heat(p: DriverTable, ctrl: float) -> float:
+    """Heat [W] that the driver settles at for a CTRL voltage [D/A volts]: linear between points."""
+    last = len(p.ctrl) - 1
+    if ctrl <= p.ctrl[0]:
+        return p.gain * p.heat[0]
+    if ctrl >= p.ctrl[last]:
+        return p.gain * p.heat[last]
+    i = 0
+    while p.ctrl[i + 1] < ctrl:
+        i += 1
+    share = (ctrl - p.ctrl[i]) / (p.ctrl[i + 1] - p.ctrl[i])
+    return p.gain * (p.heat[i] + share * (p.heat[i + 1] - p.heat[i]))
+
+
+@kernel
+def contract(p: DriverTable, on: float, x: float) -> float:
+    """CONTRACT switch (1 closed) at contraction `x` [m], with its own hysteresis."""
+    if x >= p.contract_on:
+        return 1.0
+    if x < p.contract_off:
+        return 0.0
+    return on
+
+
+@kernel
+def delivered(p: DriverTable, power: float, ctrl: float, cut: float, dt: float) -> float:
+    """Heat [W] after `dt`: the map through a first-order lag; none while CONTRACT cuts it."""
+    if cut > 0.5:
+        return 0.0
+    goal = heat(p, ctrl)
+    if p.lag <= 0.0:
+        return goal
+    return goal + (power - goal) * math.exp(-dt / p.lag)

@@ -1,0 +1,77 @@
+"""Carriage friction: LuGre bristles, Stribeck drop, level that depends on the position.
+
+Canudas de Wit et al., A new model for control of systems with friction, 1995 (the
+thesis' [30]). The thesis' dead zone is what an engineer fits to this, Section 4.2.3.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+
+class Friction(NamedTuple):
+    """Everything that rubs: motor brushes, belt idlers, bushing on the rod."""
+
+    coulomb: Annotated[float, Par("N", "kinetic friction", "calibrated to M2, M3", lo=0.0)] = 10.485
+    stribeck: Annotated[
+        float, Par("N", "breakaway above kinetic friction", "calibrated to M1", lo=0.0)
+    ] = 1.944
+    stribeck_speed: Annotated[
+        float, Par("m/s", "speed at which the Stribeck drop ends", shown="mm/s", positive=True)
+    ] = 0.03214
+    ripple: Annotated[
+        float, Par("N", "amplitude of the friction's change along the rod", "M1: motion is "
+                   "position-dependent below 3 V", lo=0.0)
+    ] = 0.518
+    ripple_long: Annotated[
+        float, Par("m", "longer period of that change", shown="mm", positive=True)
+    ] = 0.03714
+    ripple_short: Annotated[
+        float, Par("m", "shorter period of that change", shown="mm", positive=True)
+    ] = 0.01214
+    bristle: Annotated[
+        float, Par("N/m", "stiffness before sliding", shown="N/mm", positive=True)
+    ] = 7.26e5
+    bristle_damping: Annotated[
+        float, Par("N*s/m", "damping before sliding", lo=0.0)
+    ] = 570.0
+    viscous: Annotated[
+        float, Par("N*s/m", "viscous friction", "calibrated to M3, M4a", lo=0.0)
+    ] = 6.36
+
+
+@kernel
+def ripple(p: Friction, x: float) -> float:
+    """Deviation of the friction level [N] at position `x` [m] from its mean."""
+    return p.ripple * 0.5 * (
+        math.sin(2.0 * math.pi * x / p.ripple_long)
+        + math.sin(2.0 * math.pi * x / p.ripple_short + 1.0)
+    )
+
+
+@kernel
+def level(p: Friction, v: float, offset: float) -> float:
+    """Steady sliding friction [N] at speed `v` [m/s]: Stribeck curve, never negative."""
+    ratio = v / p.stribeck_speed
+    return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-3)
+
+
+@kernel
+def bristle_terms(
+    p: Friction, z: float, v: float, offset: float, h: float
+) -> tuple[float, float, float, float]:
+    """LuGre over one step `h`, linear in the new speed: z1 = a + b v1, force = c + d v1.
+
+    `z` [m] is the bristles' deflection, `v` [m/s] the present speed. The slip rate is
+    taken implicitly, so the bristle never rings and the step may be long.
+    """
+    # dz/dt = v - sigma0 |v| z / g(v);  F = sigma0 z + sigma1 dz/dt
+    hold = 1.0 / (1.0 + h * p.bristle * abs(v) / level(p, v, offset))
+    a = hold * z
+    b = hold * h
+    stiff = p.bristle + p.bristle_damping / h
+    return a, b, stiff * a - p.bristle_damping * z / h, stiff * b

@@ -1,0 +1,57 @@
+"""Hall sensor sliding by two magnets of opposite poles (Section 3.2.3, Figures 3.7-3.9)."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+
+class Hall(NamedTuple):
+    """Sensor and magnets. Each magnet's field falls off like a dipole's."""
+
+    null: Annotated[float, Par("V", "output without field", "Section 3.2.3")] = 2.5
+    gain: Annotated[
+        float, Par("V", "output per unit of the two magnets' profile", "calibrated to D6", positive=True)
+    ] = 3.322
+    spacing: Annotated[
+        float, Par("m", "half the distance of the magnets' effective poles", "calibrated to D6",
+                   shown="mm", positive=True)
+    ] = 2.9e-3
+    width: Annotated[
+        float, Par("m", "width of one magnet's profile", "calibrated to D6", shown="mm", positive=True)
+    ] = 2.8e-3
+    centre: Annotated[
+        float, Par("m", "contraction at which the sensor sits between the magnets",
+                   "Section 3.2.3", shown="mm")
+    ] = 1.99e-3
+    lag: Annotated[float, Par("s", "sensor's and filter's lag", "S11: Kp 3", shown="ms", lo=0.0)] = 4.0e-3
+    noise: Annotated[
+        float, Par("V", "noise before the converter (standard deviation)", shown="mV", lo=0.0)
+    ] = 0.8e-3
+
+
+@kernel
+def profile(s: float) -> float:
+    """Field of one magnet over the sideways distance `s` (in widths), 1 at its centre."""
+    r = 1.0 + s * s
+    return 1.0 / (r * math.sqrt(r))
+
+
+@kernel
+def volts(p: Hall, x: float) -> float:
+    """Sensor output [V] at contraction `x` [m], before lag and noise."""
+    s = x - p.centre
+    field = profile((s - p.spacing) / p.width) - profile((s + p.spacing) / p.width)
+    return min(max(p.null + p.gain * field, 0.0), 5.0)
+
+
+@kernel
+def lagged(p: Hall, level: float, x: float, dt: float) -> float:
+    """Output [V] after `dt` [s] at contraction `x` [m], behind the sensor's first-order lag."""
+    goal = volts(p, x)
+    if p.lag <= 0.0:
+        return goal
+    return goal + (level - goal) * math.exp(-dt / p.lag)

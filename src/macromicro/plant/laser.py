@@ -1,0 +1,39 @@
+"""Laser interferometer: measures from its last reset, with the air's noise (Section 6.4.1)."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+
+class Laser(NamedTuple):
+    """Noise in two parts: fast (vibration, electronics) and slow (air)."""
+
+    noise: Annotated[
+        float, Par("m", "fast noise (standard deviation)", "calibrated to I5", shown="um", lo=0.0)
+    ] = 0.40e-6
+    drift: Annotated[
+        float, Par("m", "slow noise (standard deviation)", "calibrated to I5", shown="um", lo=0.0)
+    ] = 0.25e-6
+    drift_time: Annotated[
+        float, Par("s", "correlation time of the slow noise", positive=True)
+    ] = 0.3
+    resolution: Annotated[
+        float, Par("m", "smallest step of the reading", "Section 7.1", shown="nm", positive=True)
+    ] = 5e-9
+
+
+@kernel
+def drifted(p: Laser, drift: float, draw: float, dt: float) -> float:
+    """Slow noise [m] after `dt` [s]; `draw` is a standard normal number."""
+    keep = math.exp(-dt / p.drift_time)
+    return keep * drift + p.drift * math.sqrt(1.0 - keep * keep) * draw
+
+
+@kernel
+def reading(p: Laser, path: float, draw: float, drift: float) -> float:
+    """Reading [m] for a path [m] since the reset; `draw` is a standard normal number."""
+    return math.floor((path + p.noise * draw + drift) / p.resolution + 0.5) * p.resolution

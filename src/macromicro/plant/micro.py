@@ -1,0 +1,68 @@
+"""The micro-stage: driver, heat ladder and wires on their load, one control period at a time."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from macromicro.hysteresis import Everett, fresh
+from macromicro.kernel import kernel
+from macromicro.plant import driver, thermal, wire
+from macromicro.plant.driver import Driver, DriverTable
+from macromicro.plant.phase import Phase
+from macromicro.plant.phase import table as phase_table
+from macromicro.plant.thermal import Thermal
+from macromicro.plant.wire import Load, Wire, WireState
+
+
+class Micro(NamedTuple):
+    """Parameters of an electrically heated actuator and its load."""
+
+    driver: DriverTable
+    thermal: Thermal
+    wire: Wire
+    table: Everett
+    load: Load
+
+
+class MicroState(NamedTuple):
+    """power [W] in the wires, cut: CONTRACT closed, plates and body [degC], the wires."""
+
+    power: float
+    cut: float
+    plates: float
+    body: float
+    wire: WireState
+
+
+def prepare(spec: Driver, heat: Thermal, alloy: Wire, phase: Phase, load: Load) -> Micro:
+    """Runtime parameters, the relay table included."""
+    return Micro(driver.prepare(spec), heat, alloy, phase_table(phase), load)
+
+
+def cold(p: Micro, temperature: float) -> MicroState:
+    """The actuator at a temperature [degC], fully extended, never heated before."""
+    return MicroState(
+        0.0, 0.0, float(temperature), float(temperature), cold_wire(p.wire, p.load, p.table, temperature)
+    )
+
+
+def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireState:
+    """Wires at rest at a temperature [degC], all martensite."""
+    u = temperature - p.shift * (load.preload - p.reference_load)
+    return WireState(float(temperature), u, 1.0, 0.0, 0.0, float(temperature), fresh(table, u))
+
+
+@kernel
+def advance(p: Micro, s: MicroState, ctrl: float, fan: float, inertia: float, dt: float) -> MicroState:
+    """The actuator after `dt` [s] with CTRL at `ctrl` [D/A volts].
+
+    `fan` 0 or 1; `inertia` [N]: load by the carriage's acceleration.
+    """
+    cut = driver.contract(p.driver, s.cut, s.wire.x)
+    power = driver.delivered(p.driver, s.power, ctrl, cut, dt)
+    f1, f2, f3 = thermal.flows(p.thermal, s.wire.temperature, s.plates, s.body, fan)
+    capacity = p.thermal.wire_capacity
+    alloy = wire.heated(p.wire, p.load, p.table, s.wire, (power - f1) * dt, inertia, capacity)
+    plates = s.plates + (f1 - f2) * dt / p.thermal.plate_capacity
+    body = s.body + (f2 - f3) * dt / p.thermal.body_capacity
+    return MicroState(power, cut, plates, body, alloy)

@@ -1,0 +1,64 @@
+"""The alloy's relays: at which temperatures parts of the wire transform, and back.
+
+A density of relays over heating and cooling thresholds (Section 2.4.1), here at the
+load of the kiln. Its shape is a bench assumption: thresholds for heating crowd
+exponentially below a last one, those for cooling scatter about a line.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.hysteresis import Everett, from_density
+from macromicro.parameters import Par
+
+_CAL = "calibrated to S2, S4, S6, S8, S13, I3"
+
+
+class Phase(NamedTuple):
+    """Density of the transformation's relays at the reference load."""
+
+    heat_end: Annotated[float, Par("degC", "last heating threshold (austenite finish)", _CAL)] = 107.0
+    heat_fold: Annotated[
+        float, Par("K", "temperature in which the heating density falls e-fold", _CAL, positive=True)
+    ] = 10.0
+    cool_offset: Annotated[
+        float, Par("degC", "mean cooling threshold at a heating threshold of 0 degC", _CAL)
+    ] = 37.0
+    cool_slope: Annotated[
+        float, Par("1", "mean cooling threshold per heating threshold", _CAL, lo=0.0, hi=1.0)
+    ] = 0.35
+    cool_spread: Annotated[
+        float, Par("K", "scatter of the cooling thresholds (standard deviation)", _CAL, positive=True)
+    ] = 6.5
+    width_min: Annotated[
+        float, Par("K", "least distance of a relay's two thresholds", _CAL, lo=0.1)
+    ] = 2.0
+
+
+_LOW, _STEP, _NODES = 0.0, 0.5, 241
+
+
+def weights(p: Phase, up: npt.NDArray[np.float64], down: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Density (not normalised) at heating thresholds `up` and cooling thresholds `down` [degC].
+
+    Broadcasts; zero above the last heating threshold and where the thresholds are
+    closer than `width_min`.
+    """
+    rising = np.where(up <= p.heat_end, np.exp((up - p.heat_end) / p.heat_fold), 0.0)
+    centre = p.cool_offset + p.cool_slope * up
+    scatter = np.exp(-0.5 * ((down - centre) / p.cool_spread) ** 2)
+    # Relays whose drawn cooling threshold comes too close are not there at all; the
+    # heating curve keeps its shape because each heating threshold is normalised.
+    allowed = np.where(down <= up - p.width_min, scatter, 0.0)
+    total = allowed.sum(axis=-1, keepdims=True)
+    share = np.divide(allowed, total, out=np.zeros_like(allowed), where=total > 1e-12)
+    return np.asarray(rising * share, dtype=float)
+
+
+def table(p: Phase) -> Everett:
+    """Everett table of the density on 0-120 degC in half degrees."""
+    return from_density(lambda up, down: weights(p, up, down), _LOW, _STEP, _NODES)

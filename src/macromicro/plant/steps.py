@@ -1,0 +1,18 @@
+"""How finely the physics is integrated within one control period."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.parameters import Par
+
+
+class Steps(NamedTuple):
+    """Steps per control period; doubling them must change nothing a user sees."""
+
+    macro: Annotated[
+        int, Par("", "physics steps per control period, macro-stage", lo=1, hi=1000)
+    ] = 20
+    micro: Annotated[
+        int, Par("", "physics steps per control period, micro-stage", lo=1, hi=100)
+    ] = 1

@@ -1,0 +1,165 @@
+"""The alloy wires: temperature, load and history give the contraction.
+
+Transformation by relays (`phase`), shifted by stress (Clausius-Clapeyron), with latent
+heat, elastic strain of both phases and the mechanical stop. Energy balance and balance
+of forces are solved together, once a step, for the relays' input.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.hysteresis import Everett, Memory, advance, peek
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+from macromicro.plant.flexure import GRAM_FORCE
+
+_LIT = "literature value for NiTi"
+
+
+class Wire(NamedTuple):
+    """The six wires of the actuator taken as one."""
+
+    stroke: Annotated[
+        float, Par("m", "contraction by full transformation (4 % strain)", "Section 3.2.1",
+                   shown="mm", positive=True)
+    ] = 4.03e-3
+    stop: Annotated[
+        float, Par("m", "mechanical stop", "Section 5.2.2 (S3)", shown="mm", positive=True)
+    ] = 3.98e-3
+    length: Annotated[
+        float, Par("m", "wire length in all", "stroke at 4 % strain", shown="mm", positive=True)
+    ] = 0.1
+    area: Annotated[
+        float, Par("m**2", "cross-section that carries the load", shown="mm**2", positive=True)
+    ] = 1.44e-8
+    martensite: Annotated[float, Par("Pa", "modulus of martensite", _LIT, shown="GPa", positive=True)] = 30e9
+    austenite: Annotated[float, Par("Pa", "modulus of austenite", _LIT, shown="GPa", positive=True)] = 75e9
+    latent: Annotated[
+        float, Par("J", "latent heat of the full transformation (12-24 kJ/kg)", _LIT, lo=0.0)
+    ] = 24.0 * 0.77 / 150.0
+    shift: Annotated[
+        float, Par("K/N", "rise of all thresholds with load (6.5-10 MPa/K)", _LIT, lo=0.0)
+    ] = 0.085 / GRAM_FORCE
+    reference_load: Annotated[
+        float, Par("N", "load at which the thresholds are given: the kiln's 30 g", "Section 5.2.1", lo=0.0)
+    ] = 30.0 * GRAM_FORCE
+
+
+class Load(NamedTuple):
+    """What the wires pull: force [N] at rest, its rate [N/m], moving mass [kg]."""
+
+    preload: float
+    rate: float
+    mass: float
+
+
+class WireState(NamedTuple):
+    """Wires' heat content [K, as temperature plus latent share], relay input u [degC],
+    slope d(heat)/du of the last step, austenite fraction, contraction [m], temperature
+    [degC], relay memory."""
+
+    content: float
+    u: float
+    slope: float
+    austenite: float
+    x: float
+    temperature: float
+    memory: Memory
+
+
+@kernel
+def geometry(p: Wire, load: Load, austenite: float, inertia: float) -> tuple[float, float]:
+    """Contraction [m] and wire force [N] for an austenite fraction; `inertia` [N] adds to the load.
+
+    x = stroke xi - (elastic stretch now - elastic stretch cold and still); beyond the
+    stop the wires go on pulling, against their own elasticity.
+    """
+    scale = p.area / p.length
+    compliance = ((1.0 - austenite) / p.martensite + austenite / p.austenite) / scale
+    cold = load.preload / (p.martensite * scale)
+    free = p.stroke * austenite + cold
+    x = (free - compliance * (load.preload + inertia)) / (1.0 + compliance * load.rate)
+    if x > p.stop:
+        return p.stop, (free - p.stop) / compliance
+    return x, load.preload + load.rate * x + inertia
+
+
+@kernel
+def _excess(
+    p: Wire, load: Load, table: Everett, memory: Memory, u: float, inertia: float, latent: float
+) -> float:
+    """Heat content [K] that belongs to relay input `u`: temperature plus latent share."""
+    austenite = peek(table, memory, u)
+    _, force = geometry(p, load, austenite, inertia)
+    # T = u + shift (F - F_ref): Clausius-Clapeyron
+    return u + p.shift * (force - p.reference_load) + latent * austenite
+
+
+@kernel
+def solve(
+    p: Wire, load: Load, table: Everett, s: WireState, content: float, inertia: float, latent: float
+) -> tuple[float, float]:
+    """Relay input u at which the wires hold `content` [K], and d(content)/du on the way.
+
+    The content rises at least as fast as u, so the root lies within the residual of the
+    present u: a secant search, kept inside that bracket, started with the last slope.
+    """
+    r_old = _excess(p, load, table, s.memory, s.u, inertia, latent) - content
+    if abs(r_old) < 1e-11:
+        return s.u, s.slope
+    start = r_old
+    u_old = s.u
+    low = min(s.u, s.u - r_old * 1.0000001)
+    high = max(s.u, s.u - r_old * 1.0000001)
+    u = s.u - r_old / s.slope
+    for _ in range(60):
+        r = _excess(p, load, table, s.memory, u, inertia, latent) - content
+        if abs(r) < 1e-10:
+            break
+        if r > 0.0:
+            high = u
+        else:
+            low = u
+        following = 0.5 * (low + high)
+        if r != r_old:
+            secant = u - r * (u - u_old) / (r - r_old)
+            if low < secant < high:
+                following = secant
+        u_old = u
+        r_old = r
+        u = following
+    slope = s.slope
+    if u != s.u:
+        slope = max(-start / (u - s.u), 1.0)
+    return u, slope
+
+
+@kernel
+def heated(
+    p: Wire, load: Load, table: Everett, s: WireState, gain: float, inertia: float, capacity: float
+) -> WireState:
+    """The wires after taking `gain` [J]; `capacity` [J/K] is their plain heat capacity."""
+    latent = p.latent / capacity
+    content = s.content + gain / capacity
+    u, slope = solve(p, load, table, s, content, inertia, latent)
+    memory, austenite = advance(table, s.memory, u)
+    x, _ = geometry(p, load, austenite, inertia)
+    temperature = content - latent * austenite
+    return WireState(content, u, slope, austenite, x, temperature, memory)
+
+
+@kernel
+def tempered(
+    p: Wire, load: Load, table: Everett, s: WireState, temperature: float
+) -> WireState:
+    """The wires at an imposed temperature [degC], as in the kiln: no latent heat to pay.
+
+    Only for loads whose rate is zero or small: the force of the present contraction
+    shifts the thresholds.
+    """
+    _, force = geometry(p, load, s.austenite, 0.0)
+    u = temperature - p.shift * (force - p.reference_load)
+    memory, austenite = advance(table, s.memory, u)
+    x, _ = geometry(p, load, austenite, 0.0)
+    return WireState(temperature, u, s.slope, austenite, x, temperature, memory)

@@ -1,0 +1,77 @@
+"""Motion programmes: which stage goes where, and for how long.
+
+A TOML programme is sequenced: a move starts when the one before it is complete. A CSV
+programme is scheduled: a zero-order hold of columns over time.
+"""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from macromicro.errors import InputError
+from macromicro.programme.moves import (
+    MACRO,
+    MAX_HOLD,
+    MAX_MOVES,
+    MICRO,
+    WHAT,
+    Limits,
+    Programme,
+)
+from macromicro.programme.scheduled import load_csv
+from macromicro.programme.sequenced import load_toml
+from macromicro.textfile import printable
+
+__all__ = [
+    "MACRO",
+    "MAX_HOLD",
+    "MAX_MOVES",
+    "MICRO",
+    "Limits",
+    "Programme",
+    "find",
+    "load",
+    "shipped",
+]
+
+FOLDER = Path(__file__).parents[1] / "programmes"
+
+
+def shipped() -> dict[str, Path]:
+    """The example programmes that come with the package, by name."""
+    return {p.stem: p for p in sorted(FOLDER.iterdir()) if p.suffix in (".toml", ".csv")}
+
+
+def find(name_or_path: str) -> Path:
+    """The file of a shipped programme's name, or the path itself if something is there."""
+    examples = shipped()
+    if name_or_path in examples:
+        return examples[name_or_path]
+    path = Path(name_or_path)
+    try:
+        found = bool(name_or_path) and path.exists()
+    except (OSError, ValueError):  # too long, or a NUL in it
+        found = False
+    if found:
+        return path
+    near = difflib.get_close_matches(name_or_path, examples, 1)
+    hint = f" (nearest: {near[0]})" if near else ""
+    accepted = f"{WHAT} or the name of an example: {', '.join(examples)}{hint}"
+    raise InputError("programme", f"{printable(name_or_path)}: no such file", accepted)
+
+
+def load(path: Path, limits: Limits) -> Programme:
+    """Read a programme, .toml or .csv. Targets outside `limits` are refused.
+
+    Raises `InputError` that names the file and the line (CSV, TOML syntax) or the move,
+    counted from 1, and its key (TOML).
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        return load_csv(path, limits)
+    if suffix == ".toml" or path.is_dir():  # reading says that it is a directory
+        return load_toml(path, limits)
+    found = f"suffix {printable(suffix)}" if suffix else "no suffix"
+    raise InputError(printable(str(path), 300), found, WHAT)

@@ -1,0 +1,109 @@
+"""What a programme is: a list of moves as columns, and how far the stages may go."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.errors import InputError
+from macromicro.units import shown
+
+MACRO, MICRO = 0, 1
+MAX_HOLD = 3600.0
+MAX_MOVES = 1_000_000
+WHAT = "a motion programme (.toml or .csv)"
+
+
+class Limits(NamedTuple):
+    """How far the stages go: macro in counts, micro in m; counts_per_metre scales lengths."""
+
+    macro_lo: float
+    macro_hi: float
+    micro_lo: float
+    micro_hi: float
+    counts_per_metre: float
+
+
+class Programme(NamedTuple):
+    """A list of moves; all arrays have one element a move.
+
+    title: for people. start, s: earliest start after the run's beginning, NaN = as soon
+    as the move before is complete. stage: 0 macro, 1 micro. target: counts for macro,
+    m for micro. hold, s: how long the target is held after the move's arrival
+    (sequenced), or the time from `start` to the next change (scheduled). end, s: when
+    the programme ends, NaN = after the last hold. source: the file.
+    """
+
+    title: str
+    start: NDArray[np.float64]
+    stage: NDArray[np.int64]
+    target: NDArray[np.float64]
+    hold: NDArray[np.float64]
+    end: float
+    source: str
+
+    @property
+    def scheduled(self) -> bool:
+        """True if the moves have absolute times."""
+        return not math.isnan(self.end)
+
+    def repeated(self, n: int) -> Programme:
+        """The programme `n` times in a row; a scheduled one is shifted by its end each time."""
+        size = len(self.target)
+        most = MAX_MOVES // size
+        if not 1 <= n <= most:
+            raise InputError("cycles", n, f"a whole number from 1 to {most}")
+        shift = np.arange(n) * (self.end if self.scheduled else 0.0)
+        return self._replace(
+            start=np.tile(self.start, n) + np.repeat(shift, size),
+            stage=np.tile(self.stage, n),
+            target=np.tile(self.target, n),
+            hold=np.tile(self.hold, n),
+            end=self.end * n,
+        )
+
+
+class Move(NamedTuple):
+    """One move: a row of a `Programme`."""
+
+    start: float
+    stage: int
+    target: float
+    hold: float
+
+
+def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Programme:
+    """The columns of `moves`."""
+    start, stage, target, hold = zip(*moves, strict=True)
+    return Programme(
+        title=title,
+        start=np.array(start, dtype=np.float64),
+        stage=np.array(stage, dtype=np.int64),
+        target=np.array(target, dtype=np.float64),
+        hold=np.array(hold, dtype=np.float64),
+        end=end,
+        source=str(path),
+    )
+
+
+def admitted(value: float, stage: int, limits: Limits, where: str, text: str) -> float:
+    """`value` as a target, counts (rounded to whole ones) or m, if the stage can go there.
+
+    `text` is what the user wrote. Raises `InputError` with the range in words.
+    """
+    if stage == MICRO:
+        if limits.micro_lo <= value <= limits.micro_hi:
+            return value
+        lo, hi = (shown(x, "m", "mm", 6) for x in (limits.micro_lo, limits.micro_hi))
+        raise InputError(where, text, f"{lo} to {hi}")
+    counts = float(math.floor(value + 0.5)) if math.isfinite(value) else value
+    if limits.macro_lo <= counts <= limits.macro_hi:
+        return counts
+    ends = (limits.macro_lo, limits.macro_hi)
+    lo, hi = (shown(x / limits.counts_per_metre, "m", "mm", 6) for x in ends)
+    raise InputError(where, text, f"{lo} to {hi} ({ends[0]:.0f} to {ends[1]:.0f} counts)")

@@ -1,0 +1,167 @@
+"""CSV programmes: targets over time, each held until it changes."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from macromicro.errors import InputError
+from macromicro.programme.moves import (
+    MACRO,
+    MICRO,
+    WHAT,
+    Limits,
+    Move,
+    Programme,
+    admitted,
+    programme,
+)
+from macromicro.textfile import printable, read_text
+
+MAX_END = 24 * 3600.0
+_TIME = -1
+# Name: what the column is and how many of its unit make one s, m or count.
+_COLUMNS = {
+    "t_s": (_TIME, 1.0),
+    "t_ms": (_TIME, 1e3),
+    "macro_mm": (MACRO, 1e3),
+    "macro_counts": (MACRO, 0.0),
+    "micro_mm": (MICRO, 1e3),
+    "micro_um": (MICRO, 1e6),
+}
+_HEADER = "t_s or t_ms, and macro_mm or macro_counts, micro_mm or micro_um, or both"
+_COMMAS = "commas between the columns and points in the numbers"
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
+
+
+class _Row(NamedTuple):
+    """A line of the file: its number, time [s] and the target of each stage (NaN: no column)."""
+
+    line: int
+    t: float
+    targets: tuple[float, float]
+
+
+def load_csv(path: Path, limits: Limits) -> Programme:
+    """Read a scheduled programme.
+
+    The stages start from 0, so a first row of 0 is no move, unless the last row leaves
+    the stage elsewhere: repeated, the programme must then come back.
+    """
+    lines = re.split(r"\r\n|\r|\n", read_text(path, WHAT))
+    file = printable(str(path), 300)
+    rows = list(_rows(lines, limits, file))
+    if len(rows) < 2:
+        found = "one row" if rows else "no rows"
+        raise InputError(file, found, "two rows or more: the last one's time is the end")
+    last, before = rows[-1], rows[-2]
+    for stage, name in ((MACRO, "macro"), (MICRO, "micro")):
+        if _differ(before.targets[stage], last.targets[stage]):
+            found = f"{name} changes in the last row"
+            accepted = "the row before it repeated: the last row's time only ends the programme"
+            raise InputError(f"{file}, line {last.line}", found, accepted)
+    moves = _moves(rows)
+    if not moves:
+        raise InputError(file, "no moves", "a target that changes")
+    return programme(path.stem, moves, last.t, path)
+
+
+def _differ(a: float, b: float) -> bool:
+    return a != b and not math.isnan(b)
+
+
+def _moves(rows: list[_Row]) -> list[Move]:
+    """The changes, macro before micro at the same time, each held until the next change."""
+    end = rows[-1].t
+    returns = tuple(0.0 if last == 0.0 else math.inf for last in rows[-1].targets)
+    previous = returns
+    changes = []
+    for row in rows[:-1]:
+        stages = [s for s in (MACRO, MICRO) if _differ(previous[s], row.targets[s])]
+        if stages:
+            changes.append((row, stages))
+        previous = row.targets
+    nexts = [row.t for row, _ in changes[1:]] + [end]
+    return [
+        Move(row.t, stage, row.targets[stage], after - row.t)
+        for (row, stages), after in zip(changes, nexts, strict=True)
+        for stage in stages
+    ]
+
+
+def _rows(lines: list[str], limits: Limits, file: str) -> Iterator[_Row]:
+    """The rows below the header, checked."""
+    names: list[str] = []
+    t = -math.inf
+    for number, line in enumerate(lines, 1):
+        content = line.partition("#")[0].strip()
+        if not content:
+            continue
+        where = f"{file}, line {number}"
+        cells = _cells(content, where)
+        if not names:
+            names = _header(cells, where)
+            continue
+        if len(cells) != len(names):
+            accepted = f"{len(names)} cells: {', '.join(names)}"
+            raise InputError(where, f"{len(cells)} cells", accepted)
+        row = _row(number, dict(zip(names, cells, strict=True)), limits, where)
+        if row.t <= t:
+            raise InputError(where, f"{row.t:g} s", f"times that increase: more than {t:g} s")
+        t = row.t
+        yield row
+    if not names:
+        raise InputError(file, "no header", _HEADER)
+
+
+def _cells(content: str, where: str) -> list[str]:
+    if ";" in content or "\t" in content:
+        found = "columns parted by ';'" if ";" in content else "columns parted by tabs"
+        raise InputError(where, found, _COMMAS)
+    if '"' not in content:
+        return [cell.strip() for cell in content.split(",")]
+    try:
+        return [cell.strip() for cell in next(csv.reader([content], strict=True))]
+    except csv.Error as error:
+        raise InputError(where, f"bad quotes ({error})", _COMMAS) from None
+
+
+def _header(cells: list[str], where: str) -> list[str]:
+    for cell in cells:
+        if cell not in _COLUMNS:
+            raise InputError(f"{where}, column {printable(cell)!r}", "unknown column", _HEADER)
+    kinds = [_COLUMNS[cell][0] for cell in cells]
+    for cell, kind in zip(cells, kinds, strict=True):
+        if kinds.count(kind) > 1:
+            same = [name for name in cells if _COLUMNS[name][0] == kind]
+            found = f"columns {' and '.join(same)}"
+            raise InputError(f"{where}, column {cell}", found, f"one of them only: {_HEADER}")
+    if _TIME not in kinds or len(kinds) < 2:
+        raise InputError(where, f"columns {', '.join(cells)}", _HEADER)
+    return cells
+
+
+def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
+    t, targets = 0.0, [math.nan, math.nan]
+    for name, text in cells.items():
+        place = f"{where}, {name}"
+        kind, per_unit = _COLUMNS[name]
+        number = float(text) if _NUMBER.fullmatch(text) else math.nan
+        if not math.isfinite(number):
+            raise InputError(place, printable(text, 40) or "an empty cell", "a finite number")
+        if kind == _TIME:
+            t = number / per_unit
+            if not 0.0 <= t <= MAX_END:
+                raise InputError(place, text, "a time from 0 to 24 h")
+            continue
+        # Divided, not multiplied by 1e-3: so "1.5" mm is exactly the float 0.0015.
+        value = number / per_unit if per_unit else number
+        if kind == MACRO and per_unit:
+            value *= limits.counts_per_metre
+        shown = f"{text} {name.partition('_')[2]}"
+        targets[kind] = admitted(value, kind, limits, place, shown)
+    return _Row(line, t, (targets[0], targets[1]))

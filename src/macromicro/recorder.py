@@ -1,0 +1,215 @@
+"""Recorder: writes a run to disk so that a killed process or a full disk loses nothing.
+
+HDF5 only lays the file out, whole and closed, before the first row comes. From then on its
+metadata never changes: `append` puts the numbers at their known places through the
+operating system, and the count of rows last. So the file is valid HDF5 at every instant,
+and no library's cache stands between the run and the file. Where the layout must change,
+to grow or to cut off unused rows, a new file is written beside the old one and then takes
+its name in one step.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from macromicro.errors import InputError, MacromicroError
+from macromicro.recording_format import (
+    Attribute,
+    Block,
+    Column,
+    Layout,
+    as_block,
+    needed_bytes,
+    write_all,
+)
+
+_MB = 1_000_000
+_COPY_BYTES = 1 << 20
+
+
+class RecordingError(MacromicroError):
+    """Writing a recording failed. The message says how many rows are safe, and where."""
+
+
+def check_space(folder: str | os.PathLike[str], needed: int) -> None:
+    """InputError unless `needed` bytes can be written in `folder`.
+
+    A folder that does not exist yet is judged by the nearest one above it that does.
+    """
+    wanted = Path(folder)
+    place = wanted.absolute()
+    while not os.path.lexists(place) and place != place.parent:
+        place = place.parent
+    if not place.is_dir():
+        raise InputError(str(wanted), "not a folder", "a folder, or a place to make one")
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise InputError(str(wanted), "not writable", "a folder that may be written to")
+    free = shutil.disk_usage(place).free
+    if free < needed:
+        found = f"{free / _MB:.1f} MB free"
+        raise InputError(str(wanted), found, f"a folder with at least {needed / _MB:.1f} MB free")
+
+
+class Recorder:
+    """Writes a recording, block by block; a context manager that closes it.
+
+    What `append` was given is in the file when it returns, and a process killed at any
+    instant leaves a file that opens in h5py as it is. `Recording.load` shows its rows;
+    other readers see the unused rows up to the capacity too, until `close` cuts them off.
+    Disk space for `capacity` rows is reserved at once. A longer run grows the file by
+    copying it to twice the capacity, so choose a capacity that suffices.
+
+    `dt`: sample time [s]; `attributes`: provenance, such as seed and version. Raises
+    InputError for an existing `path` (unless `overwrite`), an unfit folder, or columns and
+    attributes that HDF5 cannot hold; RecordingError if the file cannot be made.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        columns: Sequence[Column],
+        capacity: int,
+        dt: float,
+        attributes: Mapping[str, Attribute],
+        *,
+        overwrite: bool = False,
+    ) -> None:
+        where = os.fspath(path)
+        self.path = Path(path).absolute()
+        if capacity < 1:
+            raise InputError(f"{where}, capacity", capacity, "at least 1 row")
+        self._layout = Layout.checked(columns, dt, attributes, where)
+        if os.path.lexists(self.path) and not (overwrite and self.path.is_file()):
+            raise InputError(where, "exists already", "a new name; overwrite=True for a file")
+        if not self.path.parent.is_dir():
+            raise InputError(where, "its folder does not exist", "a file in an existing folder")
+        check_space(self.path.parent, needed_bytes(self.columns, capacity))
+        self._widths = [np.dtype(c.dtype).itemsize for c in self.columns]
+        self._places: list[int] = []
+        self._rows_place = 0
+        self._capacity = 0
+        self._rows = 0
+        self._fd = -1
+        self._closed = False
+        try:
+            self._lay_out(capacity)
+        except (OSError, RuntimeError) as error:
+            raise RecordingError(f"{where}: cannot be made: {_reason(error)}") from error
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns, in the order of a block's rows."""
+        return self._layout.columns
+
+    @property
+    def rows(self) -> int:
+        """Rows that are safe in the file."""
+        return self._rows
+
+    def append(self, block: Block) -> None:
+        """Write a block of shape (columns, rows) behind the earlier rows.
+
+        Raises InputError for a block of another shape or values that a column cannot
+        hold, RecordingError when the disk refuses; either way the earlier rows stay as
+        they are, nothing of this block counts, and `append` may be tried again.
+        """
+        if self._closed:
+            raise RecordingError(f"{self.path}: is closed; {self._rows} rows are in it")
+        arrays = as_block(block, self.columns, str(self.path))
+        total = self._rows + len(arrays[0])
+        try:
+            if total > self._capacity:
+                self._lay_out(max(total, 2 * self._capacity))
+            for array, place, width in zip(arrays, self._places, self._widths, strict=True):
+                write_all(self._fd, array.view(np.uint8).data, place + self._rows * width)
+            write_all(self._fd, np.int64(total).tobytes(), self._rows_place)
+        except (OSError, RuntimeError) as error:
+            raise RecordingError(
+                f"{self.path}: writing failed: {_reason(error)}; "
+                f"the first {self._rows} rows are safe in this file"
+            ) from error
+        self._rows = total
+
+    def flush(self) -> None:
+        """Force all appended rows onto the disk itself, against a power failure.
+
+        Slow, and not needed against a killed process. Raises RecordingError.
+        """
+        try:
+            os.fsync(self._fd)
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot be flushed: {_reason(error)}") from error
+
+    def close(self) -> None:
+        """Cut off the unused rows and close the file.
+
+        Where the disk has no room for the shorter copy, the file stays as it is, all rows
+        in it, as after a kill.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            if self._rows < self._capacity:
+                self._lay_out(self._rows)
+        except (OSError, RuntimeError):
+            pass  # all rows are safe already
+        finally:
+            os.close(self._fd)
+            self._fd = -1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _lay_out(self, capacity: int) -> None:
+        """Replace the file by one of `capacity` rows that holds all rows so far."""
+        part = self.path.with_name(f"{self.path.name}.part")
+        fd = os.open(part, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+        try:
+            rows_place, places = self._layout.write(fd, capacity)
+            if self._rows:
+                for source, target, width in zip(self._places, places, self._widths, strict=True):
+                    _copy(self._fd, source, fd, target, self._rows * width)
+                write_all(fd, np.int64(self._rows).tobytes(), rows_place)
+            os.replace(part, self.path)
+        except BaseException:
+            os.close(fd)
+            part.unlink(missing_ok=True)
+            raise
+        old, self._fd = self._fd, fd
+        self._capacity, self._rows_place, self._places = capacity, rows_place, places
+        if old >= 0:
+            os.close(old)
+
+
+def _reason(error: Exception) -> str:
+    """The operating system's words where it has some ("No space left on device")."""
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error)
+
+
+def _copy(source: int, start: int, target: int, to: int, length: int) -> None:
+    """Copy `length` bytes from one open file to another."""
+    done = 0
+    while done < length:
+        piece = os.pread(source, min(_COPY_BYTES, length - done), start + done)
+        if not piece:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))  # someone else shortened the file
+        write_all(target, piece, to + done)
+        done += len(piece)

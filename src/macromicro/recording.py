@@ -1,0 +1,208 @@
+"""Recording: named columns with units and provenance, in memory or in an HDF5 file.
+
+`Recorder` (in ``macromicro.recorder``) writes the file during a run; `Recording` reads it,
+also while the run goes on and after it was killed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.errors import InputError, MacromicroError
+from macromicro.recorder import Recorder, RecordingError, check_space
+from macromicro.recording_format import (
+    FORMAT,
+    OWN_ATTRIBUTES,
+    ROWS,
+    TIME,
+    Attribute,
+    Block,
+    Column,
+    Layout,
+    as_block,
+    needed_bytes,
+)
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = [
+    "Column",
+    "Recorder",
+    "Recording",
+    "RecordingError",
+    "check_space",
+    "needed_bytes",
+]
+
+_ACCEPTED = "a recording written by macromicro (.h5)"
+_DAMAGE = (KeyError, TypeError, ValueError, AttributeError, OSError, RuntimeError)
+
+
+class Recording:
+    """What a run recorded: ``recording["motor"]`` is one column as an array.
+
+    `columns`, `dt` [s], `rows` and `attributes` (seed, version, ...) describe it;
+    ``len(recording)`` is `rows`. From a file, a column is read when first asked for, and
+    the file is open only meanwhile. Make one with `load` or `from_arrays`.
+    """
+
+    def __init__(
+        self,
+        columns: tuple[Column, ...],
+        rows: int,
+        dt: float,
+        attributes: dict[str, Attribute],
+        source: Path | dict[str, NDArray[Any]],
+    ) -> None:
+        self.columns = columns
+        self.rows = rows
+        self.dt = dt
+        self.attributes = attributes
+        self._path = source if isinstance(source, Path) else None
+        self._arrays = {} if isinstance(source, Path) else source
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """The recording in a file, without the unused rows that a killed run leaves.
+
+        Raises InputError if there is no such file or it is not a recording.
+        """
+        place = Path(path)
+        with _opened(place) as file:
+            try:
+                found = {key: _plain(value) for key, value in file.attrs.items()}
+                if found.get("format") != FORMAT:
+                    raise InputError(str(place), "not a recording", _ACCEPTED)
+                columns = tuple(_column(file[n]) for n in str(found["columns"]).split())
+                rows = int(file[ROWS][()])
+                lengths = [len(file[c.name]) for c in columns]
+                dt = float(found["sample_time_s"])
+            except _DAMAGE as error:
+                raise InputError(str(place), f"damaged: {error}", _ACCEPTED) from error
+        if not 0 <= rows <= min(lengths, default=-1):
+            raise InputError(str(place), f"damaged: {rows} rows", _ACCEPTED)
+        attributes = {
+            key: value
+            for key, value in found.items()
+            if key not in OWN_ATTRIBUTES and isinstance(value, str | int | float)
+        }
+        return cls(columns, rows, dt, attributes, place.absolute())
+
+    @classmethod
+    def from_arrays(
+        cls,
+        columns: Sequence[Column],
+        arrays: Block,
+        dt: float,
+        attributes: Mapping[str, Attribute],
+    ) -> Self:
+        """A recording in memory: one array per column, in the columns' order, equally long.
+
+        A matrix of shape (columns, rows) will do. Arrays are cast as `Recorder.append`
+        does, and shared where they need no cast. Raises InputError as it does.
+        """
+        where = "recording"
+        layout = Layout.checked(columns, dt, attributes, where)
+        done = as_block(arrays, layout.columns, where)
+        named = {c.name: array for c, array in zip(layout.columns, done, strict=True)}
+        return cls(layout.columns, len(done[0]), layout.dt, layout.attributes, named)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """The column `name`; InputError names the columns there are."""
+        if name not in self._arrays:
+            column = self._find(name)
+            assert self._path is not None
+            with _opened(self._path) as file:
+                values = file[name][: self.rows] if name in file else np.empty(0)
+            if len(values) != self.rows:
+                found = "changed since it was loaded"
+                raise InputError(str(self._path), found, "the same recording")
+            self._arrays[name] = np.asarray(values, column.dtype)
+        return self._arrays[name]
+
+    def __contains__(self, name: object) -> bool:
+        """True for the name of a column."""
+        return any(c.name == name for c in self.columns)
+
+    def __len__(self) -> int:
+        return self.rows
+
+    def unit(self, name: str) -> str:
+        """Unit of the column `name`; InputError names the columns there are."""
+        return self._find(name).unit
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write this recording to a new file; raises what `Recorder` raises."""
+        arrays = [self[c.name] for c in self.columns]
+        capacity = max(self.rows, 1)
+        with Recorder(
+            path, self.columns, capacity, self.dt, self.attributes, overwrite=overwrite
+        ) as recorder:
+            recorder.append(arrays)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The same as an xarray Dataset with the coordinate `t`, units as attributes."""
+        try:
+            import xarray
+        except ImportError as error:
+            raise MacromicroError(
+                "xarray is not installed; install it with: pip install macromicro[xarray]"
+            ) from error
+        variables = {
+            c.name: (TIME, self[c.name], {"units": c.unit, "long_name": c.meaning})
+            for c in self.columns
+        }
+        time = {TIME: variables.pop(TIME)}
+        attributes = {**self.attributes, "format": FORMAT, "sample_time_s": self.dt}
+        return xarray.Dataset(variables, coords=time, attrs=attributes)
+
+    def _find(self, name: str) -> Column:
+        for column in self.columns:
+            if column.name == name:
+                return column
+        where = str(self._path) if self._path else "recording"
+        names = ", ".join(c.name for c in self.columns)
+        raise InputError(f"{where}, column", name, names)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """The HDF5 file at `path`, for reading; InputError if it is none."""
+    import h5py
+
+    found = ""
+    if path.is_dir():
+        found = "a folder"
+    elif not path.is_file():
+        found = "no such file" if not path.exists() else "not a file"
+    elif not os.access(path, os.R_OK):
+        found = "not readable"
+    elif not h5py.is_hdf5(path):
+        found = "not a recording"
+    if found:
+        raise InputError(str(path), found, _ACCEPTED)
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise InputError(str(path), f"cannot be opened: {error}", _ACCEPTED) from error
+    with file:
+        yield file
+
+
+def _column(dataset: Any) -> Column:
+    """What the file says about one of its datasets."""
+    unit, meaning = str(dataset.attrs["units"]), str(dataset.attrs["long_name"])
+    return Column(dataset.name.lstrip("/"), unit, meaning, dataset.dtype.str[1:])
+
+
+def _plain(value: Any) -> Any:
+    """A numpy scalar as a plain Python number; anything else as it is."""
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,270 @@
+"""Format of a recording's file: its columns, its attributes and its HDF5 layout.
+
+Ordinary HDF5 in the oldest file format: one contiguous one-dimensional dataset per
+column, `t` as the dimension scale of the others, a scalar dataset `rows`, provenance as
+attributes of the file. No filter, nothing that MATLAB or netCDF readers could miss.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import math
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.errors import InputError
+
+FORMAT = "macromicro recording 1"
+ROWS = "rows"
+TIME = "t"
+OWN_ATTRIBUTES = ("format", "sample_time_s", "columns")
+Attribute = str | int | float
+Block = NDArray[Any] | Sequence[NDArray[Any]]
+
+_METADATA_BYTES = 1 << 20
+
+
+class Column(NamedTuple):
+    """One column: its name, unit ("-" if none), meaning and numpy dtype (f4, f8, i1 ... u8)."""
+
+    name: str
+    unit: str
+    meaning: str
+    dtype: str = "f8"
+
+
+def _columns(columns: Sequence[Column], where: str) -> tuple[Column, ...]:
+    """`columns` with dtypes in their short form; InputError unless they make a recording."""
+    done: dict[str, Column] = {}
+    for column in columns:
+        place = f"{where}, column {column.name!r}"
+        plain = column.name.isidentifier() and column.name.isascii()
+        if not plain or column.name == ROWS or column.name in done:
+            raise InputError(place, "", f"unique names of letters, digits and _, not {ROWS!r}")
+        for text in (column.unit, column.meaning):
+            if not _is_text(text):
+                raise InputError(place, text, "a unit and a meaning in plain text")
+        try:
+            kind = np.dtype(column.dtype)
+        except (TypeError, ValueError):
+            kind = np.dtype("O")
+        if kind.kind not in "fiu" or kind.itemsize > 8 or kind == np.float16:
+            raise InputError(f"{place}, dtype", column.dtype, "f4, f8, i1 to i8, u1 to u8")
+        done[column.name] = column._replace(dtype=kind.str[1:])
+    if TIME not in done:
+        raise InputError(where, tuple(done), f"columns that include {TIME!r}")
+    return tuple(done.values())
+
+
+def _attributes(attributes: Mapping[str, Attribute], where: str) -> dict[str, Attribute]:
+    """A copy of `attributes` with plain values; InputError where HDF5 could not hold them."""
+    done: dict[str, Attribute] = {}
+    for key, value in attributes.items():
+        place = f"{where}, attribute {key!r}"
+        if not key.isprintable() or not key or key in OWN_ATTRIBUTES:
+            raise InputError(place, "", f"a printable name, none of {', '.join(OWN_ATTRIBUTES)}")
+        if isinstance(value, str) and _is_text(value):
+            done[key] = str(value)
+        elif isinstance(value, int | np.integer | np.bool_) and -(2**63) <= value < 2**63:
+            done[key] = int(value)
+        elif isinstance(value, float | np.floating):
+            done[key] = float(value)
+        else:
+            raise InputError(place, value, "text without NUL, a 64-bit integer or a float")
+    return done
+
+
+def _is_text(text: str) -> bool:
+    """Whether HDF5 can hold `text`: UTF-8 without NUL."""
+    if "\0" in text:
+        return False
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
+    """`values` (one-dimensional) as a contiguous array of the column's dtype.
+
+    Integer columns take the nearest whole number (halves to the even one). InputError
+    for NaN, infinity or too large a number there, and for anything that is not a number.
+    """
+    given = np.asarray(values)
+    wanted = np.dtype(column.dtype)
+    if given.ndim != 1 or given.dtype.kind not in "fiub":
+        found = f"{given.dtype} of shape {given.shape}"
+        raise InputError(f"{where}, column {column.name!r}", found, "a row of numbers")
+    if given.dtype == wanted:
+        return np.ascontiguousarray(given)
+    if wanted.kind == "f":
+        with np.errstate(over="ignore"):
+            cast = given.astype(wanted)
+        bad = np.isinf(cast) & np.isfinite(given)
+        accepted = f"numbers that fit {column.dtype}"
+    else:
+        limits = np.iinfo(wanted)
+        rounded = np.rint(given) if given.dtype.kind == "f" else given
+        bad = ~((rounded >= limits.min) & (rounded < limits.max + 1))
+        with np.errstate(invalid="ignore"):
+            cast = rounded.astype(wanted)
+        accepted = f"whole numbers from {limits.min} to {limits.max}"
+    if bad.any():
+        row = int(np.argmax(bad))
+        place = f"{where}, column {column.name!r}, row {row} of the block"
+        raise InputError(place, given[row].item(), accepted)
+    return cast
+
+
+def as_block(arrays: Block, columns: Sequence[Column], where: str) -> list[NDArray[Any]]:
+    """One array per column, each through `as_column`; InputError unless equally long."""
+    if len(arrays) != len(columns):
+        raise InputError(where, f"{len(arrays)} columns", f"{len(columns)} columns")
+    done = [as_column(a, c, where) for a, c in zip(arrays, columns, strict=True)]
+    lengths = sorted({len(a) for a in done})
+    if len(lengths) > 1:
+        raise InputError(where, f"columns of {lengths} rows", "columns of equal length")
+    return done
+
+
+def needed_bytes(columns: Sequence[Column], capacity: int) -> int:
+    """Bytes on disk for `capacity` rows of `columns`, with a margin for the metadata."""
+    return capacity * sum(np.dtype(c.dtype).itemsize for c in columns) + _METADATA_BYTES
+
+
+class Layout(NamedTuple):
+    """What stays the same when a recording's file is laid out anew. `dt` in s."""
+
+    columns: tuple[Column, ...]
+    dt: float
+    attributes: dict[str, Attribute]
+
+    @classmethod
+    def checked(
+        cls,
+        columns: Sequence[Column],
+        dt: float,
+        attributes: Mapping[str, Attribute],
+        where: str,
+    ) -> Self:
+        """The layout, or InputError about what no recording can hold."""
+        if not (math.isfinite(dt) and dt > 0.0):
+            raise InputError(f"{where}, sample time", dt, "a time above 0 s")
+        return cls(_columns(columns, where), float(dt), _attributes(attributes, where))
+
+    def write(self, fd: int, capacity: int) -> tuple[int, list[int]]:
+        """Lay out an empty open file for `capacity` rows, none of them written yet.
+
+        Reserves the disk space. Returns the places of `rows` and of each column in the
+        file [bytes]. Raises OSError where the disk refuses.
+        """
+        import h5py
+
+        _reserve(fd, needed_bytes(self.columns, capacity))
+        steady = _SteadyFile(fd)
+        with h5py.File(steady, "w", libver=("earliest", "v108")) as file:
+            file.attrs["format"] = FORMAT
+            file.attrs["sample_time_s"] = self.dt
+            file.attrs["columns"] = " ".join(c.name for c in self.columns)
+            for key, value in self.attributes.items():
+                file.attrs[key] = value
+            places = self._write_datasets(file, capacity)
+        if steady.error:
+            raise steady.error
+        os.ftruncate(fd, steady.end)
+        _reserve(fd, steady.end)
+        return places
+
+    def _write_datasets(self, file: Any, capacity: int) -> tuple[int, list[int]]:
+        import h5py
+
+        plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        plan.set_layout(h5py.h5d.CONTIGUOUS)
+        plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+        plan.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        space = h5py.h5s.create_simple((capacity,))
+        count = file.create_dataset(ROWS, data=np.int64(0))
+        count.attrs["long_name"] = "rows recorded; what columns hold beyond them is unused"
+        made = []
+        for column in self.columns:
+            kind = h5py.h5t.py_create(np.dtype(column.dtype))
+            name = column.name.encode()
+            dataset = h5py.Dataset(h5py.h5d.create(file.id, name, kind, space, dcpl=plan))
+            dataset.attrs["units"] = column.unit
+            dataset.attrs["long_name"] = column.meaning
+            made.append(dataset)
+        time = file[TIME]
+        time.make_scale(TIME)
+        for dataset in made:
+            if dataset != time:
+                dataset.dims[0].attach_scale(time)
+        # With a capacity of no rows a dataset has no place, and nothing is written there.
+        return count.id.get_offset(), [d.id.get_offset() or 0 for d in made]
+
+
+class _SteadyFile(io.RawIOBase):
+    """An open file as HDF5 sees it: writing seems to succeed always.
+
+    HDF5 crashes the process when it closes a file after a failed write. So the first
+    failure is kept in `error`, for the caller to raise once HDF5 is done. `end` is the
+    length that HDF5 gave the file [bytes].
+    """
+
+    def __init__(self, fd: int) -> None:
+        super().__init__()
+        self.error: OSError | None = None
+        self.end = 0
+        self._fd = fd
+        self._position = 0
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        start = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self.end}
+        self._position = start[whence] + offset
+        return self._position
+
+    def tell(self) -> int:
+        return self._position
+
+    def readinto(self, buffer: Any) -> int:
+        piece = os.pread(self._fd, len(buffer), self._position)
+        buffer[:] = piece.ljust(len(buffer), b"\0")
+        self._position += len(buffer)
+        return len(buffer)
+
+    def write(self, data: Any) -> int:
+        try:
+            write_all(self._fd, data, self._position)
+        except OSError as error:
+            self.error = self.error or error
+        self._position += len(data)
+        self.end = max(self.end, self._position)
+        return len(data)
+
+    def truncate(self, size: int | None = None) -> int:
+        self.end = self._position if size is None else size
+        return self.end
+
+
+def _reserve(fd: int, size: int) -> None:
+    """Reserve disk space for the whole file, so that a full disk shows now, not midway."""
+    if not hasattr(os, "posix_fallocate"):
+        return
+    try:
+        os.posix_fallocate(fd, 0, size)
+    except OSError as error:
+        if error.errno not in (errno.EOPNOTSUPP, errno.EINVAL):
+            raise
+
+
+def write_all(fd: int, data: memoryview | bytes, offset: int) -> None:
+    """Write all of `data` at `offset`; the system may take it in parts."""
+    rest = memoryview(data)
+    while rest:
+        done = os.pwrite(fd, rest, offset)
+        rest, offset = rest[done:], offset + done

@@ -1,0 +1,1 @@
+"""Machines to control: the guard, the virtual twin, and later real boards."""

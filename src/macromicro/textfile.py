@@ -1,0 +1,74 @@
+"""Reading a text file that a user names: one sentence for everything that can be wrong."""
+
+from __future__ import annotations
+
+import re
+import stat
+from pathlib import Path
+
+from macromicro.errors import InputError
+
+MAX_BYTES = 20_000_000
+_JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+
+
+def read_text(path: Path, what: str) -> str:
+    """The text of the UTF-8 file at `path`, without a byte order mark.
+
+    `what` says what the file should be ("a motion programme (.toml or .csv)"). Raises
+    `InputError` that names the file: missing, a directory, not a regular file, not
+    readable, over 20 MB, empty, bad UTF-8 or control characters (with the byte offset).
+    """
+    where = printable(str(path), 300)
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise InputError(where, "a directory", what)
+        if not stat.S_ISREG(status.st_mode):
+            raise InputError(where, "not a regular file", what)
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise InputError(where, "no such file", what) from None
+    except OSError as error:
+        raise InputError(where, error.strerror or "cannot be read", what) from None
+    except ValueError:  # a NUL in the name
+        raise InputError(where, "not a file name", what) from None
+    if len(data) > MAX_BYTES:
+        size = f"{max(status.st_size, len(data)) / 1e6:.1f} MB"
+        raise InputError(where, size, f"{what} of at most {MAX_BYTES / 1e6:.0f} MB")
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        found = f"byte 0x{data[error.start]:02x} at offset {error.start}"
+        raise InputError(where, found, "UTF-8 text") from None
+    if junk := _JUNK.search(text):
+        offset = len(text[: junk.start()].encode())
+        found = f"control character 0x{ord(junk[0]):02x} at offset {offset}"
+        raise InputError(where, found, "plain text") from None
+    text = text.removeprefix("\ufeff")
+    if not text.strip():
+        raise InputError(where, "an empty file", what)
+    return text
+
+
+def read_toml(path: Path, what: str) -> dict[str, object]:
+    """The TOML file at `path`; `InputError` with file and line for a slip in its syntax."""
+    import tomllib
+
+    text = read_text(path, what)
+    where = printable(str(path), 300)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(where, str(error), "TOML") from None
+    except RecursionError:
+        raise InputError(where, "too deeply nested", "TOML") from None
+    except ValueError as error:  # a whole number of thousands of digits, the 31st of June
+        raise InputError(where, printable(str(error), 80), "TOML") from None
+
+
+def printable(text: str, length: int = 60) -> str:
+    """`text` safe for one line of a terminal: escapes for control characters, cut to length."""
+    safe = text if text.isprintable() else ascii(text)[1:-1]
+    return safe if len(safe) <= length else f"{safe[:length]}..."

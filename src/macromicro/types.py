@@ -1,0 +1,101 @@
+"""The protocols between the parts: what a rig shows, what it takes, who paces it."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any, NamedTuple, Protocol, Self
+
+
+class Sample(NamedTuple):
+    """What a rig shows at one instant. A channel that gave no new value is NaN.
+
+    t [s]; encoder [counts]; hall [V]; laser [m], from its last reset; extend and
+    contract: the actuator's end signals, 0.0 or 1.0.
+    """
+
+    t: float
+    encoder: float
+    hall: float
+    laser: float
+    extend: float
+    contract: float
+
+
+class Outputs(NamedTuple):
+    """What a rig takes: motor [V at the D/A], ctrl [V at the D/A], fan 0 or 1, laser_reset 0 or 1."""
+
+    motor: float
+    ctrl: float
+    fan: float
+    laser_reset: float
+
+
+class Command(NamedTuple):
+    """What a controller is asking of the rig just now, for the guard and the recording.
+
+    macro_reference [counts] and micro_reference [mm], each with a flag (0 or 1) whether
+    that stage is under control; micro_position [mm]: the calibrated Hall reading.
+    """
+
+    macro_reference: float
+    macro_active: float
+    micro_reference: float
+    micro_active: float
+    micro_position: float
+
+
+SAFE = Outputs(0.0, 0.0, 0.0, 0.0)
+
+
+class Clock(Protocol):
+    """Time of a rig: real, or virtual and as fast as the machine can compute."""
+
+    def now(self) -> float:
+        """Seconds since the rig was opened."""
+
+    def wait(self, dt: float) -> None:
+        """Return when the next control period of `dt` seconds begins."""
+
+
+class Rig(Protocol):
+    """A machine to control, virtual or real. As a context manager it ends safe."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the `Sample` fields that this rig really measures."""
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that paces the loop."""
+
+    def read(self) -> Sample:
+        """Measure all channels."""
+
+    def write(self, outputs: Outputs) -> None:
+        """Set all outputs."""
+
+    def stop(self) -> None:
+        """Set every output to its safe value, at once."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+
+class Controller(Protocol):
+    """Anything that answers a sample with outputs: ``loop.run`` drives it."""
+
+    def step(self, sample: Sample) -> Outputs:
+        """Outputs for this control period."""
+
+    @property
+    def finished(self) -> bool:
+        """True when the programme has ended."""
+
+    def record(self) -> dict[str, Any]:
+        """Named values of this control period to record beside sample and outputs."""

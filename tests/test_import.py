@@ -1,0 +1,55 @@
+"""The package's front door: light to open, and it leads where it says."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+import macromicro
+
+HEAVY = ("h5py", "matplotlib", "numba", "pint", "pydantic", "scipy", "xarray")
+
+IMPORT = "import macromicro"
+HELP = """
+from macromicro.cli import main
+sys.argv = ["macromicro", "--help"]
+try:
+    main()
+except SystemExit as end:
+    assert not end.code, end.code
+"""
+
+
+@pytest.mark.parametrize("action", [IMPORT, HELP], ids=["import", "help"])
+def test_loads_nothing_heavy(action: str) -> None:
+    """Who only asks for help, or for one name, does not pay for the compiler and the plots."""
+    script = f"import json, sys\n{action}\nprint(json.dumps(sorted(sys.modules)), file=sys.stderr)"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    loaded = set(json.loads(done.stderr.splitlines()[-1]))
+    assert "macromicro" in loaded
+    assert loaded.isdisjoint(HEAVY), sorted(loaded.intersection(HEAVY))
+
+
+def test_runs_as_a_module() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "macromicro", "--help"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "run" in done.stdout
+
+
+@pytest.mark.parametrize("name", sorted(macromicro._HOMES))
+def test_every_public_name_leads_to_its_definition(name: str) -> None:
+    found = getattr(macromicro, name)
+    assert found.__name__ == name
+    assert found.__module__.startswith("macromicro.")
+    assert name in dir(macromicro)
+
+
+def test_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'Recorded'"):
+        _ = macromicro.Recorded

@@ -1,0 +1,270 @@
+"""Kernels: one function, run interpreted and compiled, with a cache that never goes stale."""
+
+import math
+import os
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import macromicro
+from macromicro import kernel as room
+from macromicro.kernel import compiled, kernel
+
+PACKAGE = Path(macromicro.__file__).parent
+
+
+class Pendulum(NamedTuple):
+    """Parameters of the toy plant."""
+
+    rate: float
+    friction: float
+
+
+class Swing(NamedTuple):
+    """State of the toy plant: a nested set and a counter."""
+
+    angle: float
+    speed: float
+    steps: int
+
+
+class Pair(NamedTuple):
+    """Two swings in one state."""
+
+    left: Swing
+    right: Swing
+
+
+@kernel
+def torque(par: Pendulum, swing: Swing, push: float) -> float:
+    drag = par.friction * math.tanh(10.0 * swing.speed)
+    return push - par.rate * par.rate * math.sin(swing.angle) - drag
+
+
+@kernel
+def step(par: Pendulum, swing: Swing, push: float, dt: float) -> Swing:
+    speed = (swing.speed + torque(par, swing, push) * dt) * math.exp(-0.1 * dt)
+    angle = math.atan2(math.sin(swing.angle + speed * dt), math.cos(swing.angle + speed * dt))
+    return Swing(angle, speed, swing.steps + 1)
+
+
+@kernel
+def step_pair(par: Pendulum, pair: Pair, push: float, dt: float) -> Pair:
+    left = step(par, pair.left, push, dt)
+    return Pair(left, step(par, pair.right, left.angle, dt))
+
+
+@kernel
+def rollout(par: Pendulum, pair: Pair, pushes: np.ndarray, out: np.ndarray, dt: float) -> Pair:
+    for i in range(pushes.size):
+        pair = step_pair(par, pair, pushes[i], dt)
+        out[i] = pair.right.angle
+    return pair
+
+
+@kernel
+def ratio(a: float, b: float) -> float:
+    return a / b
+
+
+def bits(value: float) -> bytes:
+    """The eight bytes of a float, so that -0.0 and 0.0 differ."""
+    return struct.pack("d", value)
+
+
+small = st.floats(-50.0, 50.0)
+START = Pair(Swing(0.1, 0.0, 0), Swing(-0.2, 0.5, 0))
+
+
+def test_a_marked_function_stays_a_plain_function() -> None:
+    def plain(x: float) -> float:
+        return x
+
+    assert kernel(plain) is plain
+
+
+def test_compiled_is_made_once() -> None:
+    assert compiled(step) is compiled(step)
+    assert compiled(step) is not step
+
+
+@settings(max_examples=50, deadline=None)  # the first example compiles
+@given(rate=small, friction=small, angle=small, speed=small, push=small)
+def test_interpreted_and_compiled_give_the_same_bits(
+    rate: float, friction: float, angle: float, speed: float, push: float
+) -> None:
+    par, swing = Pendulum(rate, friction), Swing(angle, speed, 3)
+    slow, fast = step(par, swing, push, 1e-3), compiled(step)(par, swing, push, 1e-3)
+    assert bits(slow.angle) == bits(fast.angle)
+    assert bits(slow.speed) == bits(fast.speed)
+    assert slow.steps == fast.steps == 4
+
+
+def test_nested_kernels_sets_and_arrays_over_many_steps() -> None:
+    par = Pendulum(3.0, 0.2)
+    pushes = np.sin(np.arange(2000) * 0.01)
+    slow_out, fast_out = np.empty(pushes.size), np.empty(pushes.size)
+    slow = rollout(par, START, pushes, slow_out, 1e-3)
+    fast = compiled(rollout)(par, START, pushes, fast_out, 1e-3)
+    assert slow == fast
+    assert isinstance(fast, Pair)
+    assert isinstance(fast.left, Swing)
+    assert np.array_equal(slow_out, fast_out)
+    assert np.ptp(slow_out) > 0.1
+
+
+def test_a_kernel_marked_after_the_compiler_was_loaded_can_be_called() -> None:
+    compiled(step)
+
+    @kernel
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    @kernel
+    def fourfold(x: float) -> float:
+        return double(double(x))
+
+    assert compiled(fourfold)(1.5) == 6.0
+
+
+def test_compiled_division_by_zero_follows_ieee() -> None:
+    assert compiled(ratio)(1.0, 0.0) == math.inf
+    assert compiled(ratio)(-1.0, 0.0) == -math.inf
+    assert math.isnan(compiled(ratio)(0.0, 0.0))
+    with pytest.raises(ZeroDivisionError):
+        ratio(1.0, 0.0)
+
+
+def run(script: str, package: Path = PACKAGE, **environment: str) -> str:
+    """What `script` prints in a fresh interpreter that uses `package`."""
+    environment = os.environ | {"PYTHONPATH": str(package.parent)} | environment
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A small copy of the package that a test may change."""
+    package = tmp_path / "site" / "macromicro"
+    package.mkdir(parents=True)
+    for name in ("__init__.py", "kernel.py", "errors.py"):
+        shutil.copy(PACKAGE / name, package / name)
+    (package / "plant").mkdir()
+    (package / "plant" / "part.py").write_text("GAIN = 2.0\n")
+    return package
+
+
+WHERE = "from macromicro.kernel import cache_folder; print(cache_folder())"
+
+
+def test_cache_folder_depends_on_every_source(copy: Path) -> None:
+    first = run(WHERE, copy)
+    assert run(WHERE, copy) == first
+    part = copy / "plant" / "part.py"
+    seen = {first}
+    for text in ("GAIN = 2.1\n", "GAIN = 2.1 \n"):
+        part.write_text(text)
+        seen.add(run(WHERE, copy))
+    part.rename(part.with_name("other.py"))
+    seen.add(run(WHERE, copy))
+    assert len(seen) == 4
+    part.with_name("other.py").rename(part)
+    part.write_text("GAIN = 2.0\n")
+    assert run(WHERE, copy) == first
+
+
+def test_cache_folder_ignores_what_is_no_source(copy: Path) -> None:
+    first = run(WHERE, copy)
+    (copy / "notes.txt").write_text("x")
+    assert run(WHERE, copy) == first
+
+
+def test_cache_folder_can_be_moved(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    monkeypatch.delenv("MACROMICRO_CACHE", raising=False)
+    assert room.cache_folder().parent == tmp_path / "xdg" / "macromicro"
+    monkeypatch.setenv("MACROMICRO_CACHE", str(tmp_path / "mine"))
+    assert room.cache_folder().parent == tmp_path / "mine"
+
+
+LEAF = "from macromicro.kernel import kernel\n@kernel\ndef leaf(x):\n    return x * {gain}\n"
+ROOT = """
+from macromicro.kernel import compiled, kernel
+from macromicro.leaf import leaf
+@kernel
+def root(x):
+    return leaf(x) + 1.0
+"""
+CALL = "from macromicro.root import root, compiled; print(compiled(root)(10.0))"
+
+
+def test_a_changed_callee_is_never_answered_from_the_cache(copy: Path, tmp_path: Path) -> None:
+    """The compiler's own check would look at root.py alone."""
+    cache = str(tmp_path / "cache")
+    (copy / "root.py").write_text(ROOT)
+    (copy / "leaf.py").write_text(LEAF.format(gain="2.0"))
+    assert run(CALL, copy, MACROMICRO_CACHE=cache) == "21.0"
+    assert list(Path(cache).glob("kernels-*/**/*.nbc")), "nothing was cached"
+    (copy / "leaf.py").write_text(LEAF.format(gain="3.0"))
+    assert run(CALL, copy, MACROMICRO_CACHE=cache) == "31.0"
+
+
+def test_a_second_process_takes_the_machine_code_from_the_cache(copy: Path, tmp_path: Path) -> None:
+    cache = str(tmp_path / "cache")
+    (copy / "root.py").write_text(ROOT)
+    (copy / "leaf.py").write_text(LEAF.format(gain="2.0"))
+    hits = CALL + "; print(sum(compiled(root).stats.cache_hits.values()))"
+    assert run(hits, copy, MACROMICRO_CACHE=cache).split() == ["21.0", "0"]
+    assert run(hits, copy, MACROMICRO_CACHE=cache).split() == ["21.0", "1"]
+
+
+USED = "from macromicro.kernel import _numba; print(_numba().config.CACHE_DIR)"
+
+
+def test_old_caches_are_dropped_and_new_ones_kept(copy: Path, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    for age in range(5):
+        old = cache / f"kernels-{age}"
+        (old / "inside").mkdir(parents=True)
+        os.utime(old, (1e9 - age, 1e9 - age))
+    (cache / "kept").mkdir()
+    used = Path(run(USED, copy, MACROMICRO_CACHE=str(cache)))
+    assert used.parent == cache
+    assert {p.name for p in cache.iterdir()} == {used.name, "kernels-0", "kernels-1", "kept"}
+
+
+def test_two_processes_that_start_at_once_share_the_cache(copy: Path, tmp_path: Path) -> None:
+    """The folder appears after this process found it missing: still the folder to use."""
+    late = (
+        "from pathlib import Path\n"
+        "from macromicro.kernel import cache_folder\n"
+        "cache_folder().mkdir(parents=True)\n"
+        "Path.exists = lambda self, **kw: False\n"
+    )
+    cache = tmp_path / "cache"
+    used = run(late + USED, copy, MACROMICRO_CACHE=str(cache))
+    assert used == run(WHERE, copy, MACROMICRO_CACHE=str(cache))
+
+
+@pytest.mark.parametrize("obstacle", ["a file", "read-only"])
+def test_no_place_for_a_cache_costs_only_time(copy: Path, tmp_path: Path, obstacle: str) -> None:
+    cache = tmp_path / "cache"
+    if obstacle == "a file":
+        cache.write_text("")
+    else:
+        cache.mkdir()
+        cache.chmod(0o500)
+    (copy / "root.py").write_text(ROOT)
+    (copy / "leaf.py").write_text(LEAF.format(gain="2.0"))
+    assert run(CALL, copy, MACROMICRO_CACHE=str(cache)) == "21.0"
