@@ -35,7 +35,7 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
     `problems()` that the new tree or one of its sets finds in itself.
     """
     path = Path(path)
-    file = printable(str(path), 300)
+    file = printable(path, 300)
     if path.suffix.lower() != ".toml" and not path.is_dir():  # reading says what a directory is
         found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
         raise InputError(file, found, WHAT)
@@ -122,7 +122,7 @@ def _leaves(
                 )
             )
             accepted = f"a table [{path}] with {', '.join(inside)}"
-            raise InputError(where, printable(str(value)), accepted)
+            raise InputError(where, printable(value), accepted)
 
 
 def _nearest(path: str, known: list[str]) -> str:
@@ -144,44 +144,38 @@ def _value(raw: object, entry: Entry, where: str) -> Any:
         example = _text(par, default) or "a list"
         if not isinstance(raw, list) or len(raw) < 2:
             accepted = f"a list of two values or more, such as {printable(example)}"
-            raise InputError(where, printable(str(raw)), accepted)
-        return tuple(_scalar(x, par, default[0], f"{where}[{i}]") for i, x in enumerate(raw))
+            raise InputError(where, printable(raw), accepted)
+        places = (f"{where}, item {i}" for i in range(1, len(raw) + 1))
+        return tuple(_scalar(x, par, default[0], p) for x, p in zip(raw, places, strict=True))
     return _scalar(raw, par, default, where)
 
 
 def _scalar(raw: object, par: Par, default: object, where: str) -> Any:
     if isinstance(default, bool):
         if not isinstance(raw, bool):
-            raise InputError(where, printable(str(raw)), "true or false")
+            raise InputError(where, printable(raw), "true or false")
         return raw
     if isinstance(default, str):
         return _word(raw, par, where)
     if isinstance(raw, bool) or not isinstance(raw, int | float | str):
-        raise InputError(where, printable(str(raw)), remedy(par.unit))
-    value = quantity(raw if isinstance(raw, str) else _digits(raw), par.unit, where)
-    written = raw if isinstance(raw, str) else str(raw)
-    _check_bounds(value, par, where, written)
+        raise InputError(where, printable(raw), remedy(par.unit))
+    written = raw if isinstance(raw, str) else printable(raw)
+    value: float = quantity(written, par.unit, where)
     if isinstance(default, int):
         if not value.is_integer():
             raise InputError(where, written, "a whole number")
-        return int(value)
+        value = raw if isinstance(raw, int) else int(value)
+    _check_bounds(value, par, where, written)
     return value
-
-
-def _digits(raw: int | float) -> str:
-    try:
-        return repr(raw)
-    except ValueError:  # a hexadecimal number too long to be printed as a decimal
-        return "a very long number"
 
 
 def _word(raw: object, par: Par, where: str) -> str:
     if par.choices:
         if raw not in par.choices:
-            raise InputError(where, printable(str(raw)), " or ".join(map(repr, par.choices)))
+            raise InputError(where, printable(raw), " or ".join(map(repr, par.choices)))
         return str(raw)
     if not isinstance(raw, str) or len(raw) > 100 or not raw.isprintable():
-        raise InputError(where, printable(str(raw)), "text of at most 100 characters")
+        raise InputError(where, printable(raw), "text of at most 100 characters")
     return raw
 
 
@@ -210,11 +204,11 @@ def _text(par: Par, value: object) -> str | None:
         return _quoted(value)
     if not isinstance(value, int | float) or not math.isfinite(value):
         return None
-    text = shown(value, par.unit, par.shown)
+    whole = isinstance(value, int) and (par.shown or par.unit) in _NO_UNIT
+    text = str(value) if whole else shown(value, par.unit, par.shown)
     return text if (par.shown or par.unit) in _NO_UNIT else _quoted(text)
 
 
 def _quoted(text: str) -> str:
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    safe = (c if c.isprintable() else f"\\U{ord(c):08x}" for c in escaped)
-    return f'"{"".join(safe)}"'
+    return f'"{escaped}"'

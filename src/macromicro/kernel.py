@@ -93,7 +93,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     reassociated, so results equal the interpreted ones bit for bit.
     """
     numba = _numba()
-    options = {"nogil": True, "error_model": "numpy"}
+    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
     try:
         dispatcher = numba.njit(cache=True, **options)(function)
     except RuntimeError:  # no writable place for a cache

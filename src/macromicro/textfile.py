@@ -19,7 +19,7 @@ def read_text(path: Path, what: str) -> str:
     `InputError` that names the file: missing, a directory, not a regular file, not
     readable, over 20 MB, empty, bad UTF-8 or control characters (with the byte offset).
     """
-    where = printable(str(path), 300)
+    where = printable(path, 300)
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
@@ -57,18 +57,22 @@ def read_toml(path: Path, what: str) -> dict[str, object]:
     import tomllib
 
     text = read_text(path, what)
-    where = printable(str(path), 300)
+    where = printable(path, 300)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(where, str(error), "TOML") from None
+        raise InputError(where, printable(error, 120), "TOML") from None
     except RecursionError:
         raise InputError(where, "too deeply nested", "TOML") from None
     except ValueError as error:  # a whole number of thousands of digits, the 31st of June
-        raise InputError(where, printable(str(error), 80), "TOML") from None
+        raise InputError(where, printable(error, 80), "TOML") from None
 
 
-def printable(text: str, length: int = 60) -> str:
-    """`text` safe for one line of a terminal: escapes for control characters, cut to length."""
+def printable(value: object, length: int = 60) -> str:
+    """`value` as one line that is safe to print: control characters escaped, cut to length."""
+    try:
+        text = str(value)
+    except ValueError:  # Python prints no whole number of more than 4300 digits
+        return "a very long number"
     safe = text if text.isprintable() else ascii(text)[1:-1]
     return safe if len(safe) <= length else f"{safe[:length]}..."

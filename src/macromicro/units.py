@@ -186,7 +186,7 @@ def shown(value: float, unit: str, shown_unit: str = "", digits: int = 17) -> st
     goal, wanted = _size(other)
     if dimension != wanted:
         raise ValueError(f"{unit!r} cannot be shown in {other!r}")
-    exact = Decimal(repr(value)) * size / goal
+    exact = Decimal(value) * size / goal
     text = ""
     for count in range(1, digits + 1):
         text = f"{exact:.{count}g}" if exact else "0"

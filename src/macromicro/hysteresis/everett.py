@@ -89,7 +89,7 @@ def slope_beta(table: Everett, alpha: float, beta: float) -> float:
     if not (alpha >= beta and y > 0.0 and y <= top):
         return 0.0
     # On a grid line, the cell below is the one that a falling input enters.
-    j = int(math.ceil(y)) - 1
+    j = math.ceil(y) - 1
     if x <= j + 1.0:
         return float(table.values[j + 1, j]) / table.step
     i = min(int(x), table.n - 2)
@@ -132,7 +132,7 @@ def from_density(
         if weights.shape != (cells, cells):
             raise InputError("cell weights, shape", weights.shape, f"{(cells, cells)}")
         if np.any(np.triu(weights, 1) != 0.0):
-            raise InputError("cell weights", "a weight with alpha < beta", "zero where row < column")
+            raise InputError("cell weights", "weight at alpha < beta", "zero where row < column")
     if not np.all(np.isfinite(weights)) or np.any(weights < 0.0):
         raise InputError("relay density", "negative or not finite", "finite weights of at least 0")
     values = np.zeros((n, n))

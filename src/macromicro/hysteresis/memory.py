@@ -42,12 +42,12 @@ class Memory(NamedTuple):
 
     `corners`: shape (depth + 1, 4); row k holds M_k, m_k [unit of the input], the output
     when the input reached M_k and the output at m_k [0..1]. Row 0 is negative saturation.
-    One array, because compiled code passes one at less cost than four. `count`: rows in
+    One array, because compiled code passes one at less cost than four. `pairs`: rows in
     use beside row 0, at least 1; `u`: present input, clamped to the table.
     """
 
     corners: Array
-    count: int
+    pairs: int
     u: float
 
 
@@ -59,39 +59,12 @@ def _reached(table: Everett, memory: Memory, u: float) -> float:
     return min(max(u, table.lo), table.lo + (table.n - 1) * table.step)
 
 
-@kernel
-def _kept(memory: Memory, u: float, rising: bool) -> int:
-    """Rows that remain when the input goes to `u`: smaller maxima and larger minima go.
-
-    After a fall, the last of them is the one whose minimum `u` replaces. Row 0 is infinitely
-    wide, so neither search leaves the array.
-    """
-    k = memory.count
-    if rising:
-        while memory.corners[k, UP] <= u:
-            k -= 1
-    else:
-        while memory.corners[k - 1, DOWN] >= u:
-            k -= 1
-    return k
-
-
-@kernel
-def _room(memory: Memory, k: int) -> bool:
-    """Whether a pair fits on top of `k` others."""
-    return k < memory.corners.shape[0] - 1
-
-
-@kernel
-def _output(table: Everett, memory: Memory, k: int, u: float) -> float:
-    """Output [0..1] at `u`, when `k` rows remain on the way there."""
-    if u > memory.u and _room(memory, k):
-        rise = lookup(table, u, float(memory.corners[k, DOWN]))
-        return min(float(memory.corners[k, AT_DOWN]) + rise, 1.0)
-    if u == memory.u:
-        return float(memory.corners[k, AT_DOWN])
-    fall = lookup(table, float(memory.corners[k, UP]), u)
-    return max(float(memory.corners[k, AT_UP]) - fall, 0.0)
+# The search for the rows that remain and the branch from there are written out in each
+# kernel below: as functions of their own they would double the time (counted references
+# to the arrays). On a rise the maxima up to u are wiped out, then the branch starts at the
+# minimum of the row on top. On a fall the minima down to u are, and the branch starts at
+# the maximum of the row on top, whose minimum u replaces. Row 0 is infinitely wide, so
+# neither search leaves the array. A rise that finds no free row retraces the fall.
 
 
 @kernel
@@ -101,7 +74,24 @@ def peek(table: Everett, memory: Memory, u: float) -> float:
     The memory is not touched; time is constant but for the corners that it would wipe.
     """
     v = _reached(table, memory, u)
-    return _output(table, memory, _kept(memory, v, v > memory.u), v)
+    k = memory.pairs
+    if v > memory.u:
+        while memory.corners[k, UP] <= v:
+            k -= 1
+        if k < memory.corners.shape[0] - 1:
+            return min(
+                float(memory.corners[k, AT_DOWN])
+                + lookup(table, v, float(memory.corners[k, DOWN])),
+                1.0,
+            )
+    elif v < memory.u:
+        while memory.corners[k - 1, DOWN] >= v:
+            k -= 1
+    else:
+        return float(memory.corners[k, AT_DOWN])
+    return max(
+        float(memory.corners[k, AT_UP]) - lookup(table, float(memory.corners[k, UP]), v), 0.0
+    )
 
 
 @kernel
@@ -112,12 +102,32 @@ def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
     Amortised constant time: each corner is pushed once and popped once.
     """
     v = _reached(table, memory, u)
-    k = _kept(memory, v, v > memory.u)
-    f = _output(table, memory, k, v)
-    if v > memory.u and _room(memory, k):
-        k += 1
-        memory.corners[k, UP] = v
-        memory.corners[k, AT_UP] = f
+    k = memory.pairs
+    if v > memory.u:
+        while memory.corners[k, UP] <= v:
+            k -= 1
+        if k < memory.corners.shape[0] - 1:
+            f = min(
+                float(memory.corners[k, AT_DOWN])
+                + lookup(table, v, float(memory.corners[k, DOWN])),
+                1.0,
+            )
+            k += 1
+            memory.corners[k, UP] = v
+            memory.corners[k, AT_UP] = f
+        else:
+            f = max(
+                float(memory.corners[k, AT_UP]) - lookup(table, float(memory.corners[k, UP]), v),
+                0.0,
+            )
+    elif v < memory.u:
+        while memory.corners[k - 1, DOWN] >= v:
+            k -= 1
+        f = max(
+            float(memory.corners[k, AT_UP]) - lookup(table, float(memory.corners[k, UP]), v), 0.0
+        )
+    else:
+        f = float(memory.corners[k, AT_DOWN])
     memory.corners[k, DOWN] = v
     memory.corners[k, AT_DOWN] = f
     return Memory(memory.corners, k, v), f
@@ -130,12 +140,17 @@ def slope(table: Everett, memory: Memory, u: float, rising: bool) -> float:
     For `rising`, `u` must not lie below the present input, otherwise not above it. At
     the present input it tells the two one-sided slopes. 0 in saturation and for NaN.
     """
+    k = memory.pairs
     if rising:
-        k = _kept(memory, min(u, table.lo + table.n * table.step), True)
-        if _room(memory, k):
+        v = min(u, table.lo + table.n * table.step)
+        while memory.corners[k, UP] <= v:
+            k -= 1
+        if k < memory.corners.shape[0] - 1:
             return slope_alpha(table, u, float(memory.corners[k, DOWN]))
     else:
-        k = _kept(memory, max(u, table.lo), False)
+        v = max(u, table.lo)
+        while memory.corners[k - 1, DOWN] >= v:
+            k -= 1
     return slope_beta(table, float(memory.corners[k, UP]), u)
 
 

@@ -25,9 +25,9 @@ def relay_grid(weights: Array, lo: float, step: float) -> Relays:
     """
     rows, columns = np.nonzero(weights)
     chosen = weights[rows, columns]
-    return Relays(
-        lo + step * (rows + 0.75), lo + step * (columns + 0.25), chosen / float(chosen.sum())
-    )
+    up = np.asarray(lo + step * (rows + 0.75), dtype=np.float64)
+    down = np.asarray(lo + step * (columns + 0.25), dtype=np.float64)
+    return Relays(up, down, chosen / float(chosen.sum()))
 
 
 def relay_step(

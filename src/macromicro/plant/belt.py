@@ -17,7 +17,7 @@ from macromicro.parameters import Par
 class Belt(NamedTuple):
     """The mode, as a mass on a spring carried along by the carriage."""
 
-    frequency: Annotated[float, Par("Hz", "frequency of the mode", positive=True, hi=400.0)] = 18.0
+    frequency: Annotated[float, Par("Hz", "frequency of the mode", "calibrated to I2", positive=True, hi=400.0)] = 21.8
     decay: Annotated[
         float, Par("1/s", "decay rate of its amplitude", "calibrated to I2", lo=0.0)
     ] = 1.15
@@ -25,7 +25,7 @@ class Belt(NamedTuple):
         float,
         Par("1", "share of the mode's motion seen at the stage, and of the carriage's mass "
             "that takes part", "calibrated to I2", lo=0.0, hi=1.0),
-    ] = 0.014
+    ] = 0.0224
 
 
 @kernel

@@ -19,8 +19,8 @@ class Carriage(NamedTuple):
         float, Par("kg", "carriage, micro-stage and the rotor's inertia at the belt",
                    shown="g", positive=True)
     ] = 0.45
-    stop_low: Annotated[float, Par("m", "lower end stop", shown="mm")] = -3.0e-3
-    stop_high: Annotated[float, Par("m", "upper end stop", shown="mm")] = 203.0e-3
+    stop_low: Annotated[float, Par("m", "lower end stop", shown="mm")] = -10.0e-3
+    stop_high: Annotated[float, Par("m", "upper end stop: 3000 counts", "Section 4.3.3", shown="mm")] = 214.3e-3
     stop_stiffness: Annotated[
         float, Par("N/m", "stiffness of the rubber end stops", shown="N/mm", positive=True)
     ] = 5.0e4

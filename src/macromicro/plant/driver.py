@@ -29,9 +29,8 @@ class Driver(NamedTuple):
     ] = (1.25, 1.3, 1.4, 1.5, 1.525, 1.55, 1.575, 1.6, 1.65, 1.7, 1.8, 1.9, 2.1, 5.0)
     map_heat: Annotated[
         tuple[float, ...], Par("W", "heat in the wires at 4 V supply", _MAP, lo=0.0)
-    ] = tuple(
-        round(k / 150.0, 5)
-        for k in (0.0, 6.0, 22.5, 58.1, 74.3, 81.5, 84.5, 85.6, 98.3, 120.0, 150.0, 205.0, 211.0, 213.0)
+    ] = (
+        0.0000, 0.0200, 0.1500, 0.4027, 0.5107, 0.5587, 0.5787, 0.5860, 0.6553, 0.8000, 1.0000, 1.3667, 1.4067, 1.4200,
     )
     lag: Annotated[float, Par("s", "driver's lag", shown="ms", lo=0.0)] = 3.0e-3
     contract_on: Annotated[

@@ -14,10 +14,10 @@ class Laser(NamedTuple):
 
     noise: Annotated[
         float, Par("m", "fast noise (standard deviation)", "calibrated to I5", shown="um", lo=0.0)
-    ] = 0.40e-6
+    ] = 0.43e-6
     drift: Annotated[
         float, Par("m", "slow noise (standard deviation)", "calibrated to I5", shown="um", lo=0.0)
-    ] = 0.25e-6
+    ] = 0.15e-6
     drift_time: Annotated[
         float, Par("s", "correlation time of the slow noise", positive=True)
     ] = 0.3

@@ -36,12 +36,12 @@ class Thermal(NamedTuple):
         float, Par("J/K", "heat capacity of the body", _S7, positive=True)
     ] = 1768.0 / 150.0
     body_resistance: Annotated[
-        float, Par("K/W", "body to air", _S7, positive=True)
-    ] = 0.0517 * 150.0
+        float, Par("K/W", "body to air", "calibrated to I3", positive=True)
+    ] = 0.1 * 150.0
     fan_factor: Annotated[
         float, Par("1", "factor of the two outer resistances in the fan's stream",
                    "calibrated to I4", lo=0.01, hi=1.0)
-    ] = 0.5
+    ] = 0.82
 
 
 @kernel

@@ -74,4 +74,4 @@ def load(path: Path, limits: Limits) -> Programme:
     if suffix == ".toml" or path.is_dir():  # reading says that it is a directory
         return load_toml(path, limits)
     found = f"suffix {printable(suffix)}" if suffix else "no suffix"
-    raise InputError(printable(str(path), 300), found, WHAT)
+    raise InputError(printable(path, 300), found, WHAT)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from macromicro.errors import InputError
 from macromicro.programme.moves import (
     MACRO,
+    MAX_MOVES,
     MICRO,
     WHAT,
     Limits,
@@ -53,7 +54,7 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     the stage elsewhere: repeated, the programme must then come back.
     """
     lines = re.split(r"\r\n|\r|\n", read_text(path, WHAT))
-    file = printable(str(path), 300)
+    file = printable(path, 300)
     rows = list(_rows(lines, limits, file))
     if len(rows) < 2:
         found = "one row" if rows else "no rows"
@@ -67,6 +68,8 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     moves = _moves(rows)
     if not moves:
         raise InputError(file, "no moves", "a target that changes")
+    if len(moves) > MAX_MOVES:
+        raise InputError(file, f"{len(moves)} moves", f"at most {MAX_MOVES}")
     return programme(path.stem, moves, last.t, path)
 
 
@@ -85,7 +88,7 @@ def _moves(rows: list[_Row]) -> list[Move]:
         if stages:
             changes.append((row, stages))
         previous = row.targets
-    nexts = [row.t for row, _ in changes[1:]] + [end]
+    nexts = [*(row.t for row, _ in changes), end][1:]
     return [
         Move(row.t, stage, row.targets[stage], after - row.t)
         for (row, stages), after in zip(changes, nexts, strict=True)
@@ -125,7 +128,9 @@ def _cells(content: str, where: str) -> list[str]:
     if '"' not in content:
         return [cell.strip() for cell in content.split(",")]
     try:
-        return [cell.strip() for cell in next(csv.reader([content], strict=True))]
+        return [
+            cell.strip() for cell in next(csv.reader([content], strict=True, skipinitialspace=True))
+        ]
     except csv.Error as error:
         raise InputError(where, f"bad quotes ({error})", _COMMAS) from None
 

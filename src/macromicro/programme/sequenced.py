@@ -74,7 +74,7 @@ def _first_problem(problems: list[Any], file: str) -> InputError:
         near = difflib.get_close_matches(key, known, 1)
         hint = f" (nearest: {near[0]})" if near else ""
         return InputError(", ".join(place), "unknown key", f"{', '.join(known)}{hint}")
-    found = "missing" if kind == "missing" else printable(str(value), 40)
+    found = "missing" if kind == "missing" else printable(value, 40)
     return InputError(", ".join(place), found, _ACCEPTED[key])
 
 
@@ -83,7 +83,7 @@ def load_toml(path: Path, limits: Limits) -> Programme:
     from pydantic import ValidationError
 
     raw = read_toml(path, WHAT)
-    file = printable(str(path), 300)
+    file = printable(path, 300)
     try:
         shape = _shape().model_validate(raw)
     except ValidationError as error:

@@ -1,0 +1,1 @@
+"""Measures of a response: settling, residual vibration, the actuator's return."""

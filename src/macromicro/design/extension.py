@@ -1,0 +1,101 @@
+"""How the micro-stage returns to zero, and the bias that a late return leaves.
+
+Section 6.3: over repeated cycles the actuator warms and extends more slowly. The laser is
+reset after every macro move, so whatever contraction is left at that instant becomes a
+bias of all later laser readings: "the laser can be reset before the actuator cools to the
+fully extended position".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.control.supervisor import DONE, MICRO
+from macromicro.design.response import MoveResult
+from macromicro.recording import Recording
+
+RETURNED = 20.0
+
+
+class Extension(NamedTuple):
+    """One return to zero: the micro-stage is disabled at `start_s`, at the Hall position
+    `from_um`; after `time_s` it stays within 20 um of zero (None: not before it is enabled
+    again or the recording ends). `left_um`: mean Hall position of the last 20 ms before
+    that end, which is where the laser is reset. `move`: the micro move that it ends.
+    """
+
+    move: int
+    start_s: float
+    from_um: float
+    time_s: float | None
+    left_um: float
+
+
+class Cycle(NamedTuple):
+    """A cycle's returns to zero [s], None where there are none, and its bias [um]: the mean
+    final error by the laser, beside it by the bench's truth."""
+
+    cycle: int
+    returns: int
+    extension_s: float | None
+    slowest_s: float | None
+    left_um: float | None
+    bias_um: float | None
+    true_bias_um: float | None
+
+
+def extension(recording: Recording) -> list[Extension]:
+    """Every return to zero of the recording, from more than 20 um."""
+    phase = recording["phase"]
+    on = np.concatenate(([False], phase == MICRO, [False]))
+    enabled, disabled = np.flatnonzero(on[1:] & ~on[:-1]), np.flatnonzero(~on[1:] & on[:-1])
+    found = []
+    for off, until in zip(disabled, [*enabled[1:], len(phase)], strict=True):
+        if off >= len(phase) or phase[off] == DONE or until <= off:
+            continue
+        place = 1e3 * recording["hall_position"][off:until]
+        if not abs(place[0]) > RETURNED:
+            continue
+        outside = np.flatnonzero(~(np.abs(place) <= RETURNED))
+        last = int(outside[-1]) + 1
+        found.append(
+            Extension(
+                move=int(recording["move"][off - 1]),
+                start_s=round(float(recording["t"][off]), 9),
+                from_um=float(place[0]),
+                time_s=round(last * recording.dt, 9) if last < len(place) else None,
+                left_um=float(place[-round(0.02 / recording.dt) :].mean()),
+            )
+        )
+    return found
+
+
+def per_cycle(
+    moves: Sequence[MoveResult], returns: Sequence[Extension], moves_per_cycle: int
+) -> list[Cycle]:
+    """The returns and the bias of every cycle that was begun."""
+    count = max((m.index for m in moves), default=-1) // moves_per_cycle + 1
+    cycles = []
+    for k in range(count):
+        own = [r for r in returns if r.move // moves_per_cycle == k]
+        times = [r.time_s for r in own if r.time_s is not None]
+        fine = [m for m in moves if m.stage == "micro" and m.index // moves_per_cycle == k]
+        cycles.append(
+            Cycle(
+                cycle=k + 1,
+                returns=len(own),
+                extension_s=_mean(times) if len(times) == len(own) else None,
+                slowest_s=max(times) if times and len(times) == len(own) else None,
+                left_um=_mean([r.left_um for r in own]),
+                bias_um=_mean([m.final_error for m in fine if m.final_error is not None]),
+                true_bias_um=_mean([m.true_error for m in fine if m.true_error is not None]),
+            )
+        )
+    return cycles
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None

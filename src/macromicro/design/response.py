@@ -1,0 +1,229 @@
+"""How well each move of a programme went: arrival, settling, error, overshoot.
+
+Macro errors come from the encoder, micro errors from the laser, which is independent of
+the loop: integral action makes the Hall sensor's own error zero by construction
+(Section 6.1). Laser readings carry 2 um of noise (Section 6.4.1), so entry into a band and
+overshoot use their centred mean over `SMOOTH`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.control.supervisor import DONE
+from macromicro.programme import MACRO, Programme
+from macromicro.recording import Recording
+
+PITCH = 0.2 / 2800.0
+MACRO_BAND = 2.0
+MICRO_BAND = 10.0
+MEAN = 0.5
+DWELL = 0.2
+SMOOTH = 0.021
+
+Floats = NDArray[np.float64]
+
+
+class MoveResult(NamedTuple):
+    """One move. `unit` (mm for macro, um for micro) holds for target, band, the errors and
+    overshoot; times in s. None: did not happen, or cannot be known.
+
+    settling_s: from `start_s` until the error has entered `band` for good (`arrived_s`).
+    final_error: target minus the mean reading (encoder or laser) over the hold's last
+    0.5 s; hall_error the same from the Hall sensor, true_error from the bench's truth.
+    overshoot: the furthest beyond the target in the direction of the move, 0 or more.
+    complete: False if a fault or an interruption cut the move short.
+    """
+
+    index: int
+    stage: str
+    target: float
+    unit: str
+    start_s: float
+    arrived_s: float | None
+    settling_s: float | None
+    band: float
+    final_error: float | None
+    overshoot: float | None
+    hall_error: float | None
+    true_error: float | None
+    target_counts: float | None
+    final_error_counts: float | None
+    complete: bool
+
+
+class _Span(NamedTuple):
+    """A move's rows in a recording, [a, b), and the last row + 1 of its influence, `until`."""
+
+    index: int
+    a: int
+    b: int
+    until: int
+    complete: bool
+
+
+def moves(
+    recording: Recording,
+    programme: Programme,
+    *,
+    pitch: float = PITCH,
+    macro_band: float = MACRO_BAND,
+) -> list[MoveResult]:
+    """One result for each move that was begun.
+
+    `pitch`: travel of an encoder count [m]; `macro_band` [counts]: error within which the
+    macro-stage has arrived. A macro move is judged until the next macro move begins.
+    """
+    if not len(recording):
+        return []
+    done = []
+    for span in _spans(recording, programme):
+        if programme.stage[span.index] == MACRO:
+            done.append(_macro(recording, programme, span, pitch, macro_band))
+        else:
+            done.append(_micro(recording, programme, span))
+    return done
+
+
+def _spans(recording: Recording, programme: Programme) -> Iterator[_Span]:
+    """Where each move stands. Without its last row in the phase DONE the run was cut short."""
+    index = recording["move"]
+    begun = int(index[-1]) + 1
+    edges = np.searchsorted(index, np.arange(begun + 1))
+    finished = bool(recording["phase"][-1] == DONE)
+    until = len(recording)
+    spans = []
+    for k in reversed(range(begun)):
+        a, b = int(edges[k]), int(edges[k + 1])
+        if b > a:
+            spans.append(_Span(k, a, b, until, finished or k < begun - 1))
+            if programme.stage[k] == MACRO:
+                until = a
+    return reversed(spans)
+
+
+def entry(error: Floats, band: float, dt: float, dwell: float) -> int | None:
+    """First row from which `error` stays within `band` to the end, for at least `dwell` [s].
+
+    A NaN counts as outside.
+    """
+    outside = np.flatnonzero(~(np.abs(error) <= band))
+    row = int(outside[-1]) + 1 if len(outside) else 0
+    return row if row < len(error) and (len(error) - row) * dt >= dwell - 1e-9 else None
+
+
+def tail(rows: int, dt: float) -> int:
+    """Rows of the hold's last 0.5 s, or of its latter half where it is shorter than 1 s."""
+    return max(1, min(round(MEAN / dt), rows // 2))
+
+
+def smoothed(y: Floats, width: int) -> Floats:
+    """Centred mean over `width` rows (odd); the window shrinks evenly towards the ends."""
+    n = len(y)
+    sums = np.concatenate(([0.0], np.cumsum(y)))
+    at = np.arange(n)
+    half = np.minimum(np.minimum(at, n - 1 - at), width // 2)
+    mean: Floats = (sums[at + half + 1] - sums[at - half]) / (2 * half + 1)
+    return mean
+
+
+def _number(value: Any) -> float | None:
+    """A plain float; None for NaN and infinity."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _beyond(error: Floats) -> float | None:
+    """How far beyond the target: `error` changes sign in the direction of the move."""
+    known = error[np.isfinite(error)]
+    if not len(known):
+        return None
+    return max(0.0, float(-(known * np.sign(known[0])).min()))
+
+
+def _time(recording: Recording, row: int) -> float:
+    return round(float(recording["t"][row]), 9)
+
+
+def _mean_error(recording: Recording, name: str, target: float, rows: slice) -> float | None:
+    """Target minus the mean of a column, which a real rig may lack."""
+    return _number(target - recording[name][rows].mean()) if name in recording else None
+
+
+def _macro(
+    recording: Recording, programme: Programme, span: _Span, pitch: float, band: float
+) -> MoveResult:
+    """A macro move, in mm. The encoder's count n stands for the places from n to n + 1
+    pitches; the true error is counted from their middle."""
+    target, dt, mm = float(programme.target[span.index]), recording.dt, pitch * 1e3
+    error = target - recording["macro_position"][span.a : span.until]
+    row = entry(error, band, dt, DWELL)
+    start = _time(recording, span.a)
+    arrived = None if row is None else _time(recording, span.a + row)
+    final, true = None, None
+    if span.complete:
+        last = slice(span.until - tail(len(error), dt), span.until)
+        final = _mean_error(recording, "macro_position", target, last)
+        true = _mean_error(recording, "true_carriage", (target + 0.5) * mm, last)
+    beyond = _beyond(error)
+    return MoveResult(
+        index=span.index,
+        stage="macro",
+        target=round(target * mm, 9),
+        unit="mm",
+        start_s=start,
+        arrived_s=arrived,
+        settling_s=None if arrived is None else round(arrived - start, 9),
+        band=band * mm,
+        final_error=None if final is None else final * mm,
+        overshoot=None if beyond is None else beyond * mm,
+        hall_error=None,
+        true_error=true,
+        target_counts=target,
+        final_error_counts=final,
+        complete=span.complete,
+    )
+
+
+def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResult:
+    """A micro move, in um."""
+    target, dt = round(float(programme.target[span.index]) * 1e6, 6), recording.dt
+    rows = slice(span.a, span.b)
+    # The reading at a reset still counts from the reset before.
+    resets = np.flatnonzero(recording["laser_reset"][rows])
+    first = int(resets[-1]) + 1 if len(resets) else 0
+    error = target - recording["laser"][span.a + first : span.b]
+    start = _time(recording, span.a)
+    row, beyond = None, None
+    if len(error):
+        error = smoothed(error, round(SMOOTH / dt) | 1)
+        row = entry(error, MICRO_BAND, dt, 0.0 if span.complete else DWELL)
+        beyond = _beyond(error)
+    arrived = None if row is None else _time(recording, span.a + first + row)
+    final, hall, true = None, None, None
+    if span.complete:
+        last = slice(span.b - tail(span.b - span.a, dt), span.b)
+        final = _mean_error(recording, "laser", target, last)
+        hall = _mean_error(recording, "hall_position", target * 1e-3, last)
+        true = _mean_error(recording, "true_micro", target * 1e-3, last)
+    return MoveResult(
+        index=span.index,
+        stage="micro",
+        target=target,
+        unit="um",
+        start_s=start,
+        arrived_s=arrived,
+        settling_s=None if arrived is None else round(arrived - start, 9),
+        band=MICRO_BAND,
+        final_error=final,
+        overshoot=beyond,
+        hall_error=None if hall is None else hall * 1e3,
+        true_error=None if true is None else true * 1e3,
+        target_counts=None,
+        final_error_counts=None,
+        complete=span.complete,
+    )

@@ -1,0 +1,1 @@
+"""Laboratory procedures: each takes settings and yields a recording and what it shows."""

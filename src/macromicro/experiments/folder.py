@@ -1,0 +1,54 @@
+"""The folder of a run's results: refused before the run where it cannot be used."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from macromicro.errors import InputError
+from macromicro.recording import check_space
+from macromicro.textfile import printable
+
+RECORDING = "recording.h5"
+SUMMARY = "summary.json"
+PAGE = "report.html"
+FIGURES = ("response", "vibration", "micro", "efforts", "temperatures", "cycles")
+FILES = (RECORDING, SUMMARY, PAGE, *(f"{name}.png" for name in FIGURES))
+# Summary, page and figures together stay well below this.
+REPORT_BYTES = 4_000_000
+
+
+def check(folder: Path, needed: int, *, overwrite: bool) -> None:
+    """InputError unless the results can go to `folder`: free, writable, with `needed` bytes.
+
+    An empty folder is free; with `overwrite` one whose files of a run's names may be
+    replaced. Nothing is changed on the disk.
+    """
+    where = f"--out {printable(folder, 300)}"
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(where, "a file", "a folder, or a place to make one")
+        if folder.is_dir():
+            _check_content(folder, where, overwrite)
+    except ValueError:  # a NUL in the name
+        raise InputError(where, "not a file name", "a folder, or a place to make one") from None
+    except OSError as error:
+        found = error.strerror or "cannot be read"
+        raise InputError(where, found, "a folder, or a place to make one") from None
+    check_space(folder, needed + REPORT_BYTES)
+
+
+def _check_content(folder: Path, where: str, overwrite: bool) -> None:
+    content = {path.name for path in folder.iterdir()}
+    if content and not overwrite:
+        raise InputError(where, "exists already", "a new or empty folder, or --overwrite")
+    for name in FILES:
+        path = folder / name
+        if path.is_dir() and not path.is_symlink():
+            raise InputError(f"{where}, {name}", "a folder", "a file that can be replaced")
+
+
+def make(folder: Path) -> None:
+    """Create `folder`; of an earlier run's results remove the files that a run writes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)

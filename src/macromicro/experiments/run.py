@@ -1,0 +1,192 @@
+"""A motion programme on the virtual bench: checked first, then run and measured."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import macromicro
+from macromicro import config, kernel, loop, simulate
+from macromicro import programme as programmes
+from macromicro.columns import COLUMNS
+from macromicro.design.extension import Cycle, extension, per_cycle
+from macromicro.design.response import MoveResult, moves
+from macromicro.design.vibration import Vibration, vibration
+from macromicro.errors import InputError
+from macromicro.experiments import folder
+from macromicro.loop import PERIOD
+from macromicro.plant.bench import NOISES
+from macromicro.programme import MACRO, Limits, Programme
+from macromicro.recording import Recorder, Recording, needed_bytes
+from macromicro.rig import faults
+from macromicro.rig.faults import Fault
+from macromicro.settings import Settings
+
+DEFAULT = "thesis"
+MACRO_TRAVEL = 2800.0
+MICRO_TRAVEL = 3.9e-3
+MAX_SEED = 2**63 - 1
+# What a macro move usually takes until its arrival is declared [s]; only a progress bar
+# relies on it.
+_USUAL_MOVE = 0.9
+
+
+class Request(NamedTuple):
+    """What the user asked for. `programme`: a file or an example's name."""
+
+    programme: str = DEFAULT
+    out: Path | None = None
+    config: Path | None = None
+    cycles: int = 1
+    fan: bool = False
+    seed: int = 0
+    overwrite: bool = False
+
+
+class Job(NamedTuple):
+    """A request that was found good. `programme` holds all cycles, of `per_cycle` moves;
+    `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly."""
+
+    request: Request
+    settings: Settings
+    programme: Programme
+    per_cycle: int
+    overrides: dict[str, str]
+    out: Path
+    expected: float
+
+
+class Ended(NamedTuple):
+    """What a run gave. Times in s; `vibration`: after the first cycle's macro moves."""
+
+    job: Job
+    recording: Recording
+    finished: bool
+    interrupted: bool
+    fault: Fault | None
+    simulated: float
+    wall: float
+    moves: list[MoveResult]
+    vibration: list[Vibration]
+    cycles: list[Cycle]
+
+
+class Stop(Exception):
+    """Raised by a progress callback to end a run early; what was recorded is kept."""
+
+
+def check(request: Request) -> Job:
+    """Everything that can be wrong is said here, before anything is written or computed.
+
+    Raises `InputError`.
+    """
+    path = programmes.find(request.programme)
+    settings = Settings()
+    if request.config is not None:
+        settings = config.load_overrides(request.config, settings)
+    per_metre = 1.0 / settings.sensors.encoder.pitch
+    limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, per_metre)
+    single = programmes.load(path, limits)
+    if not 0 <= request.seed <= MAX_SEED:
+        raise InputError("--seed", request.seed, f"a whole number from 0 to {MAX_SEED}")
+    try:
+        programme = single.repeated(request.cycles)
+    except InputError as error:
+        raise InputError("--cycles", error.value, error.accepted) from None
+    out = request.out if request.out is not None else Path("results") / path.stem
+    needed = needed_bytes(COLUMNS, _capacity(settings, programme))
+    folder.check(out, needed, overwrite=request.overwrite)
+    return Job(
+        request=request,
+        settings=settings,
+        programme=programme,
+        per_cycle=len(single.target),
+        overrides=config.difference(settings, Settings()),
+        out=out,
+        expected=_expected(settings, programme),
+    )
+
+
+def _capacity(settings: Settings, programme: Programme) -> int:
+    """Rows that the longest course of the programme takes."""
+    return round(simulate.longest(settings, programme) / PERIOD) + simulate.CHUNK
+
+
+def _expected(settings: Settings, programme: Programme) -> float:
+    if programme.scheduled:
+        return programme.end
+    each = _USUAL_MOVE + settings.controller.sequence.wait
+    return float(programme.hold.sum()) + each * int((programme.stage == MACRO).sum())
+
+
+def is_compiled() -> bool:
+    """Whether the compiler's cache seems to hold the bench already."""
+    return any(kernel.cache_folder().rglob("loop.rollout*.nbi"))
+
+
+def compile_bench(job: Job) -> None:
+    """Compile the bench, or load it from the cache, so that a run need not wait for it."""
+    rolled = simulate.prepare(job.settings, job.programme, job.request.fan)
+    nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
+    kernel.compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
+
+
+def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:
+    """Run the job into its folder's recording and measure what it shows.
+
+    `progress` is told the simulated time [s] and the present move; it ends the run early
+    by raising `Stop`. Raises OSError or RecordingError where the disk refuses.
+    """
+    request = job.request
+    folder.make(job.out)
+    attributes: dict[str, str | int | float] = {
+        "version": macromicro.__version__,
+        "programme": job.programme.title,
+        "seed": request.seed,
+        "cycles": request.cycles,
+        "fan": int(request.fan),
+        "overrides": json.dumps(job.overrides),
+        "settings": config.as_toml(job.settings),
+    }
+    place = job.out / folder.RECORDING
+    outcome = None
+    with Recorder(
+        place, COLUMNS, _capacity(job.settings, job.programme), PERIOD, attributes
+    ) as recorder:
+        try:
+            outcome = simulate.simulate(
+                job.settings, job.programme, recorder,
+                seed=request.seed, fan=request.fan, progress=progress,
+            )
+        except Stop:
+            pass
+    return measure(job, Recording.load(place), outcome)
+
+
+def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None) -> Ended:
+    """What a recording shows; `outcome` is None for a run that was stopped early."""
+    done = moves(
+        recording,
+        job.programme,
+        pitch=job.settings.sensors.encoder.pitch,
+        macro_band=job.settings.controller.sequence.tolerance,
+    )
+    first = [m for m in done if m.stage == "macro" and m.index < job.per_cycle]
+    shaken = [v for m in first if (v := vibration(recording, m)) is not None]
+    return Ended(
+        job=job,
+        recording=recording,
+        finished=outcome is not None and outcome.finished,
+        interrupted=outcome is None,
+        fault=None if outcome is None else faults.describe(outcome.watch),
+        simulated=round(len(recording) * recording.dt, 9),
+        wall=math.nan if outcome is None else outcome.wall,
+        moves=done,
+        vibration=shaken,
+        cycles=per_cycle(done, extension(recording), job.per_cycle),
+    )

@@ -1,0 +1,90 @@
+"""The cycle bench of Appendix D: actuator, bias spring and encoder; 5 V, 23 degC, no flexure."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.plant import amplifier, encoder, micro
+from macromicro.plant.amplifier import Amplifier
+from macromicro.plant.driver import Driver
+from macromicro.plant.encoder import Encoder
+from macromicro.plant.flexure import GRAM_FORCE, Bias
+from macromicro.plant.micro import Micro, MicroState
+from macromicro.plant.phase import Phase
+from macromicro.plant.thermal import Thermal
+from macromicro.plant.wire import Load, Wire
+
+
+class CycleBench(NamedTuple):
+    """The fixture: the same actuator, another supply, spring and sensor."""
+
+    amplifier: Amplifier = Amplifier()
+    driver: Driver = Driver(supply=5.0)
+    # It stands free in the air, not boxed in on the carriage: calibrated to A3.
+    thermal: Thermal = Thermal(
+        ambient=23.0, plate_resistance=0.14 * 150.0, body_resistance=0.05 * 150.0
+    )
+    phase: Phase = Phase()
+    wire: Wire = Wire()
+    bias: Bias = Bias(preload=60.0 * GRAM_FORCE, platform=0.005)
+    encoder: Encoder = Encoder(pitch=17e-6)
+
+
+class CyclePlant(NamedTuple):
+    """The fixture as the kernels take it."""
+
+    amplifier: Amplifier
+    micro: Micro
+    encoder: Encoder
+
+
+class CycleState(NamedTuple):
+    """Actuator, and the CTRL voltage [V] latched but not yet in effect."""
+
+    micro: MicroState
+    ctrl: float
+
+
+class CycleSample(NamedTuple):
+    """t [s], contraction [encoder counts], EXTEND and CONTRACT (0 or 1)."""
+
+    t: float
+    encoder: float
+    extend: float
+    contract: float
+
+
+def prepare(spec: CycleBench) -> CyclePlant:
+    """Runtime parameters."""
+    load = Load(spec.bias.preload, spec.bias.rate, spec.bias.platform)
+    return CyclePlant(
+        spec.amplifier,
+        micro.prepare(spec.driver, spec.thermal, spec.wire, spec.phase, load),
+        spec.encoder,
+    )
+
+
+def initial(p: CyclePlant) -> CycleState:
+    """At rest, at room temperature, extended."""
+    return CycleState(micro.cold(p.micro, p.micro.thermal.ambient), 0.0)
+
+
+@kernel
+def measure(p: CyclePlant, s: CycleState, t: float) -> CycleSample:
+    """What the fixture shows at time `t` [s]."""
+    x = s.micro.wire.x
+    return CycleSample(
+        t,
+        encoder.count(p.encoder, x + 0.25 * p.encoder.pitch),
+        1.0 if x <= p.micro.driver.extend_on else 0.0,
+        s.micro.cut,
+    )
+
+
+@kernel
+def advance(p: CyclePlant, s: CycleState, ctrl: float, fan: float, dt: float) -> CycleState:
+    """The fixture one control period later, `ctrl` [D/A volts] latched now."""
+    level = amplifier.ctrl_level(p.amplifier, s.ctrl)
+    fine = micro.advance(p.micro, s.micro, level, fan, 0.0, dt)
+    return CycleState(fine, max(amplifier.convert(p.amplifier, ctrl), 0.0))

@@ -1,0 +1,121 @@
+"""The kiln of Section 5.2.1 (Figure 5.3): the actuator lifts 30 g while the air is heated."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.hysteresis import Everett
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+from macromicro.plant import encoder, micro, wire
+from macromicro.plant.encoder import Encoder
+from macromicro.plant.flexure import GRAM_FORCE
+from macromicro.plant.phase import Phase
+from macromicro.plant.phase import table as phase_table
+from macromicro.plant.wire import Load, Wire, WireState
+
+
+class Oven(NamedTuple):
+    """Kiln, thermocouple and weight."""
+
+    ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = 25.0
+    power: Annotated[
+        float, Par("K/s", "rise of the air with the heater on, cold", positive=True)
+    ] = 0.35
+    loss_time: Annotated[float, Par("s", "time constant of the kiln's loss", positive=True)] = 480.0
+    wire_lag: Annotated[
+        float, Par("s", "lag of the wires behind the air (still air)", positive=True)
+    ] = 5.0
+    gradient: Annotated[
+        float, Par("1", "share of the air's excess missing at the wires, below the top plate",
+                   lo=0.0, hi=0.2)
+    ] = 0.004
+    thermocouple_lag: Annotated[float, Par("s", "lag of the thermocouple", positive=True)] = 4.0
+    thermocouple_noise: Annotated[
+        float, Par("K", "noise of the thermocouple (standard deviation)", lo=0.0)
+    ] = 0.12
+    spike: Annotated[
+        float, Par("K", "typical height of an interference spike", "Figure 5.5", lo=0.0)
+    ] = 9.0
+    spike_rate: Annotated[
+        float, Par("Hz", "interference spikes per second", "Figure 5.5", lo=0.0, hi=0.5)
+    ] = 0.02
+    weight: Annotated[float, Par("N", "weight on the actuator", "Section 5.2.1", lo=0.0)] = (
+        30.0 * GRAM_FORCE
+    )
+
+
+class KilnBench(NamedTuple):
+    """The fixture: the same wires in hot air."""
+
+    oven: Oven = Oven()
+    phase: Phase = Phase()
+    wire: Wire = Wire()
+    encoder: Encoder = Encoder(pitch=14e-6)
+
+
+class KilnPlant(NamedTuple):
+    """The fixture as the kernels take it."""
+
+    oven: Oven
+    wire: Wire
+    table: Everett
+    load: Load
+    encoder: Encoder
+
+
+class KilnState(NamedTuple):
+    """air and thermocouple [degC], interference [K] with the time it still lasts [s], wires."""
+
+    air: float
+    thermocouple: float
+    spike: float
+    left: float
+    wire: WireState
+
+
+class KilnSample(NamedTuple):
+    """t [s], thermocouple [degC], contraction [encoder counts]."""
+
+    t: float
+    thermocouple: float
+    encoder: float
+
+
+def prepare(spec: KilnBench) -> KilnPlant:
+    """Runtime parameters."""
+    return KilnPlant(
+        spec.oven, spec.wire, phase_table(spec.phase), Load(spec.oven.weight, 0.0, 0.0), spec.encoder
+    )
+
+
+def initial(p: KilnPlant) -> KilnState:
+    """Cold kiln, actuator extended."""
+    t = float(p.oven.ambient)
+    return KilnState(t, t, 0.0, 0.0, micro.cold_wire(p.wire, p.load, p.table, t))
+
+
+@kernel
+def measure(p: KilnPlant, s: KilnState, t: float, n0: float) -> KilnSample:
+    """What the fixture shows at `t` [s]; n0: standard normal draw (thermocouple)."""
+    shown = s.thermocouple + s.spike + p.oven.thermocouple_noise * n0
+    return KilnSample(t, shown, encoder.count(p.encoder, s.wire.x + 0.5 * p.encoder.pitch))
+
+
+@kernel
+def advance(p: KilnPlant, s: KilnState, heater: float, n1: float, n2: float, dt: float) -> KilnState:
+    """The fixture after `dt` [s], the heater's relay at `heater` (0 or 1); n1, n2: draws."""
+    oven = p.oven
+    air = s.air + dt * (oven.power * heater - (s.air - oven.ambient) / oven.loss_time)
+    couple = s.thermocouple + (air - s.thermocouple) * (1.0 - math.exp(-dt / oven.thermocouple_lag))
+    there = air - oven.gradient * (air - oven.ambient)
+    hot = s.wire.temperature + (there - s.wire.temperature) * (1.0 - math.exp(-dt / oven.wire_lag))
+    # A spike begins when a uniform number, made from the draw, falls below rate * dt.
+    spike, left = s.spike, s.left - dt
+    if left <= 0.0:
+        spike, left = 0.0, 0.0
+        if 0.5 * math.erfc(n1 / math.sqrt(2.0)) < oven.spike_rate * dt:
+            spike = oven.spike * (0.7 + 0.4 * abs(n2)) * (1.0 if n2 > 0.0 else -1.0)
+            left = 1.0 + abs(n2)
+    return KilnState(air, couple, spike, left, wire.tempered(p.wire, p.load, p.table, s.wire, hot))

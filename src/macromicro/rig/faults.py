@@ -1,0 +1,110 @@
+"""The guard's faults in words: what happened, on what evidence, what to do."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from macromicro.rig import guard
+from macromicro.rig.guard import Watch
+
+
+class Fault(NamedTuple):
+    """A tripped guard. `time_s`: when, in the run's time."""
+
+    code: int
+    name: str
+    time_s: float
+    message: str
+    evidence: str
+    remedy: str
+
+
+class _Text(NamedTuple):
+    """Evidence may hold {value} and {limit} of the guard's `Watch`."""
+
+    name: str
+    message: str
+    evidence: str
+    remedy: str
+
+
+TEXTS = {
+    guard.ILLEGAL: _Text(
+        "illegal output",
+        "The controller asked for an output that is not a number or out of range.",
+        "it asked for {value:.4g} V where at most {limit:.4g} V are allowed "
+        "(or for a fan or laser reset other than 0 or 1)",
+        "Check the controller's gains and its law; guard.motor and guard.ctrl set the limits.",
+    ),
+    guard.MACRO_LOST: _Text(
+        "macro following error",
+        "The carriage does not follow its set point.",
+        "following error {value:.0f} counts, allowed {limit:.0f} counts",
+        "Check that the carriage is free and the encoder plugged in, then the macro gains; "
+        "guard.macro_rate and guard.macro_tolerance set what is allowed.",
+    ),
+    guard.MICRO_LOST: _Text(
+        "micro following error",
+        "The micro-stage does not follow its set point.",
+        "following error {value:.3f} mm, allowed {limit:.3f} mm",
+        "Let the actuator cool or use the fan, check its supply and the micro gains; "
+        "guard.micro_rate and guard.micro_tolerance set what is allowed.",
+    ),
+    guard.ENCODER_SILENT: _Text(
+        "encoder silent",
+        "The encoder gives no new values.",
+        "nothing new for {value:.3f} s, allowed {limit:.3f} s",
+        "Check the encoder's plug and its counter board; guard.silent sets the limit.",
+    ),
+    guard.HALL_SILENT: _Text(
+        "Hall sensor silent",
+        "The Hall sensor gives no new values.",
+        "nothing new for {value:.3f} s, allowed {limit:.3f} s",
+        "Check the sensor's plug and the A/D board; guard.silent sets the limit.",
+    ),
+    guard.HALL_FROZEN: _Text(
+        "Hall sensor frozen",
+        "The Hall sensor repeats one and the same value, which its noise makes impossible.",
+        "the same code for {value:.3f} s, allowed {limit:.3f} s",
+        "Check the sensor's supply and the A/D board; guard.frozen sets the limit.",
+    ),
+    guard.HALL_RANGE: _Text(
+        "Hall sensor off the scale",
+        "The Hall sensor reads the end of its scale.",
+        "{value:.3f} V, accepted {limit:.3f} V or more away from 0 V and 5 V",
+        "Check the magnets' place and the sensor's wiring; guard.rail and guard.rail_time set "
+        "the limits.",
+    ),
+    guard.STUCK: _Text(
+        "carriage stuck",
+        "The motor pushes and the carriage does not move.",
+        "{value:.2f} V without a single count for {limit:.3f} s",
+        "Free the carriage, check motor supply and encoder; guard.push and guard.stuck set the "
+        "limits.",
+    ),
+    guard.TOO_HOT: _Text(
+        "actuator too hot",
+        "The temperature estimated from CTRL is too high.",
+        "estimated {value:.0f} degC, allowed {limit:.0f} degC",
+        "Let the actuator cool, lower the duty or use the fan; guard.hottest sets the limit.",
+    ),
+    guard.NO_MOTION: _Text(
+        "heating without motion",
+        "The actuator is heated and does not contract.",
+        "estimated {value:.0f} degC for {limit:.2f} s without motion",
+        "Check that the actuator is connected and not jammed, and the Hall sensor; guard.warm "
+        "and guard.idle set the limits.",
+    ),
+}
+
+
+def describe(watch: Watch) -> Fault | None:
+    """The fault of a guard's state; None if all is well."""
+    if watch.fault == guard.OK:
+        return None
+    text = TEXTS[watch.fault]
+    evidence = text.evidence.format(value=watch.value, limit=watch.limit)
+    return Fault(
+        watch.fault, text.name, round(watch.time, 9), text.message,
+        f"{evidence}, at {watch.time:.3f} s; all outputs are safe", text.remedy,
+    )

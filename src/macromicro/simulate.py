@@ -1,0 +1,125 @@
+"""Run a programme on the virtual bench, compiled, a chunk at a time, into a recorder."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro import loop
+from macromicro.control import settings as control_settings
+from macromicro.control import supervisor
+from macromicro.control.supervisor import Plan, Supervisor
+from macromicro.kernel import compiled
+from macromicro.loop import PERIOD, Run
+from macromicro.plant import bench
+from macromicro.plant.bench import NOISES, Plant
+from macromicro.programme import Programme
+from macromicro.rig import guard
+from macromicro.rig.guard import OK, Guard, Watch
+from macromicro.rig.twin import noise_source
+from macromicro.settings import Settings
+
+CHUNK = 5000
+
+
+class Sink(Protocol):
+    """Where recorded blocks go: a `Recorder`, or a list in memory."""
+
+    def append(self, block: npt.NDArray[np.float64]) -> None:
+        """Take a block of shape (columns, rows)."""
+
+
+class Outcome(NamedTuple):
+    """How a run ended. `finished`: the programme came to its end; `watch`: the guard's
+    last state, with the fault and its evidence; times in s."""
+
+    finished: bool
+    watch: Watch
+    simulated: float
+    wall: float
+
+
+class Rolled(NamedTuple):
+    """Everything the rollout takes, prepared once."""
+
+    plant: Plant
+    control: Supervisor
+    watchdog: Guard
+    plan: Plan
+    run: Run
+
+
+def plan(programme: Programme) -> Plan:
+    """The programme as the supervisor takes it: macro targets in counts, micro in mm."""
+    fine = programme.stage == 1
+    target = np.where(fine, programme.target * 1e3, programme.target)
+    return Plan(
+        np.ascontiguousarray(programme.start, dtype=float),
+        np.ascontiguousarray(programme.stage, dtype=np.int64),
+        np.ascontiguousarray(target, dtype=float),
+        np.ascontiguousarray(programme.hold, dtype=float),
+        float(programme.end),
+    )
+
+
+def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Rolled:
+    """Runtime parameters and the state at the start: at rest at 0 mm, cold."""
+    plant = bench.prepare(settings.bench, settings.sensors)
+    control = control_settings.prepare(settings.controller, fan)
+    return Rolled(
+        plant,
+        control,
+        Guard(settings.guard, control.calibration),
+        plan(programme),
+        Run(0, bench.initial(plant), supervisor.begin(0.0), guard.fresh()),
+    )
+
+
+def longest(settings: Settings, programme: Programme) -> float:
+    """Upper bound of a programme's duration [s]: every macro move out of patience."""
+    if not np.isnan(programme.end):
+        return float(programme.end) + 1.0
+    sequence = settings.controller.sequence
+    moves = int((programme.stage == 0).sum())
+    return float(programme.hold.sum()) + moves * (sequence.patience + sequence.wait) + 1.0
+
+
+def simulate(
+    settings: Settings,
+    programme: Programme,
+    sink: Sink,
+    *,
+    seed: int = 0,
+    fan: bool = False,
+    progress: Callable[[float, int], None] | None = None,
+) -> Outcome:
+    """Run `programme` on the twin and append every period to `sink`.
+
+    `progress` is told the simulated time [s] and the present move after every chunk.
+    The same settings, programme, seed and fan give the same rows, bit for bit. An
+    exception from `progress` or the sink (a full disk, Ctrl-C) ends the run; what was
+    appended stays.
+    """
+    rolled = prepare(settings, programme, fan)
+    advance = compiled(loop.rollout)
+    random = noise_source(seed)
+    run = rolled.run
+    limit = round(longest(settings, programme) / PERIOD)
+    began = time.perf_counter()
+    while run.tick < limit:
+        noise = random.standard_normal((CHUNK, NOISES))
+        block = np.empty((loop.ROWS, CHUNK))
+        run, written = advance(
+            rolled.plant, rolled.control, rolled.watchdog, rolled.plan, run, noise, block, PERIOD
+        )
+        sink.append(block[:, :written])
+        if progress is not None:
+            progress(run.tick * PERIOD, run.progress.move)
+        if written < CHUNK or run.progress.phase == supervisor.DONE or run.watch.fault != OK:
+            break
+    finished = run.progress.phase == supervisor.DONE
+    return Outcome(finished, run.watch, run.tick * PERIOD, time.perf_counter() - began)
