@@ -6,7 +6,8 @@ for the twin; with the same seed both give the same recording.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,8 @@ from macromicro.plant import bench
 from macromicro.plant.bench import Plant, State, Truth
 from macromicro.rig import guard
 from macromicro.rig.guard import OK, Guard, Watch
-from macromicro.types import Command, Outputs, Sample
+from macromicro.rig.guarded import Guarded
+from macromicro.types import Command, Controller, Outputs, Sample
 
 PERIOD = 1e-3
 ROWS = len(COLUMNS)
@@ -68,6 +70,48 @@ def note(
     out[25, k] = real.body
     out[26, k] = real.austenite
     out[27, k] = real.heat
+
+
+Block = npt.NDArray[np.float64]
+
+
+def run(
+    rig: Guarded,
+    controller: Controller,
+    reference: Any,
+    dt: float,
+    state: Any,
+    sink: Callable[[Block], None] | None = None,
+    periods: int | None = None,
+) -> Any:
+    """Drive a guarded rig until the reference is worked off, a fault trips, or `periods` pass.
+
+    Every period: read, control, guard, write, record, wait. `state` is the controller's
+    state at the start; the last one is returned. `sink` takes one column (rows as in
+    `COLUMNS`) a period; quantities that only a bench knows are NaN on a real rig. The
+    rig is entered and left here, so it ends safe whatever happens.
+    """
+    real = getattr(rig.rig, "truth", None)
+    done = 0
+    with rig:
+        while periods is None or done < periods:
+            sample = rig.read()
+            state, command, wanted = controller.step(state, reference, sample, dt)
+            rig.expect(command)
+            truth = real() if real is not None else _UNKNOWN
+            rig.write(wanted)
+            if sink is not None:
+                column = np.empty((ROWS, 1))
+                note(column, 0, sample, command, rig.given, state, rig.watch, truth)
+                sink(column)
+            done += 1
+            if controller.finished(state) or rig.tripped:
+                break
+            rig.clock.wait(dt)
+    return state
+
+
+_UNKNOWN = Truth(*[float("nan")] * len(Truth._fields))
 
 
 @kernel

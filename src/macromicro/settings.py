@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from macromicro.control.settings import Control
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.rig.guard import Limits
+from macromicro.rig.limits import Limits
 
 
 class Settings(NamedTuple):

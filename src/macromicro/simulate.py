@@ -73,7 +73,7 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
     return Rolled(
         plant,
         control,
-        Guard(settings.guard, control.calibration),
+        guard.prepare(settings.guard, control.calibration),
         plan(programme),
         Run(0, bench.initial(plant), supervisor.begin(0.0), guard.fresh()),
     )

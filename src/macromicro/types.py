@@ -88,14 +88,13 @@ class Rig(Protocol):
 
 
 class Controller(Protocol):
-    """Anything that answers a sample with outputs: ``loop.run`` drives it."""
+    """Anything that answers a sample with a command and outputs; ``loop.run`` drives it.
 
-    def step(self, sample: Sample) -> Outputs:
-        """Outputs for this control period."""
+    A controller is pure: its state is handed in and out, it reads no clock and no file.
+    """
 
-    @property
-    def finished(self) -> bool:
-        """True when the programme has ended."""
+    def step(self, state: Any, reference: Any, sample: Sample, dt: float) -> tuple[Any, Command, Outputs]:
+        """New state, what is being asked for, and the outputs of this control period."""
 
-    def record(self) -> dict[str, Any]:
-        """Named values of this control period to record beside sample and outputs."""
+    def finished(self, state: Any) -> bool:
+        """True when the reference has been worked off."""

@@ -1,1 +1,1 @@
-"""Laboratory procedures: each takes settings and yields a recording and what it shows."""
+"""Laboratory procedures: each collects recordings from a rig."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -155,6 +155,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     }
     place = job.out / folder.RECORDING
     outcome = None
+    began = time.perf_counter()
     with Recorder(
         place, COLUMNS, _capacity(job.settings, job.programme), PERIOD, attributes
     ) as recorder:
@@ -165,10 +166,13 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
             )
         except Stop:
             pass
-    return measure(job, Recording.load(place), outcome)
+    wall = time.perf_counter() - began
+    return measure(job, Recording.load(place), outcome, wall)
 
 
-def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None) -> Ended:
+def measure(
+    job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float
+) -> Ended:
     """What a recording shows; `outcome` is None for a run that was stopped early."""
     done = moves(
         recording,
@@ -185,7 +189,7 @@ def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None) ->
         interrupted=outcome is None,
         fault=None if outcome is None else faults.describe(outcome.watch),
         simulated=round(len(recording) * recording.dt, 9),
-        wall=math.nan if outcome is None else outcome.wall,
+        wall=wall,
         moves=done,
         vibration=shaken,
         cycles=per_cycle(done, extension(recording), job.per_cycle),

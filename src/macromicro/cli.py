@@ -1,0 +1,228 @@
+"""The command line. Everything heavy is imported inside the commands, so help is instant."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Annotated, Any, Self
+
+import typer
+
+from macromicro import __version__
+from macromicro.errors import MacromicroError
+
+app = typer.Typer(
+    name="macromicro",
+    help="Design, simulate, identify, tune and run a two-stage linear positioner.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+config_app = typer.Typer(help="Settings of bench, sensors, controller and guard.",
+                         no_args_is_help=True)
+app.add_typer(config_app, name="config")
+
+INTERRUPTED = 128
+
+
+def main() -> int:
+    """Run the command line and return its exit status; every error is one message."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure: Any = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:  # a terminal that lacks a sign must not end a run
+            reconfigure(errors="backslashreplace")
+    try:
+        app(prog_name="macromicro")
+    except MacromicroError as error:
+        _say(str(error))
+        return error.exit_status
+    except OSError as error:
+        _say(_named(error))
+        return 1
+    except KeyboardInterrupt:
+        _say("interrupted")
+        return INTERRUPTED + signal.SIGINT
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    return 0
+
+
+def _say(text: str) -> None:
+    print(f"macromicro: {text}", file=sys.stderr)
+
+
+def _named(error: OSError) -> str:
+    """The operating system's words and the file that they are about."""
+    reason = error.strerror or str(error)
+    return f"{error.filename}: {reason}" if error.filename is not None else reason
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"macromicro {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    """Design, simulate, identify, tune and run a two-stage linear positioner."""
+
+
+@app.command()
+def run(
+    programme: Annotated[
+        str, typer.Argument(help="A programme (.toml or .csv), or the name of an example.")
+    ] = "thesis",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results.", show_default="results/<programme>"),
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="TOML file with units that overrides settings.")
+    ] = None,
+    cycles: Annotated[int, typer.Option(help="How often the programme runs.")] = 1,
+    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
+    seed: Annotated[int, typer.Option(help="Seed of the sensors' noise.")] = 0,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
+    ] = False,
+) -> None:
+    """Run a motion programme on the virtual bench.
+
+    The thesis' integrated test (Chapter 6) runs if no programme is named.
+    """
+    with Signals() as signals:
+        try:
+            _run(programme, out, config, cycles, fan, seed, as_json, overwrite, signals)
+        except KeyboardInterrupt:
+            _say("interrupted")
+            raise typer.Exit(signals.status) from None
+
+
+def _run(
+    programme: str, out: Path | None, config: Path | None, cycles: int, fan: bool, seed: int,
+    as_json: bool, overwrite: bool, signals: Signals,
+) -> None:
+    from datetime import datetime
+
+    from macromicro.experiments import run as experiment
+    from macromicro.report import terminal, words
+    from macromicro.report.summary import as_json as to_json
+    from macromicro.report.write import write
+
+    request = experiment.Request(programme, out, config, cycles, fan, seed, overwrite)
+    job = experiment.check(request)
+    if not experiment.is_compiled():
+        print("compiling the bench, once, about 10 s", file=sys.stderr)
+    experiment.compile_bench(job)
+    signals.later()
+    started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+    with terminal.progress(job) as report:
+
+        def step(t: float, move: int) -> None:
+            report(t, move)
+            if signals.received:
+                raise experiment.Stop
+
+        ended = experiment.execute(job, step)
+    try:
+        summary = write(ended, started)
+    except OSError as error:
+        _say(f"the report could not be written: {_named(error)}; the recording is in {job.out}")
+        raise typer.Exit(signals.status or 1) from None
+    if as_json:
+        print(to_json(summary), end="")
+    else:
+        terminal.show(ended)
+        print(f"results: {job.out}")
+    problems = words.problems(ended)
+    if problems:
+        _say("; ".join(problems))
+    if problems or signals.received:
+        raise typer.Exit(signals.status or 1)
+
+
+class Signals:
+    """Ctrl-C (SIGINT) and SIGTERM: at once at first; after `later` the first one is only
+    noted, so that the recording and the report are completed, and a second one is at once.
+    """
+
+    def __init__(self) -> None:
+        self.received = 0
+        self._patient = False
+        self._before: dict[int, Any] = {}
+
+    @property
+    def status(self) -> int:
+        """Exit status of a run that a signal ended; 0 without one."""
+        return INTERRUPTED + self.received if self.received else 0
+
+    def later(self) -> None:
+        """From now on let the first signal wait. One that got lost before is raised."""
+        self._patient = True
+        if self.received:
+            raise KeyboardInterrupt
+
+    def _receive(self, number: int, frame: FrameType | None) -> None:
+        patient = self._patient and not self.received
+        self.received = number
+        if not patient:
+            raise KeyboardInterrupt
+
+    def __enter__(self) -> Self:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._before[number] = signal.signal(number, self._receive)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+
+@config_app.command("show")
+def config_show(
+    key: Annotated[
+        str | None, typer.Argument(help="One set or parameter, such as bench.friction.")
+    ] = None,
+) -> None:
+    """Print the default settings as TOML, with units, meaning and source."""
+    from macromicro.config import as_toml
+    from macromicro.settings import Settings
+
+    print(as_toml(Settings(), key), end="")
+
+
+@app.command()
+def programmes(
+    name: Annotated[str | None, typer.Argument(help="Print this example.")] = None,
+) -> None:
+    """List the example programmes, or print one."""
+    from macromicro import programme
+    from macromicro.errors import InputError
+    from macromicro.textfile import printable
+
+    examples = programme.shipped()
+    if name is None:
+        for each, path in examples.items():
+            first = path.read_text(encoding="utf-8").partition("\n")[0]
+            print(f"{each:14}{first.lstrip('# ')}")
+        return
+    if name not in examples:
+        raise InputError("programme", printable(name), f"one of {', '.join(examples)}")
+    print(examples[name].read_text(encoding="utf-8"), end="")

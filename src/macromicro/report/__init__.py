@@ -1,0 +1,1 @@
+"""What a run showed, for people and for programs: figures, tables, the HTML page."""

@@ -1,0 +1,228 @@
+"""The figures of a run, after Figures 6.2 to 6.5. Each function gives None where a
+recording has nothing to show for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.control.supervisor import MICRO
+from macromicro.design.response import MICRO_BAND
+from macromicro.experiments.run import Ended
+from macromicro.recording import Recording
+from macromicro.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    finish,
+    line,
+    new,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+
+class Drawn(NamedTuple):
+    """A figure with its file name (no suffix), title, and what to look at."""
+
+    name: str
+    title: str
+    caption: str
+    figure: Figure
+
+
+def draw(ended: Ended) -> Iterator[Drawn]:
+    """All figures that this run can fill, one after the other."""
+    if not len(ended.recording):
+        return
+    for function in (response, vibration, micro, efforts, temperatures, cycles):
+        drawn = function(ended)
+        if drawn is not None:
+            yield drawn
+
+
+def fine_laser(recording: Recording) -> Floats:
+    """The laser [um] while the micro-stage is enabled, NaN elsewhere and at resets."""
+    wanted = (recording["phase"] == MICRO) & (recording["laser_reset"] == 0)
+    return np.where(wanted, recording["laser"], np.nan)
+
+
+def response(ended: Ended) -> Drawn | None:
+    """Figure 6.2: both stages with their references, whole and around the first moves."""
+    recording, pitch = ended.recording, ended.job.settings.sensors.encoder.pitch * 1e3
+    t = recording["t"]
+    macros = [m for m in ended.moves if m.stage == "macro"]
+    until = macros[1].start_s if len(macros) > 1 else min(float(t[-1]), 20.0)
+    near = slice(0, max(2, int(np.searchsorted(t, until + 0.5))))
+    figure, axes = new(5.0, 2, 2, sharex="col", gridspec_kw={"width_ratios": [1.7, 1]})
+    for column, rows in enumerate((slice(None), near)):
+        coarse, fine = axes[:, column]
+        line(coarse, t[rows], recording["macro_reference"][rows] * pitch, ORANGE, "reference",
+             linestyle="--")
+        line(coarse, t[rows], recording["macro_position"][rows] * pitch, BLUE, "encoder")
+        line(fine, t[rows], recording["micro_reference"][rows], ORANGE, "reference",
+             linestyle="--")
+        line(fine, t[rows], recording["hall_position"][rows], GREEN, "Hall sensor")
+    finish(axes[0, 0], "(a) macro-stage", "", "position [mm]", "upper right")
+    finish(axes[1, 0], "micro-stage", y="contraction [mm]", legend="upper right")
+    finish(axes[0, 1], "(b) the first moves", "")
+    finish(axes[1, 1], "")
+    caption = (
+        "Both stages with their references: (a) the whole run, (b) the first macro move and the "
+        "micro moves after it. Each macro move comes first, then a wait for the belt to calm, "
+        "then the micro-stage's steps; disabled, the micro-stage returns to zero during the next "
+        "macro move."
+    )
+    return Drawn("response", "Response of both stages", caption, figure)
+
+
+def vibration(ended: Ended) -> Drawn | None:
+    """Figure 6.3: what the laser shows after the first macro move, with the fitted decay."""
+    if not ended.vibration:
+        return None
+    v, recording = ended.vibration[0], ended.recording
+    t = recording["t"]
+    a = int(np.searchsorted(t, v.rest_s - 0.05))
+    b = int(np.searchsorted(recording["move"], v.move + 1))
+    resets = np.flatnonzero(recording["laser_reset"][a:b])
+    b = a + int(resets[0]) if len(resets) else b
+    since = t[a:b] - v.rest_s
+    y = recording["laser"][a:b] - v.settled_um
+    figure, axes = new(3.3, 1, 2, gridspec_kw={"width_ratios": [1.7, 1]})
+    start = max(v.amplitude_um, 1.0)
+    for ax, end in zip(axes[0], (since[-1], 0.4), strict=True):
+        rows = slice(0, int(np.searchsorted(since, end)))
+        line(ax, since[rows], y[rows], BLUE, "laser", linewidth=0.9)
+        decay = start * np.exp(-v.decay_rate * np.maximum(since[rows], 0.0))
+        ax.plot(since[rows], decay, color=RED, linestyle="--", linewidth=1.1, label="fitted decay")
+        ax.plot(since[rows], -decay, color=RED, linestyle="--", linewidth=1.1)
+        ax.axhspan(-2.0, 2.0, color=GREEN, alpha=0.18, linewidth=0, label="±2 um")
+        ax.set_ylim(-2.0 * start - 2.0, 2.0 * start + 2.0)
+    finish(axes[0, 0], "(a) until the micro-stage is enabled", "time since the carriage stands [s]",
+           "stage position [um]", "upper right")
+    finish(axes[0, 1], "(b) zoom", "time since the carriage stands [s]")
+    decayed = "" if v.decay_s is None else f" It is down to 2 um after {v.decay_s:.2f} s."
+    caption = (
+        f"What the first macro move leaves at the micro-stage: the belt swings at "
+        f"{v.frequency_hz:.1f} Hz with a first peak of {v.amplitude_um:.1f} um.{decayed} The "
+        "micro-stage waits for this."
+    )
+    return Drawn("vibration", "Vibration after the first macro move", caption, figure)
+
+
+def micro(ended: Ended) -> Drawn | None:
+    """Figures 6.4 and 6.5: the micro-stage in the last cycle, whole and on a set point."""
+    fine = [m for m in ended.moves if m.stage == "micro"]
+    if not fine:
+        return None
+    recording, size = ended.recording, ended.job.per_cycle
+    t, laser = recording["t"], fine_laser(recording)
+    cycle = ended.moves[-1].index // size
+    a = int(np.searchsorted(recording["move"], cycle * size))
+    # The whole cycle may be long; its last macro position is enough to see every step.
+    macros = [m for m in ended.moves if m.stage == "macro" and m.index // size == cycle]
+    zoom = max(fine[-len(macros) or -1 :], key=lambda m: m.target)
+    left, right = (int(np.searchsorted(recording["move"], zoom.index + k)) for k in (0, 1))
+    figure, axes = new(3.6, 1, 2, gridspec_kw={"width_ratios": [1.7, 1]})
+    whole, near = axes[0]
+    line(whole, t[a:], recording["micro_reference"][a:], ORANGE, "reference", linestyle="--")
+    line(whole, t[a:], recording["hall_position"][a:], GREEN, "Hall sensor", linewidth=0.8)
+    line(whole, t[a:], laser[a:] * 1e-3, BLUE, "laser", linewidth=0.9)
+    rows = slice(left, right)
+    line(near, t[rows], laser[rows] - zoom.target, BLUE, "laser", linewidth=0.8)
+    hall = recording["hall_position"][rows] * 1e3 - zoom.target
+    line(near, t[rows], hall, GREEN, "Hall sensor", linewidth=0.8)
+    near.axhline(0.0, color=ORANGE, linestyle="--", linewidth=1.1)
+    near.axhspan(-5.0, 5.0, color=BLACK, alpha=0.08, linewidth=0, label="±5 um")
+    near.set_ylim(-3.0 * MICRO_BAND, 3.0 * MICRO_BAND)
+    finish(whole, f"(a) cycle {cycle + 1}", y="contraction [mm]", legend="upper right")
+    finish(near, f"(b) error at {zoom.target * 1e-3:g} mm", y="reading - target [um]",
+           legend="lower right")
+    caption = (
+        "The micro-stage in the last cycle. The laser is shown while the micro-stage is enabled. "
+        "In (b) the Hall sensor sits on the target, as integral action makes it; the laser tells "
+        "whether the stage does. A laser that stays off by a steady amount was reset before the "
+        "actuator had fully extended."
+    )
+    return Drawn("micro", "Micro-stage in the last cycle", caption, figure)
+
+
+def efforts(ended: Ended) -> Drawn | None:
+    """Motor and CTRL outputs."""
+    recording = ended.recording
+    t = recording["t"]
+    figure, axes = new(3.8, 2, sharex=True)
+    line(axes[0, 0], t, recording["motor"], BLUE, "motor", linewidth=0.8)
+    line(axes[1, 0], t, recording["ctrl"], RED, "CTRL", linewidth=0.8)
+    finish(axes[0, 0], "motor", "", "D/A output [V]")
+    finish(axes[1, 0], "CTRL", y="D/A output [V]")
+    caption = (
+        "Outputs at the D/A converter. The motor is off once a move has arrived; CTRL rises "
+        "with every contraction and is 0 V while the micro-stage is disabled."
+    )
+    return Drawn("efforts", "Efforts", caption, figure)
+
+
+def temperatures(ended: Ended) -> Drawn | None:
+    """Wire, plates and body of the actuator, and the guard's estimate."""
+    recording = ended.recording
+    t = recording["t"]
+    figure, axes = new(3.3, 1)
+    ax = axes[0, 0]
+    kinds = (
+        ("temperature_estimate", PURPLE, "guard's estimate of the wire", ":"),
+        ("true_wire", RED, "wire (bench truth)", "-"),
+        ("true_plates", ORANGE, "plates (bench truth)", "--"),
+        ("true_body", BLACK, "body (bench truth)", "-."),
+    )
+    for name, color, label, dashes in kinds:
+        if name in recording:
+            line(ax, t, recording[name], color, label, linestyle=dashes)
+    finish(ax, "temperatures", y="temperature [°C]", legend="upper left")
+    caption = (
+        "Temperatures of the actuator. Plates and body warm slowly and make the wire cool, and "
+        "so extend, more slowly. The guard knows CTRL alone and must not fall below the wire."
+    )
+    return Drawn("temperatures", "Temperatures", caption, figure)
+
+
+def cycles(ended: Ended) -> Drawn | None:
+    """Return to zero and bias by cycle, for a run of several."""
+    if len(ended.cycles) < 2:
+        return None
+    number = [c.cycle for c in ended.cycles]
+    figure, axes = new(3.3, 1, 2)
+    nan = float("nan")
+    panels = (
+        (axes[0, 0], "return to zero, to within 20 um", "time [s]",
+         (("mean of the cycle", BLUE, "o", [c.extension_s for c in ended.cycles]),
+          ("slowest of the cycle", RED, "^", [c.slowest_s for c in ended.cycles]))),
+        (axes[0, 1], "bias at the set points", "target - reading [um]",
+         (("laser", BLUE, "o", [c.bias_um for c in ended.cycles]),
+          ("left at the laser's reset", RED, "^", [c.left_um for c in ended.cycles]),
+          ("bench truth", GREEN, "s", [c.true_bias_um for c in ended.cycles]))),
+    )
+    for ax, title, label, series in panels:
+        for name, color, marker, values in series:
+            shown = [nan if v is None else v for v in values]
+            if not all(v is None for v in values):
+                ax.plot(number, shown, color=color, marker=marker, markersize=4, linewidth=1,
+                        label=name)
+        ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+        ax.xaxis.get_major_locator().set_params(integer=True)
+        finish(ax, title, "cycle", label, "lower right")
+    caption = (
+        "As the actuator warms over the cycles it returns to zero more slowly. What it has not "
+        "yet given back when the laser is reset appears as the laser's bias at all later set "
+        "points; the true error stays small."
+    )
+    return Drawn("cycles", "Return to zero and bias by cycle", caption, figure)

@@ -1,0 +1,79 @@
+"""One self-contained HTML file: text, table and figures, no network, no script."""
+
+from __future__ import annotations
+
+import base64
+import platform
+from collections.abc import Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import NamedTuple
+
+import macromicro
+from macromicro import config
+from macromicro.experiments.run import Ended
+from macromicro.report import words
+
+TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
+_LIBRARIES = ("numpy", "numba", "h5py", "matplotlib")
+
+
+class Picture(NamedTuple):
+    """A drawn figure as a PNG file's bytes, with title and caption."""
+
+    name: str
+    title: str
+    caption: str
+    png: bytes
+
+    @property
+    def uri(self) -> str:
+        """The picture inlined."""
+        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
+
+
+def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:
+    """The report as HTML. All text is escaped."""
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    return template.render(
+        ended=ended,
+        request=ended.job.request,
+        programme=ended.job.programme,
+        overrides=ended.job.overrides,
+        headings=words.HEADINGS,
+        table=words.table(ended),
+        remarks=words.remarks(ended),
+        problems=words.problems(ended),
+        pictures=pictures,
+        started=started,
+        version=macromicro.__version__,
+        provenance=_provenance(ended),
+        settings=config.as_toml(ended.job.settings),
+    )
+
+
+def _provenance(ended: Ended) -> list[tuple[str, str]]:
+    """Where the figures come from."""
+    libraries = ", ".join(f"{name} {_version(name)}" for name in _LIBRARIES)
+    return [
+        ("programme", ended.job.programme.source),
+        ("settings", str(ended.job.request.config or "the defaults")),
+        ("results", str(ended.job.out)),
+        ("macromicro", macromicro.__version__),
+        ("Python", platform.python_version()),
+        ("libraries", libraries),
+        ("machine", f"{platform.system()} {platform.machine()}"),
+        ("rows recorded", f"{len(ended.recording)}, one every {ended.recording.dt * 1e3:g} ms"),
+    ]
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,78 @@
+"""What all figures share: colours, axes, thinning of long columns, PNG."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Okabe and Ito: told apart by colour-blind eyes; line styles differ too, for grey print.
+BLUE, RED, GREEN, ORANGE, PURPLE, BLACK = (
+    "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#000000",
+)
+DPI = 110
+WIDTH = 8.6
+BINS = 900
+
+Floats = NDArray[np.float64]
+
+
+def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
+    """A figure `height` inches high and its axes, an array of shape (rows, columns)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI)
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    for ax in axes.flat:
+        ax.grid(True, color="0.88", linewidth=0.6)
+        ax.set_axisbelow(True)
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.tick_params(labelsize=8)
+    # Fixed margins: measuring every text, as automatic layouts do, takes longer than drawing.
+    figure.subplots_adjust(
+        left=0.085, right=0.985, bottom=0.62 / height, top=1 - 0.45 / height,
+        hspace=0.45, wspace=0.22,
+    )
+    return figure, axes
+
+
+def thinned(t: Floats, y: Floats, bins: int = BINS) -> tuple[Floats, Floats]:
+    """At most two points a bin, its least and its greatest value, so no peak is lost.
+
+    Bins of NaN stay NaN and part the line.
+    """
+    n = len(y)
+    if n <= 2 * bins:
+        return t, y
+    edges = np.linspace(0, n, bins, endpoint=False).astype(np.intp)
+    low, high = np.fmin.reduceat(y, edges), np.fmax.reduceat(y, edges)
+    return np.repeat(t[edges], 2), np.stack((low, high), axis=1).ravel()
+
+
+def line(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any) -> None:
+    """Draw a column, thinned."""
+    ax.plot(*thinned(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
+
+
+def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", legend: str = "") -> None:
+    """Title, labels, and a legend at a place in matplotlib's words."""
+    ax.set_title(title, fontsize=9.5, loc="left")
+    ax.set_xlabel(x, fontsize=8.5)
+    ax.set_ylabel(y, fontsize=8.5)
+    ax.margins(x=0.01)
+    if legend:
+        ax.legend(fontsize=7.5, loc=legend, framealpha=0.85, borderpad=0.3)
+
+
+def png(figure: Figure) -> bytes:
+    """The figure as a PNG file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": "macromicro"})
+    return buffer.getvalue()

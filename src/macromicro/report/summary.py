@@ -1,0 +1,51 @@
+"""The summary of a run: the same figures as on the page, for programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import macromicro
+from macromicro.experiments.run import Ended
+
+
+def summary(ended: Ended, started: str) -> dict[str, Any]:
+    """The content of summary.json. `started`: when, in words a person reads (ISO 8601)."""
+    job = ended.job
+    fault = ended.fault
+    return {
+        "programme": job.programme.title,
+        "source": job.programme.source,
+        "cycles": job.request.cycles,
+        "fan": job.request.fan,
+        "seed": job.request.seed,
+        "version": macromicro.__version__,
+        "started": started,
+        "overrides": job.overrides,
+        "finished": ended.finished,
+        "interrupted": ended.interrupted,
+        "fault": fault and fault._asdict(),
+        "moves_planned": len(job.programme.target),
+        "simulated_s": ended.simulated,
+        "wall_s": ended.wall,
+        "speed": ended.simulated / ended.wall if ended.wall > 0.0 else None,
+        "moves": [m._asdict() for m in ended.moves],
+        "vibration": [v._asdict() for v in ended.vibration],
+        "extension": [c._asdict() for c in ended.cycles],
+    }
+
+
+def as_json(content: dict[str, Any]) -> str:
+    """JSON without NaN or infinity: they become null."""
+    return json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

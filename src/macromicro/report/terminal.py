@@ -1,0 +1,74 @@
+"""What a person sees in the terminal: a progress bar while it runs, then a table."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from macromicro.experiments.run import Ended, Job
+from macromicro.programme import MACRO
+from macromicro.report import words
+
+Report = Callable[[float, int], None]
+_WIDE = 120
+
+
+@contextmanager
+def progress(job: Job) -> Iterator[Report]:
+    """A bar on stderr, in simulated seconds; one plain line where that is no terminal."""
+    if not sys.stderr.isatty():
+        print(f"running {job.programme.title}: about {job.expected:.0f} s", file=sys.stderr)
+        yield lambda t, move: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    bar = Progress(
+        TextColumn("{task.completed:6.0f} of {task.total:.0f} s"),
+        BarColumn(),
+        TextColumn("{task.description}", markup=False),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task("", total=job.expected)
+
+        def report(t: float, move: int) -> None:
+            longest = max(t, job.expected)
+            bar.update(task, completed=t, total=longest, description=_move(job, move))
+
+        yield report
+
+
+def _move(job: Job, k: int) -> str:
+    """A move in words, such as "move 3 of 40: micro to 3 mm"."""
+    programme = job.programme
+    if not 0 <= k < len(programme.target):
+        return ""
+    macro = programme.stage[k] == MACRO
+    metres = programme.target[k] * (job.settings.sensors.encoder.pitch if macro else 1.0)
+    name = "macro" if macro else "micro"
+    return f"move {k + 1} of {len(programme.target)}: {name} to {metres * 1e3:g} mm"
+
+
+def show(ended: Ended) -> None:
+    """The table of moves and the remarks, on stdout."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False, soft_wrap=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_WIDE)
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    for heading in words.HEADINGS:
+        side = "left" if heading == "stage" else "right"
+        table.add_column(Text(heading), justify=side, overflow="fold", vertical="bottom")
+    for line in words.table(ended):
+        cells = [Text(cell) for cell in line.cells]
+        table.add_row(*cells, style="" if line.arrived else "bold red")
+    console.print(table)
+    console.print()
+    for name, text in words.remarks(ended):
+        console.print(Text(f"{name}: {text}"), soft_wrap=True)

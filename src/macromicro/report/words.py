@@ -1,0 +1,111 @@
+"""The lines of a report: moves, vibration, return to zero, speed, and what went wrong."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from macromicro.design.response import MoveResult
+from macromicro.experiments.run import Ended
+
+HEADINGS = (
+    "#", "stage", "target", "arrival", "settling", "band", "final error", "overshoot",
+    "Hall error", "true error",
+)
+_NONE = "-"
+
+
+class Line(NamedTuple):
+    """A line of the table of moves, as text with units; `arrived`: the move got there."""
+
+    cells: tuple[str, ...]
+    arrived: bool
+
+
+def table(ended: Ended) -> list[Line]:
+    """One line a move, in the order of `HEADINGS`."""
+    return [_line(m) for m in ended.moves]
+
+
+def _line(m: MoveResult) -> Line:
+    digits = 3 if m.unit == "mm" else 1
+    cut = "cut short" if not m.complete else "did not arrive"
+    cells = (
+        str(m.index + 1),
+        m.stage,
+        f"{m.target:.{digits}f} {m.unit}",
+        cut if m.arrived_s is None else f"{m.arrived_s:.3f} s",
+        _NONE if m.settling_s is None else f"{m.settling_s:.3f} s",
+        f"±{m.band:.{digits}f} {m.unit}",
+        _text(m.final_error, digits, m.unit),
+        _text(m.overshoot, digits, m.unit),
+        _text(m.hall_error, digits, m.unit),
+        _text(m.true_error, digits, m.unit),
+    )
+    return Line(cells, m.arrived_s is not None)
+
+
+def _text(value: float | None, digits: int, unit: str) -> str:
+    # Rounded first, so that no "-0.0" appears.
+    return _NONE if value is None else f"{round(value, digits) + 0.0:.{digits}f} {unit}"
+
+
+def remarks(ended: Ended) -> list[tuple[str, str]]:
+    """Heading and text: vibration, the return to zero, speed."""
+    found = []
+    if ended.vibration:
+        found.append(("vibration", _vibration(ended)))
+    returned = [c for c in ended.cycles if c.extension_s is not None]
+    if returned:
+        found.append(("extension", _extension(ended)))
+    if ended.wall > 0.0:
+        speed = ended.simulated / ended.wall
+        text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s: {speed:.0f} times real time"
+        found.append(("speed", text))
+    return found
+
+
+def _vibration(ended: Ended) -> str:
+    first = ended.vibration[0]
+    decay = "does not decay" if first.decay_s is None else f"{first.decay_s:.2f} s down to 2 um"
+    text = (
+        f"{first.amplitude_um:.1f} um at {first.frequency_hz:.1f} Hz after the first macro move, "
+        f"{decay}"
+    )
+    if len(ended.vibration) > 1:
+        every = [v.amplitude_um for v in ended.vibration]
+        moves = "all" if len(every) == 2 else f"all {len(every)}"
+        text += f"; {min(every):.1f} to {max(every):.1f} um after {moves} of a cycle"
+    return text
+
+
+def _extension(ended: Ended) -> str:
+    """The micro-stage's return to zero, by cycles."""
+    known = [c for c in ended.cycles if c.extension_s is not None]
+    first, last = known[0], known[-1]
+    text = f"{first.extension_s:.2f} s to within 20 um of zero"
+    if len(known) > 1:
+        text += f" in cycle {first.cycle}, {last.extension_s:.2f} s in cycle {last.cycle}"
+    if last.bias_um is not None:
+        text += f"; mean laser error {last.bias_um:.1f} um"
+        if last.true_bias_um is not None:
+            text += f", true {round(last.true_bias_um, 1) + 0.0:.1f} um"
+    return text
+
+
+def problems(ended: Ended) -> list[str]:
+    """What went wrong, a sentence each; none for a good run."""
+    found = []
+    count = f"move {len(ended.moves)} of {len(ended.job.programme.target)}"
+    if ended.interrupted:
+        found.append(f"interrupted at {ended.simulated:.3f} s, {count}; the recording is kept")
+    if ended.fault is not None:
+        fault = ended.fault
+        found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
+    elif not ended.finished and not ended.interrupted:
+        found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
+    lost = [str(m.index + 1) for m in ended.moves if m.complete and m.arrived_s is None]
+    if lost:
+        shown = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
+        verb = "move" if len(lost) == 1 else "moves"
+        found.append(f"{verb} {shown} did not arrive within the band before the hold's end")
+    return found

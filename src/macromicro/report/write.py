@@ -1,0 +1,28 @@
+"""Summary, figures and page of a run, into its folder."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from macromicro.experiments import folder
+from macromicro.experiments.run import Ended
+from macromicro.report import figures, style
+from macromicro.report.page import Picture, page
+from macromicro.report.summary import as_json, summary
+
+
+def write(ended: Ended, started: str) -> dict[str, Any]:
+    """Write everything beside the recording; the summary first, and given back.
+
+    Raises OSError where the disk refuses.
+    """
+    out = ended.job.out
+    content = summary(ended, started)
+    (out / folder.SUMMARY).write_text(as_json(content), encoding="utf-8")
+    pictures = []
+    for drawn in figures.draw(ended):
+        data = style.png(drawn.figure)
+        (out / f"{drawn.name}.png").write_bytes(data)
+        pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
+    (out / folder.PAGE).write_text(page(ended, pictures, started), encoding="utf-8")
+    return content

@@ -1,0 +1,119 @@
+"""The one loop: interpreted on a guarded twin, and compiled, give the same recording."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from macromicro import loop
+from macromicro.columns import COLUMNS
+from macromicro.control import supervisor
+from macromicro.control.two_stage import TwoStage
+from macromicro.kernel import compiled
+from macromicro.plant import bench
+from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.rig import guard
+from macromicro.rig.guarded import Guarded
+from macromicro.rig.twin import Twin
+from macromicro.settings import Settings
+from macromicro.simulate import Rolled, prepare, simulate
+
+Block = npt.NDArray[np.float64]
+
+
+def programme(*moves: tuple[int, float, float]) -> Programme:
+    """A sequenced programme of (stage, target, hold)."""
+    stage, target, hold = zip(*moves, strict=True)
+    return Programme(
+        "test",
+        np.full(len(moves), np.nan),
+        np.array(stage, dtype=np.int64),
+        np.array(target, dtype=float),
+        np.array(hold, dtype=float),
+        float("nan"),
+        "test",
+    )
+
+
+SHORT = programme((MACRO, 40.0, 0.0), (MICRO, 0.4e-3, 0.5), (MACRO, 10.0, 0.0))
+QUICK = Settings()._replace(
+    controller=Settings().controller._replace(
+        sequence=Settings().controller.sequence._replace(wait=0.1, dwell=0.05)
+    )
+)
+
+
+class Blocks(list[Block]):
+    """A sink in memory."""
+
+    def joined(self) -> Block:
+        """All rows (columns, periods)."""
+        return np.concatenate(self, axis=1)
+
+
+def rolled(settings: Settings, what: Programme, seed: int, fan: bool = False) -> Block:
+    """The compiled run's recording."""
+    blocks = Blocks()
+    simulate(settings, what, blocks, seed=seed, fan=fan)
+    return blocks.joined()
+
+
+def looped(
+    parts: Rolled, seed: int, fast: bool = False, watch: guard.Watch | None = None
+) -> tuple[Block, Guarded]:
+    """The same run by ``loop.run`` on a guarded twin, interpreted or with compiled steps."""
+    blocks = Blocks()
+    if fast:
+        twin = Twin(
+            parts.plant, seed, measure=compiled(bench.measure), advance=compiled(bench.advance)
+        )
+    else:
+        twin = Twin(parts.plant, seed)
+    rig = Guarded(twin, parts.watchdog, loop.PERIOD)
+    controller = TwoStage(parts.control)
+    loop.run(rig, controller, parts.plan, loop.PERIOD, parts.run.progress, blocks.append)
+    return blocks.joined(), rig
+
+
+@pytest.mark.parametrize("fast", [False, True], ids=["interpreted", "compiled steps"])
+def test_loop_and_rollout_give_equal_recordings(fast: bool) -> None:
+    """Section 6.1: macro, wait, laser reset, micro, macro; guard and supervisor included."""
+    one = rolled(QUICK, SHORT, seed=3)
+    two, rig = looped(prepare(QUICK, SHORT), seed=3, fast=fast)
+    assert one.shape == two.shape
+    assert one.shape[1] > 900
+    names = [c.name for c in COLUMNS]
+    assert set(one[names.index("phase")]) == {1.0, 2.0, 3.0, 4.0}
+    np.testing.assert_allclose(two, one, rtol=1e-12, atol=0.0)
+    assert not rig.tripped
+
+
+def test_the_chunk_length_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = rolled(QUICK, SHORT, seed=5)
+    monkeypatch.setattr("macromicro.simulate.CHUNK", 137)
+    np.testing.assert_array_equal(rolled(QUICK, SHORT, seed=5), one)
+
+
+def test_same_seed_same_bits_other_seed_other_noise() -> None:
+    one, two = rolled(QUICK, SHORT, seed=1), rolled(QUICK, SHORT, seed=1)
+    assert one.tobytes() == two.tobytes()
+    other = rolled(QUICK, SHORT, seed=2)
+    assert not np.array_equal(other[6, :300], one[6, :300])
+
+
+def test_a_fault_ends_both_runs_at_the_same_period_with_safe_outputs() -> None:
+    """A carriage that cannot move: friction far above what the motor gives."""
+    bench_ = Settings().bench
+    stuck = QUICK._replace(
+        bench=bench_._replace(friction=bench_.friction._replace(coulomb=60.0))
+    )
+    far = programme((MACRO, 1500.0, 0.0))
+    one = rolled(stuck, far, seed=0)
+    two, rig = looped(prepare(stuck, far), seed=0, fast=True)
+    np.testing.assert_allclose(two, one, rtol=1e-12, atol=0.0)
+    assert rig.watch.fault == guard.STUCK
+    assert one[3, -1] == 0.0 and one[8, -1] == 0.0
+    assert one[12, -1] == supervisor.FAULT
+    limit = stuck.guard.stuck
+    assert one[0, -1] == pytest.approx(limit, abs=0.01)
