@@ -21,8 +21,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-config_app = typer.Typer(help="Settings of bench, sensors, controller and guard.",
-                         no_args_is_help=True)
+config_app = typer.Typer(
+    help="Settings of bench, sensors, controller and guard.", no_args_is_help=True
+)
 app.add_typer(config_app, name="config")
 
 INTERRUPTED = 128
@@ -111,8 +112,15 @@ def run(
 
 
 def _run(
-    programme: str, out: Path | None, config: Path | None, cycles: int, fan: bool, seed: int,
-    as_json: bool, overwrite: bool, signals: Signals,
+    programme: str,
+    out: Path | None,
+    config: Path | None,
+    cycles: int,
+    fan: bool,
+    seed: int,
+    as_json: bool,
+    overwrite: bool,
+    signals: Signals,
 ) -> None:
     from datetime import datetime
 

@@ -39,9 +39,7 @@ class PiAntiWindup(NamedTuple):
 
 
 @kernel
-def step(
-    p: PiAntiWindup, integral: float, error: float, dt: float
-) -> tuple[float, float]:
+def step(p: PiAntiWindup, integral: float, error: float, dt: float) -> tuple[float, float]:
     """New integral effort [V] and clamped effort [V] for an error [mm] (Figure 5.24)."""
     wanted = p.kp * error + integral
     given = min(max(wanted, p.low), p.high)

@@ -23,8 +23,10 @@ class Control(NamedTuple):
         str, Par("", "control law of the macro-stage", "Section 4.3", choices=LAWS)
     ] = "pd-tuned"
     dead_zone_inverse: Annotated[
-        str, Par("", "compensation of friction by the dead-zone inverse", "Section 4.2.3",
-                 choices=SWITCH)
+        str,
+        Par(
+            "", "compensation of friction by the dead-zone inverse", "Section 4.2.3", choices=SWITCH
+        ),
     ] = "as designed"
     dead_zone: Annotated[
         float, Par("V", "width of the dead zone", "Section 4.2.3 (M1)", lo=0.0, hi=5.0)
@@ -57,7 +59,9 @@ def prepare(spec: Control, fan: bool = False) -> Supervisor:
     )
     fine = (spec.p, spec.pi, spec.pi_antiwindup)[MICRO_LAWS.index(spec.micro_law)]
     return Supervisor(
-        MacroLaw(law, spec.dead_zone if lifted else 0.0, 5.0, spec.pid, spec.pd_initial, spec.pd_tuned),
+        MacroLaw(
+            law, spec.dead_zone if lifted else 0.0, 5.0, spec.pid, spec.pd_initial, spec.pd_tuned
+        ),
         PiAntiWindup(*fine),
         spec.sequence,
         calibration.shipped(),

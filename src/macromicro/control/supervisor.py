@@ -35,15 +35,25 @@ class Sequence(NamedTuple):
         float, Par("s", "time within the tolerance before arrival is declared", lo=0.0)
     ] = 0.2
     patience: Annotated[
-        float, Par("s", "longest wait for an arrival; the move is then reported as not arrived",
-                   positive=True)
+        float,
+        Par(
+            "s",
+            "longest wait for an arrival; the move is then reported as not arrived",
+            positive=True,
+        ),
     ] = 15.0
     wait: Annotated[
         float, Par("s", "wait between arrival and the micro-stage", "Section 6.1", lo=0.0)
     ] = 2.0
     park: Annotated[
-        int, Par("", "1: motor off once arrived, so that a flickering count does not kick the "
-                 "carriage under the micro-stage; 0: macro control stays on", lo=0, hi=1)
+        int,
+        Par(
+            "",
+            "1: motor off once arrived, so that a flickering count does not kick the "
+            "carriage under the micro-stage; 0: macro control stays on",
+            lo=0,
+            hi=1,
+        ),
     ] = 1
 
 
@@ -97,7 +107,7 @@ def _complete(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
         return True
     if plan.stage[s.move] == 0:
         return s.phase == SETTLING and t - s.entered >= p.sequence.wait + plan.hold[s.move] - 1e-9
-    return t - s.began >= plan.hold[s.move] - 1e-9
+    return bool(t - s.began >= plan.hold[s.move] - 1e-9)
 
 
 @kernel
@@ -112,7 +122,24 @@ def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
         return False
     # A macro move may cut in; a micro move waits until the carriage has settled.
     settled = s.phase == SETTLING and t - s.entered >= p.sequence.wait - 1e-9
-    return plan.stage[following] == 0 or s.phase == WAITING or s.phase == MICRO or settled
+    return bool(plan.stage[following] == 0) or s.phase in (WAITING, MICRO) or settled
+
+
+@kernel
+def _over(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
+    """Has the programme ended? By the clock if it is scheduled, else with its last hold."""
+    if not math.isnan(plan.end):
+        return t >= plan.end - 1e-9
+    return s.move + 1 >= len(plan.stage) and _complete(p, plan, s, t)
+
+
+@kernel
+def _overtaken(plan: Plan, move: int, t: float) -> bool:
+    """Is the next move a fine one whose successor's scheduled time has come as well?"""
+    if move + 2 >= len(plan.stage) or plan.stage[move + 1] == 0:
+        return False
+    after = plan.start[move + 2]
+    return not math.isnan(after) and t >= after - 1e-9
 
 
 @kernel
@@ -130,27 +157,46 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
         arrived = not math.isnan(inside) and t - inside >= p.sequence.dwell - 1e-9
         if arrived or t - began >= p.sequence.patience:
             phase, entered, zeroed = SETTLING, t, 0
+    waiting = phase == MACRO or (phase == SETTLING and t - entered < p.sequence.wait - 1e-9)
+    while waiting and _overtaken(plan, move, t):
+        move += 1
     now = Progress(
-        move, phase, began, entered, inside, zeroed, macro_reference, micro_reference, memory, integral
+        move,
+        phase,
+        began,
+        entered,
+        inside,
+        zeroed,
+        macro_reference,
+        micro_reference,
+        memory,
+        integral,
     )
-    if _due(p, plan, now, t):
+    if phase != DONE and _over(p, plan, now, t):
+        phase, entered = DONE, t
+    elif phase != DONE and _due(p, plan, now, t):
         move, began, entered = move + 1, t, t
         if plan.stage[move] == 0:
+            if p.sequence.park == 1 and phase != MACRO:
+                memory = MacroMemory(0.0, 0.0)
             phase, inside = MACRO, math.nan
             macro_reference, micro_reference, integral = plan.target[move], 0.0, 0.0
-            if p.sequence.park == 1:
-                memory = MacroMemory(0.0, 0.0)
         else:
             if phase != MICRO:
                 zeroed, integral = 0, 0.0
             phase = MICRO
             micro_reference = plan.target[move]
-    elif move + 1 >= len(plan.stage) and phase != DONE:
-        ended = t >= plan.end - 1e-9 if not math.isnan(plan.end) else _complete(p, plan, now, t)
-        if ended:
-            phase, entered = DONE, t
     return Progress(
-        move, phase, began, entered, inside, zeroed, macro_reference, micro_reference, memory, integral
+        move,
+        phase,
+        began,
+        entered,
+        inside,
+        zeroed,
+        macro_reference,
+        micro_reference,
+        memory,
+        integral,
     )
 
 
@@ -179,11 +225,22 @@ def step(
     ):
         reset, zeroed = 1.0, 1
     s = Progress(
-        s.move, s.phase, s.began, s.entered, s.inside, zeroed,
-        s.macro_reference, s.micro_reference, memory, integral,
+        s.move,
+        s.phase,
+        s.began,
+        s.entered,
+        s.inside,
+        zeroed,
+        s.macro_reference,
+        s.micro_reference,
+        memory,
+        integral,
     )
     command = Command(
-        s.macro_reference, 1.0 if moving else 0.0, s.micro_reference,
-        1.0 if s.phase == MICRO else 0.0, fine,
+        s.macro_reference,
+        1.0 if moving else 0.0,
+        s.micro_reference,
+        1.0 if s.phase == MICRO else 0.0,
+        fine,
     )
     return s, command, Outputs(motor, ctrl, p.fan, reset)

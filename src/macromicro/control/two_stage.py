@@ -8,9 +8,7 @@ from macromicro.control import supervisor
 from macromicro.control.supervisor import DONE, Plan, Progress, Supervisor
 from macromicro.types import Command, Outputs, Sample
 
-Step = Callable[
-    [Supervisor, Plan, Progress, Sample, float], tuple[Progress, Command, Outputs]
-]
+Step = Callable[[Supervisor, Plan, Progress, Sample, float], tuple[Progress, Command, Outputs]]
 
 
 class TwoStage:

@@ -77,12 +77,12 @@ def per_cycle(
     moves: Sequence[MoveResult], returns: Sequence[Extension], moves_per_cycle: int
 ) -> list[Cycle]:
     """The returns and the bias of every cycle that was begun."""
-    count = max((m.index for m in moves), default=-1) // moves_per_cycle + 1
+    count = max((m.move for m in moves), default=-1) // moves_per_cycle + 1
     cycles = []
     for k in range(count):
         own = [r for r in returns if r.move // moves_per_cycle == k]
         times = [r.time_s for r in own if r.time_s is not None]
-        fine = [m for m in moves if m.stage == "micro" and m.index // moves_per_cycle == k]
+        fine = [m for m in moves if m.stage == "micro" and m.move // moves_per_cycle == k]
         cycles.append(
             Cycle(
                 cycle=k + 1,

@@ -36,11 +36,12 @@ class MoveResult(NamedTuple):
     settling_s: from `start_s` until the error has entered `band` for good (`arrived_s`).
     final_error: target minus the mean reading (encoder or laser) over the hold's last
     0.5 s; hall_error the same from the Hall sensor, true_error from the bench's truth.
+    move: index in the programme, from 0.
     overshoot: the furthest beyond the target in the direction of the move, 0 or more.
     complete: False if a fault or an interruption cut the move short.
     """
 
-    index: int
+    move: int
     stage: str
     target: float
     unit: str
@@ -60,7 +61,7 @@ class MoveResult(NamedTuple):
 class _Span(NamedTuple):
     """A move's rows in a recording, [a, b), and the last row + 1 of its influence, `until`."""
 
-    index: int
+    move: int
     a: int
     b: int
     until: int
@@ -83,7 +84,7 @@ def moves(
         return []
     done = []
     for span in _spans(recording, programme):
-        if programme.stage[span.index] == MACRO:
+        if programme.stage[span.move] == MACRO:
             done.append(_macro(recording, programme, span, pitch, macro_band))
         else:
             done.append(_micro(recording, programme, span))
@@ -159,7 +160,7 @@ def _macro(
 ) -> MoveResult:
     """A macro move, in mm. The encoder's count n stands for the places from n to n + 1
     pitches; the true error is counted from their middle."""
-    target, dt, mm = float(programme.target[span.index]), recording.dt, pitch * 1e3
+    target, dt, mm = float(programme.target[span.move]), recording.dt, pitch * 1e3
     error = target - recording["macro_position"][span.a : span.until]
     row = entry(error, band, dt, DWELL)
     start = _time(recording, span.a)
@@ -171,7 +172,7 @@ def _macro(
         true = _mean_error(recording, "true_carriage", (target + 0.5) * mm, last)
     beyond = _beyond(error)
     return MoveResult(
-        index=span.index,
+        move=span.move,
         stage="macro",
         target=round(target * mm, 9),
         unit="mm",
@@ -191,7 +192,7 @@ def _macro(
 
 def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResult:
     """A micro move, in um."""
-    target, dt = round(float(programme.target[span.index]) * 1e6, 6), recording.dt
+    target, dt = round(float(programme.target[span.move]) * 1e6, 6), recording.dt
     rows = slice(span.a, span.b)
     # The reading at a reset still counts from the reset before.
     resets = np.flatnonzero(recording["laser_reset"][rows])
@@ -211,7 +212,7 @@ def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResul
         hall = _mean_error(recording, "hall_position", target * 1e-3, last)
         true = _mean_error(recording, "true_micro", target * 1e-3, last)
     return MoveResult(
-        index=span.index,
+        move=span.move,
         stage="micro",
         target=target,
         unit="um",

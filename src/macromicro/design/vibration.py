@@ -54,7 +54,7 @@ def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
     if move.stage != "macro" or move.arrived_s is None:
         return None
     dt = recording.dt
-    a, b = (int(np.searchsorted(recording["move"], k)) for k in (move.index, move.index + 1))
+    a, b = (int(np.searchsorted(recording["move"], k)) for k in (move.move, move.move + 1))
     rows = slice(a, b)
     phase = recording["phase"][rows]
     over = (recording["laser_reset"][rows] == 1) | (phase == MICRO) | (phase == WAITING)
@@ -78,22 +78,21 @@ def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
     w = 2.0 * math.pi * frequency
     phase_at = math.atan2(sine * w - decay * cosine, cosine * w + decay * sine)
     first = (phase_at % math.pi) / w
-    peak = math.exp(-decay * first) * abs(
-        cosine * math.cos(w * first) + sine * math.sin(w * first)
-    )
+    peak = math.exp(-decay * first) * abs(cosine * math.cos(w * first) + sine * math.sin(w * first))
+    settled = slice(a + length - (length - rest) // 4, a + length)
     time: float | None = None
     if start <= DECAYED:
         time = 0.0
     elif decay > 0.0:
         time = math.log(start / DECAYED) / decay + CREEP
     return Vibration(
-        move=move.index,
+        move=move.move,
         rest_s=round(float(recording["t"][a + rest]) - CREEP, 9),
         amplitude_um=peak,
         decay_s=time,
         frequency_hz=frequency,
         decay_rate=decay,
-        settled_um=float(recording["laser"][a + length - 1 - (length - rest) // 4 : a + length].mean()),
+        settled_um=float(recording["laser"][settled].mean()),
     )
 
 

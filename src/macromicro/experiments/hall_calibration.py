@@ -68,9 +68,7 @@ def as_csv(result: Calibration) -> str:
     """The table as the file that ``macromicro.control.calibration`` reads."""
     lines = ["# Hall calibration of the default bench: Section 3.2.3, three runs up and down"]
     lines.append("hall_V,position_mm")
-    lines += [
-        f"{result.low + i * result.step:.4f},{x:.6f}" for i, x in enumerate(result.position)
-    ]
+    lines += [f"{result.low + i * result.step:.4f},{x:.6f}" for i, x in enumerate(result.position)]
     return "\n".join(lines) + "\n"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections.abc import Callable
@@ -158,21 +159,20 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     began = time.perf_counter()
     with Recorder(
         place, COLUMNS, _capacity(job.settings, job.programme), PERIOD, attributes
-    ) as recorder:
-        try:
-            outcome = simulate.simulate(
-                job.settings, job.programme, recorder,
-                seed=request.seed, fan=request.fan, progress=progress,
-            )
-        except Stop:
-            pass
+    ) as recorder, contextlib.suppress(Stop):
+        outcome = simulate.simulate(
+            job.settings,
+            job.programme,
+            recorder,
+            seed=request.seed,
+            fan=request.fan,
+            progress=progress,
+        )
     wall = time.perf_counter() - began
     return measure(job, Recording.load(place), outcome, wall)
 
 
-def measure(
-    job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float
-) -> Ended:
+def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float) -> Ended:
     """What a recording shows; `outcome` is None for a run that was stopped early."""
     done = moves(
         recording,
@@ -180,7 +180,7 @@ def measure(
         pitch=job.settings.sensors.encoder.pitch,
         macro_band=job.settings.controller.sequence.tolerance,
     )
-    first = [m for m in done if m.stage == "macro" and m.index < job.per_cycle]
+    first = [m for m in done if m.stage == "macro" and m.move < job.per_cycle]
     shaken = [v for m in first if (v := vibration(recording, m)) is not None]
     return Ended(
         job=job,

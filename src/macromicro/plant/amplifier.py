@@ -12,12 +12,12 @@ from macromicro.parameters import Par
 class Amplifier(NamedTuple):
     """The MultiQ-3 board's outputs and the amplifiers behind them."""
 
-    full_scale: Annotated[float, Par("V", "D/A range, both signs", "Section 3.1", positive=True)] = (
-        5.0
-    )
-    bits: Annotated[float, Par("", "D/A resolution over both signs", "Section 3.3", lo=6, hi=24)] = (
-        12.0
-    )
+    full_scale: Annotated[
+        float, Par("V", "D/A range, both signs", "Section 3.1", positive=True)
+    ] = 5.0
+    bits: Annotated[
+        float, Par("", "D/A resolution over both signs", "MultiQ-3 board, Section 3.3", lo=6, hi=24)
+    ] = 12.0
     supply: Annotated[
         float, Par("V", "PWM amplifier's output at 100 % duty", "Section 3.1", positive=True)
     ] = 20.0
@@ -32,7 +32,7 @@ class Amplifier(NamedTuple):
 @kernel
 def convert(p: Amplifier, volts: float) -> float:
     """D/A output [V] for a commanded voltage [V]: saturated, then rounded to a code."""
-    lsb = 2.0 * p.full_scale / 2.0**p.bits
+    lsb: float = 2.0 * p.full_scale / 2.0**p.bits
     limited = min(max(volts, -p.full_scale), p.full_scale)
     return min(math.floor(limited / lsb + 0.5) * lsb, p.full_scale)
 

@@ -15,22 +15,32 @@ from macromicro.parameters import Par
 
 
 class Belt(NamedTuple):
-    """The mode, as a mass on a spring carried along by the carriage."""
+    """The mode, as a mass on a spring carried along by the carriage.
 
-    frequency: Annotated[float, Par("Hz", "frequency of the mode", "calibrated to I2", positive=True, hi=400.0)] = 21.8
+    The thesis gives neither frequency nor mass, only amplitude and decay time (I2).
+    """
+
+    frequency: Annotated[
+        float, Par("Hz", "frequency of the mode", "calibrated to I2", positive=True, hi=400.0)
+    ] = 21.8
     decay: Annotated[
         float, Par("1/s", "decay rate of its amplitude", "calibrated to I2", lo=0.0)
     ] = 1.15
     participation: Annotated[
         float,
-        Par("1", "share of the mode's motion seen at the stage, and of the carriage's mass "
-            "that takes part", "calibrated to I2", lo=0.0, hi=1.0),
-    ] = 0.0224
+        Par(
+            "1",
+            "share of the mode in the stage's motion and in the mass",
+            "calibrated to I2",
+            lo=0.0,
+            hi=1.0,
+        ),
+    ] = 0.0222
 
 
 @kernel
 def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float, float]:
-    """Mode's deflection `q` [m] and speed [m/s] after `h`, the carriage gaining `kick` [m/s].
+    """Mode's deflection `q` [m] and speed [m/s] after `h` [s], the carriage gaining `kick` [m/s].
 
     q'' + 2 d q' + w^2 q = -a by the implicit midpoint rule: without a kick the energy
     can only fall, whatever the step.
@@ -45,13 +55,16 @@ def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float,
 
 @kernel
 def energy(p: Belt, mass: float, q: float, speed: float) -> float:
-    """Energy [J] in the mode of a carriage of `mass` [kg]."""
+    """Energy [J] of the mode at `q` [m] and `speed` [m/s], on a carriage of `mass` [kg]."""
     w = 2.0 * math.pi * p.frequency
     return 0.5 * p.participation * mass * (speed * speed + w * w * q * q)
 
 
 @kernel
 def reaction(p: Belt, mass: float, q: float, speed: float) -> float:
-    """Force [N] of the mode on the carriage."""
+    """Force [N] of the mode at `q` [m] and `speed` [m/s] on a carriage of `mass` [kg].
+
+    Spring and damper push the carriage with what they pull the mode's mass back with.
+    """
     w = 2.0 * math.pi * p.frequency
     return p.participation * mass * (w * w * q + 2.0 * p.decay * speed)

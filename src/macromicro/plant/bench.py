@@ -6,6 +6,7 @@ as the D/A board latches them (the chatter of Figure 4.20 depends on it).
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from macromicro.kernel import kernel
@@ -31,7 +32,7 @@ NOISES = 3
 
 
 class Bench(NamedTuple):
-    """Everything physical about the positioner that a user may set."""
+    """Everything physical about the positioner that a user may set. Values in SI, degC."""
 
     amplifier: Amplifier = Amplifier()
     motor: Motor = Motor()
@@ -48,33 +49,50 @@ class Bench(NamedTuple):
 
     def problems(self) -> list[tuple[str, Any, str]]:
         """What is physically impossible: (parameter, value, what is accepted)."""
-        found: list[tuple[str, Any, str]] = []
-        if self.wire.stop >= self.wire.stroke:
-            found.append(("wire.stop", self.wire.stop, f"below wire.stroke ({self.wire.stroke} m)"))
-        if self.driver.contract_on > self.wire.stop:
-            found.append(
-                ("driver.contract_on", self.driver.contract_on, f"at most wire.stop ({self.wire.stop} m)")
-            )
-        if self.driver.contract_off >= self.driver.contract_on:
-            found.append(
-                ("driver.contract_off", self.driver.contract_off, "below driver.contract_on "
-                 f"({self.driver.contract_on} m)")
-            )
-        if self.carriage.stop_low >= self.carriage.stop_high:
-            found.append(
-                ("carriage.stop_low", self.carriage.stop_low, "below carriage.stop_high "
-                 f"({self.carriage.stop_high} m)")
-            )
-        ctrl, power = self.driver.map_ctrl, self.driver.map_heat
-        if len(ctrl) != len(power):
-            found.append(("driver.map_heat", f"{len(power)} values", f"{len(ctrl)}, as in driver.map_ctrl"))
-        if any(b <= a for a, b in zip(ctrl, ctrl[1:], strict=False)):
-            found.append(("driver.map_ctrl", ctrl, "values that increase"))
-        if self.friction.ripple >= self.friction.coulomb:
-            found.append(
-                ("friction.ripple", self.friction.ripple, f"below friction.coulomb ({self.friction.coulomb} N)")
-            )
-        return found
+        wire, driver, friction = self.wire, self.driver, self.friction
+        low, high = self.carriage.stop_low, self.carriage.stop_high
+        ctrl, heat = driver.map_ctrl, driver.map_heat
+        # (wrong?, parameter, value, accepted)
+        rules: tuple[tuple[bool, str, Any, str], ...] = (
+            (
+                wire.stop >= wire.stroke,
+                "wire.stop",
+                wire.stop,
+                f"below wire.stroke ({wire.stroke} m)",
+            ),
+            (
+                driver.contract_on > wire.stop,
+                "driver.contract_on",
+                driver.contract_on,
+                f"at most wire.stop ({wire.stop} m)",
+            ),
+            (
+                driver.contract_off >= driver.contract_on,
+                "driver.contract_off",
+                driver.contract_off,
+                f"below driver.contract_on ({driver.contract_on} m)",
+            ),
+            (low >= high, "carriage.stop_low", low, f"below carriage.stop_high ({high} m)"),
+            (
+                len(ctrl) != len(heat),
+                "driver.map_heat",
+                f"{len(heat)} values",
+                f"{len(ctrl)}, as in driver.map_ctrl",
+            ),
+            (
+                any(b <= a for a, b in pairwise(ctrl)),
+                "driver.map_ctrl",
+                ctrl,
+                "values that increase",
+            ),
+            (
+                friction.ripple >= friction.coulomb,
+                "friction.ripple",
+                friction.ripple,
+                f"below friction.coulomb ({friction.coulomb} N)",
+            ),
+        )
+        return [(name, value, accepted) for wrong, name, value, accepted in rules if wrong]
 
 
 class Sensors(NamedTuple):
@@ -114,9 +132,7 @@ class State(NamedTuple):
 
 def prepare(bench: Bench, sensors: Sensors) -> Plant:
     """Runtime parameters of the positioner."""
-    load = Load(
-        bench.bias.preload, bench.bias.rate + stiffness(bench.flexure), bench.bias.platform
-    )
+    load = Load(bench.bias.preload, bench.bias.rate + stiffness(bench.flexure), bench.bias.platform)
     return Plant(
         bench.amplifier,
         Macro(bench.carriage, bench.motor, bench.friction, bench.belt),

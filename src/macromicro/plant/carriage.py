@@ -16,11 +16,19 @@ class Carriage(NamedTuple):
     """The moving mass and where its way ends."""
 
     mass: Annotated[
-        float, Par("kg", "carriage, micro-stage and the rotor's inertia at the belt",
-                   shown="g", positive=True)
+        float,
+        Par(
+            "kg",
+            "carriage, micro-stage and rotor, at the belt",
+            "calibrated to M4a",
+            shown="g",
+            positive=True,
+        ),
     ] = 0.45
     stop_low: Annotated[float, Par("m", "lower end stop", shown="mm")] = -10.0e-3
-    stop_high: Annotated[float, Par("m", "upper end stop: 3000 counts", "Section 4.3.3", shown="mm")] = 214.3e-3
+    stop_high: Annotated[
+        float, Par("m", "upper end stop (3000 counts)", "Section 4.3.3", shown="mm")
+    ] = 214.3e-3
     stop_stiffness: Annotated[
         float, Par("N/m", "stiffness of the rubber end stops", shown="N/mm", positive=True)
     ] = 5.0e4
@@ -58,7 +66,10 @@ def at_rest(x: float) -> MacroState:
 
 @kernel
 def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
-    """End stops over one step `h`: force on the carriage = a - b * (new speed)."""
+    """End stops over one step `h` [s], the carriage at `x` [m] before it.
+
+    Returns a [N] and b [N s/m]: force on the carriage = a - b * (new speed).
+    """
     depth = 0.0
     if x < p.stop_low:
         depth = x - p.stop_low

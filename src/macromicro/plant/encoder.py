@@ -1,4 +1,4 @@
-"""Optical encoder and its 24-bit counter (Section 3.1); converters of the board (3.3)."""
+"""Optical encoder and its 24-bit counter (Section 3.1); converters of the board (3.2.3)."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ class Encoder(NamedTuple):
     pitch: Annotated[
         float, Par("m", "travel per count", "200 mm = 2800 counts (M16)", shown="um", positive=True)
     ] = 0.2 / 2800.0
-    bits: Annotated[float, Par("", "width of the counter", "Section 3.3", lo=8, hi=48)] = 24.0
+    bits: Annotated[
+        float, Par("", "width of the counter", "MultiQ-3 board, Section 3.3", lo=8, hi=48)
+    ] = 24.0
 
 
 class Converter(NamedTuple):
     """A/D converter: 12 bits plus sign over +-5 V, 1.22 mV per bit (Section 3.2.3)."""
 
-    full_scale: Annotated[float, Par("V", "A/D range, both signs", "Section 3.2.3", positive=True)] = (
-        5.0
-    )
+    full_scale: Annotated[
+        float, Par("V", "A/D range, both signs", "Section 3.2.3", positive=True)
+    ] = 5.0
     bits: Annotated[float, Par("", "A/D bits beside the sign", "Section 3.2.3", lo=6, hi=24)] = 12.0
 
 
@@ -32,13 +34,13 @@ def count(p: Encoder, x: float) -> float:
     """Counter reading [counts] at position `x` [m], signed, wrapped to `bits`."""
     # 1e-9 counts of slack: a position set on an edge must not fall below it by rounding.
     steps = math.floor(x / p.pitch + 1e-9)
-    span = 2.0**p.bits
+    span: float = 2.0**p.bits
     return steps - span * math.floor(steps / span + 0.5)
 
 
 @kernel
 def sample(p: Converter, volts: float) -> float:
     """A/D reading [V] of a voltage [V]: rounded to a code and clipped to the range."""
-    lsb = p.full_scale / 2.0**p.bits
+    lsb: float = p.full_scale / 2.0**p.bits
     limited = min(max(volts, -p.full_scale), p.full_scale - lsb)
     return math.floor(limited / lsb + 0.5) * lsb

@@ -12,12 +12,18 @@ GRAM_FORCE = 9.80665e-3
 class Flexure(NamedTuple):
     """Four beams of aluminium; each carries half the load over half the way, (3.1)."""
 
-    modulus: Annotated[float, Par("Pa", "Young's modulus", "Section 3.2.2", shown="GPa", positive=True)] = 70e9
-    width: Annotated[float, Par("m", "beam width w", "Section 3.2.2", shown="mm", positive=True)] = 2.0e-3
+    modulus: Annotated[
+        float, Par("Pa", "Young's modulus", "Section 3.2.2", shown="GPa", positive=True)
+    ] = 70e9
+    width: Annotated[
+        float, Par("m", "beam width w", "Section 3.2.2", shown="mm", positive=True)
+    ] = 2.0e-3
     thickness: Annotated[
         float, Par("m", "beam thickness t", "Section 3.2.2", shown="mm", positive=True)
     ] = 0.45e-3
-    length: Annotated[float, Par("m", "beam length L", "Section 3.2.2", shown="mm", positive=True)] = 55.0e-3
+    length: Annotated[
+        float, Par("m", "beam length L", "Section 3.2.2", shown="mm", positive=True)
+    ] = 55.0e-3
 
 
 class Bias(NamedTuple):

@@ -14,18 +14,21 @@ from macromicro.parameters import Par
 
 
 class Friction(NamedTuple):
-    """Everything that rubs: motor brushes, belt idlers, bushing on the rod."""
+    """Everything that rubs (motor brushes, belt idlers, bushing on the rod), at the belt."""
 
     coulomb: Annotated[float, Par("N", "kinetic friction", "calibrated to M2, M3", lo=0.0)] = 10.485
     stribeck: Annotated[
-        float, Par("N", "breakaway above kinetic friction", "calibrated to M1", lo=0.0)
+        float,
+        Par(
+            "N", "breakaway above kinetic friction (Stribeck drop)", "calibrated to M1, M6a", lo=0.0
+        ),
     ] = 1.944
     stribeck_speed: Annotated[
-        float, Par("m/s", "speed at which the Stribeck drop ends", shown="mm/s", positive=True)
+        float, Par("m/s", "speed over which the Stribeck drop fades", shown="mm/s", positive=True)
     ] = 0.03214
     ripple: Annotated[
-        float, Par("N", "amplitude of the friction's change along the rod", "M1: motion is "
-                   "position-dependent below 3 V", lo=0.0)
+        float,
+        Par("N", "greatest change of the friction along the rod", "calibrated to M1", lo=0.0),
     ] = 0.518
     ripple_long: Annotated[
         float, Par("m", "longer period of that change", shown="mm", positive=True)
@@ -36,26 +39,31 @@ class Friction(NamedTuple):
     bristle: Annotated[
         float, Par("N/m", "stiffness before sliding", shown="N/mm", positive=True)
     ] = 7.26e5
-    bristle_damping: Annotated[
-        float, Par("N*s/m", "damping before sliding", lo=0.0)
-    ] = 570.0
-    viscous: Annotated[
-        float, Par("N*s/m", "viscous friction", "calibrated to M3, M4a", lo=0.0)
-    ] = 6.36
+    bristle_damping: Annotated[float, Par("N*s/m", "damping before sliding", lo=0.0)] = 570.0
+    viscous: Annotated[float, Par("N*s/m", "viscous friction", "calibrated to M3, M4a", lo=0.0)] = (
+        6.36
+    )
 
 
 @kernel
 def ripple(p: Friction, x: float) -> float:
     """Deviation of the friction level [N] at position `x` [m] from its mean."""
-    return p.ripple * 0.5 * (
-        math.sin(2.0 * math.pi * x / p.ripple_long)
-        + math.sin(2.0 * math.pi * x / p.ripple_short + 1.0)
+    return (
+        p.ripple
+        * 0.5
+        * (
+            math.sin(2.0 * math.pi * x / p.ripple_long)
+            + math.sin(2.0 * math.pi * x / p.ripple_short + 1.0)
+        )
     )
 
 
 @kernel
 def level(p: Friction, v: float, offset: float) -> float:
-    """Steady sliding friction [N] at speed `v` [m/s]: Stribeck curve, never negative."""
+    """Steady sliding friction [N], viscous part aside, at speed `v` [m/s]: the Stribeck curve.
+
+    `offset` [N]: local deviation of the level (`ripple`). Never below 1 mN.
+    """
     ratio = v / p.stribeck_speed
     return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-3)
 
@@ -64,10 +72,11 @@ def level(p: Friction, v: float, offset: float) -> float:
 def bristle_terms(
     p: Friction, z: float, v: float, offset: float, h: float
 ) -> tuple[float, float, float, float]:
-    """LuGre over one step `h`, linear in the new speed: z1 = a + b v1, force = c + d v1.
+    """LuGre over one step `h` [s], linear in the new speed v1: z1 = a + b v1, force = c + d v1.
 
-    `z` [m] is the bristles' deflection, `v` [m/s] the present speed. The slip rate is
-    taken implicitly, so the bristle never rings and the step may be long.
+    `z` [m] is the bristles' deflection, `v` [m/s] the present speed, `offset` [N] the
+    local level. Returns a [m], b [s], c [N], d [N s/m]. The slip rate is taken
+    implicitly, so the bristle never rings and the step may be long.
     """
     # dz/dt = v - sigma0 |v| z / g(v);  F = sigma0 z + sigma1 dz/dt
     hold = 1.0 / (1.0 + h * p.bristle * abs(v) / level(p, v, offset))

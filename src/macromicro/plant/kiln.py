@@ -17,9 +17,11 @@ from macromicro.plant.wire import Load, Wire, WireState
 
 
 class Oven(NamedTuple):
-    """Kiln, thermocouple and weight."""
+    """Kiln, thermocouple and weight. The thesis tells the set-up, not its time constants."""
 
-    ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = 25.0
+    ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = (
+        25.0
+    )
     power: Annotated[
         float, Par("K/s", "rise of the air with the heater on, cold", positive=True)
     ] = 0.35
@@ -28,18 +30,21 @@ class Oven(NamedTuple):
         float, Par("s", "lag of the wires behind the air (still air)", positive=True)
     ] = 5.0
     gradient: Annotated[
-        float, Par("1", "share of the air's excess missing at the wires, below the top plate",
-                   lo=0.0, hi=0.2)
+        float,
+        Par("1", "share of the air's excess missing below the top plate", lo=0.0, hi=0.2),
     ] = 0.004
     thermocouple_lag: Annotated[float, Par("s", "lag of the thermocouple", positive=True)] = 4.0
     thermocouple_noise: Annotated[
         float, Par("K", "noise of the thermocouple (standard deviation)", lo=0.0)
     ] = 0.12
     spike: Annotated[
-        float, Par("K", "typical height of an interference spike", "Figure 5.5", lo=0.0)
+        float, Par("K", "typical height of an interference spike", "calibrated to S1", lo=0.0)
     ] = 9.0
     spike_rate: Annotated[
-        float, Par("Hz", "interference spikes per second", "Figure 5.5", lo=0.0, hi=0.5)
+        float,
+        Par(
+            "Hz", "interference spikes per second", "bench assumption (Figure 5.5)", lo=0.0, hi=0.5
+        ),
     ] = 0.02
     weight: Annotated[float, Par("N", "weight on the actuator", "Section 5.2.1", lo=0.0)] = (
         30.0 * GRAM_FORCE
@@ -86,7 +91,11 @@ class KilnSample(NamedTuple):
 def prepare(spec: KilnBench) -> KilnPlant:
     """Runtime parameters."""
     return KilnPlant(
-        spec.oven, spec.wire, phase_table(spec.phase), Load(spec.oven.weight, 0.0, 0.0), spec.encoder
+        spec.oven,
+        spec.wire,
+        phase_table(spec.phase),
+        Load(spec.oven.weight, 0.0, 0.0),
+        spec.encoder,
     )
 
 
@@ -104,7 +113,9 @@ def measure(p: KilnPlant, s: KilnState, t: float, n0: float) -> KilnSample:
 
 
 @kernel
-def advance(p: KilnPlant, s: KilnState, heater: float, n1: float, n2: float, dt: float) -> KilnState:
+def advance(
+    p: KilnPlant, s: KilnState, heater: float, n1: float, n2: float, dt: float
+) -> KilnState:
     """The fixture after `dt` [s], the heater's relay at `heater` (0 or 1); n1, n2: draws."""
     oven = p.oven
     air = s.air + dt * (oven.power * heater - (s.air - oven.ambient) / oven.loss_time)

@@ -10,7 +10,10 @@ from macromicro.parameters import Par
 
 
 class Laser(NamedTuple):
-    """Noise in two parts: fast (vibration, electronics) and slow (air)."""
+    """Noise in two parts: fast (vibration, electronics) and slow (air).
+
+    The thesis gives their sum only, 2 um half peak-to-peak (Figure 6.6).
+    """
 
     noise: Annotated[
         float, Par("m", "fast noise (standard deviation)", "calibrated to I5", shown="um", lo=0.0)
@@ -18,9 +21,9 @@ class Laser(NamedTuple):
     drift: Annotated[
         float, Par("m", "slow noise (standard deviation)", "calibrated to I5", shown="um", lo=0.0)
     ] = 0.15e-6
-    drift_time: Annotated[
-        float, Par("s", "correlation time of the slow noise", positive=True)
-    ] = 0.3
+    drift_time: Annotated[float, Par("s", "correlation time of the slow noise", positive=True)] = (
+        0.3
+    )
     resolution: Annotated[
         float, Par("m", "smallest step of the reading", "Section 7.1", shown="nm", positive=True)
     ] = 5e-9
@@ -28,12 +31,15 @@ class Laser(NamedTuple):
 
 @kernel
 def drifted(p: Laser, drift: float, draw: float, dt: float) -> float:
-    """Slow noise [m] after `dt` [s]; `draw` is a standard normal number."""
+    """Slow noise [m], `drift` before, after `dt` [s]; `draw` is a standard normal number."""
     keep = math.exp(-dt / p.drift_time)
     return keep * drift + p.drift * math.sqrt(1.0 - keep * keep) * draw
 
 
 @kernel
 def reading(p: Laser, path: float, draw: float, drift: float) -> float:
-    """Reading [m] for a path [m] since the reset; `draw` is a standard normal number."""
+    """Reading [m] for a true `path` [m] since the reset and the slow noise `drift` [m].
+
+    `draw` is a standard normal number, the fast noise; the sum is rounded to `resolution`.
+    """
     return math.floor((path + p.noise * draw + drift) / p.resolution + 0.5) * p.resolution

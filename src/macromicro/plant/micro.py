@@ -42,7 +42,11 @@ def prepare(spec: Driver, heat: Thermal, alloy: Wire, phase: Phase, load: Load) 
 def cold(p: Micro, temperature: float) -> MicroState:
     """The actuator at a temperature [degC], fully extended, never heated before."""
     return MicroState(
-        0.0, 0.0, float(temperature), float(temperature), cold_wire(p.wire, p.load, p.table, temperature)
+        0.0,
+        0.0,
+        float(temperature),
+        float(temperature),
+        cold_wire(p.wire, p.load, p.table, temperature),
     )
 
 
@@ -53,7 +57,9 @@ def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireSt
 
 
 @kernel
-def advance(p: Micro, s: MicroState, ctrl: float, fan: float, inertia: float, dt: float) -> MicroState:
+def advance(
+    p: Micro, s: MicroState, ctrl: float, fan: float, inertia: float, dt: float
+) -> MicroState:
     """The actuator after `dt` [s] with CTRL at `ctrl` [D/A volts].
 
     `fan` 0 or 1; `inertia` [N]: load by the carriage's acceleration.

@@ -11,11 +11,17 @@ _M23 = "calibrated to M2, M3, M4a"
 
 
 class Motor(NamedTuple):
-    """Printer motor and pulley; the torque constant is also the back-EMF constant."""
+    """Printer motor and pulley; the torque constant is also the back-EMF constant.
+
+    Only the ratios constant / (resistance * pulley) and constant / pulley show outside.
+    """
 
     resistance: Annotated[float, Par("ohm", "armature resistance", positive=True)] = 15.0
     inductance: Annotated[
-        float, Par("H", "armature inductance", "electrical lag of 0.5 ms", shown="mH", positive=True)
+        float,
+        Par(
+            "H", "armature inductance", "bench assumption: L/R of 0.5 ms", shown="mH", positive=True
+        ),
     ] = 7.5e-3
     constant: Annotated[
         float, Par("N*m/A", "torque and back-EMF constant", _M23, positive=True)

@@ -19,14 +19,20 @@ _CAL = "calibrated to S2, S4, S6, S8, S13, I3"
 
 
 class Phase(NamedTuple):
-    """Density of the transformation's relays at the reference load."""
+    """Density of the transformation's relays at the reference load (`wire.reference_load`).
 
-    heat_start: Annotated[
-        float, Par("degC", "first heating threshold (austenite start)", _CAL)
-    ] = 43.0
-    heat_end: Annotated[float, Par("degC", "last heating threshold (austenite finish)", _CAL)] = 108.6
+    Thresholds lie within 0-120 degC, the range of the relay table.
+    """
+
+    heat_start: Annotated[float, Par("degC", "first heating threshold (austenite start)", _CAL)] = (
+        43.0
+    )
+    heat_end: Annotated[float, Par("degC", "last heating threshold (austenite finish)", _CAL)] = (
+        108.6
+    )
     heat_fold: Annotated[
-        float, Par("K", "temperature in which the heating density falls e-fold", _CAL, positive=True)
+        float,
+        Par("K", "temperature in which the heating density falls e-fold", _CAL, positive=True),
     ] = 10.0
     cool_offset: Annotated[
         float, Par("degC", "mean cooling threshold at a heating threshold of 0 degC", _CAL)
@@ -35,7 +41,8 @@ class Phase(NamedTuple):
         float, Par("1", "mean cooling threshold per heating threshold", _CAL, lo=0.0, hi=1.0)
     ] = 0.35
     cool_spread: Annotated[
-        float, Par("K", "scatter of the cooling thresholds (standard deviation)", _CAL, positive=True)
+        float,
+        Par("K", "scatter of the cooling thresholds (standard deviation)", _CAL, positive=True),
     ] = 12.5
     cool_end: Annotated[
         float, Par("degC", "last cooling threshold (martensite finish)", "calibrated to I3, I4")
@@ -48,7 +55,9 @@ class Phase(NamedTuple):
 _LOW, _STEP, _NODES = 0.0, 0.5, 241
 
 
-def weights(p: Phase, up: npt.NDArray[np.float64], down: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def weights(
+    p: Phase, up: npt.NDArray[np.float64], down: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
     """Density (not normalised) at heating thresholds `up` and cooling thresholds `down` [degC].
 
     Broadcasts; zero above the last heating threshold and where the thresholds are

@@ -8,7 +8,7 @@ from macromicro.parameters import Par
 
 
 class Steps(NamedTuple):
-    """Steps per control period; doubling them must change nothing a user sees."""
+    """Steps per control period (1 ms); doubling them must change nothing a user sees."""
 
     macro: Annotated[
         int, Par("", "physics steps per control period, macro-stage", lo=1, hi=1000)

@@ -17,30 +17,44 @@ _S7 = "calibrated to S7 ((5.6))"
 
 
 class Thermal(NamedTuple):
-    """The ladder. One normalised unit of (5.6) is 150 K/W (wire mass about 9 mg)."""
+    """The ladder. One normalised unit of (5.6) is 150 K/W (wire mass about 9 mg).
 
-    ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = 25.0
+    As an impedance, (5.6) has C1 0.999, R1 0.7454, C2 44.93, R2 0.2126, C3 1768, R3 0.0517.
+    """
+
+    ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = (
+        25.0
+    )
     wire_capacity: Annotated[
-        float, Par("J/K", "heat capacity of the wires", _S7, shown="mJ/K", positive=True)
+        float,
+        Par(
+            "J/K", "heat capacity of the wires, latent heat aside", _S7, shown="mJ/K", positive=True
+        ),
     ] = 0.77 / 150.0
-    wire_resistance: Annotated[
-        float, Par("K/W", "wires to plates", _S7, positive=True)
-    ] = 0.7454 * 150.0
+    wire_resistance: Annotated[float, Par("K/W", "wires to plates", _S7, positive=True)] = (
+        0.7454 * 150.0
+    )
     plate_capacity: Annotated[
         float, Par("J/K", "heat capacity of the plates", _S7, positive=True)
     ] = 44.93 / 150.0
-    plate_resistance: Annotated[
-        float, Par("K/W", "plates to body", _S7, positive=True)
-    ] = 0.2126 * 150.0
-    body_capacity: Annotated[
-        float, Par("J/K", "heat capacity of the body", _S7, positive=True)
-    ] = 1768.0 / 150.0
+    plate_resistance: Annotated[float, Par("K/W", "plates to body", _S7, positive=True)] = (
+        0.2126 * 150.0
+    )
+    body_capacity: Annotated[float, Par("J/K", "heat capacity of the body", _S7, positive=True)] = (
+        1768.0 / 150.0
+    )
     body_resistance: Annotated[
         float, Par("K/W", "body to air", "calibrated to I3", positive=True)
     ] = 0.1 * 150.0
     fan_factor: Annotated[
-        float, Par("1", "factor of the two outer resistances in the fan's stream",
-                   "calibrated to I4", lo=0.01, hi=1.0)
+        float,
+        Par(
+            "1",
+            "factor of the two outer resistances with the fan",
+            "calibrated to I4",
+            lo=0.01,
+            hi=1.0,
+        ),
     ] = 0.82
 
 
@@ -48,7 +62,10 @@ class Thermal(NamedTuple):
 def flows(
     p: Thermal, wire: float, plates: float, body: float, fan: float
 ) -> tuple[float, float, float]:
-    """Heat flows [W]: wires to plates, plates to body, body to air; `fan` is 0 or 1."""
+    """Heat flows [W]: wires to plates, plates to body, body to air.
+
+    `wire`, `plates`, `body` [degC]; `fan` is 0 or 1.
+    """
     ease = 1.0 + fan * (p.fan_factor - 1.0)
     return (
         (wire - plates) / p.wire_resistance,

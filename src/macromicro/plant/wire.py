@@ -21,8 +21,14 @@ class Wire(NamedTuple):
     """The six wires of the actuator taken as one."""
 
     stroke: Annotated[
-        float, Par("m", "contraction by full transformation (4 % strain)", "Section 3.2.1",
-                   shown="mm", positive=True)
+        float,
+        Par(
+            "m",
+            "contraction by full transformation, unloaded",
+            "Section 3.2.1 (4 mm)",
+            shown="mm",
+            positive=True,
+        ),
     ] = 4.03e-3
     stop: Annotated[
         float, Par("m", "mechanical stop", "Section 5.2.2 (S3)", shown="mm", positive=True)
@@ -31,10 +37,21 @@ class Wire(NamedTuple):
         float, Par("m", "wire length in all", "stroke at 4 % strain", shown="mm", positive=True)
     ] = 0.1
     area: Annotated[
-        float, Par("m**2", "cross-section that carries the load", shown="mm**2", positive=True)
+        float,
+        Par(
+            "m**2",
+            "cross-section under the load",
+            "wire mass of 9 mg",
+            shown="mm**2",
+            positive=True,
+        ),
     ] = 1.44e-8
-    martensite: Annotated[float, Par("Pa", "modulus of martensite", _LIT, shown="GPa", positive=True)] = 30e9
-    austenite: Annotated[float, Par("Pa", "modulus of austenite", _LIT, shown="GPa", positive=True)] = 75e9
+    martensite: Annotated[
+        float, Par("Pa", "modulus of martensite", _LIT, shown="GPa", positive=True)
+    ] = 30e9
+    austenite: Annotated[
+        float, Par("Pa", "modulus of austenite", _LIT, shown="GPa", positive=True)
+    ] = 75e9
     latent: Annotated[
         float, Par("J", "latent heat of the full transformation (12-24 kJ/kg)", _LIT, lo=0.0)
     ] = 24.0 * 0.77 / 150.0
@@ -42,7 +59,8 @@ class Wire(NamedTuple):
         float, Par("K/N", "rise of all thresholds with load (6.5-10 MPa/K)", _LIT, lo=0.0)
     ] = 0.085 / GRAM_FORCE
     reference_load: Annotated[
-        float, Par("N", "load at which the thresholds are given: the kiln's 30 g", "Section 5.2.1", lo=0.0)
+        float,
+        Par("N", "load at which the thresholds hold: the kiln's 30 g", "Section 5.2.1", lo=0.0),
     ] = 30.0 * GRAM_FORCE
 
 
@@ -150,9 +168,7 @@ def heated(
 
 
 @kernel
-def tempered(
-    p: Wire, load: Load, table: Everett, s: WireState, temperature: float
-) -> WireState:
+def tempered(p: Wire, load: Load, table: Everett, s: WireState, temperature: float) -> WireState:
     """The wires at an imposed temperature [degC], as in the kiln: no latent heat to pay.
 
     Only for loads whose rate is zero or small: the force of the present contraction

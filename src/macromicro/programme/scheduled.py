@@ -85,6 +85,9 @@ def _moves(rows: list[_Row]) -> list[Move]:
     changes = []
     for row in rows[:-1]:
         stages = [s for s in (MACRO, MICRO) if _differ(previous[s], row.targets[s])]
+        # A macro move disables the micro-stage: a fine position that holds on is taken again.
+        if stages == [MACRO] and row.targets[MICRO] > 0.0:
+            stages.append(MICRO)
         if stages:
             changes.append((row, stages))
         previous = row.targets

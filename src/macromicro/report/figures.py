@@ -56,31 +56,42 @@ def fine_laser(recording: Recording) -> Floats:
     return np.where(wanted, recording["laser"], np.nan)
 
 
+def first_cycle(ended: Ended) -> slice:
+    """Rows of the first cycle: the whole run, if there is only one."""
+    end = np.searchsorted(ended.recording["move"], ended.job.per_cycle)
+    return slice(0, int(end))
+
+
 def response(ended: Ended) -> Drawn | None:
-    """Figure 6.2: both stages with their references, whole and around the first moves."""
+    """Figure 6.2: both stages with their references, a whole cycle and its first moves."""
     recording, pitch = ended.recording, ended.job.settings.sensors.encoder.pitch * 1e3
-    t = recording["t"]
+    t, whole = recording["t"], first_cycle(ended)
     macros = [m for m in ended.moves if m.stage == "macro"]
     until = macros[1].start_s if len(macros) > 1 else min(float(t[-1]), 20.0)
     near = slice(0, max(2, int(np.searchsorted(t, until + 0.5))))
     figure, axes = new(5.0, 2, 2, sharex="col", gridspec_kw={"width_ratios": [1.7, 1]})
-    for column, rows in enumerate((slice(None), near)):
+    for column, rows in enumerate((whole, near)):
         coarse, fine = axes[:, column]
-        line(coarse, t[rows], recording["macro_reference"][rows] * pitch, ORANGE, "reference",
-             linestyle="--")
+        line(
+            coarse,
+            t[rows],
+            recording["macro_reference"][rows] * pitch,
+            ORANGE,
+            "reference",
+            linestyle="--",
+        )
         line(coarse, t[rows], recording["macro_position"][rows] * pitch, BLUE, "encoder")
-        line(fine, t[rows], recording["micro_reference"][rows], ORANGE, "reference",
-             linestyle="--")
+        line(fine, t[rows], recording["micro_reference"][rows], ORANGE, "reference", linestyle="--")
         line(fine, t[rows], recording["hall_position"][rows], GREEN, "Hall sensor")
-    finish(axes[0, 0], "(a) macro-stage", "", "position [mm]", "upper right")
-    finish(axes[1, 0], "micro-stage", y="contraction [mm]", legend="upper right")
+    finish(axes[0, 0], "(a) macro-stage", "", "position [mm]", legend=True)
+    finish(axes[1, 0], "micro-stage", y="contraction [mm]", legend=True)
     finish(axes[0, 1], "(b) the first moves", "")
     finish(axes[1, 1], "")
+    several = "the first cycle" if ended.job.request.cycles > 1 else "the whole run"
     caption = (
-        "Both stages with their references: (a) the whole run, (b) the first macro move and the "
-        "micro moves after it. Each macro move comes first, then a wait for the belt to calm, "
-        "then the micro-stage's steps; disabled, the micro-stage returns to zero during the next "
-        "macro move."
+        f"Both stages with their references: (a) {several}, (b) the first macro move and what "
+        "follows it. A macro move comes first, then a wait for the belt to calm, then the "
+        "micro-stage's steps; disabled, the micro-stage returns to zero during the next macro move."
     )
     return Drawn("response", "Response of both stages", caption, figure)
 
@@ -107,8 +118,13 @@ def vibration(ended: Ended) -> Drawn | None:
         ax.plot(since[rows], -decay, color=RED, linestyle="--", linewidth=1.1)
         ax.axhspan(-2.0, 2.0, color=GREEN, alpha=0.18, linewidth=0, label="±2 um")
         ax.set_ylim(-2.0 * start - 2.0, 2.0 * start + 2.0)
-    finish(axes[0, 0], "(a) until the micro-stage is enabled", "time since the carriage stands [s]",
-           "stage position [um]", "upper right")
+    finish(
+        axes[0, 0],
+        "(a) until the laser reset",
+        "time since the carriage stands [s]",
+        "stage position [um]",
+        legend=True,
+    )
     finish(axes[0, 1], "(b) zoom", "time since the carriage stands [s]")
     decayed = "" if v.decay_s is None else f" It is down to 2 um after {v.decay_s:.2f} s."
     caption = (
@@ -126,12 +142,10 @@ def micro(ended: Ended) -> Drawn | None:
         return None
     recording, size = ended.recording, ended.job.per_cycle
     t, laser = recording["t"], fine_laser(recording)
-    cycle = ended.moves[-1].index // size
+    cycle = ended.moves[-1].move // size
     a = int(np.searchsorted(recording["move"], cycle * size))
-    # The whole cycle may be long; its last macro position is enough to see every step.
-    macros = [m for m in ended.moves if m.stage == "macro" and m.index // size == cycle]
-    zoom = max(fine[-len(macros) or -1 :], key=lambda m: m.target)
-    left, right = (int(np.searchsorted(recording["move"], zoom.index + k)) for k in (0, 1))
+    zoom = max(([m for m in fine if m.complete] or fine)[-4:], key=lambda m: m.target)
+    left, right = (int(np.searchsorted(recording["move"], zoom.move + k)) for k in (0, 1))
     figure, axes = new(3.6, 1, 2, gridspec_kw={"width_ratios": [1.7, 1]})
     whole, near = axes[0]
     line(whole, t[a:], recording["micro_reference"][a:], ORANGE, "reference", linestyle="--")
@@ -142,11 +156,18 @@ def micro(ended: Ended) -> Drawn | None:
     hall = recording["hall_position"][rows] * 1e3 - zoom.target
     line(near, t[rows], hall, GREEN, "Hall sensor", linewidth=0.8)
     near.axhline(0.0, color=ORANGE, linestyle="--", linewidth=1.1)
-    near.axhspan(-5.0, 5.0, color=BLACK, alpha=0.08, linewidth=0, label="±5 um")
+    near.axhspan(-5.0, 5.0, color=BLACK, alpha=0.08, linewidth=0)
     near.set_ylim(-3.0 * MICRO_BAND, 3.0 * MICRO_BAND)
-    finish(whole, f"(a) cycle {cycle + 1}", y="contraction [mm]", legend="upper right")
-    finish(near, f"(b) error at {zoom.target * 1e-3:g} mm", y="reading - target [um]",
-           legend="lower right")
+    finish(whole, f"(a) cycle {cycle + 1}", y="contraction [mm]", legend=True)
+    near.text(
+        0.98,
+        0.03,
+        f"{zoom.target * 1e-3:g} mm; grey: ±5 um",
+        fontsize=8,
+        transform=near.transAxes,
+        horizontalalignment="right",
+    )
+    finish(near, "(b) zoom", y="reading - target [um]")
     caption = (
         "The micro-stage in the last cycle. The laser is shown while the micro-stage is enabled. "
         "In (b) the Hall sensor sits on the target, as integral action makes it; the laser tells "
@@ -157,17 +178,18 @@ def micro(ended: Ended) -> Drawn | None:
 
 
 def efforts(ended: Ended) -> Drawn | None:
-    """Motor and CTRL outputs."""
-    recording = ended.recording
-    t = recording["t"]
+    """Motor and CTRL outputs over a cycle."""
+    recording, rows = ended.recording, first_cycle(ended)
+    t = recording["t"][rows]
     figure, axes = new(3.8, 2, sharex=True)
-    line(axes[0, 0], t, recording["motor"], BLUE, "motor", linewidth=0.8)
-    line(axes[1, 0], t, recording["ctrl"], RED, "CTRL", linewidth=0.8)
+    line(axes[0, 0], t, recording["motor"][rows], BLUE, "motor", linewidth=0.8)
+    line(axes[1, 0], t, recording["ctrl"][rows], RED, "CTRL", linewidth=0.8)
     finish(axes[0, 0], "motor", "", "D/A output [V]")
     finish(axes[1, 0], "CTRL", y="D/A output [V]")
+    several = " in the first cycle" if ended.job.request.cycles > 1 else ""
     caption = (
-        "Outputs at the D/A converter. The motor is off once a move has arrived; CTRL rises "
-        "with every contraction and is 0 V while the micro-stage is disabled."
+        f"Outputs at the D/A converter{several}. The motor is off once a move has arrived; CTRL "
+        "rises with every contraction and is 0 V while the micro-stage is disabled."
     )
     return Drawn("efforts", "Efforts", caption, figure)
 
@@ -179,18 +201,18 @@ def temperatures(ended: Ended) -> Drawn | None:
     figure, axes = new(3.3, 1)
     ax = axes[0, 0]
     kinds = (
-        ("temperature_estimate", PURPLE, "guard's estimate of the wire", ":"),
-        ("true_wire", RED, "wire (bench truth)", "-"),
-        ("true_plates", ORANGE, "plates (bench truth)", "--"),
-        ("true_body", BLACK, "body (bench truth)", "-."),
+        ("true_wire", RED, "wire (bench truth)", 0.8),
+        ("temperature_estimate", PURPLE, "wire (guard's estimate)", 0.6),
+        ("true_plates", BLUE, "plates (bench truth)", 1.2),
+        ("true_body", BLACK, "body (bench truth)", 1.6),
     )
-    for name, color, label, dashes in kinds:
+    for name, color, label, width in kinds:
         if name in recording:
-            line(ax, t, recording[name], color, label, linestyle=dashes)
-    finish(ax, "temperatures", y="temperature [°C]", legend="upper left")
+            line(ax, t, recording[name], color, label, linewidth=width)
+    finish(ax, "", y="temperature [°C]", legend=True)
     caption = (
         "Temperatures of the actuator. Plates and body warm slowly and make the wire cool, and "
-        "so extend, more slowly. The guard knows CTRL alone and must not fall below the wire."
+        "so extend, more slowly. The guard estimates the wire's temperature from CTRL alone."
     )
     return Drawn("temperatures", "Temperatures", caption, figure)
 
@@ -203,23 +225,37 @@ def cycles(ended: Ended) -> Drawn | None:
     figure, axes = new(3.3, 1, 2)
     nan = float("nan")
     panels = (
-        (axes[0, 0], "return to zero, to within 20 um", "time [s]",
-         (("mean of the cycle", BLUE, "o", [c.extension_s for c in ended.cycles]),
-          ("slowest of the cycle", RED, "^", [c.slowest_s for c in ended.cycles]))),
-        (axes[0, 1], "bias at the set points", "target - reading [um]",
-         (("laser", BLUE, "o", [c.bias_um for c in ended.cycles]),
-          ("left at the laser's reset", RED, "^", [c.left_um for c in ended.cycles]),
-          ("bench truth", GREEN, "s", [c.true_bias_um for c in ended.cycles]))),
+        (
+            axes[0, 0],
+            "return to zero, to within 20 um",
+            "time [s]",
+            (
+                ("mean of the cycle", BLUE, "o", [c.extension_s for c in ended.cycles]),
+                ("slowest of the cycle", RED, "^", [c.slowest_s for c in ended.cycles]),
+            ),
+        ),
+        (
+            axes[0, 1],
+            "bias at the set points",
+            "target - reading [um]",
+            (
+                ("laser", BLUE, "o", [c.bias_um for c in ended.cycles]),
+                ("left at the laser's reset", RED, "^", [c.left_um for c in ended.cycles]),
+                ("bench truth", GREEN, "s", [c.true_bias_um for c in ended.cycles]),
+            ),
+        ),
     )
     for ax, title, label, series in panels:
         for name, color, marker, values in series:
             shown = [nan if v is None else v for v in values]
             if not all(v is None for v in values):
-                ax.plot(number, shown, color=color, marker=marker, markersize=4, linewidth=1,
-                        label=name)
+                ax.plot(
+                    number, shown, color=color, marker=marker, markersize=4, linewidth=1, label=name
+                )
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
         ax.xaxis.get_major_locator().set_params(integer=True)
-        finish(ax, title, "cycle", label, "lower right")
+        finish(ax, title, "cycle", label)
+        ax.legend(fontsize=7.5, loc="best", framealpha=0.8)
     caption = (
         "As the actuator warms over the cycles it returns to zero more slowly. What it has not "
         "yet given back when the laser is reset appears as the laser's bias at all later set "

@@ -13,7 +13,12 @@ if TYPE_CHECKING:
 
 # Okabe and Ito: told apart by colour-blind eyes; line styles differ too, for grey print.
 BLUE, RED, GREEN, ORANGE, PURPLE, BLACK = (
-    "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#000000",
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#E69F00",
+    "#CC79A7",
+    "#000000",
 )
 DPI = 110
 WIDTH = 8.6
@@ -37,8 +42,12 @@ def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Fig
         ax.tick_params(labelsize=8)
     # Fixed margins: measuring every text, as automatic layouts do, takes longer than drawing.
     figure.subplots_adjust(
-        left=0.085, right=0.985, bottom=0.62 / height, top=1 - 0.45 / height,
-        hspace=0.45, wspace=0.22,
+        left=0.085,
+        right=0.985,
+        bottom=0.62 / height,
+        top=1 - 0.45 / height,
+        hspace=0.45,
+        wspace=0.22,
     )
     return figure, axes
 
@@ -61,14 +70,24 @@ def line(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any) 
     ax.plot(*thinned(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
 
 
-def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", legend: str = "") -> None:
-    """Title, labels, and a legend at a place in matplotlib's words."""
+def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: bool = False) -> None:
+    """Title, labels, and a legend above the axes, where it hides nothing."""
     ax.set_title(title, fontsize=9.5, loc="left")
     ax.set_xlabel(x, fontsize=8.5)
     ax.set_ylabel(y, fontsize=8.5)
     ax.margins(x=0.01)
     if legend:
-        ax.legend(fontsize=7.5, loc=legend, framealpha=0.85, borderpad=0.3)
+        ax.legend(
+            fontsize=7.5,
+            loc="lower right",
+            bbox_to_anchor=(1.0, 0.98),
+            ncols=4,
+            frameon=False,
+            borderaxespad=0.0,
+            columnspacing=1.2,
+            handlelength=1.8,
+            handletextpad=0.5,
+        )
 
 
 def png(figure: Figure) -> bytes:

@@ -63,8 +63,7 @@ def show(ended: Ended) -> None:
         console = Console(highlight=False, width=_WIDE)
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for heading in words.HEADINGS:
-        side = "left" if heading == "stage" else "right"
-        table.add_column(Text(heading), justify=side, overflow="fold", vertical="bottom")
+        table.add_column(Text(heading), justify="right", overflow="fold", vertical="bottom")
     for line in words.table(ended):
         cells = [Text(cell) for cell in line.cells]
         table.add_row(*cells, style="" if line.arrived else "bold red")

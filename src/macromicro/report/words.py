@@ -8,8 +8,16 @@ from macromicro.design.response import MoveResult
 from macromicro.experiments.run import Ended
 
 HEADINGS = (
-    "#", "stage", "target", "arrival", "settling", "band", "final error", "overshoot",
-    "Hall error", "true error",
+    "#",
+    "stage",
+    "target",
+    "arrival",
+    "settling",
+    "band",
+    "final error",
+    "overshoot",
+    "Hall error",
+    "true error",
 )
 _NONE = "-"
 
@@ -30,7 +38,7 @@ def _line(m: MoveResult) -> Line:
     digits = 3 if m.unit == "mm" else 1
     cut = "cut short" if not m.complete else "did not arrive"
     cells = (
-        str(m.index + 1),
+        str(m.move + 1),
         m.stage,
         f"{m.target:.{digits}f} {m.unit}",
         cut if m.arrived_s is None else f"{m.arrived_s:.3f} s",
@@ -59,7 +67,8 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
         found.append(("extension", _extension(ended)))
     if ended.wall > 0.0:
         speed = ended.simulated / ended.wall
-        text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s: {speed:.0f} times real time"
+        text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s, "
+        text += f"{speed:.0f} times real time"
         found.append(("speed", text))
     return found
 
@@ -103,7 +112,7 @@ def problems(ended: Ended) -> list[str]:
         found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
     elif not ended.finished and not ended.interrupted:
         found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
-    lost = [str(m.index + 1) for m in ended.moves if m.complete and m.arrived_s is None]
+    lost = [str(m.move + 1) for m in ended.moves if m.complete and m.arrived_s is None]
     if lost:
         shown = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
         verb = "move" if len(lost) == 1 else "moves"

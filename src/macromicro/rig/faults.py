@@ -105,6 +105,10 @@ def describe(watch: Watch) -> Fault | None:
     text = TEXTS[watch.fault]
     evidence = text.evidence.format(value=watch.value, limit=watch.limit)
     return Fault(
-        watch.fault, text.name, round(watch.time, 9), text.message,
-        f"{evidence}, at {watch.time:.3f} s; all outputs are safe", text.remedy,
+        watch.fault,
+        text.name,
+        round(watch.time, 9),
+        text.message,
+        f"{evidence}, at {watch.time:.3f} s; all outputs are safe",
+        text.remedy,
     )

@@ -1,0 +1,58 @@
+"""Lines of the table, and what went wrong in words."""
+
+from __future__ import annotations
+
+import pytest
+
+from macromicro.experiments.run import Ended
+from macromicro.report import words
+from macromicro.rig import guard
+from macromicro.rig.faults import describe
+
+
+def test_a_line_a_move_with_units(ended: Ended) -> None:
+    lines = words.table(ended)
+    assert len(lines) == len(ended.moves)
+    macro, micro = lines[0].cells, lines[1].cells
+    assert len(macro) == len(micro) == len(words.HEADINGS)
+    assert macro[1:3] == ("macro", "40.000 mm") and macro[5] == "±0.143 mm"
+    assert micro[1:3] == ("micro", "1500.0 um") and micro[5] == "±10.0 um"
+    assert macro[8] == "-" and micro[8].endswith(" um") and micro[9].endswith(" um")
+    assert not any("-0.0 um" in cell for line in lines for cell in line.cells)
+
+
+def test_no_negative_zero(ended: Ended) -> None:
+    moves = [ended.moves[1]._replace(final_error=-0.04)]
+    assert words.table(ended._replace(moves=moves))[0].cells[6] == "0.0 um"
+
+
+def test_remarks(ended: Ended) -> None:
+    found = dict(words.remarks(ended))
+    assert "times real time" in found["speed"]
+    assert "to within 20 um of zero in cycle 1" in found["extension"]
+
+
+def test_a_good_run_has_no_problems(ended: Ended) -> None:
+    assert words.problems(ended) == []
+
+
+@pytest.mark.parametrize(("complete", "count"), [(True, 1), (False, 0)])
+def test_a_move_that_did_not_arrive_is_named(ended: Ended, complete: bool, count: int) -> None:
+    """A move that was cut short is the interruption's matter."""
+    moves = list(ended.moves)
+    moves[2] = moves[2]._replace(arrived_s=None, settling_s=None, complete=complete)
+    found = words.problems(ended._replace(moves=moves))
+    assert len(found) == count
+    assert all("move 3 " in text for text in found)
+    cells = words.table(ended._replace(moves=moves))[2].cells
+    assert cells[3] == ("did not arrive" if complete else "cut short")
+
+
+def test_fault_and_interruption(ended: Ended) -> None:
+    watch = guard.fresh()._replace(fault=guard.TOO_HOT, value=171.2, limit=170.0, time=2.0)
+    (text,) = words.problems(ended._replace(finished=False, fault=describe(watch)))
+    assert "too high" in text and "171 degC" in text and "cool" in text
+    (text,) = words.problems(ended._replace(finished=False, interrupted=True))
+    assert "interrupted" in text and "recording is kept" in text
+    (text,) = words.problems(ended._replace(finished=False))
+    assert "did not finish" in text

@@ -1,0 +1,39 @@
+"""Every fault of the guard has words: what happened, on what evidence, what to do."""
+
+from __future__ import annotations
+
+import pytest
+
+from macromicro.parameters import entries
+from macromicro.rig import guard
+from macromicro.rig.faults import TEXTS, describe
+from macromicro.rig.limits import Limits
+
+
+def test_all_is_well_is_no_fault() -> None:
+    assert describe(guard.fresh()) is None
+
+
+def test_every_code_has_its_words() -> None:
+    codes = set(range(guard.ILLEGAL, guard.NO_MOTION + 1))
+    assert set(TEXTS) == codes
+    assert len({text.name for text in TEXTS.values()}) == len(codes)
+
+
+@pytest.mark.parametrize("code", sorted(TEXTS))
+def test_evidence_holds_the_numbers(code: int) -> None:
+    fault = describe(guard.fresh()._replace(fault=code, value=3.25, limit=2.5, time=1.5))
+    assert fault is not None
+    assert (fault.code, fault.time_s) == (code, 1.5)
+    assert "1.500 s" in fault.evidence and "safe" in fault.evidence
+    assert any(shown in fault.evidence for shown in ("3.25", "3 "))
+    assert "{" not in fault.evidence
+    assert fault.message.endswith(".") and fault.remedy.endswith(".")
+
+
+@pytest.mark.parametrize("code", sorted(TEXTS))
+def test_remedies_name_limits_that_exist(code: int) -> None:
+    known = {f"guard.{entry.path}" for entry in entries(Limits())}
+    words = TEXTS[code].remedy.replace(";", " ").replace(",", " ").split()
+    named = {word.rstrip(".") for word in words if word.startswith("guard.")}
+    assert named and named <= known
