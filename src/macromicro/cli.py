@@ -67,6 +67,14 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _whole(text: str | int) -> int:
+    """A whole number; the message names the value, which typer's own does not."""
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r}; accepted: a whole number") from None
+
+
 @app.callback()
 def options(
     version: Annotated[
@@ -89,9 +97,13 @@ def run(
     config: Annotated[
         Path | None, typer.Option(help="TOML file with units that overrides settings.")
     ] = None,
-    cycles: Annotated[int, typer.Option(help="How often the programme runs.")] = 1,
+    cycles: Annotated[
+        int, typer.Option(parser=_whole, metavar="N", help="How often the programme runs.")
+    ] = 1,
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
-    seed: Annotated[int, typer.Option(help="Seed of the sensors' noise.")] = 0,
+    seed: Annotated[
+        int, typer.Option(parser=_whole, metavar="N", help="Seed of the sensors' noise.")
+    ] = 0,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
     ] = False,

@@ -85,6 +85,12 @@ def test_what_is_left_at_the_reset_is_the_bias() -> None:
     assert third.true_bias_um == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_programme_without_micro_moves_has_no_returns() -> None:
+    """The full travel of the macro-stage alone."""
+    arrays = [np.ones(500) if c.name == "phase" else np.zeros(500) for c in COLUMNS]
+    assert extension(Recording.from_arrays(COLUMNS, arrays, DT, {})) == []
+
+
 def test_a_stage_that_never_moved_does_not_return() -> None:
     made, _ = cycled()
     assert extension(made) == []

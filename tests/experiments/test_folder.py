@@ -18,7 +18,7 @@ def test_new_and_empty_folders_are_free(tmp_path: Path) -> None:
 
 def test_what_is_there_is_refused(tmp_path: Path) -> None:
     (tmp_path / "note.txt").write_text("mine")
-    with pytest.raises(InputError, match="exists already.*--overwrite"):
+    with pytest.raises(InputError, match=r"exists already.*--overwrite"):
         folder.check(tmp_path, 0, overwrite=False)
     folder.check(tmp_path, 0, overwrite=True)
 

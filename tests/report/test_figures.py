@@ -41,7 +41,7 @@ def test_response_shows_both_stages_where_they_went(ended: Ended, drawn: dict[st
         reference, measured = ax.lines
         assert reference.get_ydata().max() == pytest.approx(top)
         assert measured.get_ydata().max() == pytest.approx(top, rel=0.02)
-        assert [t.get_text() for t in ax.get_legend().get_texts()][0] == "reference"
+        assert ax.get_legend().get_texts()[0].get_text() == "reference"
 
 
 def test_laser_is_hidden_outside_the_micro_phase(ended: Ended) -> None:
@@ -52,7 +52,7 @@ def test_laser_is_hidden_outside_the_micro_phase(ended: Ended) -> None:
 
 
 def test_without_macro_moves_or_truth_there_is_less_to_show(ended: Ended) -> None:
-    bare = ended._replace(vibration=[], cycles=[], moves=[m for m in ended.moves[:1]])
+    bare = ended._replace(vibration=[], cycles=[], moves=ended.moves[:1])
     assert [d.name for d in figures.draw(bare)] == ["response", "efforts", "temperatures"]
 
 

@@ -53,8 +53,9 @@ def extension(recording: Recording) -> list[Extension]:
     on = np.concatenate(([False], phase == MICRO, [False]))
     enabled, disabled = np.flatnonzero(on[1:] & ~on[:-1]), np.flatnonzero(~on[1:] & on[:-1])
     found = []
-    for off, until in zip(disabled, [*enabled[1:], len(phase)], strict=True):
-        if off >= len(phase) or phase[off] == DONE or until <= off:
+    ends = np.append(enabled, len(phase))[1:]
+    for off, until in zip(disabled, ends, strict=True):
+        if off >= len(phase) or phase[off] == DONE:
             continue
         place = 1e3 * recording["hall_position"][off:until]
         if not abs(place[0]) > RETURNED:

@@ -24,13 +24,13 @@ def check(folder: Path, needed: int, *, overwrite: bool) -> None:
     replaced. Nothing is changed on the disk.
     """
     where = f"--out {printable(folder, 300)}"
+    if "\0" in str(folder):
+        raise InputError(where, "not a file name", "a folder, or a place to make one")
     try:
         if folder.exists() and not folder.is_dir():
             raise InputError(where, "a file", "a folder, or a place to make one")
         if folder.is_dir():
             _check_content(folder, where, overwrite)
-    except ValueError:  # a NUL in the name
-        raise InputError(where, "not a file name", "a folder, or a place to make one") from None
     except OSError as error:
         found = error.strerror or "cannot be read"
         raise InputError(where, found, "a folder, or a place to make one") from None

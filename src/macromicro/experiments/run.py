@@ -107,10 +107,15 @@ def check(request: Request) -> Job:
         settings=settings,
         programme=programme,
         per_cycle=len(single.target),
-        overrides=config.difference(settings, Settings()),
+        overrides=_unquoted(config.difference(settings, Settings())),
         out=out,
         expected=_expected(settings, programme),
     )
+
+
+def _unquoted(overrides: dict[str, str]) -> dict[str, str]:
+    """Texts as a person writes them, not as TOML does."""
+    return {k: v[1:-1] if v[:1] == v[-1:] == '"' else v for k, v in overrides.items()}
 
 
 def _capacity(settings: Settings, programme: Programme) -> int:
@@ -157,9 +162,12 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     place = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()
-    with Recorder(
-        place, COLUMNS, _capacity(job.settings, job.programme), PERIOD, attributes
-    ) as recorder, contextlib.suppress(Stop):
+    with (
+        Recorder(
+            place, COLUMNS, _capacity(job.settings, job.programme), PERIOD, attributes
+        ) as recorder,
+        contextlib.suppress(Stop),
+    ):
         outcome = simulate.simulate(
             job.settings,
             job.programme,

@@ -114,8 +114,8 @@ def vibration(ended: Ended) -> Drawn | None:
         rows = slice(0, int(np.searchsorted(since, end)))
         line(ax, since[rows], y[rows], BLUE, "laser", linewidth=0.9)
         decay = start * np.exp(-v.decay_rate * np.maximum(since[rows], 0.0))
-        ax.plot(since[rows], decay, color=RED, linestyle="--", linewidth=1.1, label="fitted decay")
-        ax.plot(since[rows], -decay, color=RED, linestyle="--", linewidth=1.1)
+        line(ax, since[rows], decay, RED, "fitted decay", linestyle="--")
+        line(ax, since[rows], -decay, RED, "", linestyle="--")
         ax.axhspan(-2.0, 2.0, color=GREEN, alpha=0.18, linewidth=0, label="±2 um")
         ax.set_ylim(-2.0 * start - 2.0, 2.0 * start + 2.0)
     finish(

@@ -11,7 +11,14 @@ from macromicro.programme import MACRO
 from macromicro.report import words
 
 Report = Callable[[float, int], None]
-_WIDE = 120
+_WIDE, _NARROW = 120, 100
+# Broken so that the table fits into 80 columns.
+_BROKEN = {
+    "final error": "final\nerror",
+    "overshoot": "over-\nshoot",
+    "Hall error": "Hall\nerror",
+    "true error": "true\nerror",
+}
 
 
 @contextmanager
@@ -61,9 +68,11 @@ def show(ended: Ended) -> None:
     console = Console(highlight=False, soft_wrap=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_WIDE)
+    narrow = console.width < _NARROW
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for heading in words.HEADINGS:
-        table.add_column(Text(heading), justify="right", overflow="fold", vertical="bottom")
+        shown = Text(_BROKEN.get(heading, heading) if narrow else heading)
+        table.add_column(shown, justify="right", overflow="fold", vertical="bottom")
     for line in words.table(ended):
         cells = [Text(cell) for cell in line.cells]
         table.add_row(*cells, style="" if line.arrived else "bold red")

@@ -40,10 +40,10 @@ def _line(m: MoveResult) -> Line:
     cells = (
         str(m.move + 1),
         m.stage,
-        f"{m.target:.{digits}f} {m.unit}",
-        cut if m.arrived_s is None else f"{m.arrived_s:.3f} s",
+        f"{m.target:.6g} {m.unit}",
+        cut if m.arrived_s is None else f"{m.arrived_s:.2f} s",
         _NONE if m.settling_s is None else f"{m.settling_s:.3f} s",
-        f"±{m.band:.{digits}f} {m.unit}",
+        f"±{m.band:.2g} {m.unit}",
         _text(m.final_error, digits, m.unit),
         _text(m.overshoot, digits, m.unit),
         _text(m.hall_error, digits, m.unit),
