@@ -146,6 +146,8 @@ def _run(
     if not experiment.is_compiled():
         print("compiling the bench, once, about 10 s", file=sys.stderr)
     experiment.compile_bench(job)
+    if job.recalibrate:
+        print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
     with terminal.progress(job) as report:

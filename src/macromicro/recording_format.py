@@ -188,6 +188,7 @@ class Layout(NamedTuple):
         plan.set_layout(h5py.h5d.CONTIGUOUS)
         plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
         plan.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        plan.set_obj_track_times(False)  # the same run gives the same file
         space = h5py.h5s.create_simple((capacity,))
         count = file.create_dataset(ROWS, data=np.int64(0))
         count.attrs["long_name"] = "rows recorded; what columns hold beyond them is unused"

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from macromicro import loop
 from macromicro.control import settings as control_settings
 from macromicro.control import supervisor
+from macromicro.control.calibration import Calibration
 from macromicro.control.supervisor import Plan, Supervisor
 from macromicro.kernel import compiled
 from macromicro.loop import PERIOD, Run
@@ -66,10 +67,15 @@ def plan(programme: Programme) -> Plan:
     )
 
 
-def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Rolled:
-    """Runtime parameters and the state at the start: at rest at 0 mm, cold."""
+def prepare(
+    settings: Settings, programme: Programme, fan: bool = False, table: Calibration | None = None
+) -> Rolled:
+    """Runtime parameters and the state at the start: at rest at 0 mm, cold.
+
+    `table`: the Hall calibration that controller and guard use, else the shipped one.
+    """
     plant = bench.prepare(settings.bench, settings.sensors)
-    control = control_settings.prepare(settings.controller, fan)
+    control = control_settings.prepare(settings.controller, fan, table)
     return Rolled(
         plant,
         control,
@@ -95,6 +101,7 @@ def simulate(
     *,
     seed: int = 0,
     fan: bool = False,
+    table: Calibration | None = None,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
     """Run `programme` on the twin and append every period to `sink`.
@@ -104,7 +111,7 @@ def simulate(
     exception from `progress` or the sink (a full disk, Ctrl-C) ends the run; what was
     appended stays.
     """
-    rolled = prepare(settings, programme, fan)
+    rolled = prepare(settings, programme, fan, table)
     advance = compiled(loop.rollout)
     random = noise_source(seed)
     run = rolled.run

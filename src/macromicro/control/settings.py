@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.control import calibration
+from macromicro.control.calibration import Calibration
 from macromicro.control.macro import COMPENSATED, LAWS, MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import Pi, PiAntiWindup, Proportional
@@ -51,8 +52,10 @@ class Control(NamedTuple):
         ]
 
 
-def prepare(spec: Control, fan: bool = False) -> Supervisor:
-    """The supervisor's runtime parameters, with the shipped Hall calibration."""
+def prepare(
+    spec: Control, fan: bool = False, table: Calibration | None = None
+) -> Supervisor:
+    """The supervisor's runtime parameters; `table`: Hall calibration, else the shipped one."""
     law = LAWS.index(spec.macro_law)
     lifted = spec.dead_zone_inverse == "on" or (
         spec.dead_zone_inverse == "as designed" and COMPENSATED[law]
@@ -64,6 +67,6 @@ def prepare(spec: Control, fan: bool = False) -> Supervisor:
         ),
         PiAntiWindup(*fine),
         spec.sequence,
-        calibration.shipped(),
+        calibration.shipped() if table is None else table,
         1.0 if fan else 0.0,
     )

@@ -18,6 +18,7 @@ from macromicro.kernel import compiled, kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
 from macromicro.rig.twin import noise_source
+from macromicro.settings import Settings
 from macromicro.types import Outputs
 
 Array = npt.NDArray[np.float64]
@@ -59,9 +60,22 @@ def collect(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Arr
     return [(out[0, part], out[1, part] * 1e3) for part in parts]
 
 
-def table(seed: int = 0) -> Calibration:
-    """The default twin's calibration."""
-    return calibrate(collect(bench.prepare(Bench(), Sensors()), seed))
+def table(plant: Plant | None = None, seed: int = 0) -> Calibration:
+    """The calibration of a twin, by default that of the default bench.
+
+    Raises `InputError` when its CTRL ramps do not move the stage over half of the range.
+    """
+    return calibrate(collect(plant or bench.prepare(Bench(), Sensors()), seed))
+
+
+def needed(settings: Settings) -> bool:
+    """Is the shipped calibration void, because sensor or converter were changed?
+
+    A real bench whose sensor was exchanged would have to be calibrated anew as well.
+    """
+    default = Sensors()
+    hall = settings.sensors.hall._replace(noise=default.hall.noise, lag=default.hall.lag)
+    return hall != default.hall or settings.sensors.converter != default.converter
 
 
 def as_csv(result: Calibration) -> str:

@@ -19,9 +19,10 @@ from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
-from macromicro.experiments import folder
+from macromicro.experiments import folder, hall_calibration
 from macromicro.loop import PERIOD
-from macromicro.plant.bench import NOISES
+from macromicro.plant.bench import NOISES, Plant
+from macromicro.plant.bench import prepare as bench_prepare
 from macromicro.programme import MACRO, Limits, Programme
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig import faults
@@ -51,7 +52,8 @@ class Request(NamedTuple):
 
 class Job(NamedTuple):
     """A request that was found good. `programme` holds all cycles, of `per_cycle` moves;
-    `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly."""
+    `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly; `recalibrate`: the
+    Hall sensor differs from the one that the shipped calibration was made on."""
 
     request: Request
     settings: Settings
@@ -60,6 +62,7 @@ class Job(NamedTuple):
     overrides: dict[str, str]
     out: Path
     expected: float
+    recalibrate: bool
 
 
 class Ended(NamedTuple):
@@ -110,6 +113,7 @@ def check(request: Request) -> Job:
         overrides=_unquoted(config.difference(settings, Settings())),
         out=out,
         expected=_expected(settings, programme),
+        recalibrate=hall_calibration.needed(settings),
     )
 
 
@@ -119,8 +123,9 @@ def _unquoted(overrides: dict[str, str]) -> dict[str, str]:
 
 
 def _capacity(settings: Settings, programme: Programme) -> int:
-    """Rows that the longest course of the programme takes."""
-    return round(simulate.longest(settings, programme) / PERIOD) + simulate.CHUNK
+    """Rows to reserve: the usual course and some; a longer one makes the file grow."""
+    longest = simulate.longest(settings, programme)
+    return round(min(longest, 1.05 * _expected(settings, programme) + 5.0) / PERIOD)
 
 
 def _expected(settings: Settings, programme: Programme) -> float:
@@ -128,6 +133,11 @@ def _expected(settings: Settings, programme: Programme) -> float:
         return programme.end
     each = _USUAL_MOVE + settings.controller.sequence.wait
     return float(programme.hold.sum()) + each * int((programme.stage == MACRO).sum())
+
+
+def plant_of(settings: Settings) -> Plant:
+    """The bench of the settings, ready to run."""
+    return bench_prepare(settings.bench, settings.sensors)
 
 
 def is_compiled() -> bool:
@@ -159,6 +169,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
         "overrides": json.dumps(job.overrides),
         "settings": config.as_toml(job.settings),
     }
+    table = hall_calibration.table(plant_of(job.settings)) if job.recalibrate else None
     place = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()
@@ -174,6 +185,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
             recorder,
             seed=request.seed,
             fan=request.fan,
+            table=table,
             progress=progress,
         )
     wall = time.perf_counter() - began

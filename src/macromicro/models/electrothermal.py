@@ -13,6 +13,8 @@ from macromicro.kernel import kernel
 # (5.6): T/T_d = (N2 s^2 + N1 s + N0) / (s^3 + D2 s^2 + D1 s + D0)
 N2, N1, N0 = 1.001, 0.1483, 0.001552
 D2, D1, D0 = 1.491, 0.1604, 0.001537
+# Section 5.3.2: below this CTRL voltage [V] the actuator does not respond.
+FIRST_RESPONSE = 1.3
 
 
 class Heating(NamedTuple):
@@ -25,11 +27,13 @@ class Heating(NamedTuple):
 
 @kernel
 def gain(ctrl: float, ceiling: float) -> float:
-    """T_d [K above ambient] for CTRL [V]: (5.7)-(5.8), capped at `ceiling` [K].
+    """T_d [K above ambient] for CTRL [V]: (5.7)-(5.8), made whole at both ends.
 
-    (5.8) grows without bound; the driver cannot, so a cap is needed above 1.8 V.
+    (5.8) grows without bound, which the driver cannot: capped at `ceiling` [K]. Below
+    1.469 V it is zero, although the actuator responds from 1.3 V (Section 5.3.2): there
+    a straight line leads up to its value at 1.5 V.
     """
-    if ctrl <= 1.0:
+    if ctrl <= FIRST_RESPONSE:
         return 0.0
     if ctrl >= 2.2:
         return ceiling
@@ -38,7 +42,10 @@ def gain(ctrl: float, ceiling: float) -> float:
     # (5.8)
     low = max(0.0, 25.5 * (1.0 - math.exp(-37.8631 * (ctrl - 1.5))) + 57.66)
     high = 10.0 * math.exp(10.0 * (ctrl - 1.625)) + 82.581682
-    return min(gamma * low + (1.0 - gamma) * high, ceiling)
+    value = gamma * low + (1.0 - gamma) * high
+    if ctrl < 1.5:
+        value = max(value, 57.66 * (ctrl - FIRST_RESPONSE) / (1.5 - FIRST_RESPONSE))
+    return min(value, ceiling)
 
 
 @kernel
