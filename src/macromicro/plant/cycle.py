@@ -23,7 +23,7 @@ class CycleBench(NamedTuple):
     driver: Driver = Driver(supply=5.0)
     # It stands free in the air, not boxed in on the carriage: calibrated to A3.
     thermal: Thermal = Thermal(
-        ambient=23.0, plate_resistance=0.14 * 150.0, body_resistance=0.05 * 150.0
+        ambient=23.0, plate_resistance=0.125 * 150.0, body_resistance=0.05 * 150.0
     )
     phase: Phase = Phase()
     wire: Wire = Wire()

@@ -28,7 +28,7 @@ class Phase(NamedTuple):
         43.0
     )
     heat_end: Annotated[float, Par("degC", "last heating threshold (austenite finish)", _CAL)] = (
-        108.6
+        108.9
     )
     heat_fold: Annotated[
         float,
@@ -36,14 +36,14 @@ class Phase(NamedTuple):
     ] = 10.0
     cool_offset: Annotated[
         float, Par("degC", "mean cooling threshold at a heating threshold of 0 degC", _CAL)
-    ] = 43.0
+    ] = 44.5
     cool_slope: Annotated[
         float, Par("1", "mean cooling threshold per heating threshold", _CAL, lo=0.0, hi=1.0)
     ] = 0.35
     cool_spread: Annotated[
         float,
         Par("K", "scatter of the cooling thresholds (standard deviation)", _CAL, positive=True),
-    ] = 12.5
+    ] = 13.5
     cool_end: Annotated[
         float, Par("degC", "last cooling threshold (martensite finish)", "calibrated to I3, I4")
     ] = 35.0

@@ -45,7 +45,7 @@ class Thermal(NamedTuple):
     )
     body_resistance: Annotated[
         float, Par("K/W", "body to air", "calibrated to I3", positive=True)
-    ] = 0.1 * 150.0
+    ] = 0.08 * 150.0
     fan_factor: Annotated[
         float,
         Par(
