@@ -105,9 +105,7 @@ def test_same_seed_same_bits_other_seed_other_noise() -> None:
 def test_a_fault_ends_both_runs_at_the_same_period_with_safe_outputs() -> None:
     """A carriage that cannot move: friction far above what the motor gives."""
     bench_ = Settings().bench
-    stuck = QUICK._replace(
-        bench=bench_._replace(friction=bench_.friction._replace(coulomb=60.0))
-    )
+    stuck = QUICK._replace(bench=bench_._replace(friction=bench_.friction._replace(coulomb=60.0)))
     far = programme((MACRO, 1500.0, 0.0))
     one = rolled(stuck, far, seed=0)
     two, rig = looped(prepare(stuck, far), seed=0, fast=True)

@@ -38,8 +38,14 @@ class Run(NamedTuple):
 
 @kernel
 def note(
-    out: npt.NDArray[np.float64], k: int, sample: Sample, command: Command, given: Outputs,
-    progress: Progress, watch: Watch, real: Truth,
+    out: npt.NDArray[np.float64],
+    k: int,
+    sample: Sample,
+    command: Command,
+    given: Outputs,
+    progress: Progress,
+    watch: Watch,
+    real: Truth,
 ) -> None:
     """Write one control period into column `k` of a block; rows as in `COLUMNS`."""
     out[0, k] = sample.t
@@ -116,8 +122,14 @@ _UNKNOWN = Truth(*[float("nan")] * len(Truth._fields))
 
 @kernel
 def rollout(
-    plant: Plant, control: Supervisor, watchdog: Guard, plan: Plan, run: Run,
-    noise: npt.NDArray[np.float64], out: npt.NDArray[np.float64], dt: float,
+    plant: Plant,
+    control: Supervisor,
+    watchdog: Guard,
+    plan: Plan,
+    run: Run,
+    noise: npt.NDArray[np.float64],
+    out: npt.NDArray[np.float64],
+    dt: float,
 ) -> tuple[Run, int]:
     """Run the twin for up to ``len(noise)`` control periods into `out` (rows, periods).
 

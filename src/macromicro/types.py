@@ -22,7 +22,7 @@ class Sample(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What a rig takes: motor [V at the D/A], ctrl [V at the D/A], fan 0 or 1, laser_reset 0 or 1."""
+    """What a rig takes: motor and ctrl [V at the D/A], fan and laser_reset 0 or 1."""
 
     motor: float
     ctrl: float
@@ -93,7 +93,9 @@ class Controller(Protocol):
     A controller is pure: its state is handed in and out, it reads no clock and no file.
     """
 
-    def step(self, state: Any, reference: Any, sample: Sample, dt: float) -> tuple[Any, Command, Outputs]:
+    def step(
+        self, state: Any, reference: Any, sample: Sample, dt: float
+    ) -> tuple[Any, Command, Outputs]:
         """New state, what is being asked for, and the outputs of this control period."""
 
     def finished(self, state: Any) -> bool:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from macromicro.control import calibration
+from macromicro.errors import InputError
 from macromicro.experiments import hall_calibration
 from macromicro.identify.hall import calibrate
-from macromicro.errors import InputError
 from macromicro.plant import bench, hall
 from macromicro.plant.bench import Bench, Sensors
 

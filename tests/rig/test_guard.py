@@ -25,10 +25,11 @@ from macromicro.settings import Settings
 from macromicro.simulate import plan
 from macromicro.types import SAFE, Command, Outputs, Sample
 
-from ..test_loop import MACRO, MICRO, programme  # noqa: TID252
+from ..test_loop import MACRO, MICRO, programme
 
 GUARD = guard.prepare(Limits(), calibration.shipped())
 DT = 1e-3
+DEFAULT = Settings()
 anything = st.floats(allow_nan=True, allow_infinity=True)
 QUIET = Command(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -38,9 +39,7 @@ class Faulty(Twin):
 
     def __init__(self, spoil: Callable[[Sample], Sample], settings_: Settings) -> None:
         plant = bench.prepare(settings_.bench, settings_.sensors)
-        super().__init__(
-            plant, 0, measure=compiled(bench.measure), advance=compiled(bench.advance)
-        )
+        super().__init__(plant, 0, measure=compiled(bench.measure), advance=compiled(bench.advance))
         self.spoil = spoil
         self.written: list[Outputs] = []
 
@@ -55,7 +54,7 @@ class Faulty(Twin):
 def drive(
     spoil: Callable[[Sample], Sample],
     *moves: tuple[int, float, float],
-    settings_: Settings = Settings(),
+    settings_: Settings = DEFAULT,
 ) -> tuple[Guarded, Faulty]:
     """Run a programme on a spoiled twin under the guard."""
     quick = settings_.controller._replace(
@@ -91,14 +90,10 @@ def test_no_illegal_output_passes_whatever_a_controller_returns(
 
 def test_illegal_outputs_name_their_evidence() -> None:
     sample = Sample(0.0, 0.0, 2.5, 0.0, 0.0, 0.0)
-    watch, given_ = guard.step(
-        GUARD, guard.fresh(), sample, QUIET, Outputs(7.5, 0.0, 0.0, 0.0), DT
-    )
+    watch, given_ = guard.step(GUARD, guard.fresh(), sample, QUIET, Outputs(7.5, 0.0, 0.0, 0.0), DT)
     assert given_ == SAFE
     assert (watch.fault, watch.value, watch.limit) == (guard.ILLEGAL, 7.5, 5.0)
-    watch, _ = guard.step(
-        GUARD, guard.fresh(), sample, QUIET, Outputs(0.0, -0.1, 0.0, 0.0), DT
-    )
+    watch, _ = guard.step(GUARD, guard.fresh(), sample, QUIET, Outputs(0.0, -0.1, 0.0, 0.0), DT)
     assert (watch.fault, watch.value) == (guard.ILLEGAL, -0.1)
 
 
@@ -126,15 +121,34 @@ FINE = (MICRO, 2.0e-3, 1.5)
 CASES = {
     "encoder frozen": (Frozen(0.1, "encoder"), (FAR,), guard.STUCK, 0.1, 0.3),
     "encoder reversed": (
-        lambda s: s._replace(encoder=-s.encoder), (FAR,), guard.MACRO_LOST, 0.0, 0.2),
+        lambda s: s._replace(encoder=-s.encoder),
+        (FAR,),
+        guard.MACRO_LOST,
+        0.0,
+        0.2,
+    ),
     "encoder silent": (
-        after(0.2, lambda s: s._replace(encoder=math.nan)), (FAR,), guard.ENCODER_SILENT, 0.2, 0.01),
+        after(0.2, lambda s: s._replace(encoder=math.nan)),
+        (FAR,),
+        guard.ENCODER_SILENT,
+        0.2,
+        0.01,
+    ),
     "Hall silent": (
-        after(0.3, lambda s: s._replace(hall=math.nan)), (FINE,), guard.HALL_SILENT, 0.3, 0.01),
+        after(0.3, lambda s: s._replace(hall=math.nan)),
+        (FINE,),
+        guard.HALL_SILENT,
+        0.3,
+        0.01,
+    ),
     "Hall frozen": (Frozen(0.3, "hall"), (FINE, FINE), guard.HALL_FROZEN, 0.3, 0.52),
     "Hall off the scale": (
-        after(0.3, lambda s: s._replace(hall=5.0 - 1e-4 * (s.t % 0.01))), (FINE,),
-        guard.HALL_RANGE, 0.3, 0.12),
+        after(0.3, lambda s: s._replace(hall=5.0 - 1e-4 * (s.t % 0.01))),
+        (FINE,),
+        guard.HALL_RANGE,
+        0.3,
+        0.12,
+    ),
 }
 
 
@@ -172,8 +186,12 @@ def test_over_temperature_is_estimated_from_ctrl_alone() -> None:
     while watch.fault == guard.OK and t < 10.0:
         hall = 2.5 + 0.002 * math.sin(37.0 * t) + 1.1  # moves like noise, near 3 mm
         watch, _ = guard.step(
-            GUARD, watch, Sample(t, 0.0, hall, 0.0, 0.0, 0.0), command,
-            Outputs(0.0, 1.9, 0.0, 0.0), DT,
+            GUARD,
+            watch,
+            Sample(t, 0.0, hall, 0.0, 0.0, 0.0),
+            command,
+            Outputs(0.0, 1.9, 0.0, 0.0),
+            DT,
         )
         t += DT
     assert watch.fault == guard.TOO_HOT
@@ -185,8 +203,13 @@ def test_a_whole_programme_of_big_and_small_moves_trips_nothing() -> None:
     """No false alarm: full travel both ways, full contraction, slow return."""
     rig, _ = drive(
         lambda s: s,
-        (MACRO, 2800.0, 0.0), (MICRO, 3.8e-3, 2.0), (MICRO, 0.3e-3, 2.0), (MICRO, 0.0, 2.0),
-        (MACRO, 0.0, 0.0), (MACRO, 3.0, 0.0), (MICRO, 0.5e-3, 2.0),
+        (MACRO, 2800.0, 0.0),
+        (MICRO, 3.8e-3, 2.0),
+        (MICRO, 0.3e-3, 2.0),
+        (MICRO, 0.0, 2.0),
+        (MACRO, 0.0, 0.0),
+        (MACRO, 3.0, 0.0),
+        (MICRO, 0.5e-3, 2.0),
     )
     assert rig.watch.fault == guard.OK
 

@@ -52,9 +52,7 @@ class Control(NamedTuple):
         ]
 
 
-def prepare(
-    spec: Control, fan: bool = False, table: Calibration | None = None
-) -> Supervisor:
+def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) -> Supervisor:
     """The supervisor's runtime parameters; `table`: Hall calibration, else the shipped one."""
     law = LAWS.index(spec.macro_law)
     lifted = spec.dead_zone_inverse == "on" or (

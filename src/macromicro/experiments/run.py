@@ -52,8 +52,8 @@ class Request(NamedTuple):
 
 class Job(NamedTuple):
     """A request that was found good. `programme` holds all cycles, of `per_cycle` moves;
-    `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly; `recalibrate`: the
-    Hall sensor differs from the one that the shipped calibration was made on."""
+    `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly;
+    `recalibrate`: the Hall sensor is not the one that was calibrated."""
 
     request: Request
     settings: Settings

@@ -11,7 +11,6 @@ from macromicro.plant.belt import Belt
 from macromicro.plant.friction import Friction
 from macromicro.plant.motor import Motor
 
-
 # A carriage that stands needs this many times fewer steps than one that slides.
 QUIET = 10
 

@@ -33,7 +33,9 @@ def closed() -> Envelope:
 
 
 @kernel
-def follow(p: Bounds, s: Envelope, active: float, reference: float, error: float, dt: float) -> Envelope:
+def follow(
+    p: Bounds, s: Envelope, active: float, reference: float, error: float, dt: float
+) -> Envelope:
     """The envelope one period later; the error is too large when it exceeds `allowed`.
 
     A new reference opens it to the present error plus the margin; after the grace it

@@ -84,9 +84,7 @@ def prepare(limits: Limits, table: Calibration) -> Guard:
     """Runtime parameters of the guard."""
     return Guard(
         limits,
-        Bounds(
-            limits.macro_margin, limits.macro_tolerance, limits.macro_rate, limits.macro_grace
-        ),
+        Bounds(limits.macro_margin, limits.macro_tolerance, limits.macro_rate, limits.macro_grace),
         Bounds(
             1e3 * limits.micro_margin,
             1e3 * limits.micro_tolerance,
@@ -124,8 +122,8 @@ def legal(p: Limits, out: Outputs) -> bool:
     return (
         abs(out.motor) <= p.motor
         and 0.0 <= out.ctrl <= p.ctrl
-        and (out.fan == 0.0 or out.fan == 1.0)
-        and (out.laser_reset == 0.0 or out.laser_reset == 1.0)
+        and (out.fan in {0.0, 1.0})
+        and (out.laser_reset in {0.0, 1.0})
     )
 
 

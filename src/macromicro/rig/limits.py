@@ -10,30 +10,30 @@ from macromicro.parameters import Par
 class Limits(NamedTuple):
     """Defaults leave room for the thesis' worst controller on the default bench."""
 
-    motor: Annotated[float, Par("V", "largest motor output", "Section 3.1", positive=True, hi=5.0)] = 5.0
+    motor: Annotated[
+        float, Par("V", "largest motor output", "Section 3.1", positive=True, hi=5.0)
+    ] = 5.0
     ctrl: Annotated[
         float, Par("V", "largest CTRL output", "Section 3.2.1", positive=True, hi=5.0)
     ] = 5.0
     macro_margin: Annotated[
         float, Par("count", "macro following error allowed above that at the move's start", lo=1.0)
     ] = 60.0
-    macro_grace: Annotated[
-        float, Par("s", "time before the macro error must fall", lo=0.0)
-    ] = 0.5
+    macro_grace: Annotated[float, Par("s", "time before the macro error must fall", lo=0.0)] = 0.5
     macro_rate: Annotated[
         float, Par("count/s", "slowest macro approach that is accepted", positive=True)
     ] = 500.0
     macro_tolerance: Annotated[
         float,
-        Par("count", "macro following error always allowed", "M9: the PID overshoots by 100", lo=1.0),
+        Par(
+            "count", "macro following error always allowed", "M9: the PID overshoots by 100", lo=1.0
+        ),
     ] = 150.0
     micro_margin: Annotated[
         float,
         Par("m", "micro following error allowed above that at the step", shown="mm", positive=True),
     ] = 0.3e-3
-    micro_grace: Annotated[
-        float, Par("s", "time before the micro error must fall", lo=0.0)
-    ] = 1.5
+    micro_grace: Annotated[float, Par("s", "time before the micro error must fall", lo=0.0)] = 1.5
     micro_rate: Annotated[
         float, Par("m/s", "slowest micro approach that is accepted", shown="mm/s", positive=True)
     ] = 0.5e-3
@@ -44,11 +44,14 @@ class Limits(NamedTuple):
         float, Par("s", "longest time without a new value of a sensor", shown="ms", positive=True)
     ] = 0.005
     frozen: Annotated[
-        float, Par("s", "longest time of one and the same Hall code (noise moves it)", positive=True)
+        float,
+        Par("s", "longest time of one and the same Hall code (noise moves it)", positive=True),
     ] = 0.5
     rail: Annotated[
         float,
-        Par("V", "Hall readings closer than this to 0 or 5 V are off the scale", shown="mV", lo=0.0),
+        Par(
+            "V", "Hall readings closer than this to 0 or 5 V are off the scale", shown="mV", lo=0.0
+        ),
     ] = 0.01
     rail_time: Annotated[float, Par("s", "longest time off the scale", positive=True)] = 0.1
     push: Annotated[
@@ -63,11 +66,16 @@ class Limits(NamedTuple):
     ] = 250.0
     warm: Annotated[
         float,
-        Par("degC", "estimated temperature at which the wires must contract", "above S6", positive=True),
+        Par(
+            "degC",
+            "estimated temperature at which the wires must contract",
+            "above S6",
+            positive=True,
+        ),
     ] = 120.0
     motion: Annotated[
         float, Par("m", "contraction that counts as motion", shown="um", positive=True)
     ] = 50e-6
-    idle: Annotated[
-        float, Par("s", "longest heating above that without motion", positive=True)
-    ] = 0.5
+    idle: Annotated[float, Par("s", "longest heating above that without motion", positive=True)] = (
+        0.5
+    )
