@@ -122,8 +122,8 @@ def legal(p: Limits, out: Outputs) -> bool:
     return (
         abs(out.motor) <= p.motor
         and 0.0 <= out.ctrl <= p.ctrl
-        and (out.fan in {0.0, 1.0})
-        and (out.laser_reset in {0.0, 1.0})
+        and out.fan * (1.0 - out.fan) == 0.0
+        and out.laser_reset * (1.0 - out.laser_reset) == 0.0
     )
 
 

@@ -1,0 +1,175 @@
+"""The two test fixtures as rigs: the kiln of Section 5.2.1 and the cycle bench of Appendix D.
+
+Each has the shape of a `Rig` (channels, clock, read, write, stop, context manager) with
+the sample and the outputs of its own fixture.
+"""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any, Generic, NamedTuple, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.plant import cycle, kiln
+from macromicro.plant.cycle import CyclePlant, CycleSample, CycleState
+from macromicro.plant.kiln import KilnPlant, KilnSample, KilnState
+from macromicro.rig.twin import noise_source
+
+_BLOCK = 1000
+# Standard normal draws per period: thermocouple noise, spike's onset, spike's height.
+KILN_NOISES = 3
+KILN_PERIOD = 0.2
+CYCLE_PERIOD = 1e-3
+
+
+class KilnOutputs(NamedTuple):
+    """What the kiln takes: its heater's relay, 0 or 1."""
+
+    heater: float
+
+
+class CycleOutputs(NamedTuple):
+    """What the cycle bench takes: ctrl [V at the D/A], fan 0 or 1."""
+
+    ctrl: float
+    fan: float
+
+
+S = TypeVar("S")
+O = TypeVar("O")
+
+
+class FixtureClock:
+    """Time of a fixture's twin: `wait` lets its physics advance instead of sleeping."""
+
+    def __init__(self, twin: FixtureTwin[Any, Any]) -> None:
+        self._twin = twin
+
+    def now(self) -> float:
+        """Simulated seconds since the start."""
+        return self._twin.tick * self._twin.dt
+
+    def wait(self, dt: float) -> None:
+        """Advance the fixture by `dt`, which must be the twin's own period."""
+        if dt != self._twin.dt:
+            raise ValueError(f"this twin runs at a period of {self._twin.dt} s, not {dt} s")
+        self._twin.advance()
+
+
+class FixtureTwin(Generic[S, O]):
+    """What both fixtures share: a clock that computes, outputs that end safe."""
+
+    channels: tuple[str, ...] = ()
+
+    def __init__(self, dt: float, safe: O) -> None:
+        self.dt = dt
+        self.tick = 0
+        self.clock = FixtureClock(self)
+        self._safe = self._outputs = safe
+
+    def read(self) -> S:
+        """Measure all channels now."""
+        raise NotImplementedError
+
+    def advance(self) -> None:
+        """Let one period pass."""
+        raise NotImplementedError
+
+    def write(self, outputs: O) -> None:
+        """Set the outputs for the coming period."""
+        self._outputs = outputs
+
+    def stop(self) -> None:
+        """Set every output to its safe value."""
+        self._outputs = self._safe
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+
+class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
+    """The virtual kiln, its interference drawn from `seed`.
+
+    `measure` and `advance` default to the interpreted physics; the compiled ones may be
+    passed for speed and give the same bits.
+    """
+
+    channels = KilnSample._fields
+
+    def __init__(
+        self,
+        plant: KilnPlant,
+        seed: int,
+        dt: float = KILN_PERIOD,
+        state: KilnState | None = None,
+        measure: Any = kiln.measure,
+        advance: Any = kiln.advance,
+    ) -> None:
+        super().__init__(dt, KilnOutputs(0.0))
+        self.plant = plant
+        self.state = kiln.initial(plant) if state is None else state
+        self._measure, self._advance = measure, advance
+        self._random = noise_source(seed)
+        self._noise: npt.NDArray[np.float64] = np.empty((0, KILN_NOISES))
+
+    def _draw(self) -> npt.NDArray[np.float64]:
+        """The normal draws of the present period."""
+        if self.tick % _BLOCK == 0 or not len(self._noise):
+            self._noise = self._random.standard_normal((_BLOCK, KILN_NOISES))
+        row: npt.NDArray[np.float64] = self._noise[self.tick % _BLOCK]
+        return row
+
+    def read(self) -> KilnSample:
+        """Thermocouple [degC] and contraction [encoder counts] now; once a period."""
+        n0 = float(self._draw()[0])
+        sample: KilnSample = self._measure(self.plant, self.state, self.tick * self.dt, n0)
+        return sample
+
+    def advance(self) -> None:
+        """Let one period pass."""
+        draw = self._noise[self.tick % _BLOCK]
+        heater = self._outputs.heater
+        self.state = self._advance(
+            self.plant, self.state, heater, float(draw[1]), float(draw[2]), self.dt
+        )
+        self.tick += 1
+
+
+class CycleTwin(FixtureTwin[CycleSample, CycleOutputs]):
+    """The virtual cycle bench; it has no noise, so it needs no seed."""
+
+    channels = CycleSample._fields
+
+    def __init__(
+        self,
+        plant: CyclePlant,
+        dt: float = CYCLE_PERIOD,
+        state: CycleState | None = None,
+        measure: Any = cycle.measure,
+        advance: Any = cycle.advance,
+    ) -> None:
+        super().__init__(dt, CycleOutputs(0.0, 0.0))
+        self.plant = plant
+        self.state = cycle.initial(plant) if state is None else state
+        self._measure, self._advance = measure, advance
+
+    def read(self) -> CycleSample:
+        """Contraction [encoder counts] and the end signals now."""
+        sample: CycleSample = self._measure(self.plant, self.state, self.tick * self.dt)
+        return sample
+
+    def advance(self) -> None:
+        """Let one period pass."""
+        ctrl, fan = self._outputs
+        self.state = self._advance(self.plant, self.state, ctrl, fan, self.dt)
+        self.tick += 1
