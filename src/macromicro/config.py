@@ -55,14 +55,26 @@ def check(tree: Any, where: str, prefix: str = "") -> None:
     """Raise the first of the `problems()` of the tree's sets, inner sets first.
 
     A set may have a method ``problems() -> list[tuple[path, value, accepted]]`` for what
-    bounds cannot say (a stop beyond the stroke); paths count from that set.
+    bounds cannot say (a stop beyond the stroke); paths count from that set. A path in
+    braces within `accepted` becomes that parameter's full path and value.
     """
     for name in tree._fields:
         value = getattr(tree, name)
         if is_set(value):
             check(value, where, f"{prefix}{name}.")
     for path, value, accepted in getattr(tree, "problems", list)():
-        raise InputError(f"{where}, {prefix}{path}", value, accepted)
+        mine = {e.path: e for e in entries(tree)}
+        found = _spoken(mine[path].par, value) if path in mine else value
+        words = accepted
+        for e in mine.values():
+            words = words.replace(f"{{{e.path}}}", f"{prefix}{e.path} ({_spoken(e.par, e.value)})")
+        raise InputError(f"{where}, {prefix}{path}", found, words)
+
+
+def _spoken(par: Par, value: Any) -> Any:
+    """A number in the unit that a person reads; anything else as it is."""
+    number = isinstance(value, float) and math.isfinite(value)
+    return shown(value, par.unit, par.shown, 6) if number else value
 
 
 def as_toml(tree: Any, only: str | None = None) -> str:

@@ -46,7 +46,7 @@ class Control(NamedTuple):
     def problems(self) -> list[tuple[str, Any, str]]:
         """What cannot work: (parameter, value, what is accepted)."""
         return [
-            (f"{name}.low", law.low, f"below {name}.high ({law.high} V)")
+            (f"{name}.low", law.low, "below {" + f"{name}.high" + "}")
             for name, law in (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
             if law.low >= law.high
         ]

@@ -58,21 +58,21 @@ class Bench(NamedTuple):
                 wire.stop >= wire.stroke,
                 "wire.stop",
                 wire.stop,
-                f"below wire.stroke ({wire.stroke} m)",
+                "below {wire.stroke}",
             ),
             (
                 driver.contract_on > wire.stop,
                 "driver.contract_on",
                 driver.contract_on,
-                f"at most wire.stop ({wire.stop} m)",
+                "at most {wire.stop}",
             ),
             (
                 driver.contract_off >= driver.contract_on,
                 "driver.contract_off",
                 driver.contract_off,
-                f"below driver.contract_on ({driver.contract_on} m)",
+                "below {driver.contract_on}",
             ),
-            (low >= high, "carriage.stop_low", low, f"below carriage.stop_high ({high} m)"),
+            (low >= high, "carriage.stop_low", low, "below {carriage.stop_high}"),
             (
                 len(ctrl) != len(heat),
                 "driver.map_heat",
@@ -89,7 +89,7 @@ class Bench(NamedTuple):
                 friction.ripple >= friction.coulomb,
                 "friction.ripple",
                 friction.ripple,
-                f"below friction.coulomb ({friction.coulomb} N)",
+                "below {friction.coulomb}",
             ),
         )
         return [(name, value, accepted) for wrong, name, value, accepted in rules if wrong]
