@@ -35,7 +35,8 @@ def test_heat_in_is_heat_out_and_stored() -> None:
     ctrl = np.r_[np.full(8000, 1.9), np.full(8000, 1.5), np.zeros(6000), np.full(20000, 1.56)]
     run = heat(ctrl)
     p = MICRO.thermal
-    given_ = float(run.power.sum()) * DT
+    # Within a period the wires take the mean of the power at its two ends.
+    given_ = float((run.power + np.r_[0.0, run.power[:-1]]).sum()) * 0.5 * DT
     # The loss of each period is that of the body's temperature before it.
     before = np.r_[p.ambient, run.body[:-1]]
     lost = float((before - p.ambient).sum()) * DT / p.body_resistance
@@ -88,7 +89,6 @@ def test_warming_slows_the_extension() -> None:
     assert back[1] > 1.1 * back[0] > 0
 
 
-@pytest.mark.xfail(reason="heat enters by steps of first order: 0.2 um too far on at 1 ms")
 def test_halving_the_step_leaves_the_contraction_at_constant_ctrl() -> None:
     """By no more than 0.1 um, two seconds after each of three steps of CTRL."""
     levels = (1.575, 1.5, 1.56)

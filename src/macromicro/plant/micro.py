@@ -25,9 +25,11 @@ class Micro(NamedTuple):
 
 
 class MicroState(NamedTuple):
-    """power [W] in the wires, cut: CONTRACT closed, plates and body [degC], the wires."""
+    """power [W] in the wires, flow [W] from wires to plates at the last step's start,
+    cut: CONTRACT closed, plates and body [degC], the wires."""
 
     power: float
+    flow: float
     cut: float
     plates: float
     body: float
@@ -42,6 +44,7 @@ def prepare(spec: Driver, heat: Thermal, alloy: Wire, phase: Phase, load: Load) 
 def cold(p: Micro, temperature: float) -> MicroState:
     """The actuator at a temperature [degC], fully extended, never heated before."""
     return MicroState(
+        0.0,
         0.0,
         0.0,
         float(temperature),
@@ -66,9 +69,11 @@ def advance(
     """
     cut = driver.contract(p.driver, s.cut, s.wire.x)
     power = driver.delivered(p.driver, s.power, ctrl, cut, dt)
-    f1, f2, f3 = thermal.flows(p.thermal, s.wire.temperature, s.plates, s.body, fan)
-    capacity = p.thermal.wire_capacity
-    alloy = wire.heated(p.wire, p.load, p.table, s.wire, (power - f1) * dt, inertia, capacity)
+    now, f2, f3 = thermal.flows(p.thermal, s.wire.temperature, s.plates, s.body, fan)
+    # Second order in dt: mean power, and the flow at mid-step (Adams-Bashforth).
+    f1 = 1.5 * now - 0.5 * s.flow
+    gain = (0.5 * (s.power + power) - f1) * dt
+    alloy = wire.heated(p.wire, p.load, p.table, s.wire, gain, inertia, p.thermal.wire_capacity)
     plates = s.plates + (f1 - f2) * dt / p.thermal.plate_capacity
     body = s.body + (f2 - f3) * dt / p.thermal.body_capacity
-    return MicroState(power, cut, plates, body, alloy)
+    return MicroState(power, now, cut, plates, body, alloy)
