@@ -6,7 +6,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-all lint format bench clean
+.PHONY: help run test test-all lint format bench docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' Makefile
@@ -32,6 +32,10 @@ format: $(VENV)/.dev ## format the code and sort its imports
 
 bench: $(VENV)/.core ## measure the speed
 	$(BIN)/python benchmarks/bench.py
+
+docs: $(VENV)/.core ## measure anew what the documents say, and draw their figure
+	$(BIN)/python docs/make_bench.py
+	$(BIN)/python docs/make_figures.py
 
 clean: ## delete the virtual environment and all caches; results stay
 	@if [ -e "$(VENV)/.made" ]; then rm -rf "$(VENV)"; fi

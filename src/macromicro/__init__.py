@@ -8,13 +8,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from macromicro.api import load_settings as load_settings
+    from macromicro.api import moves as moves
+    from macromicro.api import run as run
+    from macromicro.errors import InputError as InputError
     from macromicro.recording import Recording as Recording
+    from macromicro.settings import Settings as Settings
 
 __version__ = "0.1.0"
 
 # Public name -> the module that defines it. For type checkers: also import it above.
 _HOMES = {
+    "InputError": "macromicro.errors",
     "Recording": "macromicro.recording",
+    "Settings": "macromicro.settings",
+    "load_settings": "macromicro.api",
+    "moves": "macromicro.api",
+    "run": "macromicro.api",
 }
 
 

@@ -1,0 +1,171 @@
+"""Time of each part of a control period, and of the macro-stage in C beside it."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from macromicro import hysteresis, loop, simulate
+from macromicro import programme as programmes
+from macromicro.control import supervisor
+from macromicro.kernel import compiled, kernel
+from macromicro.loop import PERIOD
+from macromicro.plant import bench, carriage, micro
+from macromicro.plant.carriage import Macro
+from macromicro.rig import guard
+from macromicro.settings import Settings
+from macromicro.types import SAFE, Sample
+
+REPEATS = 7
+TICKS = 200_000
+HALF = 250
+DRIVE = 15.0  # at the motor, 3.75 V at the D/A
+
+
+@kernel
+def _macro(p: Any, s: Any, volts: float, half: int, ticks: int, steps: int) -> Any:
+    for k in range(ticks):
+        drive = volts if (k // half) % 2 == 0 else -volts
+        s = carriage.advance(p, s, drive, 1e-3, steps)
+    return s
+
+
+@kernel
+def _micro(p: Any, s: Any, ticks: int) -> Any:
+    for k in range(ticks):
+        s = micro.advance(p, s, 1.9 if (k // 1000) % 2 == 0 else 1.4, 0.0, 0.0, 1e-3)
+    return s
+
+
+@kernel
+def _readings(k: int) -> Any:
+    """Sensors that change all the time, so that the compiler can leave nothing out."""
+    return Sample(k * 1e-3, 100.0 + k % 7, 2.5 + 1e-3 * (k % 11), 1e-6 * (k % 13), 0.0, 0.0)
+
+
+@kernel
+def _supervisor(p: Any, plan: Any, s: Any, ticks: int) -> Any:
+    for k in range(ticks):
+        s, _command, _out = supervisor.step(p, plan, s, _readings(k), 1e-3)
+    return s
+
+
+@kernel
+def _guard(p: Any, s: Any, command: Any, out: Any, ticks: int) -> Any:
+    for k in range(ticks):
+        s, _given = guard.step(p, s, _readings(k), command, out, 1e-3)
+    return s
+
+
+@kernel
+def _note(block: Any, sample: Any, command: Any, out: Any, s: Any, w: Any, real: Any) -> None:
+    for k in range(block.shape[1]):
+        loop.note(block, k, sample, command, out, s, w, real)
+
+
+@kernel
+def _preisach(table: Any, memory: Any, path: Any) -> float:
+    total = 0.0
+    for k in range(len(path)):
+        memory, share = hysteresis.advance(table, memory, path[k])
+        total += share
+    return total
+
+
+def per_tick(run: Callable[[], Any], ticks: int = TICKS) -> float:
+    """Median time [ns] a tick of `run`, which does `ticks` of them; the first is not counted."""
+    run()
+    times = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - start)
+    return 1e9 * median(times) / ticks
+
+
+def measure() -> dict[str, float]:
+    """Nanoseconds a control period of every part."""
+    limits = programmes.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
+    what = programmes.load(programmes.find("thesis"), limits)
+    rolled = simulate.prepare(Settings(), what)
+    plant, state = rolled.plant, rolled.run.bench
+    sample = bench.measure(plant, state, 0.0, 0.0, 0.0)
+    begun, command, _ = supervisor.step(
+        rolled.control, rolled.plan, rolled.run.progress, sample, PERIOD
+    )
+    calm = command._replace(macro_active=0.0)
+    block = np.empty((loop.ROWS, 2000))
+    steps = plant.macro_steps
+    rest, start = carriage.at_rest(0.1), carriage.at_rest(0.05)
+    path = 70.0 + 45.0 * np.sin(np.arange(TICKS) * 0.01) * np.cos(np.arange(TICKS) * 1.37e-3)
+    fresh = guard.fresh()
+    cold = hysteresis.fresh(plant.micro.table, 25.0)
+    noise = np.random.default_rng(0).standard_normal((len(path) // 4, bench.NOISES))
+    rows = np.empty((loop.ROWS, len(noise)))
+    fast = compiled(loop.rollout)
+    parts: dict[str, Callable[[], Any]] = {
+        "macro physics, moving": lambda: compiled(_macro)(
+            plant.macro, start, DRIVE, HALF, TICKS, steps
+        ),
+        "macro physics, at rest": lambda: compiled(_macro)(
+            plant.macro, rest, 0.0, HALF, TICKS, steps
+        ),
+        "micro physics": lambda: compiled(_micro)(plant.micro, state.micro, TICKS),
+        "supervisor": lambda: compiled(_supervisor)(rolled.control, rolled.plan, begun, TICKS),
+        "guard": lambda: compiled(_guard)(rolled.watchdog, fresh, calm, SAFE, TICKS),
+        "Preisach advance": lambda: compiled(_preisach)(plant.micro.table, cold, path),
+    }
+    found = {
+        "whole tick": per_tick(lambda: fast(*rolled, noise, rows, PERIOD), len(noise)),
+        **{name: per_tick(run) for name, run in parts.items()},
+    }
+    found["note"] = per_tick(
+        lambda: compiled(_note)(
+            block, sample, command, SAFE, begun, fresh, bench.truth(plant, state)
+        ),
+        block.shape[1],
+    )
+    return found
+
+
+def macro_in_c() -> float | None:
+    """Nanoseconds a moving macro tick in C (cc -O3); None without a C compiler.
+
+    Raises RuntimeError if C and the package disagree, for then nothing is compared.
+    """
+    compiler = shutil.which("cc")
+    if compiler is None:
+        return None
+    settings = Settings()
+    plant = bench.prepare(settings.bench, settings.sensors)
+    p: Macro = plant.macro
+    values = np.array([p.carriage.mass, *p.motor, *p.friction, *p.belt])
+    source = Path(__file__).with_name("macro_tick.c")
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "macro_tick.so"
+        flags = ["-O3", "-ffp-contract=off", "-shared", "-fPIC"]
+        subprocess.run([compiler, *flags, "-o", library, source, "-lm"], check=True)
+        function = ctypes.CDLL(str(library)).macro
+    pointer = np.ctypeslib.ndpointer(dtype=float)
+    function.argtypes = [pointer, pointer, ctypes.c_double, ctypes.c_long, ctypes.c_long]
+    function.argtypes += [ctypes.c_int, ctypes.c_double]
+    function.restype = None
+
+    def run(ticks: int = TICKS) -> Any:
+        state = np.array([0.05, 0.0, 0.0, 0.0, 0.0, 0.0])
+        function(values, state, DRIVE, HALF, ticks, plant.macro_steps, PERIOD)
+        return state
+
+    mine = compiled(_macro)(p, carriage.at_rest(0.05), DRIVE, HALF, 2000, plant.macro_steps)
+    if abs(run(2000)[0] - mine.x) > 1e-9:
+        raise RuntimeError(f"C ends at {run(2000)[0]} m, the package at {mine.x} m")
+    return per_tick(run)

@@ -1,0 +1,110 @@
+"""The pages in docs/ say what the code does now."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from macromicro import api, programme
+from macromicro.columns import COLUMNS
+from macromicro.parameters import entries
+from macromicro.rig import faults
+from macromicro.rig.limits import Limits
+from macromicro.settings import Settings
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+@pytest.fixture(scope="module")
+def maker() -> ModuleType:
+    """docs/make_bench.py as a module."""
+    spec = importlib.util.spec_from_file_location("make_bench", DOCS / "make_bench.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_bench_page_is_up_to_date(maker: ModuleType) -> None:
+    """Text and every default are as the code has them; `make docs` brings it up to date."""
+    page = (DOCS / "bench.md").read_text(encoding="utf-8")
+    assert page == maker.render(maker.blocks(DOCS / "bench.md"))
+
+
+def test_bench_page_lists_every_parameter(maker: ModuleType) -> None:
+    """Each parameter of bench and sensors stands under its part, with its default."""
+    page = (DOCS / "bench.md").read_text(encoding="utf-8")
+    settings = Settings()
+    found = [e for e in entries(settings) if e.path.startswith(("bench.", "sensors."))]
+    assert len(found) > 60
+    for entry in found:
+        part, _, name = entry.path.rpartition(".")
+        section = page.partition(f"### `{part}`\n")[2].partition("\n### ")[0]
+        assert f"| `{name}` | {maker.value(entry)} |" in section, entry.path
+
+
+def test_measured_figures_are_within(maker: ModuleType) -> None:
+    """No line of the calibration table is outside what is accepted."""
+    table = maker.blocks(DOCS / "bench.md")["calibration"].splitlines()[2:]
+    assert len(table) >= 40
+    assert all(line.endswith("| yes |") for line in table)
+
+
+def test_recording_page_names_every_column() -> None:
+    """With its unit."""
+    rows = re.findall(r"^\| (`.*?) \| (.*?) \|", (DOCS / "recording.md").read_text(), re.MULTILINE)
+    units = {"count": "counts", "1": "-"}
+    named = {}
+    for names, unit in rows:
+        each = re.findall(r"`(\w+)`", names)
+        several = unit.split(", ") * (len(each) if ", " not in unit else 1)
+        named.update(zip(each, several, strict=True))
+    assert named == {c.name: units.get(c.unit, c.unit) for c in COLUMNS}
+
+
+def test_recording_page_s_examples_run(tmp_path: Path) -> None:
+    """h5py, xarray and the package open one file."""
+    pytest.importorskip("h5netcdf")
+    place = tmp_path / "results" / "thesis"
+    place.mkdir(parents=True)
+    api.run("staircase", seed=3).save(place / "recording.h5")
+    text = (DOCS / "recording.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(blocks) == 3
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(blocks)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[1] == "um 3"
+
+
+def test_guard_page_names_every_fault_and_limit() -> None:
+    """By the names that a fault message and a settings file use."""
+    text = (DOCS / "guard.md").read_text(encoding="utf-8")
+    for fault in faults.TEXTS.values():
+        assert f"| {fault.name} |" in text
+    for name in Limits._fields:
+        assert f"`{name}`" in text
+
+
+def test_programme_page_s_examples_load(tmp_path: Path) -> None:
+    """The TOML and the CSV example are programmes."""
+    text = (DOCS / "programmes.md").read_text(encoding="utf-8")
+    limits = programme.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
+    toml = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0]
+    (tmp_path / "a.toml").write_text(toml, encoding="utf-8")
+    assert len(programme.load(tmp_path / "a.toml", limits).target) == 9
+    rows = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)[0]
+    (tmp_path / "a.csv").write_text(rows, encoding="utf-8")
+    scheduled = programme.load(tmp_path / "a.csv", limits)
+    assert scheduled.end == 8.0 and len(scheduled.target) == 3

@@ -1,0 +1,82 @@
+"""The README's first screen does what it says."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", *(f"docs/{n}.md" for n in
+         ("bench", "programmes", "recording", "guard")))  # fmt: skip
+
+
+def python_blocks(text: str) -> list[str]:
+    return re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+
+
+def test_example_runs_as_printed(tmp_path: Path) -> None:
+    """Ten lines that print every move of the integrated test and draw it."""
+    code = python_blocks(README)[0]
+    assert len(code.splitlines()) == 10
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert [line.split()[0] for line in lines[:5]] == ["macro"] + ["micro"] * 4
+    assert len(lines) == 40 and "None" not in done.stdout
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_first_screen_names_make_targets() -> None:
+    """`make run` and `make test` stand before the first heading of the second level."""
+    screen = README.partition("\n## ")[0]
+    named = re.findall(r"^    make ([a-z-]+)", screen, re.MULTILINE)
+    assert named == ["run", "test"]
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in {*named, *re.findall(r"`make ([a-z-]+)`", README)}:
+        assert re.search(rf"^{target}:.* ##", makefile, re.MULTILINE), target
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page: str) -> None:
+    """Every relative link of the pages names a file that is there."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#\s]+)\)", text):
+        if not target.startswith(("http://", "https://")):
+            assert ((ROOT / page).parent / target).exists(), f"{page}: {target}"
+
+
+def test_configuration_examples_are_accepted(tmp_path: Path) -> None:
+    """The TOML snippets are a programme and a settings file as the package reads them."""
+    from macromicro import config, programme
+    from macromicro.settings import Settings
+
+    moves, settings = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+    (tmp_path / "wave.toml").write_text(moves, encoding="utf-8")
+    (tmp_path / "sticky.toml").write_text(settings, encoding="utf-8")
+    limits = programme.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
+    loaded = programme.load(tmp_path / "wave.toml", limits)
+    assert list(loaded.target[loaded.stage == programme.MACRO]) == [1680.0, 1680.0]
+    changed = config.load_overrides(tmp_path / "sticky.toml", Settings())
+    assert changed.bench.friction.coulomb == 11.0
+    assert changed.controller.macro_law == "pd-initial"
+
+
+def test_figure_is_small_enough_for_a_first_screen() -> None:
+    """1200 x 800 px, below 200 kB."""
+    data = (ROOT / "docs/figures/integrated-run.png").read_bytes()
+    size = [int.from_bytes(data[k : k + 4], "big") for k in (16, 20)]
+    assert size == [1200, 800] and len(data) < 200_000
