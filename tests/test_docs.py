@@ -107,4 +107,4 @@ def test_programme_page_s_examples_load(tmp_path: Path) -> None:
     rows = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)[0]
     (tmp_path / "a.csv").write_text(rows, encoding="utf-8")
     scheduled = programme.load(tmp_path / "a.csv", limits)
-    assert scheduled.end == 8.0 and len(scheduled.target) == 3
+    assert scheduled.end == 8.0 and len(scheduled.target) == 4

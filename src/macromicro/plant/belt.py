@@ -35,7 +35,7 @@ class Belt(NamedTuple):
             lo=0.0,
             hi=1.0,
         ),
-    ] = 0.0222
+    ] = 0.0226
 
 
 @kernel

@@ -22,7 +22,7 @@ from macromicro.plant.hall import Hall
 from macromicro.plant.laser import Laser
 from macromicro.plant.micro import Micro, MicroState
 from macromicro.plant.motor import Motor
-from macromicro.plant.phase import Phase
+from macromicro.plant.phase import TABLE_END, Phase
 from macromicro.plant.steps import Steps
 from macromicro.plant.thermal import Thermal
 from macromicro.plant.wire import Load, Wire
@@ -49,7 +49,7 @@ class Bench(NamedTuple):
 
     def problems(self) -> list[tuple[str, Any, str]]:
         """What is physically impossible: (parameter, value, what is accepted)."""
-        wire, driver, friction = self.wire, self.driver, self.friction
+        wire, driver, friction, phase = self.wire, self.driver, self.friction, self.phase
         low, high = self.carriage.stop_low, self.carriage.stop_high
         ctrl, heat = driver.map_ctrl, driver.map_heat
         # (wrong?, parameter, value, accepted)
@@ -84,6 +84,32 @@ class Bench(NamedTuple):
                 "driver.map_ctrl",
                 ctrl,
                 "values that increase",
+            ),
+            (len(ctrl) < 2, "driver.map_ctrl", f"{len(ctrl)} values", "two values or more"),
+            (
+                any(b < a for a, b in pairwise(heat)),
+                "driver.map_heat",
+                heat,
+                "values that do not fall",
+            ),
+            (high > low > 0.0, "carriage.stop_low", low, "at most 0 mm, where the carriage starts"),
+            (
+                phase.heat_start >= phase.heat_end,
+                "phase.heat_start",
+                phase.heat_start,
+                "below {phase.heat_end}",
+            ),
+            (
+                phase.heat_end > TABLE_END,
+                "phase.heat_end",
+                phase.heat_end,
+                f"at most {TABLE_END:.0f} degC, where the relay table ends",
+            ),
+            (
+                phase.cool_end + phase.width_min > phase.heat_start,
+                "phase.cool_end",
+                phase.cool_end,
+                "at least phase.width_min below {phase.heat_start}",
             ),
             (
                 friction.ripple >= friction.coulomb,
@@ -188,8 +214,9 @@ def advance(p: Plant, s: State, out: Outputs, n2: float, dt: float) -> State:
     level = s.hall
     h = dt / p.micro_steps
     for _ in range(p.micro_steps):
+        before = fine.wire.x
         fine = micro.advance(p.micro, fine, level_in, out.fan, pull, h)
-        level = hall.lagged(p.hall, level, fine.wire.x, h)
+        level = hall.lagged(p.hall, level, 0.5 * (before + fine.wire.x), h)
     return State(
         macro,
         fine,

@@ -43,7 +43,7 @@ class Driver(NamedTuple):
         tuple[float, ...], Par("W", "heat in the wires at 4 V supply", _MAP, lo=0.0)
     ] = _HEAT
     lag: Annotated[float, Par("s", "driver's lag", "calibrated to S11", shown="ms", lo=0.0)] = (
-        3.0e-3
+        2.0e-3
     )
     contract_on: Annotated[
         float,

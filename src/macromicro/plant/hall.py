@@ -41,7 +41,7 @@ class Hall(NamedTuple):
     ] = 1.99e-3
     lag: Annotated[
         float, Par("s", "sensor's and filter's lag", "calibrated to S11", shown="ms", lo=0.0)
-    ] = 4.0e-3
+    ] = 3.0e-3
     noise: Annotated[
         float, Par("V", "noise before the converter (standard deviation)", shown="mV", lo=0.0)
     ] = 0.8e-3

@@ -53,6 +53,7 @@ class Phase(NamedTuple):
 
 
 _LOW, _STEP, _NODES = 0.0, 0.5, 241
+TABLE_END = _LOW + _STEP * (_NODES - 1)
 
 
 def weights(

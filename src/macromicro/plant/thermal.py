@@ -30,7 +30,7 @@ class Thermal(NamedTuple):
         Par(
             "J/K", "heat capacity of the wires, latent heat aside", _S7, shown="mJ/K", positive=True
         ),
-    ] = 0.77 / 150.0
+    ] = 0.70 / 150.0
     wire_resistance: Annotated[float, Par("K/W", "wires to plates", _S7, positive=True)] = (
         0.7454 * 150.0
     )

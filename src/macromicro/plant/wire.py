@@ -54,7 +54,7 @@ class Wire(NamedTuple):
     ] = 75e9
     latent: Annotated[
         float, Par("J", "latent heat of the full transformation (12-24 kJ/kg)", _LIT, lo=0.0)
-    ] = 24.0 * 0.77 / 150.0
+    ] = 27.7 / 150.0
     shift: Annotated[
         float, Par("K/N", "rise of all thresholds with load (6.5-10 MPa/K)", _LIT, lo=0.0)
     ] = 0.085 / GRAM_FORCE

@@ -1,0 +1,93 @@
+"""The package from Python: the same numbers as the loop, moves read from the recording."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from macromicro import api
+from macromicro.design import response
+from macromicro.errors import InputError
+from macromicro.parameters import replaced
+from macromicro.programme import MACRO, MICRO, Limits, Programme, find, load
+from macromicro.settings import Settings
+
+from .test_loop import QUICK, SHORT, rolled
+
+LIMITS = Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
+
+
+def scheduled(*moves: tuple[float, int, float], end: float) -> Programme:
+    """A programme of (start [s], stage, target), without holds."""
+    start, stage, target = (np.array(column, dtype=float) for column in zip(*moves, strict=True))
+    return Programme("", start, stage.astype(np.int64), target, 0.0 * start, end, "")
+
+
+def test_recording_holds_what_the_loop_gives() -> None:
+    """Same settings, programme and seed: the same numbers, with seed and settings beside them."""
+    run = api.run(SHORT, seed=5, settings=QUICK)
+    block = rolled(QUICK, SHORT, 5)
+    for k, column in enumerate(run.columns):
+        np.testing.assert_array_equal(run[column.name], block[k].astype(column.dtype))
+    assert run.attributes["seed"] == 5 and run.attributes["finished"] == 1
+    assert "controller.sequence.wait" in json.loads(str(run.attributes["overrides"]))
+
+
+@pytest.mark.parametrize("name", ["thesis", "staircase", "full-travel"])
+def test_moves_are_read_from_the_recording_alone(name: str) -> None:
+    """Stages and targets from the references give what the programme itself gives."""
+    what = load(find(name), LIMITS)
+    run = api.run(name)
+    assert api.moves(run) == response.moves(run, what)
+    assert len(api.moves(run)) == len(what.target)
+
+
+def test_a_move_that_never_began_is_not_listed() -> None:
+    """A fine move whose successor is due before the carriage has settled is left out."""
+    what = scheduled(
+        (0.0, MACRO, 700.0), (0.1, MICRO, 1e-3), (0.2, MICRO, 5e-4), (5.0, MICRO, 0.0), end=6.0
+    )
+    done = api.moves(api.run(what))
+    assert [(m.move, m.stage, m.target) for m in done] == [
+        (0, "macro", 50.0),
+        (2, "micro", 500.0),
+        (3, "micro", 0.0),
+    ]
+
+
+def test_fault_is_warned_of_and_ends_the_recording() -> None:
+    """The guard's words reach the caller; what was recorded is there."""
+    settings = replaced(Settings(), "guard.hottest", 60.0)
+    with pytest.warns(UserWarning, match=r"too high.*guard\.hottest"):
+        run = api.run(settings=settings)
+    assert run.attributes["finished"] == 0
+    assert run["phase"][-1] == 5 and len(run) > 2000
+    assert run["temperature_estimate"].max() < 62.0
+    assert not api.moves(run)[-1].complete
+
+
+def test_settings_from_a_file_and_bad_ones(tmp_path: Path) -> None:
+    """A file overrides; what cannot be is refused as on the command line."""
+    place = tmp_path / "sticky.toml"
+    place.write_text('[bench.friction]\ncoulomb = "11 N"\n', encoding="utf-8")
+    assert api.load_settings(place).bench.friction.coulomb == 11.0
+    with pytest.raises(InputError, match="seed"):
+        api.run(seed=-1)
+    with pytest.raises(InputError, match="cycles"):
+        api.run(cycles=0)
+    with pytest.raises(InputError, match="no such file"):
+        api.run("nowhere.toml")
+    bad = replaced(Settings(), "bench.wire.stop", 5e-3)
+    with pytest.raises(InputError, match=r"wire\.stop"):
+        api.run(settings=bad)
+
+
+def test_nothing_recorded_has_no_moves() -> None:
+    """An empty recording is not an error."""
+    run = api.run(SHORT, settings=QUICK)
+    empty = type(run).from_arrays(run.columns, [run[c.name][:0] for c in run.columns], run.dt, {})
+    assert api.moves(empty) == [] and math.isclose(run.dt, 1e-3)
