@@ -1,1 +1,89 @@
-"""Identification from recordings. It reads what a rig shows, never the bench's parameters."""
+"""Identification from recordings. It reads what a rig shows, never the bench's parameters.
+
+The names below are loaded when they are first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from macromicro.identify.axis import Axis as Axis
+    from macromicro.identify.axis import simulate as simulate
+    from macromicro.identify.axis_fit import DriveFit as DriveFit
+    from macromicro.identify.axis_fit import Filtering as Filtering
+    from macromicro.identify.axis_fit import drive as drive
+    from macromicro.identify.axis_inverse import STRUCTURES as STRUCTURES
+    from macromicro.identify.axis_inverse import Estimate as Estimate
+    from macromicro.identify.deadzone import DeadZone as DeadZone
+    from macromicro.identify.deadzone import DiscontinuousDeadZone as DiscontinuousDeadZone
+    from macromicro.identify.deadzone import Side as Side
+    from macromicro.identify.deadzone import Trial as Trial
+    from macromicro.identify.deadzone import dead_zone as dead_zone
+    from macromicro.identify.deadzone import discontinuous_dead_zone as discontinuous_dead_zone
+    from macromicro.identify.equation_error import gls as gls
+    from macromicro.identify.equation_error import least_squares as least_squares
+    from macromicro.identify.hall import calibrate as calibrate
+    from macromicro.identify.linear_fit import LinearFit as LinearFit
+    from macromicro.identify.linear_fit import Whiteness as Whiteness
+    from macromicro.identify.notices import ConvergenceWarning as ConvergenceWarning
+    from macromicro.identify.notices import DataWarning as DataWarning
+    from macromicro.identify.notices import ResampledWarning as ResampledWarning
+    from macromicro.identify.notices import RestWarning as RestWarning
+    from macromicro.identify.notices import SaturationWarning as SaturationWarning
+    from macromicro.identify.notices import UnstableWarning as UnstableWarning
+    from macromicro.identify.records import average_runs as average_runs
+    from macromicro.identify.records import differentiated as differentiated
+    from macromicro.identify.records import integrated as integrated
+    from macromicro.identify.records import lowpassed as lowpassed
+    from macromicro.identify.refined import mls as mls
+    from macromicro.identify.refined import sriv as sriv
+    from macromicro.identify.runs import Run as Run
+    from macromicro.identify.simulation_error import output_error as output_error
+
+# Public name -> the module that defines it. For type checkers: also import it above.
+_HOMES = {
+    "Axis": "axis",
+    "ConvergenceWarning": "notices",
+    "DataWarning": "notices",
+    "DeadZone": "deadzone",
+    "DiscontinuousDeadZone": "deadzone",
+    "DriveFit": "axis_fit",
+    "Estimate": "axis_inverse",
+    "Filtering": "axis_fit",
+    "LinearFit": "linear_fit",
+    "ResampledWarning": "notices",
+    "RestWarning": "notices",
+    "Run": "runs",
+    "STRUCTURES": "axis_inverse",
+    "SaturationWarning": "notices",
+    "Side": "deadzone",
+    "Trial": "deadzone",
+    "UnstableWarning": "notices",
+    "Whiteness": "linear_fit",
+    "average_runs": "records",
+    "calibrate": "hall",
+    "dead_zone": "deadzone",
+    "differentiated": "records",
+    "discontinuous_dead_zone": "deadzone",
+    "drive": "axis_fit",
+    "gls": "equation_error",
+    "integrated": "records",
+    "least_squares": "equation_error",
+    "lowpassed": "records",
+    "mls": "refined",
+    "output_error": "simulation_error",
+    "simulate": "axis",
+    "sriv": "refined",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

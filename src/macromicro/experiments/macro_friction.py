@@ -1,0 +1,72 @@
+"""Dead zone of the macro-stage (Section 4.2.3, Figure 4.8): low voltages from many places.
+
+Only what a rig shows is used: commanded volts and encoder counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.columns import COLUMNS
+from macromicro.identify.deadzone import DeadZone, dead_zone
+from macromicro.kernel import compiled, kernel
+from macromicro.plant import amplifier, carriage, encoder
+from macromicro.plant.bench import Plant
+from macromicro.plant.carriage import MacroState
+from macromicro.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+DT = 1e-3
+TRAVEL = (0.0, 2800.0)
+VOLTAGES = tuple(float(v) for v in np.round(np.arange(2.6, 3.301, 0.05), 2))
+STARTS = tuple(float(x) for x in range(0, 2601, 200))
+SECONDS = 2.5
+
+_SHOWN = tuple(c for c in COLUMNS if c.name in ("t", "macro_position", "motor"))
+
+
+@kernel
+def _open_loop(p: Plant, s: MacroState, volts: Array, out: Array, dt: float) -> None:
+    """Encoder counts into out[n] while the D/A board is sent volts[n], one period late."""
+    latched = 0.0
+    for k in range(len(volts)):
+        out[k] = encoder.count(p.encoder, s.x)
+        drive = amplifier.motor_volts(p.amplifier, latched)
+        s = carriage.advance(p.macro, s, drive, dt, p.macro_steps)
+        latched = amplifier.convert(p.amplifier, volts[k])
+
+
+def open_loop(plant: Plant, volts: npt.ArrayLike, start: float) -> Recording:
+    """One run on the twin: `volts` [V at the D/A] a sample each ms, from rest at `start` [counts].
+
+    The recording has the columns t, macro_position and motor.
+    """
+    sent = np.ascontiguousarray(volts, dtype=np.float64)
+    out = np.empty_like(sent)
+    s = carriage.at_rest(start * plant.encoder.pitch)
+    compiled(_open_loop)(plant, s, sent, out, DT)
+    arrays = {"t": np.arange(len(sent)) * DT, "macro_position": out, "motor": sent}
+    return Recording.from_arrays(_SHOWN, [arrays[c.name] for c in _SHOWN], DT, {})
+
+
+def collect(
+    plant: Plant, voltages: Sequence[float] = VOLTAGES, starts: Sequence[float] = STARTS
+) -> list[Recording]:
+    """A run at each voltage [V], in both directions, from each start [counts, from its own end]."""
+    runs = []
+    n = round(SECONDS / DT)
+    for v in voltages:
+        for x in starts:
+            # Half a count in, so that the encoder does not stand on an edge.
+            runs.append(open_loop(plant, np.full(n, v), x + 0.5))
+            runs.append(open_loop(plant, np.full(n, -v), TRAVEL[1] - x + 0.5))
+    return runs
+
+
+def measured(plant: Plant) -> DeadZone:
+    """Dead zone of a bench by the whole procedure (M1)."""
+    return dead_zone(collect(plant), travel=TRAVEL)

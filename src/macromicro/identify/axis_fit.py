@@ -1,0 +1,247 @@
+"""Physical parameters of a motor-driven axis from a recording: `drive`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.axis_inverse import (
+    STRUCTURES,
+    Estimate,
+    Rows,
+    differences,
+    fitted,
+    force_error,
+    plausible,
+)
+from macromicro.identify.axis_refine import begun, free_runs, refined
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.records import flag_saturation
+from macromicro.identify.runs import Run, checked
+
+Array = npt.NDArray[np.float64]
+
+_GAIN = 0.02  # a richer structure must lower the hold-out error by this part
+_LEAST = 200
+_MANY = 3  # with so many records, whole ones are held out
+
+
+class Filtering(NamedTuple):
+    """`cutoff` [Hz] of the zero-phase low-pass on positions, by default 0.08 / dt.
+
+    `decimate`: every how many samples remain for inverse dynamics, after a low-pass on force
+    and regressors alike; by default 10, fewer for short records.
+    """
+
+    cutoff: float | None = None
+    decimate: int | None = None
+
+
+_USUAL = Filtering()
+
+
+@dataclass(frozen=True)
+class DriveFit:
+    """What `drive` found.
+
+    `structure`: the chosen one of "viscous", "coulomb", "asymmetric", "stribeck", "full";
+    `inverse` and `refined`: the estimates by inverse dynamics and by output error;
+    `holdout`: RMS force error of each structure tried on data that it was not fitted to
+    (empty when one was asked for); `holdout_rms`: position RMS of the free run there by the
+    output-error fit to the rest; `free_run`: positions of the refined axis over each whole
+    record, from the measured `starts` (position and speed); `rms` and `fit`: its error and
+    100 (1 - |x - free run| / |x - mean x|).
+    """
+
+    structure: str
+    inverse: Estimate
+    refined: Estimate
+    holdout: dict[str, float]
+    holdout_rms: float
+    starts: tuple[tuple[float, float], ...]
+    free_run: tuple[Array, ...]
+    residuals: tuple[Array, ...]
+    gain: float
+    delay: int
+
+    @property
+    def rms(self) -> float:
+        """RMS error of the free run over all records, in the unit of x."""
+        return self.refined.rms
+
+    @property
+    def fit(self) -> float:
+        """Free-run fit in percent; 100 is perfect."""
+        return 100.0 - self.refined.percent
+
+    @property
+    def axis(self) -> Axis:
+        """The refined parameters."""
+        return self.refined.axis
+
+    def simulate(self, u: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
+        """Free run of the refined axis: positions for the input `u`, from `x` and speed `v`."""
+        push = _late(np.asarray(u, np.float64), self.delay) * self.gain
+        return simulate(self.axis, push, dt, x, v)
+
+
+def drive(
+    t: Any,
+    u: Any,
+    x: Any,
+    *,
+    gain: float = 1.0,
+    structure: str = "auto",
+    filtering: Filtering = _USUAL,
+    holdout: float = 0.3,
+    limit: float | None = None,
+    delay: int = 0,
+) -> DriveFit:
+    """Parameters of M dv/dt = gain u - friction(v) - offset (`macromicro.identify.axis`).
+
+    `t` [s], `u` (drive voltage, or force with gain 1), `x` (position): arrays of one
+    length, or lists of such arrays, one per record. `gain`: force per unit of u [N/V];
+    with gain 1 the parameters are in units of u (V s2/count, V s/count, V).
+    Inverse dynamics first (A. Janot, M. Gautier, M. Brunot, EMPS benchmark, 2019):
+    `filtering` says how the position is filtered and all columns decimated. Then output error: the
+    parameters whose free run is nearest to x in the mean square.
+    `structure`: which friction, or "auto": every structure is fitted without the last part
+    `holdout` of each record (of three records or more: without every third), and a richer
+    one is chosen only when it predicts the held-out force at least 2 % better.
+    `limit`: the drive saturates at +-limit, u is clipped to it, with a warning. `delay`:
+    samples by which u acts late.
+    Raises `InputError` for unusable data, warns (`DataWarning`) of doubtful ones.
+    """
+    _check(gain, structure, holdout, delay)
+    runs = _runs(t, u, x)
+    rows = _rows(runs, gain, filtering, limit, delay, holdout)
+    train, test = _split(rows, holdout)
+    scores: dict[str, float] = {}
+    if structure == "auto":
+        structure, scores = _chosen(train, test)
+    inverse = fitted(rows, structure)
+    if not plausible(inverse):
+        notice(
+            DataWarning,
+            f"inverse dynamics gives a negative mass or friction: {inverse}; "
+            "output error keeps them above zero",
+        )
+    trained = refined(train, fitted(train, structure))
+    missed = np.concatenate(free_runs(test, trained.axis)[1])
+    final = refined(rows, inverse)
+    free, errors = free_runs(rows, final.axis)
+    return DriveFit(
+        structure,
+        inverse,
+        final,
+        scores,
+        float(np.sqrt(np.mean(missed**2))),
+        tuple(begun(r) for r in rows),
+        tuple(free),
+        tuple(errors),
+        float(gain),
+        int(delay),
+    )
+
+
+def _check(gain: float, structure: str, holdout: float, delay: int) -> None:
+    if not (np.isfinite(gain) and gain != 0.0):
+        raise InputError("gain", gain, "a finite number other than zero")
+    if structure != "auto" and structure not in STRUCTURES:
+        raise InputError("structure", structure, ", ".join(["auto", *STRUCTURES]))
+    if not 0.05 <= holdout <= 0.7:
+        raise InputError("holdout", holdout, "a part from 0.05 to 0.7")
+    if not isinstance(delay, int | np.integer) or not 0 <= delay <= 1000:
+        raise InputError("delay", delay, "a whole number of samples from 0 to 1000")
+
+
+def _runs(t: Any, u: Any, x: Any) -> list[Run]:
+    """Checked runs from arrays or lists of arrays."""
+    for name, values in (("t", t), ("u", u), ("x", x)):
+        if not hasattr(values, "__len__") or len(values) == 0:
+            raise InputError(f"drive: {name}", "missing", "an array of numbers")
+    if np.ndim(next(iter(t))) == 0:
+        return [checked(t, u, x, "record", _LEAST)]
+    if not len(t) == len(u) == len(x):
+        raise InputError("records", f"{len(t)} t, {len(u)} u, {len(x)} x", "as many of each")
+    return [
+        checked(*one, f"record[{i}]", _LEAST) for i, one in enumerate(zip(t, u, x, strict=True))
+    ]
+
+
+def _rows(
+    runs: list[Run],
+    gain: float,
+    filtering: Filtering,
+    limit: float | None,
+    delay: int,
+    holdout: float,
+) -> list[Rows]:
+    """Force and filtered differences of all runs."""
+    if all(np.ptp(r.u) == 0.0 and r.u[0] == runs[0].u[0] for r in runs):
+        raise InputError("u", f"{runs[0].u[0]:g} throughout", "an input that changes")
+    # The part held out must be longer than the low-pass of the decimation, 21 factors.
+    shortest = min(len(r.u) for r in runs) * (1.0 if len(runs) >= _MANY else holdout)
+    most = int(shortest) // 30
+    factor = min(10, most) if filtering.decimate is None else filtering.decimate
+    if not isinstance(factor, int | np.integer) or not 1 <= factor <= most:
+        raise InputError("decimate", factor, f"a whole number from 1 to {most}")
+    rows = []
+    for i, run in enumerate(runs):
+        if np.ptp(run.x) == 0.0:
+            found = f"{run.x[0]:g} throughout"
+            raise InputError(f"record[{i}].x", found, "a position that moves")
+        corner = 0.08 / run.dt if filtering.cutoff is None else filtering.cutoff
+        if not 0.0 < corner < 0.5 / run.dt:
+            raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")
+        got = flag_saturation(run.u, f"record[{i}].u", limit)
+        rows.append(differences(run, gain * _late(got, delay), corner, int(factor)))
+    return rows
+
+
+def _late(u: Array, delay: int) -> Array:
+    """`u` `delay` samples later, its first value before that."""
+    return u if delay == 0 else np.concatenate([np.full(delay, u[0]), u])[: len(u)]
+
+
+def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:
+    """Records to fit and records to judge by: tails, or every third record of three or more."""
+    if len(rows) >= _MANY:
+        return [r for i, r in enumerate(rows) if i % _MANY != _MANY - 1], rows[_MANY - 1 :: _MANY]
+    cuts = [round(len(r.v) * (1.0 - holdout)) for r in rows]
+    return (
+        [_part(r, slice(0, cut)) for r, cut in zip(rows, cuts, strict=True)],
+        [_part(r, slice(cut, None)) for r, cut in zip(rows, cuts, strict=True)],
+    )
+
+
+def _part(rows: Rows, where: slice) -> Rows:
+    run = Run(*(column[where] for column in rows.run))
+    return Rows(
+        run, rows.force[where], rows.v[where], rows.a[where], rows.still[where], rows.factor
+    )
+
+
+def _chosen(train: list[Rows], test: list[Rows]) -> tuple[str, dict[str, float]]:
+    """The poorest structure that no richer one beats on the held-out force."""
+    scores: dict[str, float] = {}
+    best = ""
+    for name in STRUCTURES:
+        estimate = fitted(train, name)
+        if not plausible(estimate):
+            continue
+        scores[name] = force_error(test, estimate)
+        if not best or scores[name] < (1.0 - _GAIN) * scores[best]:
+            best = name
+    if not best:
+        raise InputError(
+            "record",
+            "every structure gives a negative mass or friction",
+            "a force that drives the motion: check the signs of u, x and gain",
+        )
+    return best, scores

@@ -1,0 +1,206 @@
+"""Inverse dynamics: the drive's force as a linear function of the axis' parameters.
+
+    F = M a + Fv v + Fc sgn v + F0 (+ Fa |v|) (+ Fs exp(-(v/vs)^2) sgn v)
+
+After M. Gautier and A. Janot: speed and acceleration are central differences of the
+position behind a zero-phase Butterworth filter; all columns and the force then pass
+the same low-pass and are decimated, which keeps least squares free of bias.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.axis import Axis
+from macromicro.identify.runs import Run
+from macromicro.identify.spread import robust_covariance
+
+Array = npt.NDArray[np.float64]
+
+# Parameters of each structure, from the poorest to the richest.
+STRUCTURES: dict[str, tuple[str, ...]] = {
+    "viscous": ("mass", "viscous", "offset"),
+    "coulomb": ("mass", "viscous", "coulomb", "offset"),
+    "asymmetric": ("mass", "viscous", "coulomb", "offset", "asymmetry"),
+    "stribeck": ("mass", "viscous", "coulomb", "offset", "stribeck", "stribeck_speed"),
+    "full": (
+        "mass",
+        "viscous",
+        "coulomb",
+        "offset",
+        "asymmetry",
+        "stribeck",
+        "stribeck_speed",
+    ),
+}
+_SPEEDS = np.geomspace(0.005, 0.5, 25)  # Stribeck speeds tried, parts of the top speed
+
+_STILL = 0.01
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameters by one method: `axis`; `names` of the free ones; `covariance` in their order.
+
+    `rms`: error of the force (inverse dynamics) or position (output error); `percent`: the
+    same as 100 |error| / |measured|, for positions about their mean.
+    """
+
+    axis: Axis
+    names: tuple[str, ...]
+    covariance: Array
+    rms: float
+    percent: float
+
+    @property
+    def values(self) -> Array:
+        """The free parameters, in the order of `names`."""
+        return np.array([getattr(self.axis, name) for name in self.names])
+
+    @property
+    def std(self) -> Array:
+        """Standard errors, in the order of `names`."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def __str__(self) -> str:
+        pairs = zip(self.names, self.values, self.std, strict=True)
+        return ", ".join(f"{n} {v:.5g} +- {s:.2g}" for n, v, s in pairs)
+
+
+class Rows(NamedTuple):
+    """One record with force, filtered speed and acceleration; `factor`: decimation to come.
+
+    `still`: where the axis stands, its speed under 1 % of the record's greatest.
+    """
+
+    run: Run
+    force: Array
+    v: Array
+    a: Array
+    still: npt.NDArray[np.bool_]
+    factor: int
+
+
+def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
+    """Speed and acceleration of a run behind a zero-phase low-pass of `cutoff` [Hz]."""
+    from scipy.signal import butter, sosfiltfilt
+
+    sections = butter(4, 2.0 * run.dt * cutoff, output="sos")
+    smooth = sosfiltfilt(sections, run.x)
+    v = np.gradient(smooth, run.dt)
+    still = np.abs(v) < _STILL * np.abs(v).max()
+    return Rows(run, force, v, np.gradient(v, run.dt), still, factor)
+
+
+def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
+    """The regressors [n, parameters], and the force last, filtered and decimated alike.
+
+    Rows around which the axis stands for half the time or more are left out: friction at
+    rest balances any force, which no regressor says. A mere reversal stays in.
+    """
+    v, sign = rows.v, np.sign(rows.v)
+    made = {
+        "mass": rows.a,
+        "viscous": v,
+        "coulomb": sign,
+        "offset": np.ones_like(v),
+        "asymmetry": np.abs(v),
+        "stribeck": sign * np.exp(-((v / stribeck_speed) ** 2)),
+    }
+    table = np.stack([made[n] for n in names if n in made] + [rows.force], axis=1)
+    kept, stands = _decimated(table, rows.factor), _standing(rows.still, rows.factor)
+    return np.asarray(kept[~stands])
+
+
+def _decimated(table: Array, factor: int) -> Array:
+    """Every `factor`-th row behind a zero-phase low-pass; the filter's ends are cut off."""
+    if factor == 1:
+        return table
+    from scipy.signal import firwin, oaconvolve
+
+    half = 10 * factor
+    taps = firwin(2 * half + 1, 0.8 / factor)
+    return np.asarray(oaconvolve(table, taps[:, None], mode="valid", axes=0)[::factor])
+
+
+def _standing(still: npt.NDArray[np.bool_], factor: int) -> npt.NDArray[np.bool_]:
+    """For each decimated row, whether half or more of the `factor` samples to each side stand."""
+    if factor == 1:
+        return still
+    half = 10 * factor
+    total = np.concatenate([[0], np.cumsum(still)])
+    centre = np.arange(half, len(still) - half, factor)
+    return np.asarray(total[centre + factor + 1] - total[centre - factor] >= factor + 0.5)
+
+
+def fitted(rows: list[Rows], structure: str) -> Estimate:
+    """Least squares over all records; Stribeck's speed by search, plausible results first.
+
+    Raises `InputError` when the motion does not determine the parameters.
+    """
+    names = STRUCTURES[structure]
+    top = max(float(np.abs(r.v).max()) for r in rows)
+    speeds = _SPEEDS * top if "stribeck_speed" in names else [top]
+    best: Estimate | None = None
+    for speed in speeds:
+        found = _linear(rows, names, float(speed))
+        rank = (not plausible(found), found.rms)
+        if best is None or rank < (not plausible(best), best.rms):
+            best = found
+    assert best is not None
+    return best
+
+
+def _linear(rows: list[Rows], names: tuple[str, ...], speed: float) -> Estimate:
+    """The least-squares estimate with Stribeck's speed held."""
+    parts = [columns(r, names, speed) for r in rows]
+    table = np.concatenate(parts)
+    left, force = table[:, :-1], table[:, -1]
+    scale = np.sqrt((left**2).sum(axis=0))
+    if (scale == 0.0).any() or np.linalg.cond(left / scale) > 1e8:
+        raise InputError(
+            "record",
+            "the motion does not determine all parameters",
+            "accelerated motion in both directions at several speeds, or a simpler structure",
+        )
+    theta = np.linalg.lstsq(left / scale, force, rcond=None)[0] / scale
+    missed = force - left @ theta
+    linear = tuple(n for n in names if n != "stribeck_speed")
+    axis = Axis(
+        **{
+            "mass": 0.0,
+            "viscous": 0.0,
+            "stribeck_speed": speed,
+            **dict(zip(linear, theta.tolist(), strict=True)),
+        }
+    )
+    spread = np.full((len(names), len(names)), np.nan)
+    spread[: len(linear), : len(linear)] = robust_covariance(
+        left, missed, np.cumsum([len(p) for p in parts])
+    )
+    rms = float(np.sqrt(np.mean(missed**2)))
+    return Estimate(axis, names, spread, rms, 100.0 * rms / float(np.sqrt(np.mean(force**2))))
+
+
+def plausible(estimate: Estimate) -> bool:
+    """True unless a mass or friction came out negative."""
+    p = estimate.axis
+    return p.mass > 0.0 and p.viscous >= abs(p.asymmetry) and min(p.coulomb, p.stribeck) >= 0.0
+
+
+def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
+    """Measured minus predicted force per record, decimated."""
+    names = tuple(n for n in estimate.names if n != "stribeck_speed")
+    theta = np.array([getattr(estimate.axis, n) for n in names])
+    tables = [columns(r, names, estimate.axis.stribeck_speed) for r in rows]
+    return [table[:, -1] - table[:, :-1] @ theta for table in tables]
+
+
+def force_error(rows: list[Rows], estimate: Estimate) -> float:
+    """RMS error of the force of an estimate on other records."""
+    return float(np.sqrt(np.mean(np.concatenate(force_residuals(rows, estimate)) ** 2)))

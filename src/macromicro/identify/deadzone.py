@@ -1,0 +1,261 @@
+"""Dead zone of an axis under Coulomb friction (Sections 4.2.3 and 4.2.5).
+
+Both functions take runs in open loop, each with one constant voltage, of both directions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.runs import Run, as_run
+from macromicro.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+
+class Trial(NamedTuple):
+    """What became of one run: volts [V, signed], start and end [counts], pause [s].
+
+    `pause`: the longest time without a new count before the end of the travel;
+    `uninterrupted`: it never paused for longer than was allowed; `arrived`: the record
+    lasted until the end of the travel.
+    """
+
+    volts: float
+    start: float
+    end: float
+    pause: float
+    uninterrupted: bool
+    arrived: bool
+
+
+class DeadZone(NamedTuple):
+    """The lowest voltages [V] with uninterrupted motion, `negative` given as its magnitude.
+
+    `width`: the greater of both, what a dead-zone inverse adds. `trials`: every run.
+    `places` [counts, bin centres] and `volts` [V, signed, ascending] go with `speeds`
+    [counts/s, float64[volts, places]], the mean speed there (nan: never visited): where
+    friction is greater the speed is lower, as in Figure 4.8.
+    """
+
+    positive: float
+    negative: float
+    width: float
+    trials: tuple[Trial, ...]
+    volts: Array
+    places: Array
+    speeds: Array
+
+    def thresholds(self, direction: int) -> tuple[Array, Array]:
+        """Starts [counts] and the lowest voltage [V] that moved on from there to the end.
+
+        `direction`: 1 or -1. The voltage is nan where none did.
+        """
+        mine = [t for t in self.trials if t.volts * direction > 0.0]
+        starts = np.unique([t.start for t in mine])
+        lowest = [
+            min((abs(t.volts) for t in mine if t.start == s and t.uninterrupted), default=np.nan)
+            for s in starts
+        ]
+        return starts, np.array(lowest)
+
+
+def dead_zone(
+    recordings: Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]],
+    *,
+    travel: tuple[float, float] | None = None,
+    pause: float = 0.05,
+    bins: int = 28,
+) -> DeadZone:
+    """Lowest voltage that gives uninterrupted motion from every start (Figure 4.8).
+
+    `recordings`: runs (t [s], u [V], x [counts]), or `Recording`s with the columns t, motor
+    and macro_position, each at a constant voltage, from one or several starts. `travel`: the
+    range [counts] over which motion counts, by default what all runs cover together.
+    `pause` [s]: a longer time without a new count is an interruption. `bins`: places of the
+    speed map. A voltage passes when all runs at it and at every higher voltage of its
+    direction were uninterrupted.
+    Raises `InputError` when a direction is missing, a voltage varies or none passes; warns
+    when the lowest one tried already passes.
+    """
+    runs = _constant(recordings)
+    low, high = travel or (min(float(r.x.min()) for r in runs), max(float(r.x.max()) for r in runs))
+    if not high > low:
+        raise InputError("travel", (low, high), "low below high: runs that move")
+    ways = [_under_way(r, low, high) for r in runs]
+    trials = tuple(_trial(r, way, pause, (low, high)) for r, way in zip(runs, ways, strict=True))
+    positive, negative = (_lowest(trials, direction) for direction in (1.0, -1.0))
+    volts, places, speeds = _map(runs, ways, np.linspace(low, high, bins + 1))
+    width = max(positive, negative)
+    return DeadZone(positive, negative, width, trials, volts, places, speeds)
+
+
+def _constant(recordings: Sequence[Any]) -> list[Run]:
+    """Checked runs with one voltage each, other than zero."""
+    runs = []
+    for i, item in enumerate(recordings):
+        run = as_run(item, f"recordings[{i}]")
+        if np.ptp(run.u) > 1e-9 * np.abs(run.u).max() or run.u[0] == 0.0:
+            found = f"{run.u.min():g} to {run.u.max():g} V"
+            raise InputError(f"recordings[{i}].u", found, "one constant voltage other than 0")
+        runs.append(run)
+    for sign, name in ((1.0, "positive"), (-1.0, "negative")):
+        if not any(r.u[0] * sign > 0.0 for r in runs):
+            raise InputError("recordings", f"no {name} voltage", "runs in both directions")
+    return runs
+
+
+def _under_way(run: Run, low: float, high: float) -> int:
+    """Number of samples up to the first at the end of the travel."""
+    there = run.x >= high if run.u[0] > 0.0 else run.x <= low
+    return int(there.argmax()) + 1 if there.any() else len(run.x)
+
+
+def _trial(run: Run, way: int, pause: float, travel: tuple[float, float]) -> Trial:
+    direction = np.sign(run.u[0])
+    ahead = np.maximum.accumulate(direction * run.x[:way])
+    marks = np.concatenate([[0], np.flatnonzero(np.diff(ahead) > 0.0) + 1, [way - 1]])
+    longest = float(np.diff(marks).max()) * run.dt if way > 1 else 0.0
+    start, end = float(run.x[0]), float(run.x[way - 1])
+    arrived = end >= travel[1] if direction > 0.0 else end <= travel[0]
+    return Trial(float(run.u[0]), start, end, longest, longest <= pause, arrived)
+
+
+def _lowest(trials: Sequence[Trial], direction: float) -> float:
+    """The lowest voltage from which on all trials of a direction were uninterrupted."""
+    mine = [t for t in trials if t.volts * direction > 0.0]
+    levels = sorted({abs(t.volts) for t in mine}, reverse=True)
+    passed = np.nan
+    for level in levels:
+        if not all(t.uninterrupted for t in mine if abs(t.volts) == level):
+            break
+        passed = level
+    if np.isnan(passed):
+        found = f"motion interrupted even at {levels[0] * direction:g} V"
+        raise InputError("recordings", found, "runs at higher voltages too")
+    if passed == levels[-1]:
+        notice(
+            DataWarning,
+            f"the lowest voltage tried, {passed * direction:g} V, already gives uninterrupted "
+            "motion; the dead zone is at most this",
+        )
+    short = sum(not t.arrived for t in mine if abs(t.volts) == passed)
+    if short:
+        notice(
+            DataWarning,
+            f"{short} runs at {passed * direction:g} V ended before the end of the travel; "
+            "taken as uninterrupted all the way",
+        )
+    return passed
+
+
+def _map(runs: list[Run], ways: list[int], edges: Array) -> tuple[Array, Array, Array]:
+    """Voltages, bin centres and mean speeds [voltages, bins], net travel over time spent."""
+    volts = np.unique([r.u[0] for r in runs])
+    count = len(edges) - 1
+    time, gone = np.zeros((2, len(volts), count))
+    for run, way in zip(runs, ways, strict=True):
+        row = int(np.searchsorted(volts, run.u[0]))
+        place = np.clip(np.searchsorted(edges, run.x[: way - 1], side="right") - 1, 0, count - 1)
+        np.add.at(time[row], place, run.dt)
+        np.add.at(gone[row], place, np.diff(run.x[:way]))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        speeds = np.where(time > 0.0, gone / time, np.nan)
+    return volts, 0.5 * (edges[1:] + edges[:-1]), speeds
+
+
+class Side(NamedTuple):
+    """(4.5) for one direction: a0 [V] and delta [1] with standard errors (nan for two points).
+
+    `volts` [V, beyond the dead zone] and `speeds` [counts/s], as magnitudes, are the steady
+    states it was fitted to, one per voltage.
+    """
+
+    a0: float
+    delta: float
+    a0_std: float
+    delta_std: float
+    volts: Array
+    speeds: Array
+
+
+class DiscontinuousDeadZone(NamedTuple):
+    """(4.5), Vout = (a0 + delta |V|) sgn V, per direction and for both together.
+
+    V [V] is the voltage before the dead-zone inverse, which adds `width`; `gain`
+    [counts/s/V] is the static gain b / (1 + a) of the linear model.
+    """
+
+    positive: Side
+    negative: Side
+    both: Side
+    width: float
+    gain: float
+
+    def output(self, volts: float) -> float:
+        """Vout [V] for V [V], by the side of its sign."""
+        side = self.positive if volts > 0.0 else self.negative
+        return float(np.sign(volts)) * (side.a0 + side.delta * abs(volts))
+
+    def speed(self, volts: float) -> float:
+        """Steady speed [counts/s] for V [V], (4.6)."""
+        return self.gain * self.output(volts)
+
+
+def discontinuous_dead_zone(
+    recordings: Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]],
+    gain: float,
+    width: float,
+    *,
+    steady: float = 0.5,
+) -> DiscontinuousDeadZone:
+    """a0 and delta of (4.5) from steady speeds, per direction (Section 4.2.5, (4.6)-(4.8)).
+
+    `recordings`: as for `dead_zone`, each at a constant voltage u beyond
+    `width` [V], so that V = |u| - width; two voltages or more per direction. `gain`
+    [counts/s/V]: static gain of the linear model, `LinearFit.gain`. The speed of a run is
+    the slope of a line through its last part, `steady` (0..1) of it; runs of one voltage are
+    averaged. speed / gain = a0 + delta V by least squares. The thesis has a0 0.364 V and
+    delta 0.636 from 0.1 V and 1 V. Raises `InputError` for unusable data.
+    """
+    if not (np.isfinite(gain) and gain > 0.0):
+        raise InputError("gain", gain, "a finite number above zero")
+    if not 0.0 < steady <= 1.0:
+        raise InputError("steady", steady, "above 0, at most 1")
+    runs = _constant(recordings)
+    points: dict[float, list[tuple[float, float]]] = {1.0: [], -1.0: []}
+    for i, run in enumerate(runs):
+        beyond = abs(float(run.u[0])) - width
+        if beyond <= 0.0:
+            raise InputError(f"recordings[{i}].u", float(run.u[0]), f"beyond +-{width:g} V")
+        sign = float(np.sign(run.u[0]))
+        first = int(len(run.t) * (1.0 - steady))
+        slope = np.polyfit(run.t[first:] - run.t[first], run.x[first:], 1)[0]
+        points[sign].append((round(beyond, 9), sign * float(slope)))
+    forth, back = (_side(points[sign], gain, name) for sign, name in ((1.0, "+"), (-1.0, "-")))
+    return DiscontinuousDeadZone(
+        forth, back, _side(points[1.0] + points[-1.0], gain, "+-"), width, gain
+    )
+
+
+def _side(points: list[tuple[float, float]], gain: float, name: str) -> Side:
+    """The line through (V, speed / gain), runs of one voltage averaged."""
+    volts = np.unique([v for v, _ in points])
+    if len(volts) < 2:
+        found = f"{len(volts)} voltage in direction {name}"
+        raise InputError("recordings", found, "two voltages or more in each direction")
+    speeds = np.array([np.mean([s for v, s in points if v == level]) for level in volts])
+    matrix = np.column_stack([np.ones_like(volts), volts])
+    (a0, delta), *_ = np.linalg.lstsq(matrix, speeds / gain, rcond=None)
+    errors = np.full(2, np.nan)
+    if (free := len(volts) - 2) > 0:
+        missed = speeds / gain - matrix @ np.array([a0, delta])
+        spread = float(missed @ missed) / free * np.linalg.inv(matrix.T @ matrix)
+        errors = np.sqrt(np.diag(spread))
+    return Side(float(a0), float(delta), float(errors[0]), float(errors[1]), volts, speeds)

@@ -1,0 +1,114 @@
+"""Least squares (Section 4.1.1) and generalised least squares: one-step prediction errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.linear_fit import LinearFit
+from macromicro.identify.records import Signals
+from macromicro.identify.regression import (
+    MAX_ITERATIONS,
+    Solution,
+    Start,
+    Task,
+    delayed,
+    finished,
+    per_record,
+    prepared,
+    regressors,
+    settled,
+    solved,
+)
+
+Array = npt.NDArray[np.float64]
+
+
+def least_squares(
+    u: Signals,
+    y: Signals,
+    na: int,
+    nb: int,
+    dt: float,
+    delay: int = 1,
+    weights: Signals | None = None,
+    *,
+    start: Start = "rest",
+) -> LinearFit:
+    """B = (U'U)^-1 U'Y (Section 4.1.1): y[k] = -a1 y[k-1] - ... + b1 u[k-delay] + ... + e[k].
+
+    `u`, `y`: float64[n], or lists of such arrays, one per record, which are stacked.
+    `na`, `nb`: numbers of coefficients a and b. `dt` [s]. `weights`: as `y`, zero or more,
+    on squared residuals. `start`: "rest" (zero before the record) or "free" (initial
+    state estimated, per record).
+
+    Consistent only when e is white. Noise added to the output biases it: on speeds from
+    differentiated encoder counts b comes out several times too large (`mls` does not).
+    Raises `InputError` for unusable data.
+    """
+    task = prepared(u, y, (na, nb, delay), dt, weights, start)
+    return finished("least_squares", task, plain(task))
+
+
+def plain(task: Task) -> Solution:
+    """The least-squares solution of a task."""
+    phi = regressors(task, [r.u for r in task.data], [r.y for r in task.data], np.zeros(0))
+    target = np.concatenate([r.y for r in task.data])
+    theta = solved(phi, phi, target, task.roots)
+    return Solution(theta, phi, target - phi @ theta)
+
+
+def gls(
+    u: Signals,
+    y: Signals,
+    na: int,
+    nb: int,
+    dt: float,
+    delay: int = 1,
+    weights: Signals | None = None,
+    *,
+    noise_order: int = 4,
+    start: Start = "rest",
+) -> LinearFit:
+    """Generalised least squares (Clarke, 1967): A y = B u + e / D, D of order `noise_order`.
+
+    Least squares; D is fitted to its residuals as an autoregression; input and output are
+    filtered by D; repeated until the parameters settle. Arguments as `least_squares`. The
+    fit's `noise` holds d1, d2, ... of D. Noise added to the output itself is e A, no e / D:
+    a high order approximates it, and `sriv` or `output_error` treat it exactly.
+    """
+    if not isinstance(noise_order, int) or not 1 <= noise_order <= 50:
+        raise InputError("noise_order", noise_order, "a whole number from 1 to 50")
+    task = prepared(u, y, (na, nb, delay), dt, weights, start)
+    solution = plain(task)
+    phi0, target0 = solution.psi, np.concatenate([r.y for r in task.data])
+    d = np.zeros(noise_order)
+    done, count = False, 0
+    while not done and count < MAX_ITERATIONS:
+        count += 1
+        raw = target0 - phi0 @ solution.theta
+        d = _autoregression(per_record(task, raw), noise_order)
+        phi = np.concatenate([_by(d, part) for part in per_record(task, phi0)])
+        target = np.concatenate([_by(d, part) for part in per_record(task, target0)])
+        theta = solved(phi, phi, target, task.roots)
+        new = Solution(theta, phi, target - phi @ theta)
+        done = settled(task, theta, solution.theta, new)
+        solution = new
+    return finished("gls", task, solution, count, converged=done, noise=d)
+
+
+def _autoregression(residuals: tuple[Array, ...], order: int) -> Array:
+    """d1 ... of D(z) e = white, by least squares over all records."""
+    left = np.concatenate(
+        [np.column_stack([-delayed(e, i + 1) for i in range(order)])[order:] for e in residuals]
+    )
+    right = np.concatenate([e[order:] for e in residuals])
+    return np.asarray(np.linalg.lstsq(left, right, rcond=None)[0])
+
+
+def _by(d: Array, x: Array) -> Array:
+    """D(z) x along the first axis, zeros before it (filtered as rows, which is faster)."""
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter(np.concatenate([[1.0], d]), [1.0], x.T.copy())).T

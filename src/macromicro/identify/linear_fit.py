@@ -1,0 +1,139 @@
+"""LinearFit: what a linear identification returns, with the means to judge it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+
+
+class Whiteness(NamedTuple):
+    """Ljung-Box test of residuals: Q = n (n+2) sum r_k^2 / (n-k), chi-square when white.
+
+    `autocorrelation`: r_1 ... r_lags; `statistic`: Q; `p_value`: chance of so large a Q
+    from white residuals; `white`: p_value of at least 1 %.
+    """
+
+    autocorrelation: Array
+    statistic: float
+    p_value: float
+    white: bool
+
+
+@dataclass(frozen=True)
+class LinearFit:
+    """y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u, delayed by `delay` - 1 more.
+
+    `a` float64[na] and `b` float64[nb], without the leading 1: (4.3), b / (z + a), has
+    a = [-0.95833] and b = [165.72]. `covariance` float64[na+nb, na+nb], in the order a, b,
+    allows for coloured residuals. `residuals` and `free_run`: an array per record;
+    residuals are the method's own (one-step errors of least_squares and gls, free-run
+    errors of the others). `fit`: percent, 100 (1 - |y - free run| / |y - mean y|).
+    """
+
+    method: str
+    a: Array
+    b: Array
+    dt: float
+    delay: int
+    covariance: Array
+    residuals: tuple[Array, ...]
+    free_run: tuple[Array, ...]
+    fit: float
+    whiteness: Whiteness
+    iterations: int = 1
+    converged: bool = True
+    noise: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def std(self) -> Array:
+        """Standard errors of a and b, in this order."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def poles(self) -> Complex:
+        """Poles in z: the roots of z^na + a1 z^(na-1) + ..."""
+        return np.roots(np.r_[1.0, self.a]).astype(np.complex128)
+
+    @property
+    def continuous_poles(self) -> Complex:
+        """Poles in s [rad/s], ln(z) / dt, for an input held between samples."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(self.poles) / self.dt, dtype=np.complex128)
+
+    @property
+    def gain(self) -> float:
+        """Static gain sum(b) / (1 + sum(a)), (4.6); infinite for an integrator."""
+        rest = 1.0 + self.a.sum()
+        return float(self.b.sum() / rest) if rest != 0.0 else float("inf")
+
+    @property
+    def gain_std(self) -> float:
+        """Standard error of the static gain, to first order."""
+        rest = 1.0 + self.a.sum()
+        slope = np.r_[np.full(len(self.a), -self.gain), np.ones(len(self.b))] / rest
+        return float(np.sqrt(slope @ self.covariance @ slope))
+
+    @property
+    def velocity_gain(self) -> float:
+        """Slope of the step response [1/s]: lim (z - 1) / dt G(z); nan without an integrator.
+
+        A pole within 1e-3 of z = 1 counts as an integrator.
+        """
+        distance = np.abs(self.poles - 1.0)
+        if not len(distance) or distance.min() > 1e-3:
+            return float("nan")
+        others = np.delete(self.poles, int(distance.argmin()))
+        return float((self.b.sum() / np.prod(1.0 - others)).real / self.dt)
+
+    def simulate(self, u: npt.ArrayLike) -> Array:
+        """Free run from rest: y[n] for the input u[n]."""
+        from scipy.signal import lfilter
+
+        top = np.r_[np.zeros(self.delay), self.b]
+        return np.asarray(lfilter(top, np.r_[1.0, self.a], np.asarray(u, np.float64)))
+
+    def with_integrator(self) -> tuple[Array, Array]:
+        """(4.4): a and b of the model times dt z^-1 / (1 - z^-1), position in place of speed.
+
+        They go with a delay of `delay` + 1.
+        """
+        a = np.convolve(np.r_[1.0, self.a], [1.0, -1.0])[1:]
+        return a, self.b * self.dt
+
+    def __str__(self) -> str:
+        names = [f"a{i + 1}" for i in range(len(self.a))] + [
+            f"b{i + 1}" for i in range(len(self.b))
+        ]
+        values = np.r_[self.a, self.b]
+        rows = [f"{n} {v:.6g} +- {s:.2g}" for n, v, s in zip(names, values, self.std, strict=True)]
+        state = "white" if self.whiteness.white else "not white"
+        return f"{self.method}: " + ", ".join(rows) + f"; fit {self.fit:.2f} %, residuals {state}"
+
+
+def whiteness(residuals: tuple[Array, ...], parameters: int, lags: int = 20) -> Whiteness:
+    """Ljung-Box test over records, the sums of each record's own lags."""
+    from scipy.special import chdtrc
+
+    n = sum(len(e) for e in residuals)
+    lags = max(min(lags, min(len(e) for e in residuals) // 4), 1)
+    power = sum(float(e @ e) for e in residuals)
+    if power <= 0.0:
+        return Whiteness(np.zeros(lags), 0.0, 1.0, True)
+    k = np.arange(1, lags + 1)
+    r = np.array([sum(float(e[i:] @ e[:-i]) for e in residuals) for i in k]) / power
+    q = float(n * (n + 2) * (r**2 / (n - k)).sum())
+    p = float(chdtrc(max(lags - parameters, 1), q))
+    return Whiteness(r, q, p, p >= 0.01)
+
+
+def percent(outputs: list[Array], runs: tuple[Array, ...]) -> float:
+    """Free-run fit in percent over all records, each about its own mean; 100 is perfect."""
+    missed = sum(float(((y - f) ** 2).sum()) for y, f in zip(outputs, runs, strict=True))
+    spread = sum(float(((y - y.mean()) ** 2).sum()) for y in outputs)
+    return 100.0 * (1.0 - (missed / spread) ** 0.5) if spread > 0.0 else float("nan")

@@ -1,0 +1,34 @@
+"""Named warnings of identification: each says what was found and what was done about it."""
+
+from __future__ import annotations
+
+import warnings
+
+
+class DataWarning(UserWarning):
+    """Base: the data or the fit deserve a look. The message says what was done."""
+
+
+class SaturationWarning(DataWarning):
+    """The input sits at its limit for part of the record."""
+
+
+class ResampledWarning(DataWarning):
+    """Time stamps were uneven; the record was interpolated onto an even grid."""
+
+
+class RestWarning(DataWarning):
+    """A record taken as starting at rest does not look so."""
+
+
+class ConvergenceWarning(DataWarning):
+    """An iteration ended before it settled; its last values are returned."""
+
+
+class UnstableWarning(DataWarning):
+    """The fitted model is unstable; its free run means nothing."""
+
+
+def notice(kind: type[DataWarning], message: str) -> None:
+    """Warn with the caller's caller named as the place."""
+    warnings.warn(message, kind, stacklevel=3)

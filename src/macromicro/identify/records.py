@@ -1,0 +1,173 @@
+"""Records of input and output, checked, averaged and filtered before a linear fit.
+
+A record is a pair of arrays u[n], y[n] sampled every `dt` seconds. Units are the
+caller's: with u in V and y in counts/s the gain of a fit is in counts/s/V.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.notices import SaturationWarning, notice
+
+Array = npt.NDArray[np.float64]
+Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
+
+
+class Record(NamedTuple):
+    """One checked record: input u[n], output y[n] and the weights w[n] of its samples."""
+
+    u: Array
+    y: Array
+    w: Array
+
+
+def signal(values: Any, where: str) -> Array:
+    """`values` as finite float64[n]; InputError names the first row that is not."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(where, type(values).__name__, "an array of numbers") from None
+    if array.ndim != 1:
+        raise InputError(where, f"shape {array.shape}", "an array of one dimension")
+    bad = np.flatnonzero(~np.isfinite(array))
+    if len(bad):
+        found = f"{array[bad[0]]} in row {bad[0]} ({len(bad)} such rows)"
+        raise InputError(where, found, "finite numbers; cut or repair these rows first")
+    return array
+
+
+def _listed(values: Any) -> list[Any]:
+    """One array, or a list of arrays, as a list of arrays."""
+    if isinstance(values, np.ndarray):
+        return [values]
+    items = list(values) if isinstance(values, Iterable) else [values]
+    return [items] if items and np.ndim(items[0]) == 0 else items
+
+
+def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list[Record]:
+    """Checked records from one pair of arrays or from two equally long lists of arrays.
+
+    `least`: the fewest samples a record may have. Weights (zero or more, default 1)
+    multiply the squared residual of their sample. Raises `InputError` for missing,
+    unequal, non-finite, constant-zero or too short arrays. Warns (`SaturationWarning`)
+    where an input sits at its extreme as a saturated one does.
+    """
+    inputs, outputs = _listed(u), _listed(y)
+    loads = [None] * len(inputs) if weights is None else _listed(weights)
+    if not inputs or len(inputs) != len(outputs) or len(loads) != len(inputs):
+        found = f"{len(inputs)} inputs, {len(outputs)} outputs, {len(loads)} weights"
+        raise InputError("records", found, "as many of each, one or more")
+    done = []
+    for i, (ui, yi, wi) in enumerate(zip(inputs, outputs, loads, strict=True)):
+        at = f"[{i}]" if len(inputs) > 1 else ""
+        uu, yy = signal(ui, f"u{at}"), signal(yi, f"y{at}")
+        ww = np.ones_like(yy) if wi is None else signal(wi, f"weights{at}")
+        if not len(uu) == len(yy) == len(ww):
+            found = f"{len(uu)} inputs, {len(yy)} outputs, {len(ww)} weights"
+            raise InputError(f"record{at}", found, "arrays of one length")
+        if len(uu) < least:
+            raise InputError(f"record{at}", f"{len(uu)} samples", f"{least} samples or more")
+        if (ww < 0.0).any() or not ww.any():
+            raise InputError(f"weights{at}", float(ww.min()), "zero or more, not all zero")
+        flag_saturation(uu, f"u{at}")
+        done.append(Record(uu, yy, ww))
+    if not any(np.ptp(r.u) or r.u[0] for r in done):
+        raise InputError("u", "zero throughout", "an input that moves the machine")
+    return done
+
+
+def flag_saturation(u: Array, where: str, limit: float | None = None) -> Array:
+    """`u` as the machine got it: clipped to +-`limit` where a limit is given, with a warning.
+
+    Without a limit, a signal that changes from sample to sample but stays at its greatest
+    magnitude for runs of 3 or more, 1 % of the record in all, is reported and left as it is.
+    """
+    size = np.abs(u)
+    if limit is not None:
+        over = int((size > limit * (1.0 + 1e-9)).sum())
+        if over:
+            notice(
+                SaturationWarning,
+                f"{where}: {over} of {len(u)} samples beyond the limit of {limit:g}; "
+                "taken as the limit",
+            )
+        return np.clip(u, -limit, limit)
+    if not size.max() > 0.0:
+        return u
+    top = size >= size.max() * (1.0 - 1e-6)
+    held = int((top[2:] & top[1:-1] & top[:-2]).sum())
+    below = ~top[1:]
+    moves = float(np.mean(np.diff(u)[below] != 0.0)) if below.any() else 0.0
+    if held >= max(0.01 * len(u), 3) and moves > 0.5:
+        notice(
+            SaturationWarning,
+            f"{where}: the input stays at its extreme ({size.max():g}) for {int(top.sum())} of "
+            f"{len(u)} samples, as a saturated one does; nothing was changed",
+        )
+    return u
+
+
+def average_runs(runs: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]]) -> tuple[Array, Array]:
+    """Mean input and mean travel over runs (u[n], x[n]) of both directions (Section 4.2.5).
+
+    Runs whose input sums to less than zero are mirrored; each travel counts from its first
+    sample; runs are cut to the shortest. Averaging N runs divides rounding noise by
+    sqrt(N) and cancels what depends on the direction. Returns u[n] and x[n].
+    """
+    if not runs:
+        raise InputError("runs", "none", "one run or more of (input, position)")
+    pairs = [
+        (signal(u, f"runs[{i}].u"), signal(x, f"runs[{i}].x")) for i, (u, x) in enumerate(runs)
+    ]
+    for i, (u, x) in enumerate(pairs):
+        if len(u) != len(x) or len(u) < 2:
+            found = f"{len(u)} inputs, {len(x)} positions"
+            raise InputError(f"runs[{i}]", found, "two samples or more, as many of each")
+    n = min(len(u) for u, _ in pairs)
+    signs = [-1.0 if u.sum() < 0.0 else 1.0 for u, _ in pairs]
+    mean_u = np.mean([s * u[:n] for s, (u, _) in zip(signs, pairs, strict=True)], axis=0)
+    mean_x = np.mean([s * (x[:n] - x[0]) for s, (_, x) in zip(signs, pairs, strict=True)], axis=0)
+    return mean_u, mean_x
+
+
+def differentiated(u: npt.ArrayLike, x: npt.ArrayLike, dt: float) -> tuple[Array, Array]:
+    """Input u[n-1] and speed y[n-1] from positions x[n]: y[k] = (x[k+1] - x[k]) / dt.
+
+    With this alignment the thesis' model (4.4), position / input = dt b / ((z - 1)(z + a)),
+    is y[k] = -a y[k-1] + b u[k-1].
+    """
+    place, push = signal(x, "x"), signal(u, "u")
+    if len(place) != len(push) or len(place) < 2 or not dt > 0.0:
+        found = f"{len(push)} inputs, {len(place)} positions, dt {dt}"
+        raise InputError("record", found, "arrays of one length, 2 or more, and dt above zero")
+    return push[:-1].copy(), np.diff(place) / dt
+
+
+def integrated(u: npt.ArrayLike, y: npt.ArrayLike, dt: float) -> tuple[Array, Array]:
+    """Prefilter dt / (1 - z^-1) on both signals: the inverse of differentiation.
+
+    Rounding makes white noise on positions, so their difference carries noise
+    (1 - z^-1) e / dt; this filter whitens it again and leaves the model unchanged.
+    """
+    return np.cumsum(signal(u, "u")) * dt, np.cumsum(signal(y, "y")) * dt
+
+
+def lowpassed(
+    u: npt.ArrayLike, y: npt.ArrayLike, dt: float, cutoff: float, order: int = 2
+) -> tuple[Array, Array]:
+    """Causal Butterworth low-pass (cut-off in Hz) on both signals: the model is unchanged.
+
+    For differentiated counts, whose noise grows with frequency. Needs a start at rest.
+    """
+    from scipy.signal import butter, sosfilt
+
+    if not 0.0 < cutoff < 0.5 / dt:
+        raise InputError("cutoff", cutoff, f"between 0 and {0.5 / dt:g} Hz")
+    sections = butter(order, 2.0 * dt * cutoff, output="sos")
+    return sosfilt(sections, signal(u, "u")), sosfilt(sections, signal(y, "y"))

@@ -1,0 +1,91 @@
+"""Run: one measurement of an axis, checked: time, voltage (or force) and position."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.notices import ResampledWarning, notice
+from macromicro.identify.records import signal
+from macromicro.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+_EVEN = 0.02  # a time step this part off the median is even enough
+_GAP = 5.0  # a time step of this many medians is a gap
+
+
+class Run(NamedTuple):
+    """t float64[n] in s, evenly spaced; u[n] and x[n] in the caller's units."""
+
+    t: Array
+    u: Array
+    x: Array
+
+    @property
+    def dt(self) -> float:
+        """Sample time [s]."""
+        return float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
+
+    @classmethod
+    def of(cls, recording: Recording, u: str = "motor", x: str = "macro_position") -> Run:
+        """The columns `t`, `u` and `x` of a `Recording`, checked."""
+        return checked(recording["t"], recording[u], recording[x])
+
+
+def as_run(item: Any, where: str) -> Run:
+    """A checked `Run` from a `Recording` or from three arrays (t, u, x)."""
+    if isinstance(item, Recording):
+        return Run.of(item)
+    try:
+        t, u, x = item
+    except (TypeError, ValueError):
+        raise InputError(where, type(item).__name__, "a Recording or arrays (t, u, x)") from None
+    return checked(t, u, x, where)
+
+
+def checked(t: Any, u: Any, x: Any, where: str = "run", least: int = 20) -> Run:
+    """A `Run` from three arrays of one length, `least` samples or more.
+
+    Uneven time stamps are interpolated onto an even grid, with a `ResampledWarning`.
+    Raises `InputError` for missing or unequal arrays, rows that are not finite, time that
+    does not increase or has gaps, and too few samples.
+    """
+    for name, values in (("t", t), ("u", u), ("x", x)):
+        if values is None:
+            raise InputError(f"{where}.{name}", "missing", "an array of numbers")
+    tt, uu, xx = (signal(v, f"{where}.{n}") for v, n in ((t, "t"), (u, "u"), (x, "x")))
+    if not len(tt) == len(uu) == len(xx):
+        found = f"lengths {len(tt)}, {len(uu)}, {len(xx)}"
+        raise InputError(where, found, "t, u and x of one length")
+    if len(tt) < least:
+        raise InputError(where, f"{len(tt)} samples", f"{least} samples or more")
+    return Run(*_even(tt, uu, xx, where))
+
+
+def _even(t: Array, u: Array, x: Array, where: str) -> tuple[Array, Array, Array]:
+    """The same on an even time grid."""
+    steps = np.diff(t)
+    if steps.min() <= 0.0:
+        row = int(steps.argmin()) + 1
+        raise InputError(
+            f"{where}.t", f"{t[row]:g} s after {t[row - 1]:g} s", "times that increase"
+        )
+    usual = float(np.median(steps))
+    if steps.max() > _GAP * usual:
+        row = int(steps.argmax())
+        found = f"a gap of {steps[row]:g} s after {t[row]:g} s, usual step {usual:g} s"
+        raise InputError(f"{where}.t", found, "one record without gaps; cut it there")
+    if np.abs(steps - usual).max() <= _EVEN * usual:
+        return t, u, x
+    grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / usual) + 1)
+    notice(
+        ResampledWarning,
+        f"{where}: time steps from {steps.min():g} to {steps.max():g} s; interpolated onto "
+        f"{len(grid)} samples {usual:g} s apart (the input held, the position linear)",
+    )
+    held = u[np.clip(np.searchsorted(t, grid, side="right") - 1, 0, len(u) - 1)]
+    return grid, held, np.interp(grid, t, x)

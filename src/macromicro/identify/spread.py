@@ -1,0 +1,59 @@
+"""Covariance of estimated parameters when residuals are coloured."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+MAX_ORDER = 30
+
+
+def robust_covariance(
+    psi: Array, residual: Array, ends: npt.ArrayLike, weights: Array | None = None
+) -> Array:
+    """R^-1 S R^-1 with R = psi' W psi and S = psi' W E W psi, E the covariance of residuals.
+
+    `psi` [n, p]: gradient of the prediction; `residual` [n]; `ends`: where each record ends,
+    records being stacked; `weights` [n], default 1. Residuals are modelled as an
+    autoregression D(z) e = w of the order (at most 30) that Akaike's criterion prefers, so
+    S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For white residuals
+    this is the usual var(e) (psi' psi)^-1 (Ljung, System Identification, section 9.4).
+    """
+    from scipy.signal import lfilter
+
+    n, p = psi.shape
+    cuts = np.asarray(ends)[:-1]
+    d, power = autoregression(np.split(residual, cuts))
+    scale = np.sqrt(np.einsum("ij,ij->j", psi, psi))
+    scale[scale == 0.0] = 1.0
+    even = psi / scale
+    heavy = even if weights is None else even * weights[:, None]
+    s = np.zeros((p, p))
+    for part in np.split(heavy, cuts):
+        back = lfilter([1.0], np.concatenate([[1.0], d]), part[::-1].T.copy())
+        s += back @ back.T
+    inverse = np.linalg.pinv(heavy.T @ even)
+    result = inverse @ s @ inverse * (power * n / max(n - p, 1))
+    return np.asarray(result / np.outer(scale, scale))
+
+
+def autoregression(residuals: list[Array]) -> tuple[Array, float]:
+    """d1 ... of D(z) e = w and the variance of w, by Levinson's recursion (always stable)."""
+    n = sum(len(e) for e in residuals)
+    last = max(min(MAX_ORDER, n // 10, min(len(e) for e in residuals) - 1), 0)
+    r = [sum(float(e[k:] @ e[: len(e) - k]) for e in residuals) / n for k in range(last + 1)]
+    d, power = np.zeros(0), r[0]
+    best, least = (d, power), np.inf
+    for order in range(last + 1):
+        if order:
+            reflection = -(r[order] + float(d @ r[order - 1 : 0 : -1])) / power
+            d = np.concatenate([d + reflection * d[::-1], [reflection]])
+            power *= 1.0 - reflection * reflection
+        if not power > 0.0:
+            break
+        score = n * np.log(power) + 2.0 * order
+        if score < least:
+            best, least = (d, power), score
+    return best

@@ -1,0 +1,93 @@
+"""The axis' equation of motion: exact cases, laws, interpreted against compiled."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from macromicro.identify import Axis, simulate
+from macromicro.identify import axis as model
+
+forces = st.lists(st.floats(-60.0, 60.0), min_size=5, max_size=60)
+axes = st.builds(
+    Axis,
+    mass=st.floats(0.5, 50.0),
+    viscous=st.floats(5.0, 100.0),
+    coulomb=st.floats(0.0, 20.0),
+    offset=st.floats(-3.0, 3.0),
+    asymmetry=st.floats(-4.0, 4.0),
+    stribeck=st.floats(0.0, 10.0),
+    stribeck_speed=st.floats(0.01, 1.0),
+)
+
+
+def test_sliding_under_a_held_force_is_exact() -> None:
+    """v = (F - Fc - F0) / Fv (1 - exp(-Fv t / M)), the solution by hand."""
+    p = Axis(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0)
+    t = np.arange(2000) * 1e-3
+    x = simulate(p, np.full(2000, 10.0), 1e-3)
+    top, tau = 6.0 / 5.0, 2.0 / 5.0
+    np.testing.assert_allclose(x, top * (t - tau * (1.0 - np.exp(-t / tau))), atol=1e-6)
+
+
+def test_coasting_stops_in_finite_time_and_stays() -> None:
+    """From v0: stop after M/Fv ln(1 + Fv v0 / Fc); friction then holds any force below it."""
+    p = Axis(mass=2.0, viscous=5.0, coulomb=3.0)
+    x = simulate(p, np.zeros(1000), 1e-3, v=1.0)
+    stop = 2.0 / 5.0 * math.log(1.0 + 5.0 / 3.0)
+    moving = np.flatnonzero(np.diff(x) > 0.0)
+    assert moving[-1] * 1e-3 == pytest.approx(stop, abs=2e-3)
+    assert np.ptp(x[moving[-1] + 1 :]) == 0.0
+    assert np.ptp(simulate(p, np.full(500, 2.99), 1e-3)) == 0.0
+    assert np.ptp(simulate(p, np.full(500, 3.01), 1e-3)) > 0.0
+
+
+def test_breakaway_needs_the_stribeck_level() -> None:
+    p = Axis(mass=2.0, viscous=5.0, coulomb=3.0, stribeck=1.0, stribeck_speed=0.05)
+    assert np.ptp(simulate(p, np.full(500, 3.99), 1e-3)) == 0.0
+    moving = simulate(p, np.concatenate([np.full(300, 6.0), np.full(2000, 3.9)]), 1e-3)
+    assert moving[-1] - moving[-2] > 0.1e-3  # once it slides, less than the level keeps it going
+
+
+@settings(max_examples=50, deadline=None)
+@given(p=axes, force=forces, v=st.floats(-1.0, 1.0))
+def test_interpreted_equals_compiled(p: Axis, force: list[float], v: float) -> None:
+    pull = np.repeat(np.array(force), 20)
+    plain = np.empty_like(pull)
+    model.free_run(p, pull, 0.1, v, 1e-3, plain)
+    np.testing.assert_allclose(simulate(p, pull, 1e-3, 0.1, v), plain, rtol=1e-12, atol=1e-15)
+
+
+@settings(max_examples=50, deadline=None)
+@given(p=axes, v=st.floats(-2.0, 2.0))
+def test_without_force_speed_only_falls(p: Axis, v: float) -> None:
+    """Friction takes energy, it never gives any, and never turns the motion round."""
+    q = p._replace(offset=0.0)
+    for _ in range(200):
+        new, _ = model.step(q, v, 0.0, 1e-3)
+        assert abs(new) <= abs(v)
+        assert new * v >= 0.0
+        v = new
+
+
+@settings(max_examples=50, deadline=None)
+@given(p=axes, force=forces)
+def test_mirror_image(p: Axis, force: list[float]) -> None:
+    """Force, offset and asymmetry reversed: the motion reversed."""
+    pull = np.repeat(np.array(force), 20)
+    q = p._replace(offset=-p.offset, asymmetry=-p.asymmetry)
+    np.testing.assert_allclose(simulate(p, pull, 1e-3), -simulate(q, -pull, 1e-3), atol=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(force=forces)
+def test_a_finer_step_changes_little(force: list[float]) -> None:
+    p = Axis(mass=5.0, viscous=20.0, coulomb=8.0, offset=1.0)
+    pull = np.repeat(np.array(force), 20)
+    coarse = simulate(p, pull, 1e-3)
+    fine = simulate(p, np.repeat(pull, 10), 1e-4)[::10]
+    np.testing.assert_allclose(coarse, fine, atol=3e-6 + 1e-3 * np.ptp(fine))

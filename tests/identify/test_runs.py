@@ -1,0 +1,65 @@
+"""Runs: what is accepted as time, input and position of an axis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.identify import Run
+from macromicro.identify.notices import ResampledWarning
+from macromicro.identify.runs import as_run, checked
+from macromicro.recording import Column, Recording
+
+T = np.arange(100) * 1e-3
+
+
+def test_a_recording_is_a_run() -> None:
+    columns = [
+        Column("t", "s", "time"),
+        Column("motor", "V", "volts"),
+        Column("macro_position", "count", "encoder"),
+    ]
+    recording = Recording.from_arrays(columns, [T, np.full(100, 4.0), 2.0 * T], 1e-3, {})
+    run = as_run(recording, "run")
+    assert isinstance(run, Run)
+    assert run.dt == pytest.approx(1e-3)
+    np.testing.assert_array_equal(run.x, 2.0 * T)
+
+
+def test_uneven_time_is_interpolated_and_said() -> None:
+    """Every tenth sample late by half a step: a straight line stays one, a step stays a step."""
+    t = T.copy()
+    t[5::10] += 0.5e-3
+    u = np.where(t < 0.05, 0.0, 1.0)
+    with pytest.warns(ResampledWarning, match="interpolated onto 100 samples"):
+        run = checked(t, u, 3.0 * t)
+    assert np.ptp(np.diff(run.t)) < 1e-12
+    np.testing.assert_allclose(run.x, 3.0 * run.t, atol=1e-12)
+    assert set(np.unique(run.u)) == {0.0, 1.0}
+
+
+def test_clock_jitter_of_a_recorder_is_left_alone(recwarn: pytest.WarningsRecorder) -> None:
+    t = T + 1e-6 * np.random.default_rng(0).standard_normal(100)
+    assert checked(t, t, t).t is t
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"t": None}, "run.t: 'missing'"),
+        ({"x": T[:50]}, "one length"),
+        ({"t": T[::-1]}, "times that increase"),
+        ({"t": np.where(T > 0.05, T + 1.0, T)}, "a gap of 1.001 s"),
+        ({"x": np.where(T > 0.05, np.nan, T)}, "row 51"),
+        ({"u": ["a"] * 100}, "numbers"),
+    ],
+)
+def test_unusable_runs_are_refused(change: dict, match: str) -> None:
+    with pytest.raises(InputError, match=match):
+        checked(**{"t": T, "u": T, "x": T, **change})
+    with pytest.raises(InputError, match="20 samples or more"):
+        checked(T[:5], T[:5], T[:5])
+    with pytest.raises(InputError, match="a Recording or arrays"):
+        as_run(3, "run")
