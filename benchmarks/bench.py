@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 import parts
+import tools
 
 import macromicro
 from macromicro import programme as programmes
@@ -99,6 +100,7 @@ def lines() -> list[Line]:
     in_c = parts.macro_in_c()
     ratio = "" if in_c is None else f"the package takes {per['macro physics, moving'] / in_c:.2f} x"
     found.append(Line("macro physics, moving, in C", "", in_c, "ns", ratio or "no C compiler"))
+    found += tools.lines(timed, Line)
     found.append(Line("macromicro --help", "below 0.3", command("--help"), "s"))
     with tempfile.TemporaryDirectory() as folder:
         arguments = ("run", "--out", str(Path(folder) / "run"), "--overwrite")

@@ -312,18 +312,6 @@ def test_bad_input_in_a_process_of_its_own(tmp_path: Path) -> None:
 # --- everything else
 
 
-def test_help_is_instant() -> None:
-    """Under 0.3 s in total."""
-    best = min(_timed("--help") for _ in range(3))
-    assert best < 0.3
-
-
-def _timed(argument: str) -> float:
-    began = time.perf_counter()
-    subprocess.run([*COMMAND, argument], check=True, capture_output=True)
-    return time.perf_counter() - began
-
-
 def test_config_show(tmp_path: Path) -> None:
     shown = command("config", "show", cwd=tmp_path)
     assert shown.returncode == 0

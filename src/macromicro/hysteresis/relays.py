@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.errors import InputError
 from macromicro.hysteresis.everett import Array
 
 
@@ -39,3 +41,47 @@ def relay_step(
     """
     after = (on & ~(u <= relays.down)) | (u >= relays.up)
     return after, float(np.sum(relays.weights[after]))
+
+
+def refined(weights: Array) -> Array:
+    """The same density on a grid of half the step: off the diagonal a quarter each.
+
+    A cell on the diagonal is all relays of zero width: halves on the finer diagonal.
+    """
+    finer = np.kron(weights, np.full((2, 2), 0.25))
+    diagonal = np.repeat(np.diag(weights), 2)
+    size = finer.shape[0]
+    for k in range(0, size, 2):
+        finer[k : k + 2, k : k + 2] = 0.0
+    finer[np.arange(size), np.arange(size)] = 0.5 * diagonal
+    return np.asarray(finer, dtype=np.float64)
+
+
+def relay_start(
+    relays: Relays, start: str = "negative", swing: Iterable[float] = ()
+) -> npt.NDArray[np.bool_]:
+    """Which relays are up at the start: none, all, or what a decaying swing leaves.
+
+    `start`: "negative", "positive" or "demagnetised"; the last takes the turning points of
+    the `swing`, such as those of `preisach.demagnetising`. Raises InputError for another
+    start, or a demagnetised one without a swing.
+    """
+    turns = list(swing)
+    if start not in ("negative", "positive", "demagnetised"):
+        raise InputError("relays, start", start, "'negative', 'positive' or 'demagnetised'")
+    if start == "demagnetised" and not turns:
+        raise InputError("relays, swing", "empty", "the turning points of a decaying swing")
+    on = np.full(relays.up.shape, start == "positive")
+    for u in turns if start == "demagnetised" else ():
+        on, _ = relay_step(relays, on, u)
+    return on
+
+
+def relay_run(
+    relays: Relays, on: npt.NDArray[np.bool_], inputs: Array
+) -> tuple[npt.NDArray[np.bool_], Array]:
+    """The relays after `inputs` and the outputs (2.2) along them, counted from 0 to 1."""
+    outputs = np.empty(len(inputs))
+    for t, u in enumerate(inputs):
+        on, outputs[t] = relay_step(relays, on, float(u))
+    return on, outputs

@@ -1,0 +1,161 @@
+"""Measured first-order curves: checked, put in order, and turned into one convention.
+
+A first-order descending curve starts on the rising branch, at its reversal, and is
+measured while the input falls (Section 2.4.1, Figure 2.19). An ascending one starts on
+the falling branch and is measured while the input rises; with u -> -u and f -> -f it is a
+descending curve of the same model. Everything below works on descending curves.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.everett import Array
+
+Kind = Literal["descending", "ascending"]
+KINDS = ("descending", "ascending")
+
+
+class CurveWarning(UserWarning):
+    """Base: the curves deserve a look. The message says what was found and done."""
+
+
+class MissingRowsWarning(CurveWarning):
+    """Rows with NaN or infinity were left out."""
+
+
+class OrderWarning(CurveWarning):
+    """Rows were not in the order of their input and were sorted."""
+
+
+class CutWarning(CurveWarning):
+    """Rows before the reversal were left out."""
+
+
+class DroppedCurveWarning(CurveWarning):
+    """A curve with fewer than three different inputs was left out."""
+
+
+class ClosureWarning(CurveWarning):
+    """The two branches of the major loop do not meet in negative saturation."""
+
+
+class ClockwiseWarning(CurveWarning):
+    """The loop runs clockwise, so its relay density is mostly negative."""
+
+
+class Curve(NamedTuple):
+    """One curve: inputs `u`, not rising, the reversal first; outputs `f`; shape (m,) each."""
+
+    u: Array
+    f: Array
+
+
+def direction(u: Array) -> float:
+    """Rank correlation of the input with time: 1 for a rise, -1 for a fall, 0 for neither."""
+    if u.size < 2 or np.ptp(u) == 0.0:
+        return 0.0
+    _, inverse, counts = np.unique(u, return_inverse=True, return_counts=True)
+    rank = (np.cumsum(counts) - 0.5 * counts)[inverse]
+    return float(np.corrcoef(rank, np.arange(u.size))[0, 1])
+
+
+def tidy(curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]], kind: str) -> list[Curve]:
+    """The usable curves as descending ones, by rising reversal.
+
+    `curves`: pairs (u, f) of equal length, in any order, each with inputs and lengths of
+    its own. Left out, with a warning that names the curve: rows with NaN or infinity,
+    rows before the reversal, curves of fewer than three different inputs. Rows out of
+    order are sorted, with a warning unless it is only noise of the input.
+
+    Raises InputError for an unknown kind, unequal lengths, text, a constant input or
+    output, curves that run the other way (mixed kinds, or no reversal at all), and for
+    fewer than two usable curves.
+    """
+    if kind not in KINDS:
+        raise InputError("first-order curves, kind", kind, "'descending' or 'ascending'")
+    sign = 1.0 if kind == "descending" else -1.0
+    found = [_one(f"curves[{k}]", pair, kind, sign) for k, pair in enumerate(curves)]
+    kept = [curve for curve in found if curve is not None]
+    if len(kept) < 2:
+        raise InputError(
+            "first-order curves", f"{len(kept)} usable of {len(found)}", "at least 2 curves"
+        )
+    f = np.concatenate([curve.f for curve in kept])
+    if np.ptp(f) == 0.0:
+        raise InputError("first-order curves, output", float(f[0]), "an output that changes")
+    return sorted(kept, key=lambda curve: (curve.u[0], -curve.u[-1]))
+
+
+def _one(
+    where: str, pair: tuple[npt.ArrayLike, npt.ArrayLike], kind: str, sign: float
+) -> Curve | None:
+    """One curve as a descending one; None, with a warning, if it is too short."""
+    u, f = _numbers(where, pair)
+    u, f = sign * u, sign * f
+    good = np.isfinite(u) & np.isfinite(f)
+    if not good.all():
+        bad = int(u.size - good.sum())
+        _warn(MissingRowsWarning, f"{where}: {bad} of {u.size} rows not finite; left out")
+        u, f = u[good], f[good]
+    different = np.unique(u).size
+    if u.size >= 3 and different == 1:
+        raise InputError(f"{where}, input", f"constant at {sign * u[0]:g}", "an input that moves")
+    if different < 3:
+        _warn(DroppedCurveWarning, f"{where}: only {different} different inputs; left out")
+        return None
+    trend = direction(u)
+    if trend > 0.9:
+        way, first = ("rises", "highest") if sign > 0.0 else ("falls", "lowest")
+        raise InputError(
+            where,
+            f"the input {way} all the way: no reversal at its start",
+            f"{kind} curves, the {first} input first (or kind={KINDS[sign > 0.0]!r})",
+        )
+    top = int(np.argmax(u))
+    if trend > -0.9 and top >= 2 and direction(u[: top + 1]) > 0.9 and direction(u[top:]) < -0.9:
+        _warn(CutWarning, f"{where}: {top} rows before the reversal left out")
+        u, f = u[top:], f[top:]
+        if u.size < 3:
+            _warn(DroppedCurveWarning, f"{where}: {u.size} rows after the reversal; left out")
+            return None
+    elif trend > -0.9:
+        _warn(OrderWarning, f"{where}: rows are not in the order of their input; sorted")
+    order = np.argsort(-u, kind="stable")
+    return Curve(u[order], f[order])
+
+
+def _numbers(where: str, pair: tuple[npt.ArrayLike, npt.ArrayLike]) -> tuple[Array, Array]:
+    """The pair as two vectors of float64 of one length."""
+    accepted = "a pair (u, f) of two equally long lists of numbers"
+    try:
+        u, f = (np.asarray(column, dtype=np.float64) for column in pair)
+    except (TypeError, ValueError):
+        raise InputError(where, "not numbers", accepted) from None
+    if u.ndim != 1 or u.shape != f.shape:
+        raise InputError(where, f"shapes {u.shape} and {f.shape}", accepted)
+    return u, f
+
+
+def averaged(u: Array, f: Array, width: float) -> tuple[Array, Array]:
+    """Means of (u, f) over neighbours less than `width` apart; inputs rising, all different."""
+    order = np.argsort(u, kind="stable")
+    u, f = u[order], f[order]
+    bins = np.floor((u - u[0]) / width).astype(np.int64) if math.isfinite(width) else 0 * order
+    # The ends stay where they are: the branch must not lose half a bin there.
+    bins[u == u[-1]] = bins[-1] + 1
+    bins[u > u[0]] += 1
+    _, index = np.unique(bins, return_inverse=True)
+    count = np.bincount(index)
+    return np.bincount(index, u) / count, np.bincount(index, f) / count
+
+
+def _warn(kind: type[CurveWarning], message: str) -> None:
+    warnings.warn(message, kind, stacklevel=5)

@@ -1,0 +1,199 @@
+"""How far measured data are from any Preisach model: wiping-out and congruency.
+
+A system is a Preisach model if and only if larger extremes wipe out smaller ones and all
+minor loops between the same two inputs are congruent (Section 2.4.1). Both can be
+looked for in one recording of input and output; no table is needed.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.everett import Array
+
+SHARES = np.linspace(0.0, 1.0, 21)
+
+
+class Deviation(NamedTuple):
+    """Gaps as shares of the output's range; what a Preisach model would have as 0.
+
+    `gaps`: shape (k,), signed for wiping-out, sizes for congruency. `samples`: shape
+    (k, 2), where in the recording each comes from: the corner and the return to it, or the
+    two reversals that are compared. `rms` and `largest`: of the gaps.
+    """
+
+    rms: float
+    largest: float
+    gaps: Array
+    samples: npt.NDArray[np.int64]
+
+
+class Branch(NamedTuple):
+    """A branch from one reversal to where it meets an older corner, or to the next reversal."""
+
+    start: int
+    end: int
+    rising: bool
+    limit: float
+
+
+def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
+    """Samples at which the input turns, for swings of at least `swing` [unit of the input]."""
+    inputs = np.asarray(u, dtype=np.float64).tolist()
+    turns: list[int] = []
+    low = high = 0
+    way = 0
+    for t, value in enumerate(inputs):
+        if value > inputs[high]:
+            high = t
+        if value < inputs[low]:
+            low = t
+        if way >= 0 and inputs[high] - value >= swing:
+            if way > 0:
+                turns.append(high)
+            way, low = -1, t
+        elif way <= 0 and value - inputs[low] >= swing:
+            if way < 0:
+                turns.append(low)
+            way, high = 1, t
+    return np.array(turns, dtype=np.int64)
+
+
+def wiping_out(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None) -> Deviation:
+    """By how much the output misses a corner when its input comes back to it.
+
+    After a minor loop the input reaches an earlier extreme again; a Preisach model is then
+    back at the output that it had there, and goes on as if the loop had not been. `u`, `f`:
+    shape (m,); `swing`: least swing that counts as a reversal, by default 1 % of the
+    input's range. Raises InputError for NaN, a constant input or output, unequal lengths,
+    or when no minor loop closes.
+    """
+    inputs, outputs, band = _record(u, f, swing)
+    gaps, samples = [], []
+    stack: list[int] = []
+    turns = reversals(inputs, band).tolist()
+    for start, end in _pieces(turns, inputs.size):
+        stack.append(start)
+        sign = 1.0 if inputs[end] > inputs[start] else -1.0
+        while len(stack) >= 2 and sign * (inputs[end] - inputs[stack[-2]]) > 0.0:
+            corner, away = stack[-2:]
+            # The oldest corner counts if nothing older was wiped out on the way from it.
+            seen = sign * inputs[: corner + 1]
+            if len(stack) > 2 or sign * inputs[away] >= float(np.min(seen)):
+                back, found = _at(inputs, outputs, start, end, float(inputs[corner]))
+                gaps.append(found - outputs[corner])
+                samples.append((corner, back))
+            del stack[-2:]
+    if not gaps:
+        raise InputError("recording, wiping-out", "no minor loop closes", "at least one that does")
+    return _deviation(gaps, samples, outputs)
+
+
+def congruency(
+    u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None, tolerance: float | None = None
+) -> Deviation:
+    """By how much branches from equal reversals, after different pasts, differ in shape.
+
+    Branches that start at inputs at most `tolerance` apart (by default a quarter of
+    `swing`) in the same direction are compared, as changes from a common input, as far as
+    both go before they meet an older corner; the gap is the largest difference. Inputs and
+    errors as for `wiping_out`; also raised when no two branches can be compared.
+    """
+    inputs, outputs, band = _record(u, f, swing)
+    near = 0.25 * band if tolerance is None else tolerance
+    branches = _branches(inputs, reversals(inputs, band).tolist())
+    gaps, samples = [], []
+    for k, one in enumerate(branches):
+        for other in branches[:k]:
+            apart = abs(inputs[one.start] - inputs[other.start])
+            if one.rising is not other.rising or apart > near:
+                continue
+            sign = 1.0 if one.rising else -1.0
+            first = sign * max(sign * inputs[one.start], sign * inputs[other.start])
+            last = sign * min(sign * one.limit, sign * other.limit)
+            if sign * (last - first) < band:
+                continue
+            at = first + SHARES * (last - first)
+            shapes = [_shape(inputs, outputs, branch, at) for branch in (one, other)]
+            gaps.append(float(np.max(np.abs(shapes[0] - shapes[1]))))
+            samples.append((other.start, one.start))
+    if not gaps:
+        raise InputError(
+            "recording, congruency", "no two branches from equal inputs", "at least two of them"
+        )
+    return _deviation(gaps, samples, outputs)
+
+
+def _record(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None) -> tuple[Array, Array, float]:
+    """Input, output and the least swing, checked."""
+    try:
+        inputs, outputs = np.asarray(u, dtype=np.float64), np.asarray(f, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("recording", "not numbers", "two lists of numbers") from None
+    if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < 3:
+        found = f"shapes {inputs.shape} and {outputs.shape}"
+        raise InputError("recording", found, "input and output, equally long, 3 samples or more")
+    if not (np.isfinite(inputs).all() and np.isfinite(outputs).all()):
+        bad = int(np.argmin(np.isfinite(inputs) & np.isfinite(outputs)))
+        raise InputError("recording", f"not finite at sample {bad}", "finite numbers")
+    extent = float(np.ptp(inputs))
+    if extent == 0.0 or np.ptp(outputs) == 0.0:
+        raise InputError("recording", "constant", "an input and an output that change")
+    band = 0.01 * extent if swing is None else float(swing)
+    if not 0.0 < band < extent:
+        raise InputError("recording, swing", swing, f"above 0, below the range {extent:g}")
+    return inputs, outputs, band
+
+
+def _pieces(turns: list[int], size: int) -> list[tuple[int, int]]:
+    """From each reversal to the next, and from the last one to the end."""
+    if not turns:
+        return []
+    return list(zip(turns, [*turns[1:], size - 1], strict=True))
+
+
+def _branches(inputs: Array, turns: list[int]) -> list[Branch]:
+    """The branches with the input up to which each depends on its own reversal only."""
+    branches: list[Branch] = []
+    stack: list[int] = []
+    for start, end in _pieces(turns, inputs.size):
+        rising = bool(inputs[end] > inputs[start])
+        sign = 1.0 if rising else -1.0
+        stack.append(start)
+        # With no older corner in the stack there may be one from before the recording, but
+        # none within what the recording has seen.
+        seen = sign * inputs[: start + 1]
+        older = sign * inputs[stack[-2]] if len(stack) >= 2 else float(np.max(seen))
+        limit = sign * min(sign * float(inputs[end]), float(older))
+        branches.append(Branch(start, end, rising, limit))
+        while len(stack) >= 2 and sign * (inputs[end] - inputs[stack[-2]]) > 0.0:
+            del stack[-2:]
+    return branches
+
+
+def _shape(inputs: Array, outputs: Array, branch: Branch, at: Array) -> Array:
+    """Change of the output along the branch from the first of the inputs `at` on."""
+    u, f = inputs[branch.start : branch.end + 1], outputs[branch.start : branch.end + 1]
+    order = np.argsort(u, kind="stable")
+    found = np.interp(at, u[order], f[order])
+    return np.asarray(found - found[0], dtype=np.float64)
+
+
+def _at(inputs: Array, outputs: Array, start: int, end: int, u: float) -> tuple[int, float]:
+    """First sample of the piece that reaches `u`, and the output there."""
+    sign = 1.0 if inputs[end] > inputs[start] else -1.0
+    reached = sign * inputs[start : end + 1] >= sign * u
+    back = start + int(np.argmax(reached))
+    before, after = inputs[back - 1], inputs[back]
+    share = 1.0 if after == before else float((u - before) / (after - before))
+    return back, float(outputs[back - 1] + share * (outputs[back] - outputs[back - 1]))
+
+
+def _deviation(gaps: list[float], samples: list[tuple[int, int]], outputs: Array) -> Deviation:
+    shares = np.array(gaps) / float(np.ptp(outputs))
+    largest = float(np.max(np.abs(shares)))
+    return Deviation(float(np.sqrt(np.mean(shares**2))), largest, shares, np.array(samples))

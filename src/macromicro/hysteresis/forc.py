@@ -1,0 +1,118 @@
+"""First-order reversal curves in the MicroMag text format (vibrating-sample magnetometers).
+
+A title line, settings as ``name = value``, then blocks of ``field,moment`` lines with
+empty lines between them, then a closing line. Each block of several points is an
+ascending curve from its reversal field on; blocks of one point are measurements at a
+calibration field, taken between the curves to follow the drift.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.curves import CurveWarning
+from macromicro.hysteresis.everett import Array
+from macromicro.textfile import printable, read_text
+
+_WHAT = "first-order reversal curves in the MicroMag text format"
+_DATA = re.compile(r"[-+.\d]")
+
+
+class CutFileWarning(CurveWarning):
+    """The file ends early, or holds another number of points than it says."""
+
+
+class ForcFile(NamedTuple):
+    """What the file holds, in its own units (`settings["Units of measure"]`: cgs or SI).
+
+    `curves`: ascending (field, moment) pairs for ``FodTable.from_curves(...,
+    kind="ascending")``; `calibration`: field and moment before each curve, shape (k, 2),
+    k may be 0; `settings`: the header's names and values as text.
+    """
+
+    curves: list[tuple[Array, Array]]
+    calibration: Array
+    settings: dict[str, str]
+
+
+def read_forc(path: str | Path, *, drift: bool = False) -> ForcFile:
+    """Read a MicroMag file of first-order reversal curves.
+
+    `drift`: multiply each curve so that the calibration moment before it equals the mean
+    of all. Raises InputError, with file and line, for a file of another kind, a line that
+    is not two numbers, fewer than two curves, or drift without one calibration per curve.
+    Warns when the closing line is missing or the number of points is not the header's.
+    """
+    file = Path(path)
+    where = printable(file, 300)
+    lines = read_text(file, _WHAT).splitlines()
+    if not lines[0].startswith("MicroMag"):
+        raise InputError(f"{where}, line 1", printable(lines[0]), _WHAT)
+    settings, first = _header(lines)
+    blocks, closed = _blocks(lines, first, where)
+    curves = [(block[:, 0].copy(), block[:, 1].copy()) for block in blocks if len(block) > 1]
+    if len(curves) < 2:
+        raise InputError(where, f"{len(curves)} curves", f"{_WHAT}, at least 2 curves")
+    points = sum(len(block) for block in blocks)
+    said = settings.get("NData", str(points))
+    if not closed or said != str(points):
+        found = "no closing line" if not closed else "a closing line"
+        message = f"{where}: {points} points ({said} announced) and {found}; all of them are used"
+        warnings.warn(message, CutFileWarning, stacklevel=2)
+    single = [block for block in blocks if len(block) == 1]
+    calibration = np.concatenate(single) if single else np.empty((0, 2))
+    if drift:
+        curves = _without_drift(blocks, calibration, where)
+    return ForcFile(curves, calibration, settings)
+
+
+def _header(lines: list[str]) -> tuple[dict[str, str], int]:
+    """Settings by name, and the number of the first line of data."""
+    settings = {"title": lines[0].strip()}
+    for number, line in enumerate(lines[1:], 1):
+        text = line.strip()
+        if _DATA.match(text) and "," in text and "/" not in text:
+            return settings, number
+        name, mark, value = text.partition("=" if "=" in text else ":")
+        if mark and not _DATA.match(text):
+            settings[name.strip()] = value.strip()
+    return settings, len(lines)
+
+
+def _blocks(lines: list[str], first: int, where: str) -> tuple[list[Array], bool]:
+    """Blocks of (field, moment) rows, and whether the closing line was there."""
+    blocks: list[list[tuple[float, float]]] = [[]]
+    for number, line in enumerate(lines[first:], first + 1):
+        text = line.strip()
+        if text.startswith("MicroMag"):
+            return [np.array(block) for block in blocks if block], True
+        if not text:
+            if blocks[-1]:
+                blocks.append([])
+            continue
+        cells = text.split(",")
+        try:
+            blocks[-1].append((float(cells[0]), float(cells[1])))
+        except (ValueError, IndexError):
+            accepted = "field,moment as two numbers"
+            raise InputError(f"{where}, line {number}", printable(text), accepted) from None
+    return [np.array(block) for block in blocks if block], False
+
+
+def _without_drift(
+    blocks: list[Array], calibration: Array, where: str
+) -> list[tuple[Array, Array]]:
+    """The curves, each scaled by the calibration before it."""
+    paired = len(blocks) == 2 * len(calibration)
+    if not paired or any(len(block) > 1 for block in blocks[::2]) or np.any(calibration == 0.0):
+        found = f"{len(calibration)} calibrations for {len(blocks) - len(calibration)} curves"
+        raise InputError(f"{where}, drift", found, "one calibration before each curve")
+    gains = float(np.mean(calibration[:, 1])) / calibration[:, 1]
+    pairs = zip(blocks[1::2], gains, strict=True)
+    return [(block[:, 0].copy(), block[:, 1] * gain) for block, gain in pairs]

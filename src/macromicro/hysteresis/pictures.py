@@ -1,0 +1,123 @@
+"""Pictures of a Preisach model: the plane with its staircase, the density, the curves.
+
+Each function returns a matplotlib `Figure` that belongs to no window; `figure.savefig`
+writes it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from macromicro.hysteresis.everett import Array
+from macromicro.hysteresis.preisach import Preisach
+from macromicro.hysteresis.table import FodTable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def staircase(model: Preisach) -> tuple[Array, Array]:
+    """L(t) as (beta, alpha): from the left side of the triangle to the diagonal at u.
+
+    Links are horizontal and vertical in turn, a corner at each (m_k, M_k) (Figure 2.17).
+    """
+    beta, alpha = [model.table.lo], []
+    for top, low in model.corners.tolist():
+        alpha.extend([top, top])
+        beta.extend([low, low])
+    return np.array(beta[:-1]), np.array(alpha)
+
+
+def draw_plane(model: Preisach, unit: str = "") -> Figure:
+    """The Preisach plane with S+ and S- and the staircase between (Figures 2.12-2.18)."""
+    figure, axes = _figure(f"Preisach plane at u = {model.u:g} {unit}".rstrip())
+    lo, hi = model.table.lo, model.table.hi
+    beta, alpha = staircase(model)
+    axes.fill([lo, hi, lo], [lo, hi, hi], color="0.93", label="S- (down)")
+    axes.fill(
+        [*beta, model.u, lo], [*alpha, model.u, lo], color="tab:blue", alpha=0.35, label="S+ (up)"
+    )
+    axes.plot([*beta, model.u], [*alpha, model.u], color="tab:blue", label="L(t)")
+    axes.plot([lo, hi, lo, lo], [lo, hi, hi, lo], color="0.3", linewidth=0.8)
+    corners = model.corners
+    corners = corners[corners[:, 0] > corners[:, 1]]
+    axes.plot(corners[:, 1], corners[:, 0], "o", color="tab:blue", markersize=4)
+    for k, (top, low) in enumerate(corners if len(corners) < 8 else (), 1):
+        axes.annotate(f"$(M_{k}, m_{k})$", (low, top), xytext=(4, 4), textcoords="offset points")
+    axes.set_aspect("equal")
+    _label(axes, rf"down threshold $\beta$ {_in(unit)}", rf"up threshold $\alpha$ {_in(unit)}")
+    axes.legend(loc="lower right", frameon=False)
+    return figure
+
+
+def draw_density(table: FodTable, unit: str = "") -> Figure:
+    """The relay density over the plane; negative weight, which no relay has, in red."""
+    figure, axes = _figure("Preisach density")
+    density = np.sign(table.span) * table.density
+    sizes = np.abs(density[np.isfinite(density)])
+    # A few cells on the diagonal must not leave all others pale.
+    most = float(np.quantile(sizes, 0.995)) or float(sizes.max())
+    edges = table.grid
+    mesh = axes.pcolormesh(edges, edges, density, cmap="RdBu", vmin=-most, vmax=most)
+    figure.colorbar(mesh, ax=axes, label=r"$\mu$ (output per input squared)", extend="both")
+    axes.set_aspect("equal")
+    _label(axes, rf"down threshold $\beta$ {_in(unit)}", rf"up threshold $\alpha$ {_in(unit)}")
+    return figure
+
+
+def draw_curves(table: FodTable, u_unit: str = "", f_unit: str = "", most: int = 25) -> Figure:
+    """The table's first-order curves and major loop, over the raw curves (Figure 5.7).
+
+    Of more than `most` raw curves, evenly chosen ones are drawn; without raw curves, those
+    from evenly chosen grid lines.
+    """
+    figure, axes = _figure(f"First-order {table.kind} curves")
+    raw = table.raw
+    chosen = [raw[k] for k in _evenly(len(raw), most)]
+    descending = table.kind == "descending"
+    starts = [float(u.max() if descending else u.min()) for u, _ in map(_finite, chosen)]
+    for u, f in chosen:
+        axes.plot(u, f, ".", color="0.6", markersize=3)
+    if not raw:
+        starts = [float(table.grid[k]) for k in _evenly(table.n, most)]
+    for start in starts:
+        end = table.lo if descending else table.hi
+        inputs = np.linspace(start, end, 200)
+        axes.plot(inputs, table.curve(start, inputs), color="tab:blue", linewidth=0.8)
+    grid, rising, falling = table.major_loop
+    axes.plot(grid, rising, color="k", linewidth=1.2, label="major loop")
+    axes.plot(grid, falling, color="k", linewidth=1.2)
+    _label(axes, f"input u {_in(u_unit)}", f"output f {_in(f_unit)}")
+    axes.legend(frameon=False)
+    return figure
+
+
+def _finite(pair: tuple[Array, Array]) -> tuple[Array, Array]:
+    good = np.isfinite(pair[0]) & np.isfinite(pair[1])
+    return pair[0][good], pair[1][good]
+
+
+def _evenly(count: int, most: int) -> list[int]:
+    """At most `most` numbers below `count`, the first and the last among them."""
+    return sorted({round(k) for k in np.linspace(0, count - 1, min(count, most))}) if count else []
+
+
+def _figure(title: str) -> tuple[Figure, Axes]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0, 5.0), layout="constrained")
+    axes = figure.subplots()
+    axes.set_title(title)
+    return figure, axes
+
+
+def _in(unit: str) -> str:
+    return f"({unit})" if unit else ""
+
+
+def _label(axes: Axes, x: str, y: str) -> None:
+    axes.set_xlabel(x.strip())
+    axes.set_ylabel(y.strip())

@@ -1,0 +1,274 @@
+"""The Preisach model (2.11) of a table, in the user's units: forward, and back again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.everett import Array, Everett
+from macromicro.hysteresis.invert import follow, follow_inverse, invert, maximum_for
+from macromicro.hysteresis.live import as_rows, flat, live_advance
+from macromicro.hysteresis.memory import AT_DOWN, DOWN, UP, Memory, peek
+from macromicro.hysteresis.shape import cells
+from macromicro.hysteresis.table import FodTable
+from macromicro.kernel import compiled
+
+Start = Literal["negative", "positive", "demagnetised"]
+# Shorter arrays are done before a compiler would be loaded; the bits are the same.
+WORTH_COMPILING = 2000
+
+
+class Inverse(NamedTuple):
+    """The input for a target, the output that it gives, and output less target."""
+
+    u: float
+    f: float
+    error: float
+
+
+class Preisach:
+    """A hysteretic element with the density of `table` and a memory of its input's past.
+
+    Starts in negative saturation at the table's lowest input. Inputs beyond the table
+    count as its ends. The stack of reversals grows as the input needs it.
+
+    Raises InputError for what is neither a `FodTable` nor an `Everett` table.
+    """
+
+    def __init__(self, table: FodTable | Everett) -> None:
+        if isinstance(table, Everett):
+            table = FodTable.from_everett(table)
+        if not isinstance(table, FodTable):
+            raise InputError("Preisach, table", type(table).__name__, "a FodTable")
+        self.table = table
+        # With weights of both signs the output may leave the saturations. Scaled so that all
+        # positive and all negative relays together span 0 to 1, it stays inside, and a
+        # density of at least 0 keeps its own scale.
+        weights = cells(table.values) / table.span
+        below = float(-np.minimum(weights, 0.0).sum())
+        all_of_it = 1.0 + 2.0 * below if below > 1e-9 else 1.0
+        self._base = below / all_of_it if below > 1e-9 else 0.0
+        self._scale = table.span * all_of_it
+        self._offset = table.f_low - self._base * self._scale
+        values = np.ascontiguousarray(table.values / self._scale)
+        self._arrays = Everett(table.lo, table.step, table.n, values)
+        self._rows = as_rows(self._arrays)
+        self._hold(np.zeros((max(256, table.n) + 1, 4)))
+        self.reset()
+
+    def _hold(self, corners: Array) -> None:
+        """Use `corners` as the stack, row 0 in negative saturation."""
+        corners[0] = (math.inf, -math.inf, self._base, self._base)
+        self._corners = corners
+        self._stack = flat(corners)
+        self._full = corners.shape[0] - 1
+
+    def _grow(self) -> None:
+        """A stack of twice the size with the same corners in it."""
+        larger = np.zeros((2 * self._full + 1, 4))
+        larger[: self._full + 1] = self._corners
+        self._hold(larger)
+
+    def _memory(self) -> Memory:
+        """The state for the kernels, with room in the stack for one more move."""
+        if self._pairs >= self._full:
+            self._grow()
+        return Memory(self._corners, self._pairs, self._u)
+
+    @property
+    def u(self) -> float:
+        """The present input, within the table."""
+        return self._u
+
+    @property
+    def f(self) -> float:
+        """The present output."""
+        return self._offset + self._scale * float(self._corners[self._pairs, AT_DOWN])
+
+    def reset(self, start: Start = "negative") -> None:
+        """Forget the past: both saturations, or the demagnetised state at mid-input.
+
+        The demagnetised state is that after a decaying swing about the middle of the
+        table, grid line by grid line, with as many relays up as down on either side of
+        the anti-diagonal of the Preisach plane. For a swing about another input, give the
+        table `limits` that are symmetric about it.
+        """
+        if start not in ("negative", "positive", "demagnetised"):
+            accepted = "'negative', 'positive' or 'demagnetised'"
+            raise InputError("Preisach.reset", start, accepted)
+        self._pairs, self._u = 0, -math.inf
+        self.step(self.table.lo)
+        if start == "positive":
+            self.step(self.table.hi)
+        elif start == "demagnetised":
+            for u in demagnetising(self.table.lo, self.table.step, self.table.n):
+                self.step(u)
+
+    def step(self, u: float) -> float:
+        """Move the input straight to `u`; the output there. Raises InputError for NaN."""
+        if u != u:  # noqa: PLR0124 - NaN, at less cost than a call
+            raise InputError("Preisach.step, input", u, "a number")
+        if self._pairs >= self._full:
+            self._grow()
+        self._pairs, self._u, f = live_advance(self._rows, self._stack, self._pairs, self._u, u)
+        return self._offset + self._scale * f
+
+    def run(self, u: npt.ArrayLike) -> Array:
+        """Outputs along the inputs `u`, shape (m,), from the present state on; compiled.
+
+        Raises InputError for NaN (nothing is done then) or another shape.
+        """
+        inputs = _vector("Preisach.run, inputs", u)
+        outputs = np.empty_like(inputs)
+        if inputs.size < WORTH_COMPILING:
+            for t, value in enumerate(inputs.tolist()):
+                outputs[t] = self.step(value)
+            return outputs
+        done = 0
+        while done < inputs.size:
+            memory, done = compiled(follow)(self._arrays, self._memory(), inputs, outputs, done)
+            self._pairs, self._u = memory.pairs, memory.u
+        outputs *= self._scale
+        outputs += self._offset
+        return outputs
+
+    def peek(self, u: float) -> float:
+        """The output if the input moved straight to `u`; the state stays as it is."""
+        if math.isnan(u):
+            raise InputError("Preisach.peek, input", u, "a number")
+        return self._offset + self._scale * float(peek(self._arrays, self._memory(), u))
+
+    def inverse(self, target: float) -> Inverse:
+        """The input that brings the output to `target` in one move from the present state.
+
+        Solved on the table's cells (see `invert`); the state stays as it is. The error is
+        what the target is missed by: rounding where it is reachable, the distance to the
+        saturation where it is not. Raises InputError for NaN.
+        """
+        if math.isnan(target):
+            raise InputError("Preisach.inverse, target", target, "a number")
+        u = invert(self._arrays, self._memory(), (target - self._offset) / self._scale)
+        f = self.peek(u)
+        return Inverse(u, f, f - target)
+
+    def run_inverse(self, targets: npt.ArrayLike) -> tuple[Array, Array]:
+        """Inputs that lead the output through `targets`, and the outputs; shape (m,) each.
+
+        Each input is found as by `inverse` and then applied. Raises InputError for NaN.
+        """
+        wanted = (_vector("Preisach.run_inverse, targets", targets) - self._offset) / self._scale
+        inputs, outputs = np.empty_like(wanted), np.empty_like(wanted)
+        walk = compiled(follow_inverse) if wanted.size >= WORTH_COMPILING else follow_inverse
+        done = 0
+        while done < wanted.size:
+            memory, done = walk(self._arrays, self._memory(), wanted, inputs, outputs, done)
+            self._pairs, self._u = memory.pairs, memory.u
+        return inputs, self._offset + self._scale * outputs
+
+    def initialise_at(self, u: float, f: float) -> None:
+        """Take a state with input `u` and output `f`: on a first-order descending curve.
+
+        Many pasts lead there; this one rose from negative saturation to a single maximum.
+        Raises InputError for an input outside the table, or an output that no such curve
+        has there.
+        """
+        table = self.table
+        if not table.lo <= u <= table.hi:
+            accepted = f"{table.lo:g} to {table.hi:g}"
+            raise InputError("Preisach.initialise_at, input", u, accepted)
+        share = (f - table.f_low) / self._scale
+        _, rising, falling = (np.interp(u, table.grid, side) for side in table.major_loop)
+        slack = 1e-12 * abs(table.span)
+        for edge, top in ((rising, u), (falling, table.hi)):
+            if abs(f - edge) <= slack:
+                self._from_maximum(top, u)
+                return
+        top = maximum_for(self._arrays, u, share) if math.isfinite(f) else math.nan
+        if math.isnan(top):
+            low, high = sorted((float(rising), float(falling)))
+            accepted = f"{low:g} to {high:g} at input {u:g}"
+            raise InputError("Preisach.initialise_at, output", f, accepted)
+        self._from_maximum(top, u)
+
+    def _from_maximum(self, top: float, u: float) -> None:
+        self.reset()
+        self.step(top)
+        self.step(u)
+
+    @property
+    def corners(self) -> Array:
+        """(M_k, m_k) of Figure 2.17, shape (pairs, 2), [unit of the input]; a copy."""
+        return self._corners[1 : self._pairs + 1, [UP, DOWN]].copy()
+
+    @property
+    def state(self) -> dict[str, list[float]]:
+        """All that counts of the past, as plain lists: `maxima` M_k and `minima` m_k."""
+        corners = self.corners
+        return {"maxima": corners[:, 0].tolist(), "minima": corners[:, 1].tolist()}
+
+    @state.setter
+    def state(self, state: Mapping[str, Any]) -> None:
+        where = "Preisach.state"
+        try:
+            maxima = _vector(where, state["maxima"])
+            minima = _vector(where, state["minima"])
+        except (KeyError, TypeError):
+            raise InputError(where, "no maxima and minima", "a state that was saved") from None
+        nested = (
+            maxima.size == minima.size >= 1
+            and np.all(np.diff(maxima) < 0.0)
+            and np.all(np.diff(minima) > 0.0)
+            and np.all(minima[:-1] < maxima[:-1])
+            and minima[-1] <= maxima[-1] <= maxima[0] <= self.table.hi
+            and minima[0] >= self.table.lo
+        )
+        if not nested:
+            accepted = "equally many, maxima falling, minima rising, within the table"
+            raise InputError(where, "corners out of order", accepted)
+        self.reset()
+        for top, low in zip(maxima.tolist(), minima.tolist(), strict=True):
+            self.step(top)
+            self.step(low)
+
+    def copy(self) -> Self:
+        """Another element of the same table in the same state."""
+        other = type(self)(self.table)
+        other.state = self.state
+        return other
+
+
+def demagnetising(lo: float, step: float, n: int) -> list[float]:
+    """Turning points of a swing that decays by one grid step per turn to the middle.
+
+    Maxima lie on grid lines, minima half way between them, so that the cells on the
+    anti-diagonal are left half up: no direction is favoured.
+    """
+    turns: list[float] = []
+    for k in range(n):
+        top, low = lo + (n - 1 - k) * step, lo + (k + 0.5) * step
+        if k > 0 and top <= turns[-1]:
+            break
+        turns.append(top)
+        if low >= top:
+            break
+        turns.append(low)
+    return turns
+
+
+def _vector(where: str, values: npt.ArrayLike) -> Array:
+    """`values` as a contiguous vector of float64 without NaN."""
+    try:
+        vector = np.asarray(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        raise InputError(where, type(values).__name__, "a list of numbers") from None
+    if vector.ndim != 1:
+        raise InputError(where, f"shape {vector.shape}", "one dimension")
+    if np.isnan(vector).any():
+        first = int(np.argmax(np.isnan(vector)))
+        raise InputError(where, f"NaN at [{first}]", "numbers without NaN")
+    return vector

@@ -1,0 +1,92 @@
+"""Tables that obey a law: monotone ones, and ones without negative relays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from macromicro.hysteresis.everett import Array
+
+ROUNDS = 800
+
+
+def solver(matrix: Any) -> Any:
+    """A function that solves with the symmetric positive definite `matrix`."""
+    from scipy.sparse.linalg import splu
+
+    options = {"SymmetricMode": True}
+    factors = splu(
+        matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+    )
+    return factors.solve
+
+
+def bounded(
+    matrix: Any, right: Array, bound: Any, offset: Array, scale: float, rho: float
+) -> Array:
+    """Minimiser of x'Hx/2 - r'x under Bx + b >= 0, by alternating directions (ADMM).
+
+    x solves the problem with a copy z of Bx + b held near it, z is the copy without its
+    negative part, and the multipliers add up what they differ by. `scale`: usual size of
+    Bx + b; the bound is met to a ten-thousandth of it, or as far as `ROUNDS` go. `rho`:
+    weight that holds z to Bx + b at first; it is adjusted, only the speed depends on it.
+    """
+    # From the solution without bounds: what the bounds do not touch is right at once.
+    z = np.maximum(bound @ solver(matrix)(right) + offset, 0.0)
+    solve = solver(matrix + rho * (bound.T @ bound))
+    dual = np.zeros(offset.size)
+    x = np.zeros(right.size)
+    for turn in range(ROUNDS):
+        x = solve(right + rho * (bound.T @ (z - dual - offset)))
+        reached = bound @ x + offset
+        old, eased = z, 1.6 * reached - 0.6 * z
+        z = np.maximum(eased + dual, 0.0)
+        dual = dual + eased - z
+        primal = float(np.max(np.abs(reached - z)))
+        change = float(np.max(np.abs(z - old)))
+        if max(primal, change) < 1e-4 * scale:
+            break
+        if turn in (20, 60, 150) and not 0.1 < primal / max(change, 1e-300) < 10.0:
+            factor = min(max((primal / max(change, 1e-300)) ** 0.5, 0.1), 10.0)
+            rho, dual = rho * factor, dual / factor
+            solve = solver(matrix + rho * (bound.T @ bound))
+    return np.asarray(x, dtype=np.float64)
+
+
+def monotone_hull(values: Array) -> Array:
+    """The least table above `values` that is monotone, cut to its first column and last row."""
+    column, row = values[:, :1].copy(), values[-1:, :].copy()
+    hull = np.maximum.accumulate(np.maximum(values, 0.0), axis=0)
+    hull = np.maximum.accumulate(hull[:, ::-1], axis=1)[:, ::-1]
+    return np.tril(np.minimum(np.minimum(hull, column), row), -1)
+
+
+def nonnegative_hull(values: Array) -> Array:
+    """A table without negative cells, with the first column and last row of `values`.
+
+    Negative cells are emptied; rows and columns are then scaled in turn until they weigh
+    what the two branches of the major loop say, to rounding where such a table exists.
+    """
+    weights = np.maximum(cells(values), 0.0)
+    rows, columns = np.diff(values[:, 0]), -np.diff(values[-1])
+    # No row or column that must weigh something is left without any cell to scale.
+    weights += 1e-12 * np.tril(np.outer(rows, columns))
+    for _ in range(2000):
+        weights *= _ratio(rows, weights.sum(axis=1))[:, None]
+        sums = weights.sum(axis=0)
+        weights *= _ratio(columns, sums)[None, :]
+        if float(np.max(np.abs(sums - columns))) < 1e-15:
+            break
+    hull = np.zeros_like(values)
+    hull[1:, :-1] = np.cumsum(np.cumsum(weights, axis=0)[:, ::-1], axis=1)[:, ::-1]
+    return np.tril(hull, -1)
+
+
+def _ratio(wanted: Array, found: Array) -> Array:
+    return np.divide(wanted, found, out=np.zeros_like(wanted), where=found > 0.0)
+
+
+def cells(values: Array) -> Array:
+    """Weights of the cells, shape (n - 1, n - 1), row by alpha; inverse of the double sum."""
+    return np.tril(values[1:, :-1] - values[:-1, :-1] - values[1:, 1:] + values[:-1, 1:])

@@ -1,0 +1,265 @@
+"""The table of first-order curves (Section 2.4.1, Figures 2.19 and 5.8) in the user's units."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.curves import (
+    KINDS,
+    ClockwiseWarning,
+    ClosureWarning,
+    Curve,
+    Kind,
+    tidy,
+)
+from macromicro.hysteresis.everett import Array, Everett
+from macromicro.hysteresis.fit import branches, fitted
+from macromicro.hysteresis.shape import cells
+from macromicro.hysteresis.stencils import Grid, numbered, readings
+
+Shape = Literal["free", "monotone", "nonnegative"]
+SHAPES = ("free", "monotone", "nonnegative")
+NODES = 151
+MOST_NODES = 801
+
+
+class Misfit(NamedTuple):
+    """How far a table is from curves, in the unit of the output."""
+
+    rms: float
+    largest: float
+    points: int
+
+
+@dataclass(frozen=True, eq=False)
+class FodTable:
+    """E on a uniform grid, in the unit of the output: what the Preisach model needs.
+
+    ``values[i, j]`` is ``E(u_i, u_j) = f_M - f_{M,m}`` for M = u_i, m = u_j (2.8), with
+    ``u_i = lo + i * step`` [unit of the input]; 0 for i <= j; shape (n, n). `f_low` is the
+    output in negative saturation. Between grid lines the relay density is constant in
+    each cell, and cells on the diagonal are relays of zero width (as in `Everett`).
+    `raw` holds the curves that it was made from as they came, `kind` says which.
+    """
+
+    lo: float
+    step: float
+    values: Array
+    f_low: float
+    kind: Kind = "descending"
+    raw: tuple[tuple[Array, Array], ...] = field(default=(), repr=False)
+    shape: Shape = "free"
+    smooth: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no table at all."""
+        n = self.values.shape[0] if self.values.ndim == 2 else 0
+        if n < 2 or self.values.shape != (n, n) or not np.isfinite(self.values).all():
+            raise InputError("table, values", self.values.shape, "finite numbers, shape (n, n)")
+        if np.any(np.triu(self.values) != 0.0):
+            raise InputError("table, values", "not 0 on or above the diagonal", "0 there")
+        if not (math.isfinite(self.lo) and math.isfinite(self.step) and self.step > 0.0):
+            raise InputError("table, grid", (self.lo, self.step), "a finite lo, a step above 0")
+        if not math.isfinite(self.f_low) or self.span == 0.0:
+            raise InputError("table, output", (self.f_low, self.span), "two different saturations")
+        for name, value, accepted in (
+            ("kind", self.kind, KINDS),
+            ("shape", self.shape, SHAPES),
+        ):
+            if value not in accepted:
+                raise InputError(f"table, {name}", value, " or ".join(map(repr, accepted)))
+
+    @classmethod
+    def from_curves(
+        cls,
+        curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]],
+        kind: Kind = "descending",
+        *,
+        shape: Shape = "free",
+        smooth: float = 1.0,
+        nodes: int = NODES,
+        limits: tuple[float, float] | None = None,
+    ) -> Self:
+        """The table that fits measured first-order curves in the least-squares sense.
+
+        `curves`: pairs (u, f), each a curve from its reversal on; see `curves.tidy` for
+        what is mended with a warning and what is refused. `kind`: "descending" curves
+        start on the rising branch, "ascending" ones on the falling branch. `shape`:
+        "free", "monotone" (branches never turn back) or "nonnegative" (relay density of
+        at least 0); a loop that falls with the input counts with the sign reversed.
+        `smooth`: length in grid steps below which structure of the density is taken for
+        noise; it leaves the major loop as it is. `nodes`: grid points per axis.
+        `limits`: inputs of negative and positive saturation, where the data do not show
+        them; by default the extremes of the data.
+
+        Below (ascending: above) the outermost reversal the model has no hysteresis.
+        Raises InputError; warns with a `curves.CurveWarning`.
+        """
+        raw = tuple((np.array(u), np.array(f)) for u, f in _pairs(curves))
+        _check(kind, shape, smooth, nodes)
+        used = tidy(raw, kind)
+        sign = 1.0 if kind == "descending" else -1.0
+        turn = 1.0 if sum(curve.f[0] - curve.f[-1] for curve in used) >= 0.0 else -1.0
+        used = [Curve(curve.u, turn * curve.f) for curve in used]
+        grid = _grid(used, sign, nodes, limits)
+        rising, falling, gap = branches(used, grid, shape != "free")
+        low, span = float(rising[0]), float(rising[-1] - rising[0])
+        extent = float(np.ptp(np.concatenate([curve.f for curve in used])))
+        if span < 1e-3 * extent:
+            raise InputError("first-order curves", "equal outputs at both ends", "two saturations")
+        if abs(gap) > 0.02 * extent:
+            share = 100.0 * abs(gap) / extent
+            message = f"branches end {share:.1f} % of the range apart; difference shared out"
+            warnings.warn(message, ClosureWarning, stacklevel=2)
+        if float(np.sum(falling - rising)) < 0.0:
+            message = "the loop runs clockwise: is the kind right?"
+            warnings.warn(message, ClockwiseWarning, stacklevel=2)
+        scaled = [Curve(curve.u, (curve.f - low) / span) for curve in used]
+        loop = ((rising - low) / span, (falling - low) / span)
+        values = turn * span * fitted(scaled, grid, loop, shape, smooth)
+        lo, f_low = grid.lo, turn * low
+        if sign < 0.0:
+            lo, f_low = -(grid.lo + (nodes - 1) * grid.step), -turn * (low + span)
+            values = values[::-1, ::-1].T
+        return cls(lo, grid.step, np.ascontiguousarray(values), f_low, kind, raw, shape, smooth)
+
+    @classmethod
+    def from_everett(cls, table: Everett, f_low: float = 0.0, f_high: float = 1.0) -> Self:
+        """The table of a given relay density with saturations `f_low` and `f_high`."""
+        return cls(table.lo, table.step, (f_high - f_low) * table.values, f_low)
+
+    @property
+    def n(self) -> int:
+        """Grid points per axis."""
+        return int(self.values.shape[0])
+
+    @property
+    def hi(self) -> float:
+        """Input of positive saturation, the last grid line."""
+        return self.lo + (self.n - 1) * self.step
+
+    @property
+    def grid(self) -> Array:
+        """Inputs of the grid lines, shape (n,)."""
+        return self.lo + self.step * np.arange(self.n, dtype=np.float64)
+
+    @property
+    def span(self) -> float:
+        """Output in positive less that in negative saturation; below 0 for a falling loop."""
+        return float(self.values[-1, 0])
+
+    @property
+    def first_order(self) -> Array:
+        """f_{M,m} of Figure 5.8 at the grid points, row by M, shape (n, n); NaN for m > M."""
+        curves = self.f_low + self.values[:, :1] - self.values
+        return np.where(np.tri(self.n, dtype=bool), curves, np.nan)
+
+    @property
+    def major_loop(self) -> tuple[Array, Array, Array]:
+        """Inputs, rising branch and falling branch, shape (n,) each."""
+        rising = self.f_low + self.values[:, 0]
+        falling = self.f_low + self.span - self.values[-1]
+        return self.grid, rising, falling
+
+    @property
+    def density(self) -> Array:
+        """mu in the cells [unit of output per square of the input's], (n - 1, n - 1).
+
+        Row by alpha, column by beta, NaN above the diagonal; the cells on the diagonal
+        are triangles of half the area. A density is what (2.2) integrates, with relays
+        counted from 0 to 1: half of it is the mu of relays of -1 and 1.
+        """
+        area = self.step**2 * (1.0 - 0.5 * np.eye(self.n - 1))
+        return np.where(np.tri(self.n - 1, dtype=bool), cells(self.values) / area, np.nan)
+
+    @property
+    def negative_share(self) -> float:
+        """Weight of the relays with the wrong sign, as a share of all weights' sizes.
+
+        0 for data that a Preisach model with a density of at least 0 explains exactly.
+        """
+        weights = cells(self.values) / self.span
+        return float(-np.minimum(weights, 0.0).sum() / np.abs(weights).sum())
+
+    def everett(self) -> Everett:
+        """The normalised table, for `memory`; InputError if a branch would turn back."""
+        values = self.values / self.span
+        slopes = np.concatenate([np.diff(values, axis=0).ravel(), -np.diff(values, axis=1).ravel()])
+        if np.min(slopes) < -1e-12:
+            raise InputError("table", "not monotone", "a table made with shape='monotone'")
+        return Everett(self.lo, self.step, self.n, values)
+
+    def curve(self, start: float, inputs: npt.ArrayLike, kind: Kind | None = None) -> Array:
+        """The first-order curve that starts at `start`, at `inputs`; the table's kind if None.
+
+        Inputs beyond `start` or beyond the table count as its ends.
+        """
+        u = np.asarray(inputs, dtype=np.float64)
+        flat = np.ravel(u)
+        first = np.full(flat.shape, min(max(start, self.lo), self.hi))
+        grid, ids = Grid(self.lo, self.step, self.n), numbered(self.n)
+        known = self.values[ids >= 0]
+        if (kind or self.kind) == "descending":
+            ends = np.full(flat.shape, self.lo)
+            rise = readings(grid, ids, first, ends) @ known
+            f = self.f_low + rise - readings(grid, ids, first, np.minimum(flat, first)) @ known
+        else:
+            ends = np.full(flat.shape, self.hi)
+            fall = readings(grid, ids, ends, first) @ known
+            rise = readings(grid, ids, np.maximum(flat, first), first) @ known
+            f = self.f_low + self.span - fall + rise
+        return np.asarray(f, dtype=np.float64).reshape(u.shape)
+
+    def misfit(self, curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]] | None = None) -> Misfit:
+        """Distance from first-order curves of the table's kind; from its own if None."""
+        errors = []
+        sign = 1.0 if self.kind == "descending" else -1.0
+        for u, f in tidy(self.raw if curves is None else curves, self.kind):
+            errors.append(self.curve(sign * u[0], sign * u) - sign * f)
+        error = np.concatenate(errors)
+        rms = float(np.sqrt(np.mean(error**2)))
+        return Misfit(rms, float(np.max(np.abs(error))), int(error.size))
+
+
+def _pairs(
+    curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]],
+) -> list[tuple[npt.ArrayLike, npt.ArrayLike]]:
+    """The curves as a list of pairs."""
+    listed = list(curves)
+    for k, pair in enumerate(listed):
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise InputError(f"curves[{k}]", type(pair).__name__, "a pair (u, f)")
+    return listed
+
+
+def _check(kind: str, shape: str, smooth: float, nodes: int) -> None:
+    """Refuse options outside their range."""
+    if kind not in KINDS:
+        raise InputError("first-order curves, kind", kind, "'descending' or 'ascending'")
+    if shape not in SHAPES:
+        raise InputError("table, shape", shape, " or ".join(map(repr, SHAPES)))
+    if not 0.0 <= smooth <= 100.0:
+        raise InputError("table, smooth", smooth, "a length of 0 to 100 grid steps")
+    if not 8 <= nodes <= MOST_NODES:
+        raise InputError("table, nodes", nodes, f"8 to {MOST_NODES} grid points per axis")
+
+
+def _grid(curves: list[Curve], sign: float, nodes: int, limits: tuple[float, float] | None) -> Grid:
+    """The grid over the data, or over `limits` (in the user's direction) that hold them."""
+    lo = min(float(curve.u[-1]) for curve in curves)
+    hi = max(float(curve.u[0]) for curve in curves)
+    if limits is not None:
+        first, last = sorted(sign * float(limit) for limit in limits)
+        if not (first <= lo and last >= hi):
+            shown = sorted((sign * lo, sign * hi))
+            raise InputError("table, limits", limits, f"inputs that hold the data, {shown}")
+        lo, hi = first, last
+    return Grid(lo, (hi - lo) / (nodes - 1), nodes)

@@ -1,0 +1,209 @@
+"""Tables of first-order curves on disk: HDF5 with the raw curves, or CSV to look at.
+
+HDF5: dataset `values` (n, n), dataset `inputs` (n,), attributes `format`, `lo`, `step`,
+`f_low`, `kind`, `shape`, `smooth`, and the raw curves as `raw/0000`, `raw/0001`, ...,
+shape (m, 2) each.
+
+CSV: the lookup table of Figure 5.8. First row the inputs m_j, first column the inputs
+M_i, in between f_{M,m}, empty for m > M. A comment line above names grid and kind.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.everett import Array
+from macromicro.hysteresis.table import MOST_NODES, FodTable
+from macromicro.textfile import printable, read_text
+
+FORMAT = "macromicro first-order curves 1"
+_WHAT = "a table of first-order curves (.h5, .hdf5 or .csv)"
+_ATTRIBUTES = ("lo", "step", "f_low", "kind", "shape", "smooth")
+
+
+def save_table(table: FodTable, path: str | Path) -> None:
+    """Write `table` as HDF5 (.h5, .hdf5; exact, with raw curves) or CSV (values only).
+
+    Raises InputError for another ending or a place that cannot be written.
+    """
+    file = Path(path)
+    ending = _ending(file)
+    try:
+        if ending == ".csv":
+            file.write_text(_csv_text(table), encoding="utf-8")
+        else:
+            _write_hdf5(table, file)
+    except OSError as error:
+        found = error.strerror or "cannot be written"
+        raise InputError(printable(file, 300), found, "a file that can be written") from None
+
+
+def load_table(path: str | Path) -> FodTable:
+    """Read what `save_table` wrote, or a CSV table in its layout made elsewhere.
+
+    Raises InputError that names the file, and the line of a CSV, and what is wrong there.
+    """
+    file = Path(path)
+    return _read_csv(file) if _ending(file) == ".csv" else _read_hdf5(file)
+
+
+def read_curves(path: str | Path) -> list[tuple[Array, Array]]:
+    """First-order curves from a CSV file of three columns: curve, input, output.
+
+    Rows of one curve share the name in the first column and need not stand together.
+    A first row without numbers is taken as the heading. Empty cells and "nan" become
+    NaN, which `FodTable.from_curves` leaves out with a warning. Raises InputError with
+    file and line.
+    """
+    file = Path(path)
+    where = printable(file, 300)
+    found: dict[str, list[tuple[float, float]]] = {}
+    rows = csv.reader(io.StringIO(read_text(file, "first-order curves (.csv)")))
+    for number, row in enumerate(rows, 1):
+        if not row or row[0].startswith("#"):
+            continue
+        try:
+            name, u, f = (cell.strip() for cell in row)
+            point = (float(u or "nan"), float(f or "nan"))
+            found.setdefault(name, []).append(point)
+        except ValueError:
+            if number == 1 and len(row) == 3:
+                continue
+            shown = printable(",".join(row))
+            raise InputError(f"{where}, line {number}", shown, "curve, input, output") from None
+    if not found:
+        raise InputError(where, "no rows", "rows of curve, input, output")
+    arrays = [np.array(points) for points in found.values()]
+    return [(points[:, 0].copy(), points[:, 1].copy()) for points in arrays]
+
+
+def _ending(file: Path) -> str:
+    ending = file.suffix.lower()
+    if ending not in (".h5", ".hdf5", ".csv"):
+        raise InputError(printable(file, 300), ending, _WHAT)
+    return ending
+
+
+def _write_hdf5(table: FodTable, file: Path) -> None:
+    import h5py
+
+    with h5py.File(file, "w") as store:
+        store.attrs["format"] = FORMAT
+        for name in _ATTRIBUTES:
+            store.attrs[name] = getattr(table, name)
+        store["values"] = table.values
+        store["inputs"] = table.grid
+        for k, (u, f) in enumerate(table.raw):
+            store[f"raw/{k:04d}"] = np.stack([u, f], axis=1)
+
+
+def _read_hdf5(file: Path) -> FodTable:
+    import h5py
+
+    where = printable(file, 300)
+    if not file.is_file():
+        raise InputError(where, "no such file", _WHAT)
+    try:
+        with h5py.File(file, "r") as store:
+            said = store.attrs.get("format", "no format")
+            if said != FORMAT:
+                raise InputError(f"{where}, format", printable(said), FORMAT)
+            raw = [
+                np.asarray(store["raw"][name], dtype=np.float64) for name in store.get("raw", ())
+            ]
+            kept = {name: store.attrs[name] for name in _ATTRIBUTES}
+            values = np.asarray(store["values"], dtype=np.float64)
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise InputError(where, printable(error, 120), _WHAT) from None
+    if any(points.ndim != 2 or points.shape[1] != 2 for points in raw):
+        raise InputError(f"{where}, raw", "another shape", "curves of shape (m, 2)")
+    return FodTable(
+        float(kept["lo"]),
+        float(kept["step"]),
+        np.ascontiguousarray(values),
+        float(kept["f_low"]),
+        kept["kind"],
+        tuple((points[:, 0].copy(), points[:, 1].copy()) for points in raw),
+        kept["shape"],
+        float(kept["smooth"]),
+    )
+
+
+def _csv_text(table: FodTable) -> str:
+    """The table as text; every number so that it reads back as itself."""
+    settings = ",".join(f"{name}={getattr(table, name)}" for name in _ATTRIBUTES)
+    lines = [f"# {FORMAT},{settings}"]
+    grid = table.grid.tolist()
+    lines.append(",".join(["M\\m", *map(repr, grid)]))
+    for i, row in enumerate(table.first_order.tolist()):
+        cells = [repr(f) for f in row[: i + 1]] + [""] * (table.n - 1 - i)
+        lines.append(",".join([repr(grid[i]), *cells]))
+    return "\n".join(lines) + "\n"
+
+
+def _read_csv(file: Path) -> FodTable:
+    where = printable(file, 300)
+    lines = read_text(file, _WHAT).splitlines()
+    settings: dict[str, str] = {}
+    while lines and lines[0].startswith("#"):
+        for part in lines.pop(0).lstrip("#").split(","):
+            name, _, value = part.partition("=")
+            settings[name.strip()] = value.strip()
+    rows = [line.split(",") for line in lines if line.strip()]
+    n = len(rows) - 1
+    if not 2 <= n <= MOST_NODES or any(len(row) != n + 1 for row in rows):
+        accepted = f"one heading row and as many rows as inputs, 2 to {MOST_NODES}"
+        raise InputError(where, f"{n} rows, {len(rows[0]) - 1 if rows else 0} inputs", accepted)
+    grid = _numbers(rows[0][1:], f"{where}, heading")
+    step = float(grid[-1] - grid[0]) / (n - 1)
+    first_order = np.full((n, n), np.nan)
+    for i, row in enumerate(rows[1:]):
+        line = f"{where}, row {i + 1}"
+        first_order[i, : i + 1] = _numbers(row[1 : i + 2], line)
+        if any(cell.strip() for cell in row[i + 2 :]):
+            raise InputError(line, "a value for m > M", "nothing there")
+        if abs(_numbers(row[:1], line)[0] - grid[i]) > 1e-6 * abs(step):
+            raise InputError(line, row[0], f"M = {grid[i]:g}, as in the heading")
+    if not (step > 0.0 and np.all(np.abs(np.diff(grid) - step) < 1e-6 * step)):
+        raise InputError(f"{where}, inputs", "uneven or falling", "inputs at equal steps, rising")
+    below = np.tri(n, k=-1, dtype=bool)
+    values = np.where(below, np.diag(first_order)[:, None] - first_order, 0.0)
+    return FodTable(
+        _number(settings, "lo", float(grid[0])),
+        _number(settings, "step", step),
+        values,
+        float(first_order[0, 0]),
+        settings.get("kind", "descending"),  # type: ignore[arg-type]
+        (),
+        settings.get("shape", "free"),  # type: ignore[arg-type]
+        _number(settings, "smooth", 0.0),
+    )
+
+
+def _numbers(cells: list[str], where: str) -> npt.NDArray[np.float64]:
+    """The cells as finite numbers."""
+    for cell in cells:
+        try:
+            good = math.isfinite(float(cell))
+        except ValueError:
+            good = False
+        if not good:
+            raise InputError(where, printable(cell), "numbers")
+    return np.array([float(cell) for cell in cells])
+
+
+def _number(settings: dict[str, str], name: str, default: float) -> float:
+    """A setting of the comment line that agrees with what the table says."""
+    try:
+        value = float(settings[name])
+    except (KeyError, ValueError):
+        return default
+    near = name == "smooth" or abs(value - default) <= 1e-6 * max(abs(value), abs(default))
+    return value if near else default

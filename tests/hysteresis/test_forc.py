@@ -1,0 +1,155 @@
+"""Measured first-order reversal curves in the MicroMag format (tests/data/forc)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.hysteresis import FodTable, Preisach
+from macromicro.hysteresis.forc import CutFileWarning, ForcFile, read_forc
+
+DATA = Path(__file__).parents[1] / "data" / "forc" / "hchb_forc"
+
+
+@pytest.fixture(scope="module")
+def measured() -> ForcFile:
+    return read_forc(DATA)
+
+
+def moment_range(file: ForcFile) -> float:
+    return float(np.ptp(np.concatenate([f for _, f in file.curves])))
+
+
+def test_reads_all_of_the_file(measured: ForcFile) -> None:
+    assert len(measured.curves) == 152
+    assert sum(u.size for u, _ in measured.curves) == 30_476
+    assert measured.calibration.shape == (152, 2)
+    assert measured.calibration[0].tolist() == [6808.018, 0.001282651]
+    assert measured.curves[0][0][:2].tolist() == [1140.678, 1174.292]
+    assert measured.curves[-1][1][-1] == 1.254075e-3
+    assert measured.settings["Units of measure"] == "cgs"
+    assert measured.settings["HCal"] == "+6.804196E+03"
+    assert "Delaware" not in measured.settings
+
+
+@pytest.mark.parametrize(("every", "percent"), [(2, 0.06), (4, 0.13), (8, 0.40)])
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("shape", ["free", "monotone"])
+def test_some_curves_predict_the_others(
+    measured: ForcFile, every: int, percent: float, first: int, shape: Any
+) -> None:
+    """RMS over all points of the unused curves, in percent of the moment's range."""
+    curves = measured.curves
+    used = range(first, len(curves), every)
+    table = FodTable.from_curves([curves[k] for k in used], "ascending", shape=shape)
+    unused = [curve for k, curve in enumerate(curves) if k not in used]
+    misfit = table.misfit(unused)
+    assert misfit.points == sum(u.size for u, _ in unused)
+    assert 100.0 * misfit.rms / moment_range(measured) < percent
+
+
+def test_the_model_runs_through_a_measured_curve(measured: ForcFile) -> None:
+    """From positive saturation down to the reversal field and up again, sample by sample."""
+    table = FodTable.from_curves(measured.curves[::2], "ascending")
+    model = Preisach(table)
+    u, f = measured.curves[75]
+    model.reset("positive")
+    error = model.run(u) - f
+    assert np.sqrt(np.mean(error**2)) < 6e-4 * moment_range(measured)
+
+
+def test_nonnegative_density_is_a_worse_fit_of_interacting_wires(measured: ForcFile) -> None:
+    """These data need negative weights: without them the fit is some times worse."""
+    free, bound = (
+        FodTable.from_curves(measured.curves[::4], "ascending", shape=shape, nodes=101)
+        for shape in ("free", "nonnegative")
+    )
+    assert free.negative_share > 0.03
+    assert bound.negative_share < 1e-12
+    whole = moment_range(measured)
+    assert 2.0 * free.misfit().rms < bound.misfit().rms < 3e-3 * whole
+
+
+def test_drift_is_taken_out_by_the_calibrations(measured: ForcFile) -> None:
+    plain, level = measured.curves, read_forc(DATA, drift=True).curves
+    mean = measured.calibration[:, 1].mean()
+    for k in (0, 70, 151):
+        gain = mean / measured.calibration[k, 1]
+        assert np.allclose(level[k][1], gain * plain[k][1], rtol=1e-12)
+        assert np.array_equal(level[k][0], plain[k][0])
+
+
+SMALL = """MicroMag 2900/3900 Data File (Series 0015)
+First-order reversal curves
+Units of measure:  cgs
+01/22/2015  17:35
+
+NCrv           = 2
+NData          = {points}
+
++1.0E+00,+3.0E+00
+
++0.0E+00,+1.0E+00
++5.0E-01,+1.5E+00
++1.0E+00,+3.0E+00
+
++1.0E+00,+3.3E+00
+
+-1.0E+00,-1.0E+00
++0.0E+00,+0.5E+00
++1.0E+00,+3.0E+00
+
+MicroMag 2900/3900 Data File ends
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "small.frc"
+    path.write_text(text)
+    return path
+
+
+def test_a_small_file(tmp_path: Path) -> None:
+    file = read_forc(written(tmp_path, SMALL.format(points=8)))
+    assert [u.tolist() for u, _ in file.curves] == [[0.0, 0.5, 1.0], [-1.0, 0.0, 1.0]]
+    assert file.settings["NCrv"] == "2"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SMALL.format(points=8).rsplit("MicroMag", 1)[0], "no closing line"),
+        (SMALL.format(points=9), "9 announced"),
+    ],
+)
+def test_a_cut_file_is_read_with_a_warning(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.warns(CutFileWarning, match=said):
+        assert len(read_forc(written(tmp_path, text)).curves) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("t,u,f\n0,1,2\n", "line 1"),
+        ("", "empty"),
+        (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01,warm"), "line 12"),
+        (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01"), "line 12"),
+        (SMALL.split("+1.0E+00,+3.3E+00", maxsplit=1)[0], "1 curves"),
+        (SMALL.split("+1.0E+00", maxsplit=1)[0], "0 curves"),
+    ],
+)
+def test_other_files_are_refused(tmp_path: Path, text: str, named: str) -> None:
+    with pytest.raises(InputError, match=named):
+        read_forc(written(tmp_path, text))
+
+
+def test_missing_files_and_missing_calibrations_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_forc(tmp_path / "none.frc")
+    without = SMALL.format(points=7).replace("+1.0E+00,+3.3E+00\n", "")
+    with pytest.raises(InputError, match="one calibration before each curve"):
+        read_forc(written(tmp_path, without), drift=True)

@@ -1,0 +1,74 @@
+"""The staircase and the pictures (Figures 2.12-2.18, 5.7)."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from macromicro.hysteresis import FodTable, Preisach, from_density
+from macromicro.hysteresis.pictures import draw_curves, draw_density, draw_plane, staircase
+
+TABLE = FodTable.from_everett(from_density(np.tril(np.ones((20, 20))), -1.0, 0.1, 21), 0.0, 2.0)
+
+
+def test_staircase_of_figures_2_13_to_2_16() -> None:
+    model = Preisach(TABLE)
+    model.step(0.6)  # u1: one horizontal link
+    assert [side.tolist() for side in staircase(model)] == [[-1.0, 0.6], [0.6, 0.6]]
+    model.step(-0.4)  # u2: a vertical one, vertex at (u1, u2)
+    assert [side.tolist() for side in staircase(model)] == [[-1.0, -0.4], [0.6, 0.6]]
+    model.step(0.2)  # u3 < u1
+    assert [s.tolist() for s in staircase(model)] == [[-1, -0.4, -0.4, 0.2], [0.6, 0.6, 0.2, 0.2]]
+    model.step(-0.1)  # u4 > u2: a new vertex at (u3, u4)
+    assert [s.tolist() for s in staircase(model)] == [[-1, -0.4, -0.4, -0.1], [0.6, 0.6, 0.2, 0.2]]
+
+
+@pytest.mark.parametrize("start", ["negative", "positive", "demagnetised"])
+def test_area_under_the_staircase_is_the_output(start: str) -> None:
+    """Uniform density: f is the area of S+ (2.4), here of a triangle of area 2."""
+    table = FodTable.from_everett(from_density(lambda a, b: 1.0 + 0.0 * a, -1.0, 0.02, 101), 0, 2)
+    model = Preisach(table)
+    model.reset(start)  # type: ignore[arg-type]
+    for u in (0.6, -0.4, 0.2, -0.1):
+        model.step(u)
+        beta, alpha = staircase(model)
+        x, y = np.r_[beta, model.u, -1.0], np.r_[alpha, model.u, -1.0]
+        area = 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+        assert model.f == pytest.approx(area, abs=1e-9)
+
+
+def test_pictures_can_be_saved() -> None:
+    model = Preisach(TABLE)
+    for u in (0.6, -0.4, 0.2, -0.1):
+        model.step(u)
+    u = np.linspace(0.5, -1.0, 30)
+    fitted = FodTable.from_curves(
+        [
+            (s + (u - 0.5) * (s + 1.0) / 1.5, TABLE.curve(s, s + (u - 0.5) * (s + 1.0) / 1.5))
+            for s in (-0.2, 0.4, 1.0)
+        ],
+        nodes=21,
+    )
+    pictures = [draw_plane(model, "V"), draw_density(TABLE), draw_density(fitted, "V")]
+    pictures += [draw_curves(TABLE, most=4), draw_curves(fitted, "V", "mm")]
+    for figure in pictures:
+        file = io.BytesIO()
+        figure.savefig(file, format="png")
+        assert file.getvalue().startswith(b"\x89PNG")
+    lines = pictures[3].axes[0].lines
+    assert len(lines) == 4 + 2
+    assert pictures[4].axes[0].get_xlabel() == "input u (V)"
+
+
+def test_heavy_modules_wait_until_they_are_needed() -> None:
+    code = (
+        "import sys, macromicro.hysteresis, macromicro.hysteresis.forc, "
+        "macromicro.hysteresis.table_files, macromicro.hysteresis.pictures\n"
+        "print([m for m in ('scipy', 'matplotlib', 'h5py', 'numba') if m in sys.modules])"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
