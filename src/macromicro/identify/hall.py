@@ -7,6 +7,7 @@ the sensor's lag, and made monotone.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,22 @@ from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 
 Array = npt.NDArray[np.float64]
+
+
+class HallFit(NamedTuple):
+    """A calibration with its uncertainty, at the table's voltages, NaN beyond the runs.
+
+    `volts` [V]; `std` [mm]: standard deviation of one run from the mean of all, per point;
+    `error` [mm]: that of the mean; `between` [mm]: half the difference between the mean of
+    the rising and that of the falling runs, which is lag; `runs`: their number.
+    """
+
+    calibration: Calibration
+    volts: Array
+    std: Array
+    error: Array
+    between: Array
+    runs: int
 
 
 def calibrate(
@@ -29,8 +46,31 @@ def calibrate(
     than half of the range.
     """
     grid = np.linspace(low, high, points)
+    return _averaged(grid, _tables(runs, grid))
+
+
+def calibrated(
+    runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
+) -> HallFit:
+    """`calibrate` and how far the runs agree. Needs two runs or more; raises as it does."""
+    if len(runs) < 2:
+        raise InputError("Hall calibration", f"{len(runs)} runs", "two runs or more")
+    grid = np.linspace(low, high, points)
+    tables = _tables(runs, grid)
+    made = _averaged(grid, tables)
+    std = tables.std(axis=0, ddof=1)
+    up = np.array([laser[-1] > laser[0] for _, laser in runs])
+    between = np.full(points, np.nan)
+    if up.any() and not up.all():
+        between = 0.5 * (tables[up].mean(axis=0) - tables[~up].mean(axis=0))
+    return HallFit(made, grid, std, std / np.sqrt(len(runs)), between, len(runs))
+
+
+def _tables(runs: Sequence[tuple[Array, Array]], grid: Array) -> Array:
+    """Position [mm] at the grid's voltages by each run, shape (runs, points), NaN where the
+    run has too few readings."""
     step = grid[1] - grid[0]
-    tables = np.full((len(runs), points), np.nan)
+    tables = np.full((len(runs), len(grid)), np.nan)
     for row, (hall, laser) in enumerate(runs):
         order = np.argsort(hall, kind="stable")
         volts, place = np.asarray(hall)[order], np.asarray(laser)[order]
@@ -39,22 +79,31 @@ def calibrate(
                 a, b = np.searchsorted(volts, [centre - reach, centre + reach])
                 inside = volts[a:b]
                 if b - a >= 8 and inside[-1] > centre > inside[0]:
-                    slope, level = np.polyfit(inside - centre, place[a:b], 1)
+                    _slope, level = np.polyfit(inside - centre, place[a:b], 1)
                     tables[row, i] = level
                     break
+    return tables
+
+
+def _averaged(grid: Array, tables: Array) -> Calibration:
+    """The mean of the runs' tables, extended at the ends and made monotone."""
+    points, step = len(grid), grid[1] - grid[0]
     with np.errstate(invalid="ignore"):
         seen = np.isfinite(tables).all(axis=0)
     if seen.sum() < points // 2:
         raise InputError(
-            "Hall calibration", f"{seen.sum()} of {points} voltages covered",
+            "Hall calibration",
+            f"{seen.sum()} of {points} voltages covered",
             "runs in both directions over at least half of the sensor's range",
         )
     mean = np.full(points, np.nan)
     mean[seen] = tables[:, seen].mean(axis=0)
     first, last = np.flatnonzero(seen)[[0, -1]]
     inner = np.interp(grid, grid[seen], mean[seen])
-    inner[:first] = inner[first] + (grid[:first] - grid[first]) * (inner[first + 1] - inner[first]) / step
-    inner[last + 1 :] = inner[last] + (grid[last + 1 :] - grid[last]) * (
-        inner[last] - inner[last - 1]
-    ) / step
-    return Calibration(float(low), float(step), np.maximum.accumulate(inner))
+    inner[:first] = (
+        inner[first] + (grid[:first] - grid[first]) * (inner[first + 1] - inner[first]) / step
+    )
+    inner[last + 1 :] = (
+        inner[last] + (grid[last + 1 :] - grid[last]) * (inner[last] - inner[last - 1]) / step
+    )
+    return Calibration(float(grid[0]), float(step), np.maximum.accumulate(inner))
