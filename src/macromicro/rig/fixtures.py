@@ -37,8 +37,8 @@ class CycleOutputs(NamedTuple):
     fan: float
 
 
-S = TypeVar("S")
-O = TypeVar("O")
+Shown = TypeVar("Shown")
+Taken = TypeVar("Taken")
 
 
 class FixtureClock:
@@ -58,18 +58,18 @@ class FixtureClock:
         self._twin.advance()
 
 
-class FixtureTwin(Generic[S, O]):
+class FixtureTwin(Generic[Shown, Taken]):
     """What both fixtures share: a clock that computes, outputs that end safe."""
 
     channels: tuple[str, ...] = ()
 
-    def __init__(self, dt: float, safe: O) -> None:
+    def __init__(self, dt: float, safe: Taken) -> None:
         self.dt = dt
         self.tick = 0
         self.clock = FixtureClock(self)
         self._safe = self._outputs = safe
 
-    def read(self) -> S:
+    def read(self) -> Shown:
         """Measure all channels now."""
         raise NotImplementedError
 
@@ -77,7 +77,7 @@ class FixtureTwin(Generic[S, O]):
         """Let one period pass."""
         raise NotImplementedError
 
-    def write(self, outputs: O) -> None:
+    def write(self, outputs: Taken) -> None:
         """Set the outputs for the coming period."""
         self._outputs = outputs
 

@@ -1,0 +1,146 @@
+"""Open-loop steps of CTRL on the micro-stage (Section 5.2.2, Figures 5.10 and 5.16).
+
+From full extension and room temperature, three trials at each voltage, the laser as the
+sensor. Steps below the stop are held 200 s, those that reach it 20 s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.columns import COLUMNS as RUN_COLUMNS
+from macromicro.errors import InputError
+from macromicro.kernel import compiled, kernel
+from macromicro.plant import bench
+from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
+from macromicro.recording import Column, Recording
+from macromicro.rig.twin import noise_source
+from macromicro.types import Outputs
+
+Array = npt.NDArray[np.float64]
+
+DT = 1e-3
+BELOW_STOP = (1.5, 1.525, 1.55, 1.575, 1.6)
+ABOVE_STOP = (1.65, 1.7, 1.8)
+UNSEEN = (1.625, 1.675, 1.75)
+TRIALS = 3
+HELD_S = 200.0
+HELD_AT_STOP_S = 20.0
+COOLED = (1.525, 1.55, 1.575, 1.6)
+COOL_AFTER_S, COOL_S = 10.0, 20.0
+
+_NAMES = ("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
+COLUMNS: tuple[Column, ...] = tuple(
+    next(c for c in RUN_COLUMNS if c.name == name) for name in _NAMES
+)
+
+
+@kernel
+def _open_loop(
+    p: Plant, s: State, ctrl: Array, noise: Array, out: Array, every: int, dt: float
+) -> State:
+    """Every `every`-th sample of an open-loop run into `out` (5, n): laser, hall, contract,
+    contraction, wire."""
+    for k in range(len(ctrl)):
+        if k % every == 0:
+            sample = bench.measure(p, s, k * dt, noise[k, 0], noise[k, 1])
+            j = k // every
+            out[0, j] = sample.laser
+            out[1, j] = sample.hall
+            out[2, j] = sample.contract
+            out[3, j] = s.micro.wire.x
+            out[4, j] = s.micro.wire.temperature
+        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), noise[k, 2], dt)
+    return s
+
+
+def run(plant: Plant, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1) -> Recording:
+    """`ctrl` [V], a value each ms, from cold and fully extended; every `every`-th is recorded."""
+    sent = np.ascontiguousarray(ctrl, dtype=np.float64)
+    if sent.ndim != 1 or len(sent) < 2 * every or not np.isfinite(sent).all() or every < 1:
+        raise InputError("CTRL profile", f"shape {sent.shape}", "a list of voltages, one each ms")
+    noise = noise_source(seed).standard_normal((len(sent), NOISES))
+    out = np.empty((5, -(-len(sent) // every)))
+    compiled(_open_loop)(plant, bench.initial(plant), sent, noise, out, every, DT)
+    laser, hall, contract, micro, wire = out
+    t = np.arange(out.shape[1]) * every * DT
+    arrays = [t, sent[::every], laser * 1e6, hall, contract, micro * 1e3, wire]
+    return Recording.from_arrays(COLUMNS, arrays, every * DT, {"seed": seed})
+
+
+def step(volts: float, seconds: float) -> Array:
+    """CTRL [V] of one step, a value each ms."""
+    return np.full(round(seconds / DT), volts)
+
+
+def cooling(volts: float, hold: float = COOL_AFTER_S, rest: float = COOL_S) -> Array:
+    """CTRL [V] of a step held `hold` [s], then 0 V for `rest` [s]."""
+    return np.concatenate([step(volts, hold), step(0.0, rest)])
+
+
+def staircase(levels: Sequence[float], seconds: float = 3.0) -> Array:
+    """CTRL [V] that stays `seconds` at each level."""
+    return np.concatenate([step(v, seconds) for v in levels])
+
+
+class StepData(NamedTuple):
+    """Recordings by voltage [V]: `steps`, one list of trials each, and `cooled`."""
+
+    steps: dict[float, list[Recording]]
+    cooled: dict[float, list[Recording]]
+
+
+def collect(
+    plant: Plant | None = None,
+    seed: int = 0,
+    trials: int = TRIALS,
+    volts: Sequence[float] = BELOW_STOP + ABOVE_STOP,
+    cooled: Sequence[float] = COOLED,
+) -> StepData:
+    """The whole procedure on a bench, by default the default one.
+
+    Long runs are recorded at 100 Hz, others at 1 kHz. Voltages above 1.625 V reach the stop.
+    """
+    machine = plant or bench.prepare(Bench(), Sensors())
+
+    def runs(ctrl: Array, first: int) -> list[Recording]:
+        every = 10 if len(ctrl) > 60_000 else 1
+        return [run(machine, ctrl, first + k, every) for k in range(trials)]
+
+    steps = {
+        v: runs(step(v, HELD_S if v < 1.625 else HELD_AT_STOP_S), seed + 100 * i)
+        for i, v in enumerate(volts)
+    }
+    down = {v: runs(cooling(v), seed + 5000 + 100 * i) for i, v in enumerate(cooled)}
+    return StepData(steps, down)
+
+
+def for_fit(plant: Plant | None = None, seed: int = 10_000) -> list[Recording]:
+    """Runs to fit the better model on: long steps below the stop, steps with cooling, and
+    one staircase through minor loops."""
+    machine = plant or bench.prepare(Bench(), Sensors())
+    profiles = [step(v, HELD_S) for v in BELOW_STOP]
+    profiles += [cooling(v, 10.0, 20.0) for v in (1.4, 1.525, 1.575, *ABOVE_STOP, 1.9)]
+    levels = (1.55, 1.7, 1.45, 1.6, 1.3, 1.65, 1.5, 0.0, 1.8, 1.4, 1.575, 0.0)
+    profiles.append(staircase(levels))
+    return [
+        run(machine, ctrl, seed + k, 10 if len(ctrl) > 60_000 else 1)
+        for k, ctrl in enumerate(profiles)
+    ]
+
+
+def for_judgement(plant: Plant | None = None, seed: int = 20_000) -> dict[str, Recording]:
+    """Runs that nothing is fitted on: steps with cooling, of other noise and length, three
+    of them at voltages that are in no other run, and staircases of other levels and times."""
+    machine = plant or bench.prepare(Bench(), Sensors())
+    volts = (1.575, *ABOVE_STOP, *UNSEEN)
+    profiles = {f"{v:g} V": cooling(v, HELD_AT_STOP_S, 20.0) for v in volts}
+    up = (1.4, 1.5, 1.55, 1.575, 1.6, 1.65, 1.6, 1.55, 1.5, 1.4, 0.0)
+    wild = (1.8, 1.35, 1.62, 0.0, 1.7, 1.5, 1.58, 1.45, 1.66, 1.2, 1.56, 0.0)
+    profiles["staircase"] = staircase(up, 4.0)
+    profiles["minor loops"] = staircase(wild, 2.0)
+    return {name: run(machine, c, seed + k) for k, (name, c) in enumerate(profiles.items())}

@@ -1,0 +1,117 @@
+"""Interference off a thermocouple's record (Figures 5.4 to 5.6), and averaging.
+
+A spike begins and ends with a jump. Where the slope is larger than the kiln can make it,
+a window is placed, and the record inside it becomes a straight line. The rest, turning
+points above all, is left as it is: that is why this beats a wide median filter.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.records import signal
+
+Array = npt.NDArray[np.float64]
+
+
+class Smoothed(NamedTuple):
+    """`values`: the record without spikes, shape (n,); `replaced`: which samples are new;
+    `spikes`: number of windows."""
+
+    values: Array
+    replaced: npt.NDArray[np.bool_]
+    spikes: int
+
+
+def without_spikes(
+    t: npt.ArrayLike,
+    values: npt.ArrayLike,
+    steepest: float = 7.0,
+    window: float = 0.6,
+    longest: float = 6.0,
+) -> Smoothed:
+    """The smoothing function of Figure 5.4: slope, window, straight line.
+
+    `t` [s] and `values` [degC] of shape (n,). A step from one sample to the next that is
+    steeper than `steepest` [degC/s] is a jump; a window of `window` [s] to either side is
+    placed around it. A jump and one back the other way within `longest` [s] are taken for
+    the two edges of one spike: all between them goes too. Each window becomes the straight line
+    between the means of the three good samples on its two sides; at an end of the record
+    it becomes the mean of the other side.
+
+    Raises InputError for unequal lengths, times that do not rise, a record of fewer than
+    five samples, or one of which more than half would go.
+    """
+    time, y = signal(t, "t"), signal(values, "temperature")
+    if len(time) != len(y) or len(y) < 5:
+        found = f"{len(time)} times, {len(y)} temperatures"
+        raise InputError("record", found, "as many of each, 5 or more")
+    if np.any(np.diff(time) <= 0.0):
+        raise InputError("t", "does not rise", "times in rising order")
+    slope = np.diff(y) / np.diff(time)
+    jumps = np.flatnonzero(np.abs(slope) > steepest)
+    bad = np.zeros(len(y), dtype=bool)
+    for k, jump in enumerate(jumps):
+        a, b = np.searchsorted(time, [time[jump] - window, time[jump + 1] + window])
+        bad[a:b] = True
+        later = jumps[k + 1 :][time[jumps[k + 1 :]] - time[jump] <= longest]
+        back = later[slope[later] * slope[jump] < 0.0]
+        if len(back):
+            bad[jump : back[0] + 1] = True
+    if bad.mean() > 0.5:
+        found = f"{100 * bad.mean():.0f} % of the record is steeper than {steepest:g} per second"
+        raise InputError("temperature", found, "a record whose spikes are rare")
+    good = ~bad
+    starts = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0) == 1)
+    ends = np.flatnonzero(np.diff(bad.astype(np.int8), append=0) == -1) + 1
+    made = y.copy()
+    for a, b in zip(starts, ends, strict=True):
+        left = np.flatnonzero(good[:a])[-3:]
+        right = b + np.flatnonzero(good[b : b + 200])[:3]
+        sides = [(time[s].mean(), y[s].mean()) for s in (left, right) if len(s)]
+        place, level = zip(*sides, strict=True)
+        made[a:b] = np.interp(time[a:b], place, level)
+    return Smoothed(made, bad, len(starts))
+
+
+def median_filtered(values: npt.ArrayLike, samples: int) -> Array:
+    """Moving median over `samples` (odd), ends mirrored: for comparison only.
+
+    It takes every spike shorter than half the window, and every turning point with it:
+    a peak between slopes of s is clipped by about s times a quarter of the window.
+    """
+    y = signal(values, "values")
+    if samples < 1 or samples % 2 == 0 or samples > len(y):
+        raise InputError("median, samples", samples, f"an odd number from 1 to {len(y)}")
+    from scipy.ndimage import median_filter
+
+    return np.asarray(median_filter(y, size=samples, mode="mirror"), dtype=np.float64)
+
+
+def window_means(
+    u: npt.ArrayLike, x: npt.ArrayLike, samples: int, width: float = np.inf
+) -> tuple[Array, Array]:
+    """Means of neighbours (Figure 5.6, diamonds): less noise and fewer points.
+
+    A window closes after `samples` samples, or as soon as `u` spans more than `width` in
+    it, so that steep places keep their points. Returns u and x, shape (windows,).
+    """
+    uu, xx = signal(u, "u"), signal(x, "x")
+    if len(uu) != len(xx) or samples < 1 or not width > 0.0:
+        found = f"{len(uu)} and {len(xx)} values, {samples} samples, width {width}"
+        raise InputError("averaging", found, "equal lengths, 1 sample or more, a width above 0")
+    starts = [0]
+    low = high = uu[0] if len(uu) else 0.0
+    for k in range(1, len(uu)):
+        low, high = min(low, uu[k]), max(high, uu[k])
+        if k - starts[-1] >= samples or high - low > width:
+            starts.append(k)
+            low = high = uu[k]
+    if not len(uu):
+        return uu, xx
+    count = np.diff([*starts, len(uu)])
+    return np.add.reduceat(uu, starts) / count, np.add.reduceat(xx, starts) / count

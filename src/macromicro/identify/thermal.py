@@ -1,0 +1,187 @@
+"""Heating (5.6) and cooling (5.9) from temperatures inferred by position (Section 5.2.2)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify.inference import Doubt, on_cooling, on_heating
+from macromicro.identify.linear_fit import LinearFit
+from macromicro.identify.notices import ConvergenceWarning, notice
+from macromicro.identify.records import signal
+from macromicro.identify.refined import mls
+from macromicro.models.heating import Ladder, Modes, ladder, step_response
+from macromicro.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+# A temperature whose band is wider than this [K] says next to nothing.
+WIDEST_BAND = 6.0
+
+
+class StepRecord(NamedTuple):
+    """A step from cold: t [s], position [mm], temperature rise [K] with the standard error
+    of each value, shape (n,). Where the position tells no temperature, the error is inf."""
+
+    t: Array
+    position: Array
+    rise: Array
+    error: Array
+
+
+def averaged(trials: list[Recording]) -> tuple[Array, Array]:
+    """t [s] and the mean of the trials' laser positions [mm] (solid line of Figure 5.10)."""
+    if not trials:
+        raise InputError("trials", "none", "one recording or more")
+    n = min(len(r) for r in trials)
+    if any(r.dt != trials[0].dt for r in trials):
+        raise InputError("trials", [r.dt for r in trials], "one sample time")
+    x = np.mean([signal(r["laser"], "laser")[:n] for r in trials], axis=0) * 1e-3
+    return signal(trials[0]["t"], "t")[:n], x
+
+
+def inferred_step(
+    table: FodTable, trials: list[Recording], ambient: float, doubt: Doubt | None = None
+) -> StepRecord:
+    """Figure 5.10b: temperature rise over `ambient` [degC] during a step from full extension."""
+    t, x = averaged(trials)
+    found = on_heating(table, x, doubt)
+    width = found.high - found.low
+    usable = (width <= WIDEST_BAND) & (found.slope > 0.0)
+    return StepRecord(t, x, found.temperature - ambient, np.where(usable, 0.25 * width, np.inf))
+
+
+def steady(record: StepRecord, seconds: float = 2.0) -> float:
+    """Mean temperature rise [K] over the last `seconds` of a step.
+
+    InputError where the position does not tell it, at the stop above all.
+    """
+    last = record.t >= record.t[-1] - seconds
+    if not np.isfinite(record.error[last]).all():
+        accepted = "a step that moves the actuator and stays clear of the stop"
+        raise InputError("steady temperature", "position in saturation", accepted)
+    return float(record.rise[last].mean())
+
+
+class HeatingFit(NamedTuple):
+    """(5.6) as found: `modes`, with standard errors of rates and shares; `ladder`, the same
+    as three nodes; `nrmse`, RMS error over the range of the record's temperatures."""
+
+    modes: Modes
+    std: Modes
+    ladder: Ladder
+    nrmse: float
+
+
+def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
+    """Third-order dynamics of a step towards `goal` [K]: T / T_d by output error.
+
+    Three modes with shares above 0, which is a ladder of positive elements. `points`
+    samples spread evenly over the logarithm of time are used, so that the first second
+    counts as much as the last minute; all count alike, since the error that matters is the table's,
+    not the laser's noise. Raises InputError for a step with too few usable samples.
+    """
+    from scipy.optimize import least_squares
+
+    usable = np.flatnonzero(np.isfinite(record.error) & (record.t > 0.0))
+    if len(usable) < 50 or not goal > 0.0:
+        found = f"{len(usable)} usable samples, goal {goal:g} K"
+        raise InputError("heating step", found, "50 samples or more and a goal above 0")
+    t = record.t[usable]
+    places = np.searchsorted(t, np.geomspace(t[0], t[-1], points))
+    chosen = np.unique(np.minimum(places, len(t) - 1))
+    t, y = t[chosen], record.rise[usable][chosen] / goal
+
+    def residual(theta: Array) -> Array:
+        return np.asarray(step_response(Modes(*np.exp(theta)), t) - y)
+
+    # From a second to the length of the record, as an engineer would guess.
+    rates = np.geomspace(1.5, 2.0 / t[-1], 3)
+    start = np.log(np.r_[rates, 0.7, 0.2, 0.1])
+    found = least_squares(residual, start, x_scale=1.0, method="trf", max_nfev=400)
+    if found.status <= 0:
+        notice(ConvergenceWarning, f"heating: {found.message}; last values returned")
+    theta = np.exp(found.x)
+    variance = float(found.fun @ found.fun) / max(len(t) - 6, 1)
+    std = theta * np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)) * variance)
+    order = np.argsort(-theta[:3])
+    modes = Modes(*(float(v) for v in np.r_[theta[:3][order], theta[3:][order]]))
+    errors = Modes(*(float(v) for v in np.r_[std[:3][order], std[3:][order]]))
+    nrmse = float(np.sqrt(np.mean(found.fun**2)) / np.ptp(y))
+    return HeatingFit(modes, errors, ladder(modes), nrmse)
+
+
+def heating_mls(record: StepRecord, goal: float, dt: float = 0.1) -> LinearFit:
+    """The same by `mls` of order three on samples every `dt` [s], as the thesis did.
+
+    Before the position tells a temperature, a straight line from 0 stands for it: without
+    the step's first samples a numerator of second order cannot be found. One equation
+    error a sample gives the long tail most of the weight; `heating` is the better way.
+    """
+    known = np.isfinite(record.error)
+    t = np.arange(record.t[0], record.t[-1], dt)
+    y = np.interp(t, np.r_[record.t[0], record.t[known]], np.r_[0.0, record.rise[known]])
+    # Rest before the step shows where it begins.
+    lead = 5
+    u = np.r_[np.zeros(lead), np.full(len(t), goal)]
+    return mls(u, np.r_[np.zeros(lead), y], 3, 3, dt)
+
+
+def needed_goal(
+    table: FodTable, fit: Modes, t: Array, x: Array, ambient: float, level: float
+) -> float:
+    """T_d [K] with which the heating model passes the temperature of position `level` [mm]
+    when the record `t` [s], `x` [mm] does: the tuning of (5.8) above 1.6 V."""
+    past = np.flatnonzero(x >= level)
+    if not len(past) or past[0] == 0:
+        raise InputError("heating step", f"{x.max():.4g} mm", f"a step that passes {level:.4g} mm")
+    warm = float(on_heating(table, [level]).temperature[0]) - ambient
+    return warm / float(step_response(fit, t[past[0]]))
+
+
+class CoolingFit(NamedTuple):
+    """`time`: until 63 % of the fall is done [s] (5.9); `fitted`: time constant by least
+    squares [s]; `nrmse` of that exponential; `peak` [degC]: where the fall began."""
+
+    time: float
+    fitted: float
+    nrmse: float
+    peak: float
+
+
+def cooling(table: FodTable, trials: list[Recording], ambient: float) -> CoolingFit:
+    """(5.9) from a step that is held and then set to 0 V (Figure 5.16).
+
+    InputError where CTRL never falls to zero or the position does not cover the 63 %.
+    """
+    from scipy.optimize import least_squares
+
+    t, x = averaged(trials)
+    sent = signal(trials[0]["ctrl"], "ctrl")[: len(t)]
+    off = np.flatnonzero((sent[1:] <= 0.0) & (sent[:-1] > 0.0))
+    if not len(off):
+        raise InputError("cooling record, ctrl", "never goes to zero", "a step that ends at 0 V")
+    begin = int(off[0]) + 1
+    before = t >= t[begin] - 0.05
+    peak = float(on_heating(table, [x[before & (t < t[begin])].mean()]).temperature[0])
+    found = on_cooling(table, x[begin:], peak)
+    time, rise = t[begin:] - t[begin], found.temperature - ambient
+    goal = (peak - ambient) * np.exp(-1.0)
+    done = np.flatnonzero(rise <= goal)
+    usable = (found.slope > 0.0) & (found.high - found.low <= WIDEST_BAND)
+    if not len(done) or not usable[: done[0]].mean() > 0.5:
+        accepted = "a fall whose first 63 % the position can tell"
+        raise InputError("cooling record", f"peak {peak:.1f} degC", accepted)
+    last = int(done[0])
+    tt, yy = time[: last + 1][usable[: last + 1]], rise[: last + 1][usable[: last + 1]]
+
+    def residual(theta: Array) -> Array:
+        return np.asarray((peak - ambient) * np.exp(-tt / theta[0]) - yy)
+
+    fit = least_squares(residual, [time[last]])
+    nrmse = float(np.sqrt(np.mean(fit.fun**2)) / np.ptp(yy))
+    return CoolingFit(float(time[last]), float(fit.x[0]), nrmse, peak)

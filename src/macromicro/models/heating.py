@@ -1,0 +1,144 @@
+"""Third-order heating (5.6), as transfer function, as modes and as a thermal ladder.
+
+All three say the same: with positive shares, modes are the impedance of three heat
+capacities in a row, joined by resistances, the last to the air.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.kernel import kernel
+
+Array = npt.NDArray[np.float64]
+
+# (5.6): numerator and denominator, highest power of s first.
+PRINTED = ((1.001, 0.1483, 0.001552), (1.0, 1.491, 0.1604, 0.001537))
+
+
+class Modes(NamedTuple):
+    """T/T_d = sum over i of share_i rate_i / (s + rate_i); rates [rad/s], falling."""
+
+    rate1: float
+    rate2: float
+    rate3: float
+    share1: float
+    share2: float
+    share3: float
+
+
+class Ladder(NamedTuple):
+    """Wire, plates and body: capacities [s] and resistances (numbers).
+
+    Heat is counted in K: one K of heat warms, in the end, by r1 + r2 + r3 K; a capacity
+    of c s takes up c K s of heat for each K. Real units by one factor, in K/W.
+    """
+
+    c1: float
+    r1: float
+    c2: float
+    r2: float
+    c3: float
+    r3: float
+
+
+class Heat(NamedTuple):
+    """The modes' parts of the temperature [K above ambient]; their sum is T."""
+
+    m1: float
+    m2: float
+    m3: float
+
+
+COLD = Heat(0.0, 0.0, 0.0)
+
+
+@kernel
+def heated(p: Modes, s: Heat, goal: float, dt: float) -> Heat:
+    """State after `dt` [s] with T_d = `goal` [K]: exact for a constant goal."""
+    return Heat(
+        s.m1 + (p.share1 * goal - s.m1) * (1.0 - math.exp(-p.rate1 * dt)),
+        s.m2 + (p.share2 * goal - s.m2) * (1.0 - math.exp(-p.rate2 * dt)),
+        s.m3 + (p.share3 * goal - s.m3) * (1.0 - math.exp(-p.rate3 * dt)),
+    )
+
+
+@kernel
+def cooled(p: Modes, s: Heat, goal: float, time: float, dt: float) -> Heat:
+    """State after `dt` [s] of cooling by (5.9): all parts fall with the one time constant."""
+    left = math.exp(-dt / time)
+    return Heat(
+        p.share1 * goal + (s.m1 - p.share1 * goal) * left,
+        p.share2 * goal + (s.m2 - p.share2 * goal) * left,
+        p.share3 * goal + (s.m3 - p.share3 * goal) * left,
+    )
+
+
+def step_response(p: Modes, t: npt.ArrayLike) -> Array:
+    """T/T_d at times `t` [s] after a step from cold."""
+    time = np.asarray(t, dtype=np.float64)
+    parts = [k * -np.expm1(-r * time) for r, k in zip(p[:3], p[3:], strict=True)]
+    return np.asarray(sum(parts), dtype=np.float64)
+
+
+def from_transfer(num: npt.ArrayLike, den: npt.ArrayLike) -> Modes:
+    """Modes of num(s)/den(s), coefficients from the highest power down, as in `PRINTED`.
+
+    Raises InputError unless den has three different negative real roots and num less.
+    """
+    top, bottom = np.trim_zeros(np.ravel(num), "f"), np.trim_zeros(np.ravel(den), "f")
+    poles = np.roots(bottom) if len(bottom) == 4 else np.zeros(0)
+    usable = len(poles) == 3 and bool(np.all(np.isreal(poles)) and np.all(poles.real < 0.0))
+    if not usable or len(top) > 3 or len(np.unique(poles)) < 3:
+        accepted = "order 3, strictly proper, three different negative real poles"
+        raise InputError("transfer function, poles", str(poles), accepted)
+    poles = np.sort(poles.real)
+    residues = np.polyval(top, poles) / np.polyval(np.polyder(bottom), poles)
+    return Modes(*(float(v) for v in -poles), *(float(v) for v in -residues / poles))
+
+
+def transfer(p: Modes) -> tuple[Array, Array]:
+    """Numerator (3,) and denominator (4,) of the modes, as in (5.6)."""
+    rates, shares = np.array(p[:3]), np.array(p[3:])
+    num = np.zeros(3)
+    for i in range(3):
+        num += shares[i] * rates[i] * np.poly(-np.delete(rates, i))
+    return num, np.asarray(np.poly(-rates), dtype=np.float64)
+
+
+def ladder(p: Modes) -> Ladder:
+    """The ladder with these modes: the continued fraction of the impedance.
+
+    Z = 1/(c1 s + 1/(r1 + 1/(c2 s + ...))). Raises InputError where a share is not above
+    0: no ladder of positive elements does that.
+    """
+    if min(p) <= 0.0:
+        raise InputError("thermal ladder, modes", tuple(p), "rates and shares above 0")
+    num, den = transfer(p)
+    elements = []
+    while len(num):
+        c = den[0] / num[0]
+        # 1/Z - c s, its leading term being 0
+        rest = (den - c * np.append(num, 0.0))[1:]
+        r = num[0] / rest[0]
+        elements += [c, r]
+        num, den = (num - r * rest)[1:], rest
+    return Ladder(*(float(v) for v in elements))
+
+
+def modes(p: Ladder) -> Modes:
+    """The modes of a ladder: eigenvalues of its heat balance."""
+    if min(p) <= 0.0:
+        raise InputError("thermal ladder", tuple(p), "capacities and resistances above 0")
+    g = 1.0 / np.array([p.r1, p.r2, p.r3])
+    root = np.sqrt([p.c1, p.c2, p.c3])
+    matrix = np.array([[g[0], -g[0], 0.0], [-g[0], g[0] + g[1], -g[1]], [0.0, -g[1], g[1] + g[2]]])
+    rates, vectors = np.linalg.eigh(matrix / np.outer(root, root))
+    shares = vectors[0] ** 2 / p.c1 / rates
+    order = np.argsort(-rates)
+    return Modes(*(float(v) for v in rates[order]), *(float(v) for v in shares[order]))

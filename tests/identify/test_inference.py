@@ -1,0 +1,93 @@
+"""Temperature from position: the table read backwards (Section 5.2.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from macromicro.errors import InputError
+from macromicro.hysteresis import from_density
+from macromicro.hysteresis.preisach import Preisach
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify.inference import Doubt, full_contraction, on_cooling, on_heating
+from macromicro.identify.kiln import turning_points
+
+TABLE = FodTable.from_everett(
+    from_density(
+        lambda up, down: np.where(
+            (up < 110.0) & (up > 45.0) & (up - down > 15.0) & (up - down < 50.0) & (down > 30.0),
+            np.exp(up / 10.0),
+            0.0,
+        ),
+        20.0,
+        0.5,
+        191,
+    ),
+    0.0,
+    4.0,
+)
+
+
+@given(st.floats(60.0, 109.0))
+def test_heating_then_reading_back(warm: float) -> None:
+    x = Preisach(TABLE).run([25.0, warm])[-1]
+    found = on_heating(TABLE, [x])
+    assert found.temperature[0] == pytest.approx(warm, abs=1e-6)
+    assert found.low[0] < warm < found.high[0]
+
+
+@given(st.floats(85.0, 109.0), st.floats(0.1, 0.8))
+def test_cooling_then_reading_back(peak: float, share: float) -> None:
+    grid = np.linspace(peak, 30.0, 400)
+    x = Preisach(TABLE).run(np.r_[25.0, grid])[1:]
+    k = int(np.argmax(x < share * x[0]))
+    found = on_cooling(TABLE, [x[k]], peak)
+    assert found.temperature[0] == pytest.approx(grid[k], abs=1e-6)
+
+
+def test_band_is_wide_where_the_branch_is_flat_and_sensitivity_where_it_is_steep() -> None:
+    """Section 5.2.3: at high temperatures a minor temperature error is a large position error."""
+    found = on_heating(TABLE, [0.1, 3.5], Doubt(0.01, 0.3))
+    width = found.high - found.low
+    assert width[0] > 2.0 * width[1]
+    assert found.slope[1] > 10.0 * found.slope[0]
+    # On the steep part it is all the thermometer's doubt.
+    assert width[1] == pytest.approx(4.0 * 0.3, rel=0.15)
+
+
+def test_saturation_tells_no_temperature() -> None:
+    found = on_heating(TABLE, [-0.01, 4.01])
+    assert found.low[0] == TABLE.lo
+    assert found.high[1] == TABLE.hi
+    assert list(found.slope) == [0.0, 0.0]
+
+
+def test_full_contraction() -> None:
+    """The end is at 110 degC; 2 % below it the exponential branch is 0.2 K short."""
+    assert full_contraction(TABLE) == pytest.approx(110.0 + 10.0 * np.log(0.98), abs=0.3)
+
+
+def test_what_cannot_be_read() -> None:
+    with pytest.raises(InputError, match="peak"):
+        on_cooling(TABLE, [1.0], 10.0)
+    with pytest.raises(InputError, match="not finite"):
+        on_heating(TABLE, [np.nan])
+    with pytest.raises(InputError, match="errors of at least 0"):
+        on_heating(TABLE, [1.0], Doubt(-1.0, 0.0))
+
+
+@given(st.lists(st.floats(5.0, 50.0), min_size=1, max_size=10))
+def test_turning_points(legs: list[float]) -> None:
+    """Every leg of a zigzag is found, whatever the ripple on it."""
+    signs = np.array([1.0, -1.0] * 5)[: len(legs)]
+    corners = np.r_[0.0, np.cumsum(signs * legs)]
+    y = np.interp(np.arange(50 * len(legs) + 1) / 50.0, np.arange(len(legs) + 1), corners)
+    ripple = 0.2 * np.sin(np.arange(len(y)) * 2.0)
+    ripple[::50] = 0.0
+    found = turning_points(y + ripple)
+    places = y[found]
+    assert len(found) >= len(corners)
+    assert len(found) <= len(corners) + 1
+    np.testing.assert_allclose(places[: len(corners) - 1], corners[:-1], atol=2.5)
