@@ -70,6 +70,7 @@ def test_heating_dynamics(models: Models) -> None:
     assert min(models.thesis.heating.ladder) > 0.0
 
 
+@pytest.mark.filterwarnings("ignore:mls. not settled")
 def test_mls_finds_the_same_dynamics(stepped: StepData, models: Models) -> None:
     """Section 5.2.2: (5.6) was found by MLS."""
     record = thermal.inferred_step(models.table, stepped.steps[1.6], 25.0)

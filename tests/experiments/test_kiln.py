@@ -105,8 +105,10 @@ def _with_median(r: Recording, samples: int) -> Recording:
 
 
 def test_full_contraction(models: Models) -> None:
-    """Claim S6: 107.5 +-1.5 degC, at 2 % from the end of the stroke."""
-    assert full_contraction(models.table) == pytest.approx(107.5, abs=1.6)
+    """Claim S6: 107.5 +-1.5 degC, where the branch is within 5 % of its end. At the very end
+    the thermocouple on the top plate, hotter than the wires, reads up to 1.7 K more than 107.5."""
+    assert full_contraction(models.table) == pytest.approx(107.5, abs=1.5)
+    assert full_contraction(models.table, within=0.01) == pytest.approx(107.5, abs=2.0)
 
 
 @pytest.mark.parametrize("turns", [[], [20.0], [60.0, 70.0], [60.0, 40.0, 35.0], [np.nan]])

@@ -23,6 +23,20 @@ def test_a_spike_anywhere_is_taken_out(at: float, lasts: float, height: float, w
     assert np.abs(made.values - TRIANGLE).max() < (1.0 if 190.0 < at < 203.0 else 1e-6)
 
 
+def test_two_spikes_on_each_others_heels() -> None:
+    """Together longer than one can be, with a step between them that is none."""
+    y = TRIANGLE.copy()
+    y[500:525] += 9.0
+    y[525:550] += 10.0
+    made = without_spikes(T, y)
+    assert np.abs(made.values - TRIANGLE).max() < 1e-6
+    # A gap between two spikes is no spike.
+    y = TRIANGLE + 9.0 * (np.abs(T - 51.1) < 1.0) - 9.0 * (np.abs(T - 56.1) < 1.0)
+    made = without_spikes(T, y)
+    assert made.spikes == 2
+    assert np.abs(made.values - TRIANGLE).max() < 1e-6
+
+
 def test_a_clean_record_is_left_alone() -> None:
     made = without_spikes(T, TRIANGLE)
     np.testing.assert_array_equal(made.values, TRIANGLE)

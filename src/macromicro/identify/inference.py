@@ -86,8 +86,12 @@ def _inverted(
     return Inferred(middle, np.minimum(low, middle), np.maximum(high, middle), slope * inside)
 
 
-def full_contraction(table: FodTable, within: float = 0.02) -> float:
-    """Temperature [degC] at which the rising branch is `within` (a share) of its end (S6)."""
+def full_contraction(table: FodTable, within: float = 0.05) -> float:
+    """Temperature [degC] at which the rising branch is `within` (a share) of its end (S6).
+
+    The last few hundredths are rounded by averaging and by the encoder: what they say
+    about temperature depends on where one stops.
+    """
     _, rising, _ = table.major_loop
     level = rising[-1] - within * table.span
     return float(on_heating(table, [level]).temperature[0])

@@ -16,6 +16,7 @@ from macromicro.errors import InputError
 from macromicro.identify.records import signal
 
 Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
 
 
 class Smoothed(NamedTuple):
@@ -32,16 +33,17 @@ def without_spikes(
     values: npt.ArrayLike,
     steepest: float = 7.0,
     window: float = 0.6,
-    longest: float = 6.0,
+    longest: float = 15.0,
 ) -> Smoothed:
     """The smoothing function of Figure 5.4: slope, window, straight line.
 
     `t` [s] and `values` [degC] of shape (n,). A step from one sample to the next that is
     steeper than `steepest` [degC/s] is a jump; a window of `window` [s] to either side is
-    placed around it. A jump and one back the other way within `longest` [s] are taken for
-    the two edges of one spike: all between them goes too. Each window becomes the straight line
-    between the means of the three good samples on its two sides; at an end of the record
-    it becomes the mean of the other side.
+    placed around it. The first later jump, within `longest` [s], after which the record is
+    back, nearer to where it was before than to the spike, ends the spike: all between the
+    two goes as well. Each window becomes the straight line between the means of the three
+    good samples on its two sides; at an end of the record it becomes the mean of the other
+    side.
 
     Raises InputError for unequal lengths, times that do not rise, a record of fewer than
     five samples, or one of which more than half would go.
@@ -52,30 +54,39 @@ def without_spikes(
         raise InputError("record", found, "as many of each, 5 or more")
     if np.any(np.diff(time) <= 0.0):
         raise InputError("t", "does not rise", "times in rising order")
-    slope = np.diff(y) / np.diff(time)
-    jumps = np.flatnonzero(np.abs(slope) > steepest)
+    jumps = np.flatnonzero(np.abs(np.diff(y) / np.diff(time)) > steepest)
     bad = np.zeros(len(y), dtype=bool)
-    for k, jump in enumerate(jumps):
-        a, b = np.searchsorted(time, [time[jump] - window, time[jump + 1] + window])
+    k = 0
+    while k < len(jumps):
+        last = _return(time, y, jumps, k, longest)
+        a, b = np.searchsorted(time, [time[jumps[k]] - window, time[jumps[last] + 1] + window])
         bad[a:b] = True
-        later = jumps[k + 1 :][time[jumps[k + 1 :]] - time[jump] <= longest]
-        back = later[slope[later] * slope[jump] < 0.0]
-        if len(back):
-            bad[jump : back[0] + 1] = True
+        k = last + 1
     if bad.mean() > 0.5:
         found = f"{100 * bad.mean():.0f} % of the record is steeper than {steepest:g} per second"
         raise InputError("temperature", found, "a record whose spikes are rare")
-    good = ~bad
     starts = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0) == 1)
     ends = np.flatnonzero(np.diff(bad.astype(np.int8), append=0) == -1) + 1
+    good = np.flatnonzero(~bad)
     made = y.copy()
     for a, b in zip(starts, ends, strict=True):
-        left = np.flatnonzero(good[:a])[-3:]
-        right = b + np.flatnonzero(good[b : b + 200])[:3]
-        sides = [(time[s].mean(), y[s].mean()) for s in (left, right) if len(s)]
-        place, level = zip(*sides, strict=True)
+        at = int(np.searchsorted(good, a))
+        sides = [s for s in (good[max(at - 3, 0) : at], good[at : at + 3]) if len(s)]
+        place, level = [time[s].mean() for s in sides], [y[s].mean() for s in sides]
         made[a:b] = np.interp(time[a:b], place, level)
     return Smoothed(made, bad, len(starts))
+
+
+def _return(time: Array, y: Array, jumps: Index, k: int, longest: float) -> int:
+    """Number of the jump that ends the spike which jump `k` begins; `k` itself if none does."""
+    before = y[jumps[k]]
+    height = y[jumps[k] + 1] - before
+    for later in range(k + 1, len(jumps)):
+        if time[jumps[later]] - time[jumps[k]] > longest:
+            break
+        if abs(y[jumps[later] + 1] - before) < 0.5 * abs(height):
+            return later
+    return k
 
 
 def median_filtered(values: npt.ArrayLike, samples: int) -> Array:

@@ -38,8 +38,15 @@ class Limits(NamedTuple):
         float, Par("m/s", "slowest micro approach that is accepted", shown="mm/s", positive=True)
     ] = 0.5e-3
     micro_tolerance: Annotated[
-        float, Par("m", "micro following error always allowed", shown="mm", positive=True)
-    ] = 0.25e-3
+        float,
+        Par(
+            "m",
+            "micro following error always allowed",
+            "S11: proportional control leaves 0.54 mm",
+            shown="mm",
+            positive=True,
+        ),
+    ] = 0.7e-3
     silent: Annotated[
         float, Par("s", "longest time without a new value of a sensor", shown="ms", positive=True)
     ] = 0.005

@@ -1,0 +1,229 @@
+"""`identify drive`: mass and friction of a motor-driven axis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.commands import model_file
+from macromicro.commands.files import Picking, loaded
+from macromicro.commands.result import Line, Result
+from macromicro.errors import InputError
+from macromicro.identify.picking import RUN, Role, railed, runs
+from macromicro.identify.runs import checked
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.axis_fit import DriveFit
+
+T = Role("t", "time", ("t", "time", "zeit"), ("s",))
+U = Role(
+    "u",
+    "drive voltage or force",
+    ("u", "motor", "voltage", "volts", "v", "force", "f", "vir", "input"),
+    ("V", "N", "A"),
+)
+X = Role(
+    "x",
+    "position",
+    ("x", "macro_position", "position", "pos", "qm", "q", "y", "angle"),
+    ("m", "rad", "counts"),
+)
+ROLES = (T, U, X, RUN)
+GAINS = ("gain", "gtau")
+MEANINGS = {
+    "mass": "inertia",
+    "viscous": "viscous friction",
+    "coulomb": "Coulomb friction",
+    "offset": "constant force",
+    "asymmetry": "viscous, forwards more than backwards by",
+    "stribeck": "breakaway above Coulomb",
+    "stribeck_speed": "speed over which that fades",
+}
+
+
+class Options(NamedTuple):
+    """`gain` [force per unit of u], `delay` [samples]: None means as the file says, else 1
+    and 0. `limit`: u saturates there. `structure`: of the friction."""
+
+    gain: float | None = None
+    structure: str = "auto"
+    limit: float | None = None
+    delay: int | None = None
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """Physical parameters by inverse dynamics and output error (`macromicro.identify.drive`)."""
+    from macromicro.identify import drive
+
+    tables = loaded(picking, ROLES)
+    first = tables[0]
+    records = []
+    for table in tables:
+        for part in runs(table):
+            railed(part["x"], f"{table.file}, x")
+            records.append(checked(part["t"], part["u"], part["x"], table.file, 200))
+    gain, said = options.gain, "as told"
+    if gain is None:
+        name = next((n for n in GAINS if n in first.constants), "")
+        gain, said = first.constants.get(name, 1.0), f"{name} in the file"
+    delay = options.delay
+    if delay is None:
+        delay = int(first.constants.get("delay", 0))
+    fit = drive(
+        [r.t for r in records],
+        [r.u for r in records],
+        [r.x for r in records],
+        gain=gain,
+        structure=options.structure,
+        limit=options.limit,
+        delay=delay,
+    )
+    u_unit, x_unit = first.units["u"] or "unit of u", first.units["x"] or "unit of x"
+    force = "N" if gain != 1.0 else u_unit
+    units = units_of(force, x_unit)
+    by_inverse = dict(zip(fit.inverse.names, zip(fit.inverse.values, fit.inverse.std, strict=True)))
+    lines = []
+    for name, value, error in zip(
+        fit.refined.names, fit.refined.values, fit.refined.std, strict=True
+    ):
+        other, spread = by_inverse[name]
+        note = f"{MEANINGS[name]}; inverse dynamics {other:.5g}"
+        lines.append(
+            Line(
+                name,
+                value,
+                error,
+                units[name],
+                note + (f" +- {spread:.2g}" if spread == spread else ""),
+            )
+        )
+    samples = sum(len(r.t) for r in records)
+    remarks = [
+        ("fit", f"free run {fit.fit:.2f} %, RMS {fit.rms:.4g} {x_unit} over {samples} samples"),
+        ("on data that was not fitted to", f"RMS {fit.holdout_rms:.4g} {x_unit}"),
+        ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
+        ("structure", structure(fit)),
+    ]
+    if gain != 1.0:
+        remarks.append(("gain", f"{gain:g} N/{u_unit}, {said}"))
+    if delay:
+        remarks.append(("delay", f"u acts {delay} samples late"))
+    data = {
+        "structure": fit.structure,
+        "rms": fit.rms,
+        "fit_percent": fit.fit,
+        "gain": gain,
+        "delay": delay,
+        "holdout": fit.holdout,
+        "holdout_rms": fit.holdout_rms,
+        "inverse": {n: v for n, v in zip(fit.inverse.names, fit.inverse.values, strict=True)},
+        "inverse_std": {n: v for n, v in zip(fit.inverse.names, fit.inverse.std, strict=True)},
+    }
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.commands import pictures
+
+        t = [r.t for r in records]
+        label = f"position [{x_unit}]"
+        return {
+            "free_run": pictures.free_runs(t, [r.x for r in records], fit.free_run, label),
+            "residuals": pictures.leftover(fit.residuals, records[0].dt, label),
+        }
+
+    title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
+    return Result("drive", title, lines, remarks, model(fit, force, x_unit, units), draw, data)
+
+
+def units_of(force: str, x: str) -> dict[str, str]:
+    """Units of the parameters; kg, N s/m and N where force and position are SI."""
+    whole = force == "N" and x == "m"
+    slope = f"{force}*s/{x}"
+    return {
+        "mass": "kg" if whole else f"{force}*s^2/{x}",
+        "viscous": slope,
+        "coulomb": force,
+        "offset": force,
+        "asymmetry": slope,
+        "stribeck": force,
+        "stribeck_speed": f"{x}/s",
+    }
+
+
+def structure(fit: DriveFit) -> str:
+    """The friction that was chosen, and by what."""
+    if not fit.holdout:
+        return f"{fit.structure}, as told"
+    tried = ", ".join(f"{name} {error:.4g}" for name, error in fit.holdout.items())
+    return f"{fit.structure}; force error on held-out data: {tried}"
+
+
+def model(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
+    """Settings of the bench for an axis in counts and volts, else the parameters as they are."""
+    errors = dict(zip(fit.refined.names, fit.refined.std, strict=True))
+    if (force, x) == ("V", "counts"):
+        return bench(fit, errors)
+    head = "A motor-driven axis: parameters by output error, for other programs.\n"
+    head += "Not for `macromicro run --config`: the bench is another axis."
+    values = {
+        n: (float(v), f"{units[n]}, +- {errors[n]:.2g}")
+        for n, v in zip(fit.refined.names, fit.refined.values, strict=True)
+    }
+    return model_file.plain(head, {"axis": values})
+
+
+def bench(fit: DriveFit, errors: dict[str, float]) -> str:
+    """What follows for the bench's carriage and friction, its motor taken as it is.
+
+    One volt at the D/A board is worth g = K duty supply / (full scale r R) newtons at the
+    belt; back-EMF, K^2 / (r^2 R), is part of the viscous slope that was measured.
+    """
+    from macromicro.settings import Settings
+
+    settings = Settings()
+    motor, amplifier = settings.bench.motor, settings.bench.amplifier
+    pull = motor.constant / motor.pulley
+    volts = amplifier.supply * amplifier.motor_duty / amplifier.full_scale
+    g = pull * volts / motor.resistance
+    per_count = g / settings.sensors.encoder.pitch
+    axis = fit.axis
+    viscous = axis.viscous * per_count - pull**2 / motor.resistance
+    head = (
+        "Settings of the virtual bench that follow from a drive in counts and volts, with its\n"
+        f"motor and amplifier as they are ({g:.4g} N at the belt for a volt at the D/A board).\n"
+        "Use: macromicro run --config model.toml"
+    )
+    values = {
+        "bench.carriage.mass": (
+            axis.mass * per_count,
+            f"+- {errors['mass'] * per_count * 1e3:.2g} g",
+        ),
+    }
+    if axis.coulomb > 0.0:
+        values["bench.friction.coulomb"] = (axis.coulomb * g, f"+- {errors['coulomb'] * g:.2g} N")
+    if viscous > 0.0:
+        note = f"+- {errors['viscous'] * per_count:.2g} N*s/m, back-EMF taken off"
+        values["bench.friction.viscous"] = (viscous, note)
+    else:
+        head += f"\nViscous friction would be {viscous:.3g} N*s/m without back-EMF: left out."
+    if "stribeck" in errors and axis.stribeck > 2.0 * errors["stribeck"]:
+        pitch = settings.sensors.encoder.pitch
+        values["bench.friction.stribeck"] = (
+            axis.stribeck * g,
+            f"+- {errors['stribeck'] * g:.2g} N",
+        )
+        values["bench.friction.stribeck_speed"] = (axis.stribeck_speed * pitch, "with it")
+    try:
+        return model_file.settings(head, values)
+    except InputError as error:
+        return model_file.plain(
+            f"The bench refuses these: {error}",
+            {
+                "axis": {
+                    n: (float(v), "counts and volts")
+                    for n, v in zip(fit.refined.names, fit.refined.values, strict=True)
+                }
+            },
+        )

@@ -1,0 +1,69 @@
+"""The files that an identification was given, and the columns in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from macromicro.errors import InputError
+from macromicro.identify.picking import Picked, Role, chosen, pick
+from macromicro.identify.reading import is_forc, read
+from macromicro.textfile import printable
+
+_MOST = 500
+
+
+class Picking(NamedTuple):
+    """`files` to read and `columns`: role to the name of a column."""
+
+    files: list[Path]
+    columns: dict[str, str]
+
+
+def picking(arguments: Sequence[str], columns: Sequence[str]) -> Picking:
+    """Files and columns of a command line.
+
+    ``--columns t=time u=volts FILE`` is understood too: an argument name=column that is no
+    file counts as one more column.
+    """
+    files, pairs = [], list(columns)
+    for argument in arguments:
+        place = Path(argument)
+        if "=" in argument and columns and not _there(place):
+            pairs.append(argument)
+        else:
+            files.append(place)
+    if not files:
+        raise InputError("FILE", "none", "one file or more to identify from")
+    if len(files) > _MOST:
+        raise InputError("FILE", f"{len(files)} files", f"at most {_MOST}")
+    for file in files:
+        if "\0" in str(file) or not _there(file):
+            raise InputError(printable(file, 300), "no such file", "a file that is there")
+    return Picking(files, chosen(pairs))
+
+
+def _there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
+    """The columns of all files, which must agree in their units."""
+    tables = []
+    for file in what.files:
+        if is_forc(file):
+            raise InputError(
+                printable(file, 300),
+                "first-order reversal curves (MicroMag)",
+                "a file of columns; such curves are for `identify hysteresis`",
+            )
+        tables.append(pick(read(file), roles, what.columns))
+    for table in tables[1:]:
+        if table.units != tables[0].units:
+            found = f"units {table.units}"
+            raise InputError(table.file, found, f"those of {tables[0].file}: {tables[0].units}")
+    return tables

@@ -1,0 +1,65 @@
+"""model.toml: settings for ``macromicro run --config`` where the bench has such, else notes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Value = float | int | str | Sequence[float]
+
+
+def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
+    """A settings file: dotted path to (value in the stored unit, comment).
+
+    Values are rounded to six digits. Raises `InputError` when the tree refuses one.
+    """
+    from macromicro import config
+    from macromicro.parameters import entries, replaced
+    from macromicro.settings import Settings
+    from macromicro.units import shown
+
+    tree = Settings()
+    pars = {e.path: e.par for e in entries(tree)}
+    tables: dict[str, list[str]] = {}
+    for path, (value, comment) in values.items():
+        table, _, name = path.rpartition(".")
+        short = float(f"{value:.6g}")
+        tree = replaced(tree, path, short)
+        text = shown(short, pars[path].unit, pars[path].shown, 6)
+        tables.setdefault(table, []).append(f'{name} = "{text}"  # {comment}')
+    config.check(tree, "model.toml")
+    body = [f"[{table}]\n" + "\n".join(lines) + "\n" for table, lines in tables.items()]
+    return "\n".join([_comment(head), *body])
+
+
+def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> str:
+    """A TOML file for other programs: table to name to (value, comment)."""
+    body = []
+    for table, values in tables.items():
+        lines = [f"{name} = {_toml(v)}  # {comment}" for name, (v, comment) in values.items()]
+        body.append(f"[{table}]\n" + "\n".join(lines) + "\n")
+    return "\n".join([_comment(head), *body])
+
+
+def _comment(text: str) -> str:
+    return "".join(f"# {line}\n" for line in text.splitlines())
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        if math.isfinite(value):
+            return (
+                f"{float(value):.9g}"
+                if value % 1.0
+                else f"{value:.9e}"
+                if abs(value) >= 1e9
+                else f"{value:.1f}"
+            )
+        return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
+    return "[" + ", ".join(_toml(float(v)) for v in value) + "]"

@@ -1,0 +1,70 @@
+"""Figures of an identification: measured against free run, and what is left over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.report.style import BLUE, ORANGE, RED, finish, line, new
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = npt.NDArray[np.float64]
+_MOST = 3  # records that a figure shows
+_LAGS = 50
+
+
+def free_runs(
+    t: Sequence[Array],
+    measured: Sequence[Array],
+    model: Sequence[Array],
+    label: str,
+    x: str = "time [s]",
+) -> Figure:
+    """Each record with its free run, and below it the difference; at most three records."""
+    count = min(len(t), _MOST)
+    figure, axes = new(4.6, 2, count, sharex="col", gridspec_kw={"height_ratios": [2, 1]})
+    for k in range(count):
+        top, low = axes[0, k], axes[1, k]
+        line(top, t[k], measured[k], BLUE, "measured")
+        line(top, t[k], model[k], ORANGE, "model, free run", linestyle="--")
+        line(low, t[k], measured[k] - model[k], RED, "measured - model")
+        finish(top, f"record {k + 1} of {len(t)}" if len(t) > 1 else "", "", label, legend=k == 0)
+        finish(low, "measured less model", x, label)
+    return figure
+
+
+def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
+    """Residuals over time, and their autocorrelation with the 99 % band of white noise."""
+    figure, axes = new(3.4, 1, 2)
+    e = np.concatenate(list(residuals))
+    line(axes[0, 0], np.arange(len(e)) * dt, e, RED, "residual")
+    finish(axes[0, 0], "residuals, records in a row", y=label)
+    power = sum(float(r @ r) for r in residuals) or 1.0
+    lags = max(min(_LAGS, min(len(r) for r in residuals) - 1), 1)
+    values = [sum(float(r[k:] @ r[:-k]) for r in residuals) / power for k in range(1, lags + 1)]
+    ax = axes[0, 1]
+    band = 2.58 / np.sqrt(len(e))
+    ax.axhspan(-band, band, color="0.9")
+    ax.stem(np.arange(1, lags + 1), values, linefmt="0.4", markerfmt=".", basefmt=" ")
+    finish(ax, "their autocorrelation", "lag [samples]")
+    return figure
+
+
+def points(
+    title: str,
+    x: str,
+    y: str,
+    series: Sequence[tuple[str, Array, Array, str]],
+) -> Figure:
+    """Series of (label, x, y, format) in one plot."""
+    figure, axes = new(3.6, 1)
+    ax = axes[0, 0]
+    for (label, xs, ys, form), color in zip(series, (BLUE, ORANGE, RED) * 9, strict=False):
+        ax.plot(xs, ys, form, color=color, label=label, linewidth=1.1, markersize=4)
+    finish(ax, title, x, y, legend=len(series) > 1)
+    return figure

@@ -1,0 +1,190 @@
+"""The columns that a procedure needs, by role, out of what a file holds.
+
+Units are converted, rows that are not finite left out with a warning, saturated sensors
+found, and records cut where the column `run` changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.identify.notices import DataWarning, SaturationWarning, notice
+from macromicro.identify.reading import Table, parted
+from macromicro.textfile import printable
+
+Array = npt.NDArray[np.float64]
+
+
+class MissingRowsWarning(DataWarning):
+    """Rows with missing or infinite numbers were left out."""
+
+
+class UnitWarning(DataWarning):
+    """A column tells no unit; the usual one was taken."""
+
+
+class Role(NamedTuple):
+    """A column that a procedure needs: its short `name`, `meaning`, the column names that
+    are taken for it (lower case, best first), and the units that it is converted to: the
+    first that fits. Without units it stays as it is."""
+
+    name: str
+    meaning: str
+    names: tuple[str, ...]
+    units: tuple[str, ...] = ()
+    optional: bool = False
+
+
+class Picked(NamedTuple):
+    """Columns by role, float64[n] each, finite and of one length; their units."""
+
+    file: str
+    values: dict[str, Array]
+    units: dict[str, str]
+    constants: dict[str, float]
+
+
+RUN = Role("run", "which run a row belongs to", ("run", "record", "trial"), optional=True)
+
+
+def chosen(pairs: Sequence[str]) -> dict[str, str]:
+    """What ``--columns`` says, role to column: "x=pos,u=volts" and several such texts."""
+    found: dict[str, str] = {}
+    for pair in (part for text in pairs for part in text.split(",") if part.strip()):
+        role, mark, column = (piece.strip() for piece in pair.partition("="))
+        if not mark or not role or not column:
+            accepted = "name=column, such as x=position_mm"
+            raise InputError("--columns", printable(pair), accepted)
+        found[role] = column
+    return found
+
+
+def pick(table: Table, roles: Sequence[Role], wanted: Mapping[str, str]) -> Picked:
+    """The columns for `roles`; `wanted`: role to column, "column:unit" where it tells none.
+
+    Raises `InputError` that lists the file's columns when one is missing, and for a
+    column of another length or a unit of another kind. Warns of rows left out.
+    """
+    names = ", ".join(r.name for r in roles)
+    for role_name in wanted:
+        if role_name not in {r.name for r in roles}:
+            raise InputError("--columns", printable(role_name), f"one of {names}")
+    found: dict[str, Array] = {}
+    units: dict[str, str] = {}
+    for role in roles:
+        name, unit = _column(table, role, wanted.get(role.name))
+        if not name:
+            continue
+        found[role.name], units[role.name] = _converted(table, role, name, unit)
+    lengths = {role: len(v) for role, v in found.items()}
+    if len(set(lengths.values())) > 1:
+        raise InputError(table.file, f"columns of {lengths} rows", "columns of one length")
+    return Picked(table.file, _finite(table.file, found), units, table.constants)
+
+
+def _column(table: Table, role: Role, wanted: str | None) -> tuple[str, str]:
+    """Name and unit of the column for a role; no name for an optional one that is not there."""
+    if wanted is not None:
+        name, _, unit = wanted.rpartition(":") if wanted not in table.columns else (wanted, "", "")
+        name = name or wanted
+        if name in table.columns:
+            return name, unit or table.units[name]
+        near = [n for n in table.columns if parted(n)[0] == name]
+        if len(near) == 1:
+            return near[0], unit or table.units[near[0]]
+        raise InputError(f"{table.file}, --columns {role.name}", printable(name), _listed(table))
+    plain = {parted(n)[0].lower(): n for n in reversed(table.columns)}
+    plain |= {n.lower(): n for n in table.columns}
+    for name in role.names:
+        if name in plain:
+            return plain[name], table.units[plain[name]]
+    if role.optional:
+        return "", ""
+    raise InputError(
+        table.file,
+        f"no column for {role.name} ({role.meaning})",
+        f"{_listed(table)}; name it with --columns {role.name}=COLUMN",
+    )
+
+
+def _listed(table: Table) -> str:
+    return "one of its columns: " + ", ".join(printable(n) for n in table.columns)
+
+
+def _converted(table: Table, role: Role, name: str, unit: str) -> tuple[Array, str]:
+    """The column in the first of the role's units that its own unit converts to."""
+    from macromicro.units import convert
+
+    values = table.columns[name]
+    if not role.units:
+        return values, unit
+    if not unit:
+        if len(role.units) > 1:
+            return values, ""
+        if role.units[0] != "s":
+            text = f"{table.file}: {printable(name)} tells no unit; taken as {role.units[0]}"
+            notice(UnitWarning, text)
+        return values, role.units[0]
+    for to in role.units:
+        try:
+            factor = convert(1.0, unit, to)
+        except ValueError:
+            continue
+        # Counts and degC are their own base, so a factor does for all of them.
+        return values * factor if factor != 1.0 else values, to
+    raise InputError(
+        f"{table.file}, {printable(name)}", printable(unit) or "no unit", " or ".join(role.units)
+    )
+
+
+def _finite(file: str, found: dict[str, Array]) -> dict[str, Array]:
+    """The rows in which every column is a finite number."""
+    good = np.logical_and.reduce([np.isfinite(v) for v in found.values()])
+    bad = np.flatnonzero(~good)
+    if not len(bad):
+        return found
+    if len(bad) == len(good):
+        raise InputError(file, "no row without missing numbers", "rows of finite numbers")
+    text = f"{file}: {len(bad)} of {len(good)} rows not finite, the first is row {bad[0] + 1}"
+    notice(MissingRowsWarning, f"{text}; left out")
+    return {role: v[good] for role, v in found.items()}
+
+
+def runs(picked: Picked) -> list[dict[str, Array]]:
+    """The columns cut where the role "run" changes; all in one where there is none."""
+    values = dict(picked.values)
+    if "run" not in values:
+        return [values]
+    cuts = np.flatnonzero(np.diff(values.pop("run"))) + 1
+    parts = {role: np.split(v, cuts) for role, v in values.items()}
+    return [{role: v[k] for role, v in parts.items()} for k in range(len(cuts) + 1)]
+
+
+def railed(values: Array, where: str) -> npt.NDArray[np.bool_]:
+    """Where a sensor stays at an extreme of its record, as one at the end of its range does.
+
+    An extreme is taken for the range's end if the signal changes from sample to sample
+    elsewhere, yet repeats it for runs of 5 or more, 1 % of the record in all. Warns
+    (`SaturationWarning`); what to do is the caller's.
+    """
+    ends = np.zeros(len(values), dtype=np.bool_)
+    if len(values) < 20 or not np.ptp(values) > 0.0:
+        return ends
+    for extreme in (values.min(), values.max()):
+        at = values == extreme
+        held = np.convolve(at, np.ones(5), "valid") == 5
+        elsewhere = np.diff(values)[~at[1:]]
+        busy = len(elsewhere) > 0 and float(np.mean(elsewhere != 0.0)) > 0.5
+        if busy and int(held.sum()) >= max(0.01 * len(values), 5):
+            ends |= at
+            notice(
+                SaturationWarning,
+                f"{where}: {int(at.sum())} of {len(values)} samples stay at {extreme:g}, "
+                "as those of a saturated sensor do",
+            )
+    return ends
