@@ -1,0 +1,43 @@
+"""A claim as data: what the thesis prints, what was measured here, and the verdict."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
+CALIBRATED, COMPUTED, PREDICTED = "calibrated", "computed", "predicted"
+
+Number = float | list[float] | None
+
+
+class Claim(NamedTuple):
+    """One claim of the thesis.
+
+    `printed` and `measured` are numbers, lists of numbers, or None where the claim has
+    none; `printed_text` is what the thesis prints in words. `kind`: `calibrated` (a bench
+    parameter was chosen to meet it), `computed` (arithmetic) or `predicted`. `reason`
+    says why it differs, or what the agreement rests on.
+    """
+
+    id: str
+    section: str
+    claim: str
+    printed: Number
+    measured: Number
+    unit: str
+    verdict: str
+    reason: str = ""
+    kind: str = PREDICTED
+    printed_text: str = ""
+
+
+def within(measured: float, low: float, high: float) -> str:
+    """The verdict for a number that must lie within bounds; NaN counts as not measured."""
+    if measured != measured:
+        return NOT_MEASURED
+    return REPRODUCED if low <= measured <= high else DIFFERS
+
+
+def holds(good: bool) -> str:
+    """The verdict for a claim that holds or does not."""
+    return REPRODUCED if good else DIFFERS
