@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
@@ -33,7 +34,7 @@ class Claim(NamedTuple):
 
 def within(measured: float, low: float, high: float) -> str:
     """The verdict for a number that must lie within bounds; NaN counts as not measured."""
-    if measured != measured:
+    if math.isnan(measured):
         return NOT_MEASURED
     return REPRODUCED if low <= measured <= high else DIFFERS
 
