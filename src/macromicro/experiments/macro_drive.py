@@ -1,0 +1,122 @@
+"""Closed-loop runs of the macro-stage alone, and what is read off them (Section 4.3).
+
+Only what a rig shows is used: the reference, encoder counts and commanded volts. There is
+no sequence around the control law: it is never parked, so stiction and chatter stay visible.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.columns import COLUMNS
+from macromicro.control import macro as control
+from macromicro.control import settings
+from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.control.settings import Control
+from macromicro.experiments.macro_friction import DT
+from macromicro.kernel import compiled, kernel
+from macromicro.plant import amplifier, carriage, encoder
+from macromicro.plant.bench import Plant
+from macromicro.plant.carriage import MacroState
+from macromicro.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+NAMES = ("t", "macro_reference", "macro_position", "motor", "macro_integral")
+ARRIVED = 2.0  # counts; the tolerance of the default sequence
+
+_SHOWN = tuple(c for c in COLUMNS if c.name in NAMES)
+
+
+@kernel
+def _closed_loop(
+    p: Plant, law: MacroLaw, s: MacroState, reference: Array, out: Array, dt: float
+) -> None:
+    """Counts, D/A volts and integral effort into the rows of `out`, the law always at work."""
+    latched = 0.0
+    memory = MacroMemory(0.0, 0.0)
+    for k in range(len(reference)):
+        x = encoder.count(p.encoder, s.x)
+        memory, motor = control.step(law, memory, reference[k] - x, dt)
+        out[0, k], out[1, k], out[2, k] = x, motor, memory.integral
+        drive = amplifier.motor_volts(p.amplifier, latched)
+        s = carriage.advance(p.macro, s, drive, dt, p.macro_steps)
+        latched = amplifier.convert(p.amplifier, motor)
+
+
+def law(name: str) -> MacroLaw:
+    """`pid`, `pd-initial` or `pd-tuned` with the gains and compensation of the thesis."""
+    return settings.prepare(Control(macro_law=name)).macro
+
+
+def closed_loop(
+    plant: Plant, controller: MacroLaw, reference: npt.ArrayLike, start: float = 0.0
+) -> Recording:
+    """One run on the twin: `reference` [counts] a sample each ms, from rest at `start` [counts].
+
+    The recording has the columns `NAMES`.
+    """
+    aim = np.ascontiguousarray(reference, dtype=np.float64)
+    out = np.empty((3, len(aim)))
+    s = carriage.at_rest((start + 0.5) * plant.encoder.pitch)
+    compiled(_closed_loop)(plant, controller, s, aim, out, DT)
+    columns = dict(zip(NAMES, (np.arange(len(aim)) * DT, aim, *out), strict=True))
+    return Recording.from_arrays(_SHOWN, [columns[c.name] for c in _SHOWN], DT, {})
+
+
+def rise_time(x: Array, target: float, share: float = 0.98) -> float:
+    """Time [s] until a move from x[0] to `target` first has this share behind it; or nan."""
+    gone = (x - x[0]) / (target - x[0])
+    return float(np.argmax(gone >= share)) * DT if gone.max() >= share else math.nan
+
+
+def settling_time(x: Array, target: float, share: float = 0.02) -> float:
+    """Time [s] from which on the error stays within this share of the move; or nan."""
+    outside = np.flatnonzero(np.abs(target - x) > share * abs(target - x[0]))
+    row = int(outside[-1]) + 1 if len(outside) else 0
+    return row * DT if row < len(x) else math.nan
+
+
+def overshoot(x: Array, target: float) -> float:
+    """How far [counts] the position goes beyond `target` in the direction of the move."""
+    return max(0.0, float((np.sign(target - x[0]) * (x - target)).max()))
+
+
+def swings(x: Array, target: float, band: float = ARRIVED) -> Array:
+    """Sizes [counts] of the swings back after arrival, one per reversal of the position.
+
+    Arrival: the first error within `band` counts. Empty when it never arrives or never
+    reverses. The motion that arrives is no swing.
+    """
+    near = np.abs(target - x) <= band
+    if not near.any():
+        return np.zeros(0)
+    row = int(near.argmax())
+    moved = np.diff(x[max(row - 1, 0) :])
+    moved = moved[moved != 0.0]
+    if not len(moved):
+        return np.zeros(0)
+    edges = np.flatnonzero(np.diff(np.sign(moved))) + 1
+    return np.abs([float(part.sum()) for part in np.split(moved, edges)[1:]])
+
+
+def sticking(x: Array, motor: Array, below: float) -> float:
+    """Longest time [s] with the position constant, |motor| below `below` [V] and growing."""
+    growing = np.diff(np.abs(motor)) >= 0.0
+    held = (np.diff(x) == 0.0) & growing & (np.abs(motor[1:]) < below)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(np.int8), [0]])))
+    return float((edges[1::2] - edges[::2]).max(initial=0)) * DT
+
+
+def sign_changes(motor: Array) -> int:
+    """How often the effort changes its sign, zeros left out."""
+    signs = np.sign(motor[motor != 0.0])
+    return int(np.count_nonzero(np.diff(signs)))
+
+
+def nrmse(model: Array, measured: Array) -> float:
+    """RMS difference over the range of `measured` [%]."""
+    return 100.0 * float(np.sqrt(np.mean((model - measured) ** 2)) / np.ptp(measured))

@@ -1,0 +1,106 @@
+"""Margins and PD design, checked against closed formulas and the thesis' own controllers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from macromicro.design.margins import (
+    PdTaps,
+    crossovers,
+    damping_margin,
+    first_crossover,
+    lowest_frequency,
+    open_loop,
+    pd_by_margin,
+    pd_by_time,
+)
+from macromicro.errors import InputError
+
+NUM, DEN, DT = [0.16572], [1.0, -1.95833, 0.95833], 1e-3
+
+
+@given(st.floats(0.1, 100.0))
+def test_integrator(gain: float) -> None:
+    """gain dt / (z - 1): |L| = 1 where 2 sin(w dt / 2) = gain dt, margin 90 deg - w dt / 2."""
+    w = 2.0 / DT * math.asin(gain * DT / 2.0)
+    found = first_crossover([gain * DT], [1.0, -1.0], DT)
+    assert found.frequency == pytest.approx(w, rel=1e-8)
+    assert found.phase_margin == pytest.approx(90.0 - math.degrees(w * DT / 2.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("taps", "frequency", "margin"),
+    [
+        (PdTaps(0.00245865, 0.0000998447), 9.91, 76.3),
+        (PdTaps(0.0124593, -0.0112178), 4.91, 85.7),
+        (PdTaps(0.0124593, 0.0112178), 56.6, 32.2),
+    ],
+)
+def test_controllers_of_the_thesis(taps: PdTaps, frequency: float, margin: float) -> None:
+    """Claims M11, M11b: (4.9); (4.10) with a minus and as printed, each with one crossover."""
+    found = crossovers(*open_loop(taps, NUM, DEN), DT)
+    assert len(found) == 1
+    assert found[0].frequency == pytest.approx(frequency, rel=1e-3)
+    assert found[0].phase_margin == pytest.approx(margin, abs=0.1)
+
+
+def test_damping_margin() -> None:
+    """wn^2 / (s (s + 2 r wn)) has this margin at its own crossover."""
+    assert damping_margin(1.0) == pytest.approx(76.345, abs=1e-3)
+    assert damping_margin(1.05) == pytest.approx(77.516, abs=1e-3)
+    for ratio in (0.1, 0.5, 0.707, 2.0):
+        w = math.sqrt(math.sqrt(1.0 + 4.0 * ratio**4) - 2.0 * ratio**2)
+        gain = 1.0 / (1j * w * (1j * w + 2.0 * ratio))
+        assert abs(gain) == pytest.approx(1.0)
+        expected = 180.0 + math.degrees(np.angle(gain))
+        assert damping_margin(ratio) == pytest.approx(expected, abs=1e-9)
+    with pytest.raises(InputError, match="above 0"):
+        damping_margin(0.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(10.0, 60.0), st.floats(0.0, 20.0))
+def test_design_by_margin_gives_the_margin(frequency: float, lead: float) -> None:
+    """A PD that leads by up to 20 deg: crossover and margin come out as asked for."""
+    bare = 180.0 + math.degrees(
+        np.angle(np.polyval(NUM, z := np.exp(1j * frequency * DT)) / np.polyval(DEN, z))
+    )
+    taps = pd_by_margin(NUM, DEN, DT, frequency, bare + lead)
+    found = first_crossover(*open_loop(taps, NUM, DEN), DT)
+    assert found.frequency == pytest.approx(frequency, rel=1e-6)
+    assert found.phase_margin == pytest.approx(bare + lead, abs=1e-4)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(1.0, 12.0), st.floats(0.0, 0.01))
+def test_design_by_derivative_time(frequency: float, time: float) -> None:
+    taps = pd_by_time(NUM, DEN, DT, frequency, time)
+    assert taps.derivative_time(DT) == pytest.approx(time, abs=1e-12)
+    found = first_crossover(*open_loop(taps, NUM, DEN), DT)
+    assert found.frequency == pytest.approx(frequency, rel=1e-6)
+
+
+def test_lowest_frequency_needs_no_derivative() -> None:
+    """Near (4.9): a damping ratio of 1 at its lowest frequency is a bare gain."""
+    w = lowest_frequency(NUM, DEN, DT, damping_margin(1.0))
+    assert w == pytest.approx(9.89, abs=0.01)
+    taps = pd_by_margin(NUM, DEN, DT, w, damping_margin(1.0))
+    assert taps.before == pytest.approx(0.0, abs=1e-9)
+
+
+def test_bad_numbers() -> None:
+    with pytest.raises(InputError, match="Nyquist"):
+        pd_by_margin(NUM, DEN, DT, 4000.0, 60.0)
+    with pytest.raises(InputError, match="Nyquist"):
+        pd_by_time(NUM, DEN, DT, 0.0, 0.01)
+    with pytest.raises(InputError, match="phase margin"):
+        lowest_frequency(NUM, DEN, DT, 120.0)
+    with pytest.raises(InputError, match="never 1"):
+        first_crossover([0.5], [1.0], DT)
+    with pytest.raises(InputError, match="dt"):
+        crossovers(NUM, DEN, 0.0)
