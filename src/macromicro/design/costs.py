@@ -1,0 +1,99 @@
+"""What a stage costs and how it compares (Tables 2.1, 6.1 and 6.2). US dollars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from macromicro.design.checks import positive
+from macromicro.errors import InputError
+
+
+class Technology(NamedTuple):
+    """A way to position. `accuracy` [m] and `cost` [USD]: from best to worst, equal where one
+    figure is given, `accuracy` best 0 where only "below" is; the rest in the table's words."""
+
+    name: str
+    accuracy: tuple[float, float]
+    cost: tuple[float, float]
+    travel: str = ""
+    speed: str = ""
+    load: str = ""
+
+
+class Comparison(NamedTuple):
+    """Another technology against ours: how many times as dear, and as coarse, at most (its
+    worst figure over ours): above 1 it is dearer, below 1 it is finer."""
+
+    name: str
+    cheapest: float
+    dearest: float
+    accuracy: float
+
+
+def total(parts: Mapping[str, float]) -> float:
+    """Sum of the parts' costs [USD]. Raises `InputError` for no parts or a cost not above 0."""
+    if not parts:
+        raise InputError("costs", "no parts", "one part or more")
+    return sum(positive(f"costs, {name}", cost, "USD") for name, cost in parts.items())
+
+
+def compare(own: Technology, others: Sequence[Technology]) -> list[Comparison]:
+    """Each of the others against `own`; both ends of their costs over our greatest."""
+    for each in (own, *others):
+        _check(each)
+    cost, accuracy = own.cost[1], own.accuracy[1]
+    return [
+        Comparison(o.name, o.cost[0] / cost, o.cost[1] / cost, o.accuracy[1] / accuracy)
+        for o in others
+    ]
+
+
+def _check(t: Technology) -> None:
+    for word, unit, (low, high) in (("cost", "USD", t.cost), ("accuracy", "m", t.accuracy)):
+        positive(f"{t.name}, {word}", high, unit)
+        if not 0.0 <= low <= high:
+            raise InputError(f"{t.name}, {word}", (low, high), f"best and worst, 0 {unit} or more")
+
+
+# Table 6.1
+MICRO_STAGE = {
+    "Hall effect sensor": 10.0,
+    "magnets": 5.0,
+    "flexure guide": 100.0,
+    "actuator with spring": 100.0,
+    "magnet mount": 20.0,
+    "linkage from actuator to flexure guide": 20.0,
+}
+
+DC_MOTOR = "miniature DC motor, lead screw and nut"
+ULTRASONIC = "ultrasonic piezo drive"
+STACK = "piezo stack and flexure guide"
+INCHWORM = "piezo inchworm motor"
+
+# Table 2.1: costs with stage and sensor, without controller.
+# fmt: off
+TABLE_2_1 = (
+    Technology(DC_MOTOR, (100e-9, 1000e-9), (1500.0, 5000.0), "below 600 mm",
+               "0.1 um/s to 100 mm/s", "200 N"),
+    Technology(ULTRASONIC, (100e-9, 1000e-9), (3000.0, 3000.0), "unlimited", "below 130 mm/s",
+               "3 N"),
+    Technology(STACK, (0.0, 1e-9), (4000.0, 4000.0), "below 300 um", "at best 10 kHz",
+               "100 N pushing, 20 N pulling"),
+    Technology(INCHWORM, (20e-9, 20e-9), (8000.0, 8000.0), "below 25 mm",
+               "1 nm/s to 1.5 mm/s", "15 N"),
+)
+# Table 6.2 without its first row, the stage itself.
+TABLE_6_2 = (
+    Technology(DC_MOTOR, (0.1e-6, 1e-6), (1500.0, 1500.0)),
+    Technology(ULTRASONIC, (0.1e-6, 1e-6), (4000.0, 4000.0)),
+    Technology(STACK, (0.0, 1e-9), (4000.0, 4000.0)),
+    Technology(INCHWORM, (20e-9, 20e-9), (8000.0, 8000.0)),
+)
+# fmt: on
+
+
+def micro_stage(accuracy: float = 5e-6) -> Technology:
+    """The SMA micro-stage: Table 6.1 summed, with an `accuracy` [m] (5 um in Table 6.2)."""
+    cost = total(MICRO_STAGE)
+    return Technology("SMA micro-stage", (accuracy, accuracy), (cost, cost), travel="4 mm")

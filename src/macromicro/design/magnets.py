@@ -1,0 +1,107 @@
+"""Choice of the magnet (Section 3.2.3, Table 3.1): where does the flux change most?
+
+Field in gauss as in the data sheets (1 G = 1e-4 T), distances in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from macromicro.design.checks import positive
+from macromicro.errors import InputError
+
+INCH = 0.0254  # m
+
+
+class Magnet(NamedTuple):
+    """A data sheet: flux [G] over the distance [m] to the sensor, straight in between."""
+
+    name: str
+    distance: tuple[float, ...]
+    flux: tuple[float, ...]
+
+
+class Change(NamedTuple):
+    """The largest change of flux [G] over a travel, and the distance [m] where that begins."""
+
+    name: str
+    flux: float
+    start: float
+
+
+def largest_change(magnet: Magnet, travel: float) -> Change:
+    """The largest change of flux over `travel` [m], anywhere within the data sheet.
+
+    Exact for straight lines between the readings: the difference of the flux at both ends
+    of the travel is then itself made of straight lines, and greatest where one end meets a
+    reading. Raises `InputError` for a travel longer than the sheet or readings out of order.
+    """
+    _check(magnet)
+    positive("magnet, travel", travel, "m")
+    first, last = magnet.distance[0], magnet.distance[-1] - travel
+    if last < first:
+        raise InputError(
+            f"magnet {magnet.name}, travel",
+            travel,
+            f"at most {magnet.distance[-1] - first:g} m, which its readings cover",
+        )
+    starts = sorted({*magnet.distance, *(d - travel for d in magnet.distance)})
+    found = [
+        Change(magnet.name, abs(_flux(magnet, s + travel) - _flux(magnet, s)), s)
+        for s in starts
+        if first <= s <= last
+    ]
+    return max(found, key=lambda c: c.flux)
+
+
+def ranking(magnets: Sequence[Magnet], travel: float) -> list[Change]:
+    """All magnets by their largest change over `travel` [m], the best first."""
+    if not magnets:
+        raise InputError("magnets", "none", "one magnet or more")
+    return sorted((largest_change(m, travel) for m in magnets), key=lambda c: -c.flux)
+
+
+def _flux(magnet: Magnet, place: float) -> float:
+    """Flux [G] at a distance [m], between the readings."""
+    for (d0, d1), (f0, f1) in zip(pairwise(magnet.distance), pairwise(magnet.flux), strict=True):
+        if place <= d1:
+            return f0 + (place - d0) / (d1 - d0) * (f1 - f0)
+    return magnet.flux[-1]
+
+
+def _check(magnet: Magnet) -> None:
+    where = f"magnet {magnet.name}"
+    if len(magnet.distance) != len(magnet.flux) or len(magnet.distance) < 2:
+        raise InputError(
+            where,
+            f"{len(magnet.distance)} distances, {len(magnet.flux)} readings",
+            "as many readings as distances, two or more",
+        )
+    if not all(math.isfinite(v) for v in magnet.distance + magnet.flux):
+        raise InputError(where, "not finite", "numbers")
+    if any(b <= a for a, b in pairwise(magnet.distance)):
+        raise InputError(f"{where}, distance", magnet.distance, "distances that increase")
+
+
+def _sheet(name: str, *readings: tuple[float, float]) -> Magnet:
+    """A magnet from (inches, gauss)."""
+    return Magnet(name, tuple(INCH * d for d, _ in readings), tuple(f for _, f in readings))
+
+
+# Table 3.1, head-on operation.
+# fmt: off
+TABLE_3_1 = (
+    _sheet("103MG5", (0, 800), (0.02, 760), (0.04, 510), (0.06, 300), (0.08, 200), (0.1, 125),
+           (0.12, 100)),
+    _sheet("101MG2L1", (0, 800), (0.02, 725), (0.04, 550), (0.06, 420), (0.08, 320), (0.1, 260),
+           (0.12, 200)),
+    _sheet("101MG3", (0, 800), (0.1, 790), (0.2, 425), (0.3, 260)),
+    _sheet("107MG1", (0, 800), (0.1, 780), (0.2, 410)),
+    _sheet("103MG8", (0, 800), (0.1, 800), (0.2, 375), (0.3, 190)),
+    _sheet("101MG7", (0, 800), (0.04, 800), (0.1, 520), (0.2, 210), (0.3, 110)),
+    _sheet("103MG6", (0, 800), (0.1, 260)),
+)
+# fmt: on

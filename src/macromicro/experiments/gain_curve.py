@@ -1,0 +1,45 @@
+"""The weighted static gain (5.7)-(5.8) as printed, Figure 5.14: claim S9."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.experiments.claim import COMPUTED, Claim, holds
+from macromicro.models.weighted_gain import Weighted, weighted
+
+VOLTS = (1.5, 1.6, 1.7, 1.8)
+VALUES = (57.67, 82.72, 93.45, 139.1)
+TOLERANCE = 0.1
+
+
+def curve(
+    low: float = 1.4, high: float = 1.9, points: int = 251
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """CTRL [V] and steady temperature [K above ambient], shape (points,) each."""
+    volts = np.linspace(low, high, points)
+    return volts, np.array([weighted(Weighted(), float(v)) for v in volts])
+
+
+def claims() -> list[Claim]:
+    """S9."""
+    found = [weighted(Weighted(), v) for v in VOLTS]
+    _, everywhere = curve(0.0, 5.0, 5001)
+    close = all(abs(a - b) <= TOLERANCE for a, b in zip(found, VALUES, strict=True))
+    volts, rise = curve(1.3, 1.6, 3001)
+    silent = float(volts[rise < 0.05][-1])
+    return [
+        Claim(
+            "S9",
+            "(5.7)-(5.8)",
+            "the weighted gain at 1.5, 1.6, 1.7 and 1.8 V, and never below 0",
+            None,
+            found,
+            "K above ambient",
+            holds(close and bool((everywhere >= 0.0).all())),
+            f"the equation by itself. It is nothing up to {silent:.2f} V, where the actuator "
+            f"already responds, and runs away above ({weighted(Weighted(), 1.9):.0f} K at 1.9 V).",
+            COMPUTED,
+            "equation",
+        )
+    ]

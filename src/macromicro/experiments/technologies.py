@@ -1,0 +1,77 @@
+"""Costs of the micro-stage and of its rivals (Tables 2.1, 6.1, 6.2): claims D9 and D10."""
+
+from __future__ import annotations
+
+from macromicro.design import costs
+from macromicro.experiments.claim import COMPUTED, Claim, holds
+
+COST = 255.0
+COSTS = (255.0, 1500.0, 4000.0, 4000.0, 8000.0)
+
+
+def claims() -> list[Claim]:
+    """D9 and D10. The parts' and the rivals' prices are the thesis' tables; sums are ours."""
+    own = costs.micro_stage()
+    summed = own.cost[0]
+    row = [summed, *(t.cost[0] for t in costs.TABLE_6_2)]
+    against = costs.compare(own, costs.TABLE_6_2)
+    survey = {t.name: t for t in costs.TABLE_2_1}
+    apart = [
+        f"{t.name}: {_span(survey[t.name].cost)} in Table 2.1, {_span(t.cost)} in Table 6.2"
+        for t in costs.TABLE_6_2
+        if survey[t.name].cost != t.cost
+    ]
+    finer = min(1.0 / a.accuracy for a in against)
+    return [
+        Claim(
+            "D9",
+            "Table 6.1",
+            "cost of the micro-stage, its six parts summed",
+            COST,
+            summed,
+            "USD",
+            holds(summed == COST),
+            kind=COMPUTED,
+        ),
+        Claim(
+            "D10",
+            "Table 6.2",
+            "cost against four other technologies",
+            list(COSTS),
+            row,
+            "USD",
+            holds(row == list(COSTS)),
+            "prices of the others are the table's, not measured. They cost "
+            f"{against[0].cheapest:.1f} to {against[-1].dearest:.1f} times as much and are at "
+            f"least {finer:.0f} times finer. "
+            f"The tables disagree: {'; '.join(apart)}.",
+            COMPUTED,
+        ),
+    ]
+
+
+def table() -> list[tuple[str, str, str, str, str, str]]:
+    """Table 2.1 with our stage first: name, accuracy, range, speed, load, cost, in words."""
+    return [
+        (
+            t.name,
+            _accuracy(t.accuracy),
+            t.travel or "-",
+            t.speed or "-",
+            t.load or "-",
+            _span(t.cost),
+        )
+        for t in (costs.micro_stage(), *costs.TABLE_2_1)
+    ]
+
+
+def _span(cost: tuple[float, float]) -> str:
+    low, high = cost
+    return f"{low:g} USD" if low == high else f"{low:g}-{high:g} USD"
+
+
+def _accuracy(accuracy: tuple[float, float]) -> str:
+    best, worst = (1e9 * a for a in accuracy)
+    if best == worst:
+        return f"{worst:g} nm"
+    return f"below {worst:g} nm" if best == 0.0 else f"{best:g}-{worst:g} nm"

@@ -1,0 +1,49 @@
+"""What an erratum is: a misprint or a contradiction, its evidence, and the reading used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+
+class Figure(NamedTuple):
+    """A recomputed number: `what` it is, its value and unit, and what is printed instead."""
+
+    what: str
+    value: float
+    unit: str = ""
+    printed: float | None = None
+
+
+class Quote(NamedTuple):
+    """A few words of the thesis and where they stand."""
+
+    place: str
+    words: str
+
+
+class Erratum(NamedTuple):
+    """One entry. `place` and `printed`: where it stands and what stands there; `fault`: what
+    is wrong with it; `reading`: what is used here. Evidence: `recompute()` gives numbers,
+    `quotes` the places that contradict each other; an entry has one of them or both."""
+
+    number: int
+    place: str
+    printed: str
+    fault: str
+    reading: str
+    recompute: Callable[[], tuple[Figure, ...]] | None = None
+    quotes: tuple[Quote, ...] = ()
+
+
+def evidence(entry: Erratum) -> list[str]:
+    """The evidence in words, a line each: quotes first, then the recomputed numbers."""
+    lines = [f"{q.place}: “{q.words}”" for q in entry.quotes]
+    figures = entry.recompute() if entry.recompute else ()
+    return lines + [_line(f) for f in figures]
+
+
+def _line(figure: Figure) -> str:
+    unit = f" {figure.unit}" if figure.unit else ""
+    against = "" if figure.printed is None else f" (printed: {figure.printed:g}{unit})"
+    return f"{figure.what}: {figure.value:.5g}{unit}{against}"

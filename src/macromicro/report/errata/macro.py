@@ -1,0 +1,184 @@
+"""Errata of Chapter 4, the macro-stage."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from macromicro.design.margins import Crossover, damping_margin, first_crossover
+from macromicro.models.macro import Linear, jump, position_transfer
+from macromicro.report.errata.entry import Erratum, Figure, Quote
+
+INITIAL = (0.00245865, 0.0000998447)  # (4.9)
+TUNED = (0.0124593, 0.0112178)  # (4.10) as printed
+STEP = 3000.0  # counts
+DEAD_ZONE = 3.0  # V
+
+
+def loop(now: float, before: float) -> Crossover:
+    """Crossover and phase margin of the controller (now z + before) / z with (4.4)."""
+    num, den = position_transfer(Linear())
+    return first_crossover(np.polymul([now, before], num), np.polymul([1.0, 0.0], den), Linear().dt)
+
+
+def _state_space() -> tuple[Figure, ...]:
+    """(4.1) and its corrected form with every constant 1: the slower pole."""
+    printed = max(np.linalg.eigvals(np.array([[-1.0, 1.0], [1.0, -1.0]])).real)
+    right = max(np.linalg.eigvals(np.array([[-1.0, -1.0], [1.0, -1.0]])).real)
+    return (
+        Figure("slower pole of (4.1) as printed, all constants 1", float(printed), "rad/s"),
+        Figure("with -K_b/L", float(right), "rad/s"),
+    )
+
+
+def _pole() -> tuple[Figure, ...]:
+    a = Linear().a
+    return (
+        Figure("pole of (4.3) in z, a as printed (positive)", a),
+        Figure("pole with a identified", -a),
+        Figure("its speed", -math.log(-a) / Linear().dt, "rad/s"),
+    )
+
+
+def _regression() -> tuple[Figure, ...]:
+    """A known system, y_k = 0.9 y_(k-1) + 0.5 u_(k-1), put into the printed regression."""
+    u = np.array([1.0, 0.0, -1.0, 2.0, 0.5, -0.5, 1.5, 0.0])
+    y = np.zeros(9)
+    for k in range(8):
+        y[k + 1] = 0.9 * y[k] + 0.5 * u[k]
+    found = np.linalg.lstsq(np.column_stack([y[:-1], u]), y[1:], rcond=None)[0]
+    return (
+        Figure("parameter beside y for a_1 = -0.9, which is -a_1", float(found[0])),
+        Figure("parameter beside u for b_1 = 0.5, which is +b_1", float(found[1]), printed=-0.5),
+    )
+
+
+def _negative_side() -> tuple[Figure, ...]:
+    a0, delta = 0.364, 0.636
+    return (
+        Figure("(4.5) as printed at -1 V", -(a0 - delta), "V"),
+        Figure("as read, at -1 V", jump(a0, delta, -1.0), "V"),
+    )
+
+
+def _limit() -> tuple[Figure, ...]:
+    linear = Linear()
+    gain = linear.b / (1.0 + linear.a)
+    return (
+        Figure("(4.7) without the stray sign", (0.364 + 0.0636) * gain, "counts/s", 1700.0),
+        Figure("(4.8) without the stray sign", (0.364 + 0.636) * gain, "counts/s", 3977.0),
+    )
+
+
+def _controllers() -> tuple[Figure, ...]:
+    initial, plus, minus = loop(*INITIAL), loop(*TUNED), loop(TUNED[0], -TUNED[1])
+    return (
+        Figure("crossover of (4.9), plus", initial.frequency, "rad/s"),
+        Figure("its phase margin", initial.phase_margin, "deg"),
+        Figure("crossover of (4.10), plus", plus.frequency, "rad/s", 4.91),
+        Figure("crossover of (4.10), minus", minus.frequency, "rad/s", 4.91),
+        Figure("its phase margin", minus.phase_margin, "deg"),
+        Figure("phase margin that a damping ratio of 1.05 asks for", damping_margin(1.05), "deg"),
+    )
+
+
+def _saturation() -> tuple[Figure, ...]:
+    now, before = TUNED
+    return (
+        Figure("first sample of a 3000-count step under (4.10)", now * STEP, "V"),
+        Figure("second, lifted by the dead-zone inverse", (now - before) * STEP + DEAD_ZONE, "V"),
+    )
+
+
+def _reach() -> tuple[Figure, ...]:
+    return (Figure("a test input of 2 V behind the dead-zone inverse", 2.0 + DEAD_ZONE, "V"),)
+
+
+ENTRIES = (
+    Erratum(
+        1, "(4.1)", "state (i, Theta), +K_b/L",
+        "the output and the second row need the angular speed; a back-EMF that helps the voltage "
+        "cancels the damping, and (4.2) has K_t K_b with the opposite sign",
+        "state (i, Theta'), -K_b/L", _state_space,
+    ),
+    Erratum(
+        2, "(4.3)", "a = exp(-..T)",
+        "the pole is z = -a: the printed sign puts it left of zero, where every sample changes "
+        "direction, and the identified a is negative",
+        "a = -exp(-..T)", _pole,
+        (Quote("4.2.5", "a = -0.95833"),),
+    ),
+    Erratum(
+        3, "Section 4.1.1", "b_1 z in the transfer function, -b in the parameters, \"state space\"",
+        "b_1 z would need the future, a_1 z likewise; the regression gives +b; it is no state "
+        "space, and the matrix called input holds past outputs too",
+        "b_1 z^-1 and a_1 z^-1, parameters (-a, +b), a regression on past outputs and inputs",
+        _regression,
+        (
+            Quote("4.1.1, transfer function", "b_1 z + .. + b_m z^-m"),
+            Quote("4.1.1, rows of the matrix", "y_(k-1) .. y_(k-n) u_(k-1) .."),
+        ),
+    ),
+    Erratum(
+        4, "(4.5)", "(a0 + V delta) sgn V",
+        "at negative inputs the slope works against the jump: -1 V comes out positive",
+        "(a0 + delta |V|) sgn V", _negative_side,
+    ),
+    Erratum(
+        5, "(4.7), (4.8)", "lim = (..)",
+        "an equals sign stands between the limit and what it is taken of; (4.6) has none",
+        "the limit of the fraction", _limit,
+        (
+            Quote("(4.7)", "lim (z -> 1) = (a_0 + 0.1 delta) b / (z + a)"),
+            Quote("(4.6)", "V_ss lim (z -> 1) b / (z + a)"),
+        ),
+    ),
+    Erratum(
+        6, "(4.9), (4.10)", "both with a plus in the numerator",
+        "(4.9) is right with its plus; (4.10) has the stated crossover only with a minus, and "
+        "even then not the phase margin of the stated damping ratio",
+        "(4.9) with plus, (4.10) with minus", _controllers,
+        (Quote("4.3.3", "The phase margin frequency is chosen to be 4.91 rad/sec"),),
+    ),
+    Erratum(
+        7, "Section 4.3.3", "effort below 5 V for a 3000-count step",
+        "the first two samples under (4.10) ask for more",
+        "(4.10) reported as it behaves; the converter saturates", _saturation,
+        (Quote("4.3.3", "below 5 V for a step input of 3000 counts"),),
+    ),
+    Erratum(
+        19, "Section 4.2.5", "inputs less than 2 V",
+        "the tests use 2 V, which the dead-zone inverse lifts to the limit itself",
+        "up to 2 V, 5 V at the motor", _reach,
+        (
+            Quote("4.2.5", "step input functions that are less than two volts"),
+            Quote("Figure 4.13", "(e) 2 V Square Wave Inputs"),
+        ),
+    ),
+    Erratum(
+        23, "Abstract, Sections 1.4, 4.3, 4.4", "\"experimentally tuned\"; \"satisfactorily\"",
+        "the nonlinear PD was tuned in simulation; a PID that is to have no overshoot overshoots, "
+        "and is called satisfactory in one section, poor in another",
+        "tuned in simulation; the PID is poor",
+        None,
+        (
+            Quote("1.4", "experimentally tuned nonlinear PD controller"),
+            Quote("4.3.3", "tuning is then performed in simulation"),
+            Quote("4.3.1, wanted", "zero overshoot"),
+            Quote("4.3.1, result", "after 10 seconds, overshoot occurs"),
+            Quote("4.4", "closed looped systems performed satisfactorily"),
+            Quote("4.3.4", "performs poorly with much difficulty"),
+        ),
+    ),
+    Erratum(
+        28, "Section 3.1", "0 - 5 V for the motor's amplifier",
+        "the motor runs both ways: Chapter 4 needs both signs",
+        "-5 to 5 V, as in Chapter 4", None,
+        (
+            Quote("3.1", "0 - 100 % for a 0 - 5 V analog output"),
+            Quote("4.2.3", "to avoid controller saturation the inputs must be limited to ± 2 V"),
+            Quote("4.3.1", "from positive to negative three volts"),
+        ),
+    ),
+)  # fmt: skip
