@@ -47,10 +47,11 @@ def test_rig_gives_what_the_compiled_run_gives() -> None:
 
 
 def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:
-    """Erratum to Appendix D: the integral winds up and the output never returns to 0."""
+    """Erratum to Appendix D: the integral drifts; after one overshoot 149 are not reached."""
     found = cycle_runs.measured(data.unlimited)
-    assert np.isnan(found.fall[5:]).all()
     assert data.unlimited.max() > 170.0
+    assert np.isfinite(found.tau1[0])
+    assert np.isnan(found.tau1[1:]).all()
 
 
 def test_derivative_per_second_is_too_slow(data: CycleData) -> None:
@@ -66,11 +67,11 @@ def test_other_readings_fail_the_claims(data: CycleData, reading: str) -> None:
     assert found["A1"].verdict == DIFFERS
 
 
-def test_half_an_hour_is_enough_and_a_minute_is_not() -> None:
+def test_half_an_hour_is_enough_and_ten_seconds_are_not() -> None:
     """Claim A6: in a room of one temperature, a rested run repeats the one before."""
     rested = cycle_runs.collect(runs=2, cycles=4, room_std=0.0)
     np.testing.assert_array_equal(rested.counts[0], rested.counts[1])
-    hurried = cycle_runs.collect(runs=2, cycles=4, room_std=0.0, rest_s=30.0)
+    hurried = cycle_runs.collect(runs=2, cycles=4, room_std=0.0, rest_s=10.0)
     first, second = (cycle_runs.measured(c) for c in hurried.counts)
     assert second.fall[0] > first.fall[0] + 0.02
 

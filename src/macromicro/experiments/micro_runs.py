@@ -1,0 +1,187 @@
+"""The micro-stage alone: where it stops and begins, and P, PI and anti-windup control.
+
+Sections 5.2.2 and 5.3, Figures 5.10, 5.19, 5.20, 5.22, 5.23 and 5.25 to 5.27. Positions
+come from the laser, which no controller sees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.design.response import entry, smoothed
+from macromicro.experiments import electrothermal
+from macromicro.experiments.programmed import Runner, micro_steps, moves_of, on_twin
+from macromicro.plant import bench
+from macromicro.recording import Recording
+from macromicro.settings import Settings
+
+Array = npt.NDArray[np.float64]
+
+BELOW_STOP = (1.5, 1.55, 1.575, 1.6)
+AT_STOP = (1.65,)
+ABOVE_STOP = (1.675, 1.7, 1.8, 1.9)
+FIRST_RESPONSE = tuple(float(v) for v in np.round(np.arange(1.26, 1.521, 0.02), 2))
+RESPONDS_UM = 20.0
+GAINS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+INTEGRAL_GAINS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.25, 3.0, 4.5)
+TARGET_MM = 3.8
+LEVELS, TIMES = (2.0, 3.0, 2.0, 0.0), (1.0, 3.0, 5.0, 7.0)
+HOLDS = (0.3, 0.8, 1.3, 1.8, 2.3, 2.8, 3.3, 3.8, 3.1, 2.4, 1.7, 1.0, 0.3, 2.0, 3.8, 0.5)
+BAND_UM = 10.0
+_MEAN = 21  # samples of the centred mean that takes the laser's fast noise
+
+
+class MicroRuns(NamedTuple):
+    """Recordings. `steps`: open loop, by CTRL [V] (Figure 5.10); `feet`: the same at low CTRL.
+
+    `proportional`, `integral`: steps to 3.8 mm by Kp [V/mm] and by Ki [V/(mm s)] at Kp 3;
+    `pi`, `antiwindup`: the sequence 0 - 2 - 3 - 2 - 0 mm; `held`: 16 levels, by seed.
+    """
+
+    steps: dict[float, Recording]
+    feet: dict[float, Recording]
+    proportional: dict[float, Recording]
+    integral: dict[float, Recording]
+    pi: Recording
+    antiwindup: Recording
+    held: list[Recording]
+    settings: Settings
+
+
+def collect(settings: Settings | None = None, seed: int = 0, run: Runner = on_twin) -> MicroRuns:
+    """The whole procedure. `run` drives the closed loops: the twin, or another rig."""
+    base = settings or Settings()
+    plant = bench.prepare(base.bench, base.sensors)
+
+    def opened(volts: float, seconds: float) -> Recording:
+        ctrl = electrothermal.step(volts, seconds)
+        return electrothermal.run(plant, ctrl, seed, 10 if seconds > 30.0 else 1)
+
+    def closed(law: str, levels: Sequence[float], hold: float, **gains: float) -> Recording:
+        return run(micro_steps(levels, hold), _with(base, law, **gains), seed, False)
+
+    def sequence(law: str) -> Recording:
+        return run(micro_steps(LEVELS, 2.0, TIMES), _with(base, law), seed, False)
+
+    top = [TARGET_MM]
+    return MicroRuns(
+        steps={v: opened(v, 200.0) for v in BELOW_STOP}
+        | {v: opened(v, 20.0) for v in AT_STOP + ABOVE_STOP},
+        feet={v: opened(v, 60.0) for v in FIRST_RESPONSE},
+        proportional={k: closed("p", top, 6.0, kp=k) for k in GAINS},
+        integral={k: closed("pi", top, 15.0, ki=k) for k in INTEGRAL_GAINS},
+        pi=sequence("pi"),
+        antiwindup=sequence("pi-antiwindup"),
+        held=[
+            run(micro_steps(HOLDS), _with(base, "pi-antiwindup"), seed + k, False) for k in range(3)
+        ],
+        settings=base,
+    )
+
+
+def _with(settings: Settings, law: str, **gains: float) -> Settings:
+    """The settings with one of the micro laws, its gains changed where given."""
+    field = law.replace("-", "_")
+    changed = getattr(settings.controller, field)._replace(**gains)
+    controller = settings.controller._replace(micro_law=law)._replace(**{field: changed})
+    return settings._replace(controller=controller)
+
+
+def highest(recording: Recording) -> float:
+    """Largest contraction [mm] by the laser, its fast noise averaged over 21 samples."""
+    return float(smoothed(recording["laser"], _MEAN).max()) * 1e-3
+
+
+def first_response(feet: dict[float, Recording]) -> float:
+    """Lowest CTRL [V] that moves the stage by more than 20 um within its minute; NaN if none."""
+    moved = [v for v, r in sorted(feet.items()) if 1e3 * highest(r) > RESPONDS_UM]
+    return moved[0] if moved else float("nan")
+
+
+class Swing(NamedTuple):
+    """A step under proportional control: `error` [um] that is left, `overshoot` [um] beyond
+    the place where it comes to rest, `ripple` [V]: path of the effort beyond its net change."""
+
+    error: float
+    overshoot: float
+    ripple: float
+
+
+def swing(recording: Recording, target: float = TARGET_MM) -> Swing:
+    """What a step to `target` [mm] shows; the first 0.2 s, where the effort falls from its
+    peak, do not count as ripple. A run that the guard cut short gives NaN."""
+    if not recording.attributes.get("finished", 1):
+        return Swing(*[float("nan")] * 3)
+    place, rest = smoothed(recording["laser"][:-1], _MEAN), recording["laser"][-1001:-1].mean()
+    effort = smoothed(recording["ctrl"][:-1], _MEAN)[200:-_MEAN]
+    path = float(np.abs(np.diff(effort)).sum() - abs(effort[-1] - effort[0]))
+    return Swing(float(1e3 * target - rest), float(place.max() - rest), path)
+
+
+def chosen_gain(swings: dict[float, Swing]) -> float:
+    """The rule of Section 5.3.1 with a number: the largest Kp that overshoots its rest by no
+    more than the 10 um band."""
+    return max((k for k, s in swings.items() if s.overshoot <= BAND_UM), default=float("nan"))
+
+
+def integral_overshoot(recording: Recording) -> float:
+    """Highest integral effort [V] above its mean over the last second."""
+    effort = recording["micro_integral"][:-1]
+    return float(effort.max() - effort[-1000:].mean())
+
+
+def chosen_integral_gain(integral: dict[float, Recording]) -> float:
+    """The largest Ki whose integral effort rises to its last value without overshoot, that
+    is, by less than a hundredth of it."""
+    calm = [
+        k
+        for k, r in integral.items()
+        if integral_overshoot(r) <= 0.01 * r["micro_integral"][-1001:-1].mean()
+    ]
+    return max(calm, default=float("nan"))
+
+
+def error_after(recording: Recording, step: float, seconds: float = 1.0) -> float:
+    """Reference minus laser [um] `seconds` after a step at `step` [s], mean of 21 samples."""
+    k = round((step + seconds) / recording.dt)
+    seen = float(recording["laser"][k - _MEAN // 2 : k + _MEAN // 2 + 1].mean())
+    return 1e3 * float(recording["micro_reference"][k]) - seen
+
+
+def undershoot(recording: Recording, step: float, hold: float = 2.0) -> float:
+    """How far the integral effort [V] falls below its value at the end of a hold."""
+    a, b = (round(t / recording.dt) for t in (step, step + hold))
+    part = recording["micro_integral"][a : b - 1]
+    return float(part[-1] - part.min())
+
+
+def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
+    """Settling time [s] of each step of the sequence by the laser, into `band` [um], or into
+    2 % of the step where None; NaN where it does not settle within its hold."""
+    place = smoothed(recording["laser"], _MEAN)
+    found = []
+    before = 0.0
+    for time, level in zip(TIMES, LEVELS, strict=True):
+        a = round(time / recording.dt)
+        error = 1e3 * level - place[a : a + round(2.0 / recording.dt)]
+        width = 20.0 * abs(level - before) if band is None else band
+        row = entry(error, width, recording.dt, 0.0)
+        found.append(float("nan") if row is None else row * recording.dt)
+        before = level
+    return found
+
+
+def worst_hold(runs: MicroRuns) -> float:
+    """Largest error [um] of a hold: target minus the laser's mean over its last 0.5 s."""
+    programme = micro_steps(HOLDS)
+    errors = [
+        float("nan") if m.final_error is None else abs(m.final_error)
+        for r in runs.held
+        for m in moves_of(r, programme, runs.settings)
+    ]
+    whole = len(errors) == len(HOLDS) * len(runs.held)
+    return max(errors) if whole and np.isfinite(errors).all() else float("nan")
