@@ -138,3 +138,31 @@ def test_a_schedule_overtakes_fine_moves_that_the_carriage_delays() -> None:
     position = data[names.index("macro_position")]
     on_the_way = position[(position > 60.0) & (position < 700.0)]
     assert len(on_the_way) < 1500
+
+
+def test_a_run_ended_from_outside_ends_with_its_outputs_off() -> None:
+    """Ctrl-C in the middle of a micro step: the recording's last row shows the safe outputs."""
+    long = programme((MICRO, 3.0e-3, 60.0))
+    blocks, plain = Blocks(), Blocks()
+
+    def stop(t: float, move: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(QUICK, long, blocks, fan=True, progress=stop)
+    simulate(QUICK, long, plain, fan=True)
+    rows = np.concatenate(blocks, axis=1)
+    names = [c.name for c in COLUMNS]
+    outputs = [names.index(n) for n in ("motor", "ctrl", "fan", "laser_reset")]
+    assert rows[names.index("ctrl"), -2] > 1.0 and rows[names.index("fan"), -2] == 1.0
+    assert not rows[outputs, -1].any()
+    # Everything that was measured then is what the run would have measured.
+    measured = [names.index(n) for n in ("t", "macro_position", "true_micro", "true_wire")]
+    then = np.concatenate(plain, axis=1)[measured, rows.shape[1] - 1]
+    np.testing.assert_allclose(rows[measured, -1], then, rtol=1e-12)
+
+
+def test_many_holds_between_two_periods_are_all_worked_off() -> None:
+    """6000 holds of 1.1 ms take 2 ms each; the bound on the run's length must allow for that."""
+    many = programme(*[(MICRO, 0.0, 1.1e-3)] * 6000)
+    assert simulate(QUICK, many, Blocks()).finished

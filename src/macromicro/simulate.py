@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import loop
+from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
-from macromicro.control import supervisor
 from macromicro.control.calibration import Calibration
 from macromicro.control.supervisor import Plan, Supervisor
 from macromicro.kernel import compiled
@@ -23,6 +23,7 @@ from macromicro.rig import guard
 from macromicro.rig.guard import OK, Guard, Watch
 from macromicro.rig.twin import noise_source
 from macromicro.settings import Settings
+from macromicro.types import SAFE, Command
 
 CHUNK = 5000
 
@@ -91,7 +92,24 @@ def longest(settings: Settings, programme: Programme) -> float:
         return float(programme.end) + 1.0
     sequence = settings.controller.sequence
     moves = int((programme.stage == 0).sum())
-    return float(programme.hold.sum()) + moves * (sequence.patience + sequence.wait) + 1.0
+    # A move begins at a whole period, so a hold may last up to two periods longer than it says.
+    rounding = 2.0 * PERIOD * len(programme.hold)
+    waits = moves * (sequence.patience + sequence.wait)
+    return float(programme.hold.sum()) + waits + rounding + 1.0
+
+
+def _switched_off(rolled: Rolled, run: Run, random: np.random.Generator) -> npt.NDArray[np.float64]:
+    """The period after a run that was ended from outside: measured, and all outputs safe."""
+    noise = random.standard_normal(NOISES)
+    sample = bench.measure(
+        rolled.plant, run.bench, run.tick * PERIOD, float(noise[0]), float(noise[1])
+    )
+    place = calibration.position(rolled.control.calibration, sample.hall)
+    command = Command(run.progress.macro_reference, 0.0, run.progress.micro_reference, 0.0, place)
+    column = np.empty((loop.ROWS, 1))
+    real = bench.truth(rolled.plant, run.bench)
+    loop.note(column, 0, sample, command, SAFE, run.progress, run.watch, real)
+    return column
 
 
 def simulate(
@@ -109,7 +127,7 @@ def simulate(
     `progress` is told the simulated time [s] and the present move after every chunk.
     The same settings, programme, seed and fan give the same rows, bit for bit. An
     exception from `progress` or the sink (a full disk, Ctrl-C) ends the run; what was
-    appended stays.
+    appended stays. One from `progress` adds a last row that shows all outputs off.
     """
     rolled = prepare(settings, programme, fan, table)
     advance = compiled(loop.rollout)
@@ -125,7 +143,11 @@ def simulate(
         )
         sink.append(block[:, :written])
         if progress is not None:
-            progress(run.tick * PERIOD, run.progress.move)
+            try:
+                progress(run.tick * PERIOD, run.progress.move)
+            except BaseException:
+                sink.append(_switched_off(rolled, run, random))
+                raise
         if written < CHUNK or run.progress.phase == supervisor.DONE or run.watch.fault != OK:
             break
     finished = run.progress.phase == supervisor.DONE

@@ -136,6 +136,13 @@ def test_dwell_starts_again_when_the_carriage_leaves_the_tolerance() -> None:
     assert seen[1][0] == pytest.approx(1.0, abs=1.1e-3)
 
 
+def test_a_missing_encoder_reading_is_no_arrival() -> None:
+    """NaN is within no tolerance."""
+    what = plan((NAN, 0, 100.0, 0.0))
+    ticks = walk(made(), what, 2.0, lambda t: NAN if t >= 0.1 else 0.0)
+    assert {tick.phase for tick in ticks} == {MACRO}
+
+
 def test_patience_ends_a_move_that_never_arrives() -> None:
     """The programme goes on; the move is reported as not arrived."""
     what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.0, 0.5))
@@ -239,3 +246,22 @@ def test_the_fan_runs_all_the_time_or_never() -> None:
     for fan in (False, True):
         p = settings.prepare(Control(), fan=fan)
         assert {tick.out.fan for tick in walk(p, what, 3.0, lambda _: 0.0)} == {float(fan)}
+
+
+def test_a_missing_reading_gives_no_effort_and_is_forgotten() -> None:
+    """One NaN from a sensor must not stay in an integral: the guard allows 5 ms of them."""
+    spec = Control(macro_law="pid")
+    control = settings.prepare(spec)
+    moves = Plan(
+        np.array([math.nan]), np.array([0], dtype=np.int64), np.array([500.0]),
+        np.array([1.0]), math.nan,
+    )  # fmt: skip
+    state = supervisor.begin(0.0)
+    efforts = []
+    for k in range(6):
+        encoder = math.nan if k == 2 else 0.0
+        sample = Sample(k * 1e-3, encoder, 0.05, 0.0, 1.0, 0.0)
+        state, _, out = supervisor.step(control, moves, state, sample, 1e-3)
+        efforts.append(out.motor)
+    assert efforts[2] == 0.0
+    assert all(math.isfinite(v) and v > 0.0 for v in efforts[3:])

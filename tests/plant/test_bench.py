@@ -30,6 +30,8 @@ IMPOSSIBLE: list[tuple[str, Any, str]] = [
     ("driver.map_ctrl", (1.3, 1.25, *Bench().driver.map_ctrl[2:]), "driver.map_ctrl"),
     ("friction.ripple", 11.0, "friction.ripple"),
     ("carriage.stop_low", 0.01, "carriage.stop_low"),
+    ("carriage.stop_high", -5e-3, "carriage.stop_high"),
+    ("amplifier.bits", 12.5, "amplifier.bits"),
     ("driver.map_heat", (1.0, *Bench().driver.map_heat[1:]), "driver.map_heat"),
     ("phase.heat_start", 109.5, "phase.heat_start"),
     ("phase.heat_end", 121.0, "phase.heat_end"),
@@ -47,6 +49,14 @@ def test_each_impossible_bench_is_found_and_named(path: str, value: Any, named: 
     found = replaced(Bench(), path, value).problems()
     assert [name for name, _, _ in found] == [named]
     assert all(accepted for _, _, accepted in found)
+
+
+@pytest.mark.parametrize("path", ["encoder.bits", "converter.bits"])
+def test_half_a_bit_is_found_and_named(path: str) -> None:
+    """Section 3.2.3, 3.3: a counter and a converter have whole bits."""
+    assert Sensors().problems() == []
+    found = replaced(Sensors(), path, 12.5).problems()
+    assert [name for name, _, _ in found] == [path]
 
 
 def test_every_default_lies_within_its_bounds() -> None:

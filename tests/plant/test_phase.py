@@ -110,3 +110,10 @@ def test_the_hysteresis_is_wide() -> None:
             values.append(f)
         halves.append(float(path[int(np.argmin(np.abs(np.array(values) - 0.5)))]))
     assert 10.0 < halves[0] - halves[1] < 50.0
+
+
+def test_a_steep_density_is_computed_without_overflow() -> None:
+    """Thresholds beyond the last one weigh nothing, however fast the density falls."""
+    with np.errstate(all="raise", under="ignore"):
+        steep = phase.weights(P._replace(heat_fold=0.01), *cells(P)[1:])
+    assert np.isfinite(steep).all() and steep.max() > 0.0

@@ -229,3 +229,21 @@ def test_leaving_the_rig_by_an_exception_leaves_it_safe() -> None:
     with pytest.raises(RuntimeError):
         fail()
     assert twin._outputs == SAFE
+
+
+def test_a_rig_whose_stop_fails_is_left_all_the_same() -> None:
+    """Its own exit is the last chance to make it safe."""
+
+    class Faulty(Twin):
+        left = False
+
+        def stop(self) -> None:
+            raise OSError("board gone")
+
+        def __exit__(self, *_: object) -> None:
+            self.left = True
+
+    faulty = Faulty(bench.prepare(Bench(), Sensors()), 0)
+    with pytest.raises(OSError, match="board gone"), Guarded(faulty, GUARD, DT):
+        pass
+    assert faulty.left

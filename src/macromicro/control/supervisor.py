@@ -150,10 +150,11 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
     macro_reference, micro_reference = s.macro_reference, s.micro_reference
     memory, integral = s.macro, s.integral
     if phase == MACRO:
-        if abs(macro_reference - position) > p.sequence.tolerance:
+        # A reading that is missing (NaN) fails the comparison: it is no arrival.
+        if abs(macro_reference - position) <= p.sequence.tolerance:
+            inside = t if math.isnan(inside) else inside
+        else:
             inside = math.nan
-        elif math.isnan(inside):
-            inside = t
         arrived = not math.isnan(inside) and t - inside >= p.sequence.dwell - 1e-9
         if arrived or t - began >= p.sequence.patience:
             phase, entered, zeroed = SETTLING, t, 0
@@ -214,10 +215,11 @@ def step(
     memory, integral, zeroed = s.macro, s.integral, s.zeroed
     motor = 0.0
     moving = s.phase == MACRO or (p.sequence.park == 0 and s.move >= 0 and s.phase != DONE)
-    if moving:
+    # A missing reading gives no effort and leaves the memory: the guard counts how long.
+    if moving and not math.isnan(sample.encoder):
         memory, motor = macro.step(p.macro, memory, s.macro_reference - sample.encoder, dt)
     ctrl = 0.0
-    if s.phase == MICRO:
+    if s.phase == MICRO and not math.isnan(sample.hall):
         integral, ctrl = pi.step(p.micro, integral, s.micro_reference - fine, dt)
     reset = 0.0
     if zeroed == 0 and (

@@ -31,6 +31,11 @@ from macromicro.types import Outputs, Sample
 NOISES = 3
 
 
+def _whole(name: str, bits: float) -> tuple[bool, str, Any, str]:
+    """The rule that a number of bits is a whole one: (wrong?, parameter, value, accepted)."""
+    return not bits.is_integer(), name, bits, "a whole number"
+
+
 class Bench(NamedTuple):
     """Everything physical about the positioner that a user may set. Values in SI, degC."""
 
@@ -93,6 +98,8 @@ class Bench(NamedTuple):
                 "values that do not fall",
             ),
             (high > low > 0.0, "carriage.stop_low", low, "at most 0 mm, where the carriage starts"),
+            (high <= 0.0, "carriage.stop_high", high, "above 0 mm, where the carriage starts"),
+            _whole("amplifier.bits", self.amplifier.bits),
             (
                 phase.heat_start >= phase.heat_end,
                 "phase.heat_start",
@@ -128,6 +135,14 @@ class Sensors(NamedTuple):
     hall: Hall = Hall()
     laser: Laser = Laser()
     converter: Converter = Converter()
+
+    def problems(self) -> list[tuple[str, Any, str]]:
+        """What no converter can be: (parameter, value, what is accepted)."""
+        rules = (
+            _whole("encoder.bits", self.encoder.bits),
+            _whole("converter.bits", self.converter.bits),
+        )
+        return [(name, value, accepted) for wrong, name, value, accepted in rules if wrong]
 
 
 class Plant(NamedTuple):

@@ -65,7 +65,7 @@ def weights(
     closer than `width_min`.
     """
     within = (up >= p.heat_start) & (up <= p.heat_end)
-    rising = np.where(within, np.exp((up - p.heat_end) / p.heat_fold), 0.0)
+    rising = np.where(within, np.exp(np.minimum(up - p.heat_end, 0.0) / p.heat_fold), 0.0)
     centre = p.cool_offset + p.cool_slope * up
     scatter = np.exp(-0.5 * ((down - centre) / p.cool_spread) ** 2)
     # Relays whose drawn cooling threshold comes too close are not there at all; the

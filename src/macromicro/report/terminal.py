@@ -11,7 +11,7 @@ from macromicro.programme import MACRO
 from macromicro.report import words
 
 Report = Callable[[float, int], None]
-_WIDE, _NARROW = 120, 100
+_WIDE, _NARROW, _LEAST = 120, 100, 80
 # Broken so that the table fits into 80 columns.
 _BROKEN = {
     "final error": "final\nerror",
@@ -68,6 +68,8 @@ def show(ended: Ended) -> None:
     console = Console(highlight=False, soft_wrap=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_WIDE)
+    elif console.width < _LEAST:  # whole lines that the terminal wraps; cells would be cut up
+        console = Console(highlight=False, width=_LEAST)
     narrow = console.width < _NARROW
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for heading in words.HEADINGS:

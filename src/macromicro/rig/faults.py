@@ -66,7 +66,8 @@ TEXTS = {
         "Hall sensor frozen",
         "The Hall sensor repeats one and the same value, which its noise makes impossible.",
         "the same code for {value:.3f} s, allowed {limit:.3f} s",
-        "Check the sensor's supply and the A/D board; guard.frozen sets the limit.",
+        "Check the sensor's supply and the A/D board; where so little noise is right, raise "
+        "guard.frozen.",
     ),
     guard.HALL_RANGE: _Text(
         "Hall sensor off the scale",

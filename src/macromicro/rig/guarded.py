@@ -77,5 +77,7 @@ class Guarded:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.stop()
-        self.rig.__exit__(kind, error, trace)
+        try:
+            self.stop()
+        finally:  # the rig inside goes safe by itself too, should its `stop` fail
+            self.rig.__exit__(kind, error, trace)
