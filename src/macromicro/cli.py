@@ -11,6 +11,8 @@ from typing import Annotated, Any, Self
 import typer
 
 from macromicro import __version__
+from macromicro.commands import identify
+from macromicro.commands.collect import collect
 from macromicro.errors import MacromicroError
 
 app = typer.Typer(
@@ -25,6 +27,7 @@ config_app = typer.Typer(
     help="Settings of bench, sensors, controller and guard.", no_args_is_help=True
 )
 app.add_typer(config_app, name="config")
+app.add_typer(identify.app, name="identify")
 
 INTERRUPTED = 128
 
@@ -248,3 +251,6 @@ def programmes(
     if name not in examples:
         raise InputError("programme", printable(name), f"one of {', '.join(examples)}")
     print(examples[name].read_text(encoding="utf-8"), end="")
+
+
+app.command()(collect)

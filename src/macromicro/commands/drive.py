@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 from macromicro.commands import model_file
 from macromicro.commands.files import Picking, loaded
-from macromicro.commands.result import Line, Result
+from macromicro.commands.result import Line, Result, rounded
 from macromicro.errors import InputError
 from macromicro.identify.picking import RUN, Role, railed, runs
 from macromicro.identify.runs import checked
@@ -58,6 +56,8 @@ def identify(picking: Picking, options: Options) -> Result:
     """Physical parameters by inverse dynamics and output error (`macromicro.identify.drive`)."""
     from macromicro.identify import drive
 
+    if options.limit is not None and not options.limit > 0.0:
+        raise InputError("--limit", options.limit, "a value above zero")
     tables = loaded(picking, ROLES)
     first = tables[0]
     records = []
@@ -81,25 +81,18 @@ def identify(picking: Picking, options: Options) -> Result:
         limit=options.limit,
         delay=delay,
     )
-    u_unit, x_unit = first.units["u"] or "unit of u", first.units["x"] or "unit of x"
+    u_unit, x_unit = first.units["u"] or "u", first.units["x"] or "x"
     force = "N" if gain != 1.0 else u_unit
     units = units_of(force, x_unit)
-    by_inverse = dict(zip(fit.inverse.names, zip(fit.inverse.values, fit.inverse.std, strict=True)))
     lines = []
+    inverse = dict(zip(fit.inverse.names, range(len(fit.inverse.names)), strict=True))
     for name, value, error in zip(
         fit.refined.names, fit.refined.values, fit.refined.std, strict=True
     ):
-        other, spread = by_inverse[name]
-        note = f"{MEANINGS[name]}; inverse dynamics {other:.5g}"
-        lines.append(
-            Line(
-                name,
-                value,
-                error,
-                units[name],
-                note + (f" +- {spread:.2g}" if spread == spread else ""),
-            )
-        )
+        k = inverse[name]
+        other, spread = rounded(fit.inverse.values[k], fit.inverse.std[k])
+        note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
+        lines.append(Line(name, value, error, units[name], note))
     samples = sum(len(r.t) for r in records)
     remarks = [
         ("fit", f"free run {fit.fit:.2f} %, RMS {fit.rms:.4g} {x_unit} over {samples} samples"),
@@ -119,8 +112,8 @@ def identify(picking: Picking, options: Options) -> Result:
         "delay": delay,
         "holdout": fit.holdout,
         "holdout_rms": fit.holdout_rms,
-        "inverse": {n: v for n, v in zip(fit.inverse.names, fit.inverse.values, strict=True)},
-        "inverse_std": {n: v for n, v in zip(fit.inverse.names, fit.inverse.std, strict=True)},
+        "inverse": dict(zip(fit.inverse.names, fit.inverse.values, strict=True)),
+        "inverse_std": dict(zip(fit.inverse.names, fit.inverse.std, strict=True)),
     }
 
     def draw() -> dict[str, Figure]:

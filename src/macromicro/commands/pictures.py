@@ -32,9 +32,11 @@ def free_runs(
         top, low = axes[0, k], axes[1, k]
         line(top, t[k], measured[k], BLUE, "measured")
         line(top, t[k], model[k], ORANGE, "model, free run", linestyle="--")
-        line(low, t[k], measured[k] - model[k], RED, "measured - model")
+        rest = np.asarray(measured[k] - model[k], np.float64)
+        line(low, t[k], rest, RED, "measured - model")
         finish(top, f"record {k + 1} of {len(t)}" if len(t) > 1 else "", "", label, legend=k == 0)
-        finish(low, "measured less model", x, label)
+        finish(low, "measured less model", x)
+    figure.subplots_adjust(left=0.11)
     return figure
 
 
@@ -42,8 +44,10 @@ def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
     """Residuals over time, and their autocorrelation with the 99 % band of white noise."""
     figure, axes = new(3.4, 1, 2)
     e = np.concatenate(list(residuals))
-    line(axes[0, 0], np.arange(len(e)) * dt, e, RED, "residual")
+    t = np.asarray(np.arange(len(e)) * dt, np.float64)
+    line(axes[0, 0], t, e, RED, "residual")
     finish(axes[0, 0], "residuals, records in a row", y=label)
+    figure.subplots_adjust(left=0.11)
     power = sum(float(r @ r) for r in residuals) or 1.0
     lags = max(min(_LAGS, min(len(r) for r in residuals) - 1), 1)
     values = [sum(float(r[k:] @ r[:-k]) for r in residuals) / power for k in range(1, lags + 1)]

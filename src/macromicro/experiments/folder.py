@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from macromicro.errors import InputError
@@ -17,11 +21,11 @@ FILES = (RECORDING, SUMMARY, PAGE, *(f"{name}.png" for name in FIGURES))
 REPORT_BYTES = 4_000_000
 
 
-def check(folder: Path, needed: int, *, overwrite: bool) -> None:
+def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = FILES) -> None:
     """InputError unless the results can go to `folder`: free, writable, with `needed` bytes.
 
-    An empty folder is free; with `overwrite` one whose files of a run's names may be
-    replaced. Nothing is changed on the disk.
+    An empty folder is free; with `overwrite` one whose files of these `names`, by default
+    a run's, may be replaced. Nothing is changed on the disk.
     """
     where = f"--out {printable(folder, 300)}"
     if "\0" in str(folder):
@@ -30,18 +34,18 @@ def check(folder: Path, needed: int, *, overwrite: bool) -> None:
         if folder.exists() and not folder.is_dir():
             raise InputError(where, "a file", "a folder, or a place to make one")
         if folder.is_dir():
-            _check_content(folder, where, overwrite)
+            _check_content(folder, where, overwrite, names)
     except OSError as error:
         found = error.strerror or "cannot be read"
         raise InputError(where, found, "a folder, or a place to make one") from None
     check_space(folder, needed + REPORT_BYTES)
 
 
-def _check_content(folder: Path, where: str, overwrite: bool) -> None:
+def _check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str]) -> None:
     content = {path.name for path in folder.iterdir()}
     if content and not overwrite:
         raise InputError(where, "exists already", "a new or empty folder, or --overwrite")
-    for name in FILES:
+    for name in names:
         path = folder / name
         if path.is_dir() and not path.is_symlink():
             raise InputError(f"{where}, {name}", "a folder", "a file that can be replaced")
@@ -52,3 +56,22 @@ def make(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
+
+
+@contextmanager
+def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
+    """A place for files that all go to `folder` when the block ends well, else nowhere.
+
+    `remove`: files of an earlier result that must not stay beside the new ones.
+    """
+    existing = next(p for p in (folder, *folder.absolute().parents) if p.is_dir())
+    place = Path(tempfile.mkdtemp(prefix=".macromicro-", dir=existing))
+    try:
+        yield place
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in remove:
+            (folder / name).unlink(missing_ok=True)
+        for path in sorted(place.iterdir()):
+            path.replace(folder / path.name)
+    finally:
+        shutil.rmtree(place, ignore_errors=True)

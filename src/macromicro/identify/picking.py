@@ -41,11 +41,13 @@ class Role(NamedTuple):
 
 
 class Picked(NamedTuple):
-    """Columns by role, float64[n] each, finite and of one length; their units."""
+    """Columns by role, float64[n] each, finite and of one length; their units, their names
+    in the file, and the file's constants."""
 
     file: str
     values: dict[str, Array]
     units: dict[str, str]
+    names: dict[str, str]
     constants: dict[str, float]
 
 
@@ -76,22 +78,25 @@ def pick(table: Table, roles: Sequence[Role], wanted: Mapping[str, str]) -> Pick
             raise InputError("--columns", printable(role_name), f"one of {names}")
     found: dict[str, Array] = {}
     units: dict[str, str] = {}
+    named: dict[str, str] = {}
     for role in roles:
         name, unit = _column(table, role, wanted.get(role.name))
         if not name:
             continue
         found[role.name], units[role.name] = _converted(table, role, name, unit)
+        named[role.name] = name
     lengths = {role: len(v) for role, v in found.items()}
     if len(set(lengths.values())) > 1:
         raise InputError(table.file, f"columns of {lengths} rows", "columns of one length")
-    return Picked(table.file, _finite(table.file, found), units, table.constants)
+    return Picked(table.file, _finite(table.file, found), units, named, table.constants)
 
 
 def _column(table: Table, role: Role, wanted: str | None) -> tuple[str, str]:
     """Name and unit of the column for a role; no name for an optional one that is not there."""
     if wanted is not None:
-        name, _, unit = wanted.rpartition(":") if wanted not in table.columns else (wanted, "", "")
-        name = name or wanted
+        name, mark, unit = wanted.rpartition(":")
+        if not mark or wanted in table.columns:
+            name, unit = wanted, ""
         if name in table.columns:
             return name, unit or table.units[name]
         near = [n for n in table.columns if parted(n)[0] == name]
@@ -165,26 +170,52 @@ def runs(picked: Picked) -> list[dict[str, Array]]:
     return [{role: v[k] for role, v in parts.items()} for k in range(len(cuts) + 1)]
 
 
-def railed(values: Array, where: str) -> npt.NDArray[np.bool_]:
+def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.NDArray[np.bool_]:
     """Where a sensor stays at an extreme of its record, as one at the end of its range does.
 
-    An extreme is taken for the range's end if the signal changes from sample to sample
-    elsewhere, yet repeats it for runs of 5 or more, 1 % of the record in all. Warns
-    (`SaturationWarning`); what to do is the caller's.
+    An extreme is taken for the end of the range when the signal changes from sample to
+    sample elsewhere, yet repeats the extreme for runs of 5 or more, 1 % of the record in
+    all, and comes and goes at its usual pace: an axis at rest does so slowly, and rests in
+    other places too. Warns (`SaturationWarning`) and says what was `done`; raises
+    `InputError` where that is more than half of the record.
     """
     ends = np.zeros(len(values), dtype=np.bool_)
     if len(values) < 20 or not np.ptp(values) > 0.0:
         return ends
+    steps = np.abs(np.diff(values))
+    repeats = _held(steps == 0.0)
+    within = (values > values.min()) & (values < values.max())
+    elsewhere = int((repeats & within).sum())
+    moving = steps[within[1:] & within[:-1]]
+    usual = float(np.median(moving)) if len(moving) else 0.0
     for extreme in (values.min(), values.max()):
         at = values == extreme
-        held = np.convolve(at, np.ones(5), "valid") == 5
-        elsewhere = np.diff(values)[~at[1:]]
-        busy = len(elsewhere) > 0 and float(np.mean(elsewhere != 0.0)) > 0.5
-        if busy and int(held.sum()) >= max(0.01 * len(values), 5):
-            ends |= at
-            notice(
-                SaturationWarning,
-                f"{where}: {int(at.sum())} of {len(values)} samples stay at {extreme:g}, "
-                "as those of a saturated sensor do",
-            )
+        held = repeats & at
+        if held.sum() < max(0.01 * len(values), 5) or elsewhere > 0.1 * held.sum():
+            continue
+        # The second step of each stay away: the first one is cut by the rail.
+        away = _held(~at[1:] & ~at[:-1])
+        edges = np.diff(away.astype(np.int8))
+        begin, end = np.flatnonzero(edges > 0) + 1, np.flatnonzero(edges < 0)
+        beyond = np.r_[steps[begin], steps[end - 1]]
+        if not len(beyond) or usual <= 0.0 or float(np.median(beyond)) < 0.3 * usual:
+            continue
+        ends |= at
+        notice(
+            SaturationWarning,
+            f"{where}: {int(at.sum())} of {len(values)} samples stay at {extreme:g}, as those "
+            f"of a saturated sensor do; {done}",
+        )
+    if ends.mean() > 0.5:
+        found = f"saturated in {int(ends.sum())} of {len(ends)} samples"
+        raise InputError(where, found, "a record within the sensor's range")
     return ends
+
+
+def _held(same: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Samples in runs of 5 or more, from where neighbours belong to one run."""
+    run = np.convolve(same, np.ones(4), "valid") == 4.0
+    held = np.zeros(len(same) + 1, dtype=np.bool_)
+    for k in range(5):
+        held[k : k + len(run)] |= run
+    return held

@@ -25,7 +25,7 @@ WHAT = "a recording (.h5), CSV with a heading, MAT (version 7 or older) or Micro
 _HDF5, _MATLAB = b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0 MAT-file"
 _TEXTS = (".csv", ".txt", ".tsv", ".dat", "")
 _BRACKETS = re.compile(r"(.+?)\s*[\[(](.*)[\])]")
-_SUFFIX = re.compile(r"(.+)_([^_]+(?:_per_[^_]+)?)")
+_SUFFIXES = (re.compile(r"(.+?)_([^_]+_per_[^_]+)"), re.compile(r"(.+)_([^_]+)"))
 _ENDINGS = {"C": "degC", "count": "counts", "counts": "counts"}
 
 
@@ -52,12 +52,13 @@ def read(path: Path) -> Table:
     Raises `InputError` with file and line for what cannot be read.
     """
     begin, where = _begin(path), printable(path, 300)
-    if begin.startswith(_MATLAB):
+    suffix = path.suffix.lower()
+    if begin.startswith(_MATLAB) or suffix == ".mat":
         return _mat(path, where)
-    if begin.startswith(_HDF5):
+    if begin.startswith(_HDF5) or suffix in (".h5", ".hdf5"):
         return _recording(path, where)
-    if path.suffix.lower() not in _TEXTS:
-        raise InputError(where, f"no file that is known ({printable(path.suffix)})", WHAT)
+    if suffix not in _TEXTS:
+        raise InputError(where, f"{printable(suffix)}, a kind that is not known", WHAT)
     return _csv(path, where)
 
 
@@ -66,7 +67,8 @@ def _begin(path: Path) -> bytes:
     if not path.is_file():
         if path.is_dir():
             raise InputError(printable(path, 300), "a directory", f"files: {WHAT}")
-        raise InputError(printable(path, 300), "no such file", WHAT)
+        found = "not a file" if path.exists() else "no such file"
+        raise InputError(printable(path, 300), found, WHAT)
     with path.open("rb") as file:
         return file.read(32)
 
@@ -75,7 +77,7 @@ def _recording(path: Path, where: str) -> Table:
     recording = Recording.load(path)
     names = [c.name for c in recording.columns if not c.name.startswith("true_")]
     columns = {n: np.asarray(recording[n], np.float64) for n in names}
-    units = {n: {"1": "", "-": ""}.get(u := recording.unit(n), u) for n in names}
+    units = {n: {"1": "", "-": "", "count": "counts"}.get(u := recording.unit(n), u) for n in names}
     numbers = {k: float(v) for k, v in recording.attributes.items() if not isinstance(v, str)}
     return Table(where, columns, units, numbers)
 
@@ -151,10 +153,11 @@ def parted(name: str) -> tuple[str, str]:
     """A column's name as name and unit: "x_mm" and "x [mm]" are ("x", "mm")."""
     if match := _BRACKETS.fullmatch(name.strip()):
         return match[1].strip(), match[2].strip()
-    if match := _SUFFIX.fullmatch(name.strip()):
-        unit = _ENDINGS.get(match[2], match[2].replace("_per_", "/"))
-        if _known(unit):
-            return match[1], unit
+    for suffix in _SUFFIXES:
+        if match := suffix.fullmatch(name.strip()):
+            unit = _ENDINGS.get(match[2], match[2].replace("_per_", "/"))
+            if _known(unit):
+                return match[1], unit
     return name.strip(), ""
 
 

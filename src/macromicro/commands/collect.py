@@ -1,0 +1,55 @@
+"""``macromicro collect EXPERIMENT``: laboratory procedures on a rig, saved as recordings."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+MAX_SEED = 2**31  # trials count on from it
+
+
+def collect(
+    experiment: Annotated[
+        str | None, typer.Argument(help="One of those that --list names.", show_default=False)
+    ] = None,
+    rig: Annotated[str, typer.Option(help="Where to run it: the twin.")] = "twin",
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensors' noise.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the recordings.", show_default="results/<experiment>"),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace recordings in that folder.")
+    ] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
+) -> None:
+    """Run a laboratory procedure and save the recordings that `identify` needs."""
+    from macromicro.errors import InputError
+    from macromicro.experiments import catalogue, folder
+    from macromicro.textfile import printable
+
+    if listed:
+        for one in catalogue.PROCEDURES:
+            then = one.then.format(out=Path("results") / one.name)
+            print(f"{one.name:16}{one.gives}\n{'':16}needs: {one.needs}\n{'':16}then: {then}")
+        return
+    procedure = catalogue.find(experiment or "")
+    if rig != "twin":
+        raise InputError("--rig", printable(rig), "twin, the only one so far")
+    if not 0 <= seed < MAX_SEED:
+        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
+    place = out if out is not None else Path("results") / procedure.name
+    folder.check(place, procedure.megabytes * 1_000_000, overwrite=overwrite, names=())
+    print(f"collecting {procedure.name} on the twin", file=sys.stderr)
+    recordings = procedure.collect(seed)
+    with folder.staged(place) as stage:
+        for name, recording in recordings.items():
+            recording.save(stage / f"{name}.h5")
+    for name, recording in recordings.items():
+        count = int(recording["run"][-1])
+        runs = "1 run" if count == 1 else f"{count} runs"
+        print(f"{place / name}.h5: {runs}, {len(recording)} rows of {recording.dt:g} s")
+    print(f"then: {procedure.then.format(out=place)}")

@@ -1,0 +1,113 @@
+"""First-order curves out of a recording of input and output."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.curves import Kind, direction
+from macromicro.identify.picking import Picked
+from macromicro.identify.smoothing import window_means
+
+Array = npt.NDArray[np.float64]
+Pair = tuple[Array, Array]
+
+_NEAR = 0.1  # a cycle begins within this part of the range from an end of it
+_LEG = 0.03  # what turns by less than this part of the range is noise
+_WINDOWS = 300  # points of a curve over the whole range
+
+
+class Found(NamedTuple):
+    """`curves` of one `kind`, and the whole `records` (u, f) that they were cut from."""
+
+    curves: list[Pair]
+    kind: Kind
+    records: list[Pair]
+
+
+def from_tables(tables: list[Picked], kind: str) -> Found:
+    """Curves of the files: by the column `curve`, else cut out of the time record.
+
+    `kind`: "auto" takes the kind of most curves. Raises `InputError` for fewer than two.
+    """
+    if all("curve" in table.values for table in tables):
+        pairs = [pair for table in tables for pair in _named(table)]
+        ways = [direction(u) for u, _ in pairs]
+        many: Kind = "ascending" if sum(np.sign(ways)) > 0.0 else "descending"
+        return Found(pairs, _told(kind) or many, [])
+    records = [cleaned(table) for table in tables]
+    down = [c for u, f in records for c in cut(u, f)]
+    up = [(-u, -f) for a, b in records for u, f in cut(-a, -b)]
+    way = _told(kind) or ("ascending" if len(up) > len(down) else "descending")
+    curves = up if way == "ascending" else down
+    if len(curves) < 2:
+        raise InputError(
+            tables[0].file,
+            f"{len(curves)} {way} curves: the input never reverses in cycles from one end",
+            "an input that goes from one end of its range to different turning points and "
+            "back, twice or more",
+        )
+    return Found(curves, way, records)
+
+
+def _told(kind: str) -> Kind | None:
+    if kind not in ("auto", "ascending", "descending"):
+        raise InputError("--curves", kind, "auto, ascending or descending")
+    return "ascending" if kind == "ascending" else "descending" if kind == "descending" else None
+
+
+def _named(table: Picked) -> list[Pair]:
+    """The rows of each curve, in the file's order."""
+    u, f, curve = (table.values[n] for n in ("u", "f", "curve"))
+    return [(u[curve == c], f[curve == c]) for c in dict.fromkeys(curve.tolist())]
+
+
+def cleaned(table: Picked) -> Pair:
+    """Input and output over time; a thermocouple's without spikes and noise."""
+    u, f = table.values["u"], table.values["f"]
+    for name, values in (("u", u), ("f", f)):
+        if np.ptp(values) == 0.0:
+            raise InputError(f"{table.file}, {name}", f"constant at {values[0]:g}", "a change")
+    if len(u) < 20:
+        raise InputError(table.file, f"{len(u)} rows", "20 rows or more")
+    if table.names["u"] == "thermocouple" and "t" in table.values:
+        from macromicro.identify.kiln import NOISE_S
+        from macromicro.identify.runs import checked
+        from macromicro.identify.smoothing import without_spikes
+
+        run = checked(table.values["t"], u, f, table.file)
+        u, f = without_spikes(run.t, run.u).values, run.x
+        samples = int(NOISE_S / run.dt) | 1
+        if 5 <= samples <= len(u):
+            from scipy.signal import savgol_filter
+
+            u = np.asarray(savgol_filter(u, samples, 2), dtype=np.float64)
+    return u, f
+
+
+def cut(u: Array, f: Array) -> list[Pair]:
+    """Falls of the input that follow a rise from its low end: descending curves.
+
+    Points are means over windows, so that noise of the input does not shuffle them.
+    """
+    from macromicro.identify.kiln import turning_points
+
+    extent = float(np.ptp(u))
+    low = float(u.min()) + _NEAR * extent
+    turns = turning_points(u, _LEG * extent)
+    found = []
+    for (before, top), (_, end) in pairwise(pairwise(turns)):
+        fall = u[top : end + 1]
+        if u[before] > low or fall[0] - fall[-1] < _LEG * extent or len(fall) < 5:
+            continue
+        if u[top] < u[before]:
+            continue
+        uu, ff = window_means(fall, f[top : end + 1], len(fall), extent / _WINDOWS)
+        # The curve begins where the record turned, not in the middle of its first window.
+        count = max(len(fall) // 1000, 1)
+        found.append((np.r_[fall[0], uu[1:]], np.r_[f[top : top + count].mean(), ff[1:]]))
+    return found

@@ -1,0 +1,182 @@
+"""`identify deadzone`: the lowest voltages that move an axis without pause."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.commands import model_file
+from macromicro.commands.files import Picking, loaded
+from macromicro.commands.result import Line, Result
+from macromicro.errors import InputError
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.picking import RUN, Picked, Role, runs
+from macromicro.identify.runs import Run, checked
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.deadzone import DeadZone
+
+Array = npt.NDArray[np.float64]
+
+T = Role("t", "time", ("t", "time"), ("s",))
+U = Role("u", "drive voltage", ("u", "motor", "voltage", "volts", "v", "input", "vir"), ("V",))
+X = Role(
+    "x",
+    "position",
+    ("x", "macro_position", "position", "pos", "qm", "q"),
+    ("counts", "m", "rad"),
+)
+ROLES = (T, U, X, RUN)
+LEAST = 20
+
+
+class Options(NamedTuple):
+    """`travel` [unit of x]; `pause` [s]; `gain` [unit of x per s and V] and `width` [V] for
+    (4.5), None: without it, and the dead zone found."""
+
+    travel: tuple[float, float] | None = None
+    pause: float = 0.05
+    gain: float | None = None
+    width: float | None = None
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """Dead zone per direction (Section 4.2.3) and, with a gain, (4.5)."""
+    from macromicro.identify import dead_zone
+
+    tables = loaded(picking, ROLES)
+    records = [run for table in tables for run in constant(table)]
+    if not records:
+        found = "no stretch at a constant voltage other than 0"
+        raise InputError(tables[0].file, found, "open-loop runs, each at one voltage")
+    known = tables[0].constants
+    travel = options.travel
+    if travel is None and {"travel_low", "travel_high"} <= set(known):
+        travel = (known["travel_low"], known["travel_high"])
+    if not options.pause > 0.0:
+        raise InputError("--pause", options.pause, "a time above 0 s")
+    zone = dead_zone(records, travel=travel, pause=options.pause)
+    lines = [
+        Line("positive", zone.positive, step_below(zone, 1.0), "V", "lowest with steady motion"),
+        Line("negative", -zone.negative, step_below(zone, -1.0), "V", "lowest with steady motion"),
+        Line("width", zone.width, math.nan, "V", "the greater one: what an inverse adds"),
+    ]
+    places = tables[0].units["x"] or "x"
+    moved = sum(t.uninterrupted for t in zone.trials)
+    remarks = [
+        ("runs", f"{len(records)} at {len(zone.volts)} voltages, {moved} moved without a pause"),
+        ("+-", "the step to the next lower voltage that was tried"),
+        ("by place", spread(zone, places)),
+    ]
+    data = {
+        "positive": zone.positive,
+        "negative": zone.negative,
+        "width": zone.width,
+        "trials": [t._asdict() for t in zone.trials],
+    }
+    if options.gain is not None:
+        lines += jump(records, options.gain, options.width or zone.width, remarks)
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.commands import pictures
+
+        series = []
+        for sign, name in ((1, "forwards"), (-1, "backwards")):
+            starts, lowest = zone.thresholds(sign)
+            series.append((name, starts, lowest, "o-"))
+        speeds = [
+            (f"{v:g} V", zone.places, row, "-")
+            for v, row in zip(zone.volts, zone.speeds, strict=True)
+        ]
+        shown = speeds[:: max(1, math.ceil(len(speeds) / 8))]
+        return {
+            "thresholds": pictures.points(
+                "lowest voltage that moved on from each start",
+                f"start [{places}]",
+                "voltage [V]",
+                series,
+            ),
+            "speeds": pictures.points(
+                "speed by place", f"place [{places}]", f"speed [{places}/s]", shown
+            ),
+        }
+
+    title = "Dead zone: the lowest voltage that moves the axis without a pause from every start"
+    return Result("deadzone", title, lines, remarks, model(zone), draw, data)
+
+
+def constant(table: Picked) -> list[Run]:
+    """The stretches of constant voltage other than 0, of 20 samples or more."""
+    found, short = [], 0
+    for part in runs(table):
+        cuts = np.flatnonzero(np.diff(part["u"])) + 1
+        for piece in np.split(np.arange(len(part["u"])), cuts):
+            if part["u"][piece[0]] == 0.0:
+                continue
+            if len(piece) < LEAST:
+                short += 1
+                continue
+            found.append(checked(part["t"][piece], part["u"][piece], part["x"][piece], table.file))
+    if short:
+        text = (
+            f"{table.file}: {short} stretches of constant voltage under {LEAST} samples; left out"
+        )
+        notice(DataWarning, text)
+    return found
+
+
+def step_below(zone: DeadZone, direction: float) -> float:
+    """From the dead zone to the next lower voltage that was tried; NaN without one."""
+    mine = {abs(t.volts) for t in zone.trials if t.volts * direction > 0.0}
+    edge = zone.positive if direction > 0.0 else zone.negative
+    lower = [v for v in mine if v < edge]
+    return edge - max(lower) if lower else math.nan
+
+
+def spread(zone: DeadZone, unit: str) -> str:
+    """Where motion breaks away first and last."""
+    said = []
+    for sign, name in ((1, "forwards"), (-1, "backwards")):
+        starts, lowest = zone.thresholds(sign)
+        good = np.isfinite(lowest)
+        if good.any():
+            least, most = int(np.nanargmin(lowest)), int(np.nanargmax(lowest))
+            said.append(
+                f"{name} {lowest[least]:g} V from {starts[least]:g} {unit} to "
+                f"{lowest[most]:g} V from {starts[most]:g} {unit}"
+            )
+    return "; ".join(said)
+
+
+def jump(
+    records: list[Run], gain: float, width: float, remarks: list[tuple[str, str]]
+) -> list[Line]:
+    """a0 and delta of (4.5) from the runs beyond `width`."""
+    from macromicro.identify import discontinuous_dead_zone
+
+    beyond = [r for r in records if abs(float(r.u[0])) > width + 1e-9]
+    both = discontinuous_dead_zone(beyond, gain, width)
+    remarks.append(("(4.5)", f"Vout = a0 + delta |V|, V beyond {width:g} V, {len(beyond)} runs"))
+    lines = []
+    for name, side in (("forwards", both.positive), ("backwards", both.negative), ("", both.both)):
+        lines.append(Line(f"a0 {name}".strip(), side.a0, side.a0_std, "V"))
+        lines.append(Line(f"delta {name}".strip(), side.delta, side.delta_std))
+    return lines
+
+
+def model(zone: DeadZone) -> str:
+    """The controller's dead zone."""
+    head = "The dead zone that the controller's inverse compensates (Section 4.2.3).\n"
+    head += "Use: macromicro run --config model.toml"
+    if zone.width > 5.0:
+        return model_file.plain(
+            head.partition("\n")[0] + "\nNot for the bench, whose D/A board ends at 5 V.",
+            {"dead_zone": {"width": (zone.width, "V")}},
+        )
+    comment = f"forwards {zone.positive:g} V, backwards {zone.negative:g} V"
+    return model_file.settings(head, {"controller.dead_zone": (zone.width, comment)})

@@ -1,0 +1,143 @@
+"""`identify hall`: the table that turns a sensor's volts into millimetres."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.commands import model_file
+from macromicro.commands.files import Picking, loaded
+from macromicro.commands.result import Line, Result
+from macromicro.errors import InputError
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.picking import RUN, Picked, Role, railed, runs
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.hall import HallFit
+
+Array = npt.NDArray[np.float64]
+
+V = Role("v", "sensor voltage", ("v", "hall_voltage", "hall", "voltage", "sensor", "u"), ("V",))
+X = Role("x", "position by the reference", ("x", "laser", "position", "pos"), ("mm",))
+ROLES = (V, X, RUN)
+FILE = "hall_calibration.csv"
+LEAST = 50
+
+
+class Options(NamedTuple):
+    """The table's voltages: `low` to `high` [V], `points` of them."""
+
+    low: float = 0.0
+    high: float = 5.0
+    points: int = 126
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """Calibration with its uncertainty (Section 3.2.3, Figure 3.9)."""
+    from macromicro.identify.hall import calibrated
+
+    if not (options.low < options.high and 10 <= options.points <= 2000):
+        found = f"{options.points} points from {options.low:g} to {options.high:g} V"
+        raise InputError("table", found, "10 to 2000 points, --low below --high")
+    tables = loaded(picking, ROLES)
+    sweeps = [sweep for table in tables for sweep in one_way(table)]
+    if not sweeps:
+        raise InputError(tables[0].file, "no one-way run", "runs over the sensor's range")
+    v, x = (np.concatenate([sweep[k] for sweep in sweeps]) for k in (0, 1))
+    falling = float(np.corrcoef(v, x)[0, 1]) < 0.0
+    # The table is made monotone as a rising one.
+    turned = [(v, -x) for v, x in sweeps] if falling else sweeps
+    fit = calibrated(turned, options.low, options.high, options.points)
+    if falling:
+        table = fit.calibration._replace(position=-fit.calibration.position)
+        fit = fit._replace(calibration=table, between=-fit.between)
+    if not np.isfinite(fit.between).any():
+        notice(DataWarning, "all runs go one way: the sensor's lag is not cancelled")
+    place, seen = fit.calibration.position, np.isfinite(fit.error)
+    slope, level = np.polyfit(fit.volts[seen], place[seen], 1)
+    bent = place[seen] - (slope * fit.volts[seen] + level)
+    volts = fit.volts[seen]
+    lag = float(np.nanmax(np.abs(fit.between))) if np.isfinite(fit.between).any() else np.nan
+    lines = [
+        Line("slope", float(slope), unit="mm/V", note="mean, from first to last voltage seen"),
+        Line("from", float(volts[0]), unit="V", note=f"at {place[seen][0]:.4f} mm"),
+        Line("to", float(volts[-1]), unit="V", note=f"at {place[seen][-1]:.4f} mm"),
+        Line("error, mean", float(np.nanmean(fit.error)) * 1e3, unit="um", note="of the table"),
+        Line("error, largest", float(np.nanmax(fit.error)) * 1e3, unit="um"),
+        Line("up from down", lag * 1e3, unit="um", note="largest half difference: lag, cancelled"),
+        Line("bend", float(np.abs(bent).max()) * 1e3, unit="um", note="largest, off a line"),
+    ]
+    remarks = [
+        ("runs", f"{fit.runs}, one way each; {int(seen.sum())} of {len(seen)} voltages seen"),
+        ("beyond them", "the table goes on with its last slope"),
+        ("settings", f"none hold a table: it is in {FILE} with --out"),
+    ]
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.commands import pictures
+
+        every = [(v[:: max(len(v) // 300, 1)], x[:: max(len(v) // 300, 1)]) for v, x in sweeps]
+        vs, xs = (np.concatenate([e[k] for e in every]) for k in (0, 1))
+        um = 1e3
+        return {
+            "calibration": pictures.points(
+                "sensor and table",
+                "sensor [V]",
+                "position [mm]",
+                [("measured", vs, xs, "."), ("table", fit.volts, place, "-")],
+            ),
+            "residuals": pictures.points(
+                "uncertainty of the table, and lag",
+                "sensor [V]",
+                "[um]",
+                [
+                    ("one run off the mean", fit.volts, fit.std * um, "-"),
+                    ("the mean", fit.volts, fit.error * um, "-"),
+                    ("up less down, half", fit.volts, fit.between * um, "--"),
+                ],
+            ),
+        }
+
+    head = "A sensor's calibration stands in no setting of `macromicro run --config`.\n"
+    head += f"The table is in {FILE} (volts, millimetres), as macromicro.control reads it."
+    toml = model_file.plain(head, {"calibration": {"file": (FILE, f"{len(seen)} points")}})
+    data = {"volts": fit.volts, "position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
+    title = "Sensor volts to millimetres: mean of runs both ways, monotone"
+    files = {FILE: lambda path: _write(path, fit)}
+    return Result("hall", title, lines, remarks, toml, draw, data, files)
+
+
+def one_way(table: Picked) -> list[tuple[Array, Array]]:
+    """(sensor [V], position [mm]) of each rise and fall of the position, ends of range left out."""
+    from macromicro.identify.kiln import turning_points
+
+    found = []
+    for part in runs(table):
+        v, x = part["v"], part["x"]
+        stuck = railed(v, f"{table.file}, v", "left out")
+        if np.ptp(x) == 0.0 or np.ptp(v) == 0.0:
+            name = "x" if np.ptp(x) == 0.0 else "v"
+            raise InputError(f"{table.file}, {name}", "constant", "a sensor that moves")
+        v, x = v[~stuck], x[~stuck]
+        turns = turning_points(x, 0.2 * float(np.ptp(x)))
+        pieces = [slice(a, b + 1) for a, b in pairwise(turns)]
+        found += [(v[p], x[p]) for p in pieces if _long(x[p], float(np.ptp(x)))]
+    return found
+
+
+def _long(x: Array, extent: float) -> bool:
+    """Whether a piece goes through a good part of the range; rests at an end do not."""
+    return len(x) >= LEAST and float(np.ptp(x)) > 0.2 * extent
+
+
+def _write(path: Path, fit: HallFit) -> None:
+    lines = ["# Sensor calibration: mean of runs both ways", "hall_V,position_mm"]
+    place = fit.calibration.position
+    lines += [f"{v:.4f},{x:.6f}" for v, x in zip(fit.volts, place, strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

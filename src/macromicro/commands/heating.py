@@ -1,0 +1,147 @@
+"""Records of heating and cooling steps, sorted by voltage, as temperatures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.picking import Picked, railed, runs
+from macromicro.identify.runs import Run, checked
+from macromicro.identify.thermal import CoolingFit, StepRecord, cooling, inferred_step
+from macromicro.recording import Column, Recording
+
+Array = npt.NDArray[np.float64]
+
+NEAR_STOP = 0.97  # of the table's range: beyond it a position tells no temperature
+_COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))
+
+
+class Source(NamedTuple):
+    """How a temperature is had: measured (`table` None), or from position by a table.
+
+    `ambient` [degC]: None means the first temperature of each record, or 25 degC.
+    """
+
+    table: FodTable | None
+    ambient: float | None
+
+
+class Steps(NamedTuple):
+    """Runs by voltage [V]: `held` ones of a constant voltage, `cooled` ones that end at 0 V."""
+
+    held: dict[float, list[Run]]
+    cooled: dict[float, list[Run]]
+
+
+def steps(tables: Sequence[Picked], role: str) -> Steps:
+    """Sort all runs. `x` of a run is what `role` holds, temperature [degC] or position [mm]."""
+    held: dict[float, list[Run]] = {}
+    cooled: dict[float, list[Run]] = {}
+    left = 0
+    for table in tables:
+        for part in runs(table):
+            railed(part[role], f"{table.file}, {role}")
+            run = checked(part["t"], part["u"], part[role], table.file, 50)
+            first = int(np.argmax(run.u != 0.0))
+            run = Run(run.t[first:] - run.t[first], run.u[first:], run.x[first:])
+            if len(run.t) < 50 or run.u[0] <= 0.0:
+                left += 1
+                continue
+            change = np.flatnonzero(run.u != run.u[0])
+            volts = round(float(run.u[0]), 9)
+            if not len(change):
+                held.setdefault(volts, []).append(run)
+            elif np.all(run.u[change[0] :] == 0.0):
+                cooled.setdefault(volts, []).append(run)
+            else:
+                left += 1
+    if left:
+        accepted = "a constant voltage from a cold start, then 0 V perhaps"
+        notice(DataWarning, f"{left} runs are no steps ({accepted}); left out")
+    if not held and not cooled:
+        found = "no run that steps to a voltage and stays there"
+        raise InputError(tables[0].file, found, "open-loop steps from cold")
+    for volts, group in cooled.items():  # a fall's rise will do where there is nothing better
+        if volts not in held:
+            cut = [int(np.argmax(r.u == 0.0)) for r in group]
+            held[volts] = [Run(*(c[:k] for c in r)) for r, k in zip(group, cut, strict=True)]
+    return Steps(held, cooled)
+
+
+def _alike(group: list[Run]) -> list[Run]:
+    """The longest runs of a group with the first one's sample time, cut to one length."""
+    long = max(r.t[-1] for r in group)
+    kept = [r for r in group if r.t[-1] > 0.9 * long]
+    kept = [r for r in kept if abs(r.dt - kept[0].dt) < 1e-3 * kept[0].dt]
+    n = min(len(r.t) for r in kept)
+    return [Run(r.t[:n], r.u[:n], r.x[:n]) for r in kept]
+
+
+def _recordings(group: list[Run]) -> list[Recording]:
+    """Runs of a position [mm] as the recordings that `identify.thermal` takes."""
+    return [
+        Recording.from_arrays(_COLUMNS, [r.t, r.u, r.x * 1e3], float(f"{r.dt:.9g}"), {})
+        for r in group
+    ]
+
+
+def record(group: list[Run], source: Source) -> StepRecord:
+    """The mean of one voltage's runs as temperature rise over ambient."""
+    group = _alike(group)
+    if source.table is not None:
+        ambient = 25.0 if source.ambient is None else source.ambient
+        return inferred_step(source.table, _recordings(group), ambient)
+    mean = np.mean([r.x for r in group], axis=0)
+    ambient = float(np.mean([r.x[0] for r in group])) if source.ambient is None else source.ambient
+    return StepRecord(group[0].t, mean, mean - ambient, np.zeros_like(mean))
+
+
+def clear_of_stop(step: StepRecord, source: Source) -> bool:
+    """Whether the end of a step can be told as a temperature."""
+    if source.table is None:
+        return True
+    table = source.table
+    return float(step.position.max()) < table.f_low + NEAR_STOP * table.span
+
+
+def drift(step: StepRecord) -> float:
+    """By how much the rise still changed over the last tenth of a record, as a share of it."""
+    last = step.t >= step.t[-1] - 0.1 * (step.t[-1] - step.t[0])
+    rise = step.rise[last]
+    if len(rise) < 10:
+        return math.nan
+    tenth = max(len(rise) // 5, 1)
+    return float(rise[-tenth:].mean() - rise[:tenth].mean()) / max(abs(float(rise[-1])), 1e-12)
+
+
+def fall(group: list[Run], source: Source) -> CoolingFit:
+    """The cooling constant of (5.9) from one voltage's runs."""
+    group = _alike(group)
+    if source.table is not None:
+        ambient = 25.0 if source.ambient is None else source.ambient
+        return cooling(source.table, _recordings(group), ambient)
+    from scipy.optimize import curve_fit
+
+    t, x = group[0].t, np.mean([r.x for r in group], axis=0)
+    begin = int(np.argmax(group[0].u == 0.0))
+    ambient = float(x[0]) if source.ambient is None else source.ambient
+    peak = float(x[max(begin - 5, 0) : begin].mean())
+    time, rise = t[begin:] - t[begin], x[begin:] - ambient
+    done = np.flatnonzero(rise <= (peak - ambient) * math.exp(-1.0))
+    if not peak > ambient or not len(done) or done[0] < 5:
+        found = f"a fall from {peak:.4g} to {x[-1]:.4g} degC"
+        raise InputError("cooling record", found, "one that covers 63 % of the way to ambient")
+    last = int(done[0]) + 1
+    found_time = curve_fit(
+        lambda s, tau: (peak - ambient) * np.exp(-s / tau), time[:last], rise[:last], time[last - 1]
+    )[0][0]
+    model = (peak - ambient) * np.exp(-time[:last] / found_time)
+    nrmse = float(np.sqrt(np.mean((model - rise[:last]) ** 2)) / np.ptp(rise[:last]))
+    return CoolingFit(float(time[last - 1]), float(found_time), nrmse, peak)

@@ -1,0 +1,236 @@
+"""`identify hysteresis`: a table of first-order curves, the Preisach model of (2.11)."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.commands import curves as cutting
+from macromicro.commands import model_file
+from macromicro.commands.curves import Found
+from macromicro.commands.files import Picking, loaded
+from macromicro.commands.result import Line, Result
+from macromicro.errors import InputError
+from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
+from macromicro.hysteresis.table import SHAPES
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.picking import Role, pick, railed
+from macromicro.identify.reading import is_forc, read
+from macromicro.textfile import printable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = npt.NDArray[np.float64]
+
+T = Role("t", "time", ("t", "time"), ("s",), optional=True)
+U = Role("u", "input", ("u", "thermocouple", "field", "h", "input", "temperature", "voltage"))
+F = Role("f", "output", ("f", "moment", "m", "output", "position", "x", "y", "laser"))
+CURVE = Role("curve", "which curve a row belongs to", ("curve", "curves"), optional=True)
+ROLES = (T, U, F, CURVE)
+TABLE, SHEET = "table.h5", "table.csv"
+_FEWEST = 6  # curves from which on every second one is held out
+_SHOWN = 5
+
+
+class Options(NamedTuple):
+    """`curves`: their kind; `shape` and `smooth`: of the density; `tests`: recordings to
+    predict."""
+
+    curves: str = "auto"
+    shape: str = "monotone"
+    smooth: float = 1.0
+    tests: tuple[str, ...] = ()
+
+
+class Errors(NamedTuple):
+    """Curves that a table from every second one did not see: (u, f, predicted f) of each."""
+
+    rms: float
+    largest: float
+    curves: list[tuple[Array, Array, Array]]
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """The table, how well half of it predicts the other half, and what contradicts it."""
+    if options.shape not in SHAPES:
+        raise InputError("--shape", options.shape, ", ".join(SHAPES))
+    found, units = _found(picking, options)
+    pairs = sorted(found.curves, key=lambda pair: float(pair[0][0]))
+    ends = np.concatenate([u[np.isfinite(u)] for u, _ in pairs])
+    limits = (float(ends.min()), float(ends.max()))
+    starts = np.array([u[np.isfinite(u)][:1].sum() for u, _ in pairs])
+    if float(np.ptp(starts)) < 0.05 * (limits[1] - limits[0]):
+        same = f"all {len(pairs)} curves reverse at {starts[0]:.4g}: the major loop alone"
+        accepted = "curves from different reversals, over most of the input's range"
+        raise InputError(printable(picking.files[0], 300), same, accepted)
+    make = _Maker(found, options, limits)
+    table = make(pairs)
+    extent = abs(table.span)
+    own = table.misfit()
+    held = _held_out(make, pairs)
+    f_unit, u_unit = units["f"] or "", units["u"] or ""
+    lines = [
+        Line("input, from", table.lo, unit=u_unit),
+        Line("input, to", table.hi, unit=u_unit),
+        Line("output, low", table.f_low, own.rms, f_unit, "in negative saturation"),
+        Line("output, high", table.f_low + table.span, own.rms, f_unit, "in positive saturation"),
+        Line("misfit", 100.0 * own.rms / extent, unit="% of range", note="of its own curves, RMS"),
+    ]
+    if held is not None:
+        note = "RMS on every second curve, by a table from the others"
+        lines.append(Line("prediction", 100.0 * held.rms / extent, unit="% of range", note=note))
+    share = round(100.0 * table.negative_share, 6)
+    lines.append(Line("negative weight", share, unit="%", note="of the relays; none has any"))
+    lines += _broken(found)
+    remarks = [
+        ("curves", f"{len(table.raw)} {table.kind}, {sum(len(u) for u, _ in pairs)} points"),
+        (
+            "table",
+            f"{table.n} by {table.n}, density {table.shape}, smoothed over {table.smooth:g} steps",
+        ),
+        ("+-", "the RMS misfit of the curves"),
+    ]
+    remarks += [_tested(table, test, picking.columns) for test in options.tests]
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.commands import pictures
+        from macromicro.hysteresis.pictures import draw_curves, draw_density
+
+        drawn = {
+            "curves": draw_curves(table, u_unit, f_unit),
+            "density": draw_density(table, u_unit),
+        }
+        if held is not None:
+            some = held.curves[:: max(1, math.ceil(len(held.curves) / _SHOWN))]
+            drawn["residuals"] = pictures.points(
+                "curves that the table did not see: measured less predicted",
+                f"input [{u_unit}]",
+                f"output [{f_unit}]",
+                [(f"from {u[0]:.4g}", u, f - model, ".-") for u, f, model in some],
+            )
+        return drawn
+
+    head = "A table of first-order curves stands in no setting of `macromicro run --config`.\n"
+    head += "Read it with macromicro.hysteresis.table_files.load_table, or the CSV with anything."
+    toml = model_file.plain(
+        head,
+        {
+            "hysteresis": {
+                "table": (TABLE, "exact, with the measured curves"),
+                "kind": (table.kind, f"{len(table.raw)} curves"),
+                "input": ([table.lo, table.hi], u_unit or "unit of the input"),
+                "output": ([table.f_low, table.f_low + table.span], f_unit or "unit of the output"),
+            }
+        },
+    )
+    data = {
+        "nodes": table.n, "kind": table.kind, "curves": len(table.raw),
+        "misfit": own._asdict(), "holdout_rms": math.nan if held is None else held.rms,
+        "range": extent, "negative_share": table.negative_share,
+    }  # fmt: skip
+    title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
+    files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
+    return Result("hysteresis", title, lines, remarks, toml, draw, data, files)
+
+
+def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
+    """Curves of the files and the units of u and f."""
+    if not any(is_forc(file) for file in picking.files):
+        tables = loaded(picking, ROLES)
+        for table in tables:
+            railed(table.values["f"], f"{table.file}, f")
+        return cutting.from_tables(tables, options.curves), tables[0].units
+    from macromicro.hysteresis.forc import read_forc
+
+    if len(picking.files) > 1:
+        raise InputError("FILE", f"{len(picking.files)} files", "one MicroMag file alone")
+    if options.curves not in ("auto", "ascending"):
+        raise InputError("--curves", options.curves, "ascending: a MicroMag file has no others")
+    file = read_forc(picking.files[0])
+    cgs = "cgs" in file.settings.get("Units of measure", "").lower()
+    units = {"u": "Oe", "f": "emu"} if cgs else {"u": "T", "f": "A*m^2"}
+    return Found(file.curves, "ascending", []), units
+
+
+class _Maker:
+    """Makes tables of one kind and grid from some of the curves."""
+
+    def __init__(self, found: Found, options: Options, limits: tuple[float, float]) -> None:
+        self.found, self.options, self.limits = found, options, limits
+
+    def __call__(self, pairs: list[tuple[Array, Array]]) -> FodTable:
+        return FodTable.from_curves(
+            pairs,
+            self.found.kind,
+            shape=self.options.shape,  # type: ignore[arg-type]
+            smooth=self.options.smooth,
+            limits=self.limits,
+        )
+
+
+def _held_out(make: _Maker, pairs: list[tuple[Array, Array]]) -> Errors | None:
+    """Curves 2, 4, ... by a table from curves 1, 3, ...; the last one is always in it."""
+    import warnings
+
+    if len(pairs) < _FEWEST:
+        return None
+    seen = [*pairs[:-1:2], pairs[-1]]
+    unseen = pairs[1:-1:2]
+    with warnings.catch_warnings():  # they were said about the whole table already
+        warnings.simplefilter("ignore")
+        table = make(seen)
+        misfit = table.misfit(unseen)
+    predicted = []
+    for u, f in unseen:
+        good = np.isfinite(u) & np.isfinite(f)
+        start = float(u[good].max() if table.kind == "descending" else u[good].min())
+        predicted.append((u[good], f[good], table.curve(start, u[good])))
+    return Errors(misfit.rms, misfit.largest, predicted)
+
+
+def _broken(found: Found) -> list[Line]:
+    """How far a recording is from any Preisach model, where it can be told."""
+    lines = []
+    for name, check in (("wiping-out", wiping_out), ("congruency", congruency)):
+        for u, f in found.records[:1]:
+            try:
+                gap = check(u, f, 0.03 * float(np.ptp(u)))
+            except InputError:
+                continue
+            note = f"RMS of {len(gap.gaps)} comparisons; 0 for a Preisach model"
+            lines.append(Line(name, 100.0 * gap.rms, unit="% of range", note=note))
+    return lines
+
+
+def _tested(table: FodTable, test: str, columns: dict[str, str]) -> tuple[str, str]:
+    """The prediction of a recording that was not used, from its first point on."""
+    picked = pick(read(Path(test)), ROLES, columns)
+    u, f = cutting.cleaned(picked)
+    model = Preisach(table)
+    beyond = int(((u < table.lo) | (u > table.hi)).sum())
+    if beyond > 0.01 * len(u):
+        notice(
+            DataWarning,
+            f"{picked.file}: {beyond} of {len(u)} inputs beyond the table's {table.lo:g} to "
+            f"{table.hi:g}; taken as its ends",
+        )
+    begin = "its first point"
+    try:
+        model.initialise_at(float(u[0]), float(f[0]))
+    except InputError:
+        begin = "negative saturation"
+        model.reset("negative")
+    rms = float(np.sqrt(np.mean((model.run(u) - f) ** 2)))
+    text = f"RMS {100.0 * rms / abs(table.span):.2f} % of range, from {begin} on"
+    return f"prediction of {picked.file}", text
+
+
+def _save(table: FodTable, path: Path) -> None:
+    from macromicro.hysteresis.table_files import save_table
+
+    save_table(table, path)

@@ -1,0 +1,214 @@
+"""`identify linear`: a discrete linear model from an input to an output or a position."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.commands import model_file
+from macromicro.commands.files import Picking, loaded
+from macromicro.commands.result import Line, Result
+from macromicro.errors import InputError
+from macromicro.identify.picking import RUN, Picked, Role, railed, runs
+from macromicro.identify.runs import Run, checked
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.linear_fit import LinearFit
+
+Array = npt.NDArray[np.float64]
+
+T = Role("t", "time", ("t", "time"), ("s",))
+U = Role("u", "input", ("u", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
+Y = Role("y", "output", ("y", "speed", "velocity", "output"), optional=True)
+X = Role(
+    "x",
+    "position, to be differentiated",
+    ("x", "macro_position", "position", "pos", "qm", "q"),
+    optional=True,
+)
+ROLES = (T, U, Y, X, RUN)
+METHODS = ("output_error", "mls", "sriv", "gls", "least_squares")
+STARTS = ("rest", "free")
+
+
+class Options(NamedTuple):
+    """`order`: "na,nb" or "na,nb,delay"; `width`: dead zone taken off the input's size."""
+
+    method: str = METHODS[0]
+    order: str = "1,1"
+    start: str = "rest"
+    width: float = 0.0
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """A LinearFit by one of the methods of `macromicro.identify`."""
+    import macromicro.identify as methods
+
+    if options.method not in METHODS:
+        raise InputError("--method", options.method, ", ".join(METHODS))
+    if options.start not in STARTS:
+        raise InputError("--start", options.start, "rest or free")
+    na, nb, delay = order(options.order)
+    tables = loaded(picking, ROLES)
+    position = "y" not in tables[0].values
+    records, averaged = joined(measured(tables, options.width), position)
+    dt = records[0].dt
+    if any(abs(r.dt - dt) > 1e-3 * dt for r in records):
+        found = f"sample times {sorted({round(r.dt, 9) for r in records})} s"
+        raise InputError("records", found, "one sample time in all files")
+    pairs = [methods.differentiated(r.u, r.x, dt) if position else (r.u, r.x) for r in records]
+    u, y = [p[0] for p in pairs], [p[1] for p in pairs]
+    method = getattr(methods, options.method)
+    fit: LinearFit = method(u, y, na, nb, dt, delay, start=options.start)
+    out_unit = tables[0].units.get("y" if not position else "x", "") or "y"
+    in_unit = tables[0].units["u"] or "u"
+    out_unit = f"{out_unit}/s" if position else out_unit
+    lines = coefficients(fit, out_unit, in_unit)
+    white = fit.whiteness
+    remarks = [
+        ("fit", f"free run {fit.fit:.2f} %, {sum(map(len, y))} samples of {dt:g} s"),
+        ("residuals", f"{'white' if white.white else 'not white'} (p = {white.p_value:.2g})"),
+        ("method", f"{fit.method}, {fit.iterations} iterations, start at {options.start}"),
+    ]
+    if position:
+        remarks.append(("output", f"speed: the position differentiated; {_travel(fit, y)}"))
+    remarks += [("records", text) for text in averaged]
+    if options.width:
+        remarks.append(("dead zone", f"{options.width:g} {in_unit} taken off the input"))
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.commands import pictures
+
+        times = [np.asarray(np.arange(len(one)) * dt, np.float64) for one in y]
+        label = f"output [{out_unit}]"
+        seen, made, name = y, list(fit.free_run), label
+        if position:
+            seen, made = ([np.cumsum(one) * dt for one in each] for each in (seen, made))
+            name = f"position from the start [{out_unit.removesuffix('/s')}]"
+        drawn = {
+            "free_run": pictures.free_runs(times, seen, made, name),
+            "residuals": pictures.leftover(fit.residuals, dt, label),
+        }
+        return drawn
+
+    title = "y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u"
+    title += f", {delay - 1} samples later" if delay > 1 else ""
+    return Result("linear", title, lines, remarks, model(fit, in_unit, out_unit), draw, data(fit))
+
+
+def _travel(fit: LinearFit, y: list[Array]) -> str:
+    """The fit of the positions, which differentiation does not drown in rounding."""
+    from macromicro.identify.linear_fit import percent
+
+    places = [np.cumsum(one) for one in y]
+    return f"its own fit {percent(places, tuple(np.cumsum(r) for r in fit.free_run)):.2f} %"
+
+
+def order(text: str) -> tuple[int, int, int]:
+    """na, nb and delay from "2,1" or "2,1,3"."""
+    parts = text.split(",")
+    try:
+        numbers = [int(part) for part in parts]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (2, 3):
+        raise InputError("--order", text, "na,nb or na,nb,delay, such as 1,1")
+    return (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 1)
+
+
+def measured(tables: list[Picked], width: float) -> list[Run]:
+    """All runs, evenly sampled, the dead zone taken off."""
+    found = []
+    for table in tables:
+        if "y" not in table.values and "x" not in table.values:
+            accepted = "a column for one of them, by name or by --columns y=COLUMN or x=COLUMN"
+            raise InputError(table.file, "neither an output y nor a position x", accepted)
+        role = "y" if "y" in table.values else "x"
+        for part in runs(table):
+            railed(part[role], f"{table.file}, {role}")
+            run = checked(part["t"], part["u"], part[role], table.file)
+            less = np.sign(run.u) * np.maximum(np.abs(run.u) - width, 0.0)
+            found.append(run._replace(u=less))
+    return found
+
+
+def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
+    """Positions under one input, in both directions perhaps, averaged; and what was done."""
+    from macromicro.identify import average_runs
+
+    if not position or len(records) < 2:
+        return records, [] if len(records) < 2 else [f"{len(records)}, fitted together"]
+    groups: list[list[Run]] = []
+    for run in records:
+        for group in groups:
+            first = group[0]
+            if len(first.u) == len(run.u) and np.allclose(np.abs(first.u), np.abs(run.u)):
+                group.append(run)
+                break
+        else:
+            groups.append([run])
+    made, said = [], []
+    for group in groups:
+        u, x = average_runs([(r.u, r.x) for r in group])
+        made.append(Run(group[0].t, u, x))
+        said.append(f"{len(group)} of one input")
+    return made, [", ".join(said) + ", averaged" if len(made) < len(records) else "fitted together"]
+
+
+def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
+    """a, b, static gain and poles as lines."""
+    slope = f"{out_unit}/{in_unit}" if out_unit != in_unit else ""
+    lines = [Line(f"a{k + 1}", v, s) for k, (v, s) in enumerate(zip(fit.a, fit.std, strict=False))]
+    lines += [
+        Line(f"b{k + 1}", v, s, slope)
+        for k, (v, s) in enumerate(zip(fit.b, fit.std[len(fit.a) :], strict=True))
+    ]
+    lines.append(Line("gain", fit.gain, fit.gain_std, slope, "at standstill"))
+    for k, pole in enumerate(fit.continuous_poles):
+        name = f"pole {k + 1}" if len(fit.a) > 1 else "pole"
+        if abs(pole.imag) > 1e-9 * abs(pole):
+            if pole.imag > 0.0:
+                damping = -pole.real / abs(pole)
+                lines.append(
+                    Line(name, abs(pole), math.nan, "rad/s", f"a pair, damping {damping:.3g}")
+                )
+            continue
+        error = fit.std[0] / abs(fit.a[0]) / fit.dt if len(fit.a) == 1 else math.nan
+        note = f"time constant {-1.0 / pole.real:.4g} s" if pole.real < 0.0 else "unstable"
+        lines.append(Line(name, float(pole.real), error, "rad/s", note))
+    return lines
+
+
+def data(fit: LinearFit) -> dict[str, Any]:
+    """More for result.json."""
+    return {
+        "a": fit.a,
+        "b": fit.b,
+        "covariance": fit.covariance,
+        "dt": fit.dt,
+        "delay": fit.delay,
+        "gain": fit.gain,
+        "fit_percent": fit.fit,
+        "white": fit.whiteness.white,
+        "p_value": fit.whiteness.p_value,
+        "converged": fit.converged,
+    }
+
+
+def model(fit: LinearFit, in_unit: str, out_unit: str) -> str:
+    """The coefficients, for other programs."""
+    head = "A linear model y = (b1 z^-1 + ...) / (1 + a1 z^-1 + ...) u, for other programs.\n"
+    head += "Not for `macromicro run --config`: the bench is no linear model."
+    values: dict[str, tuple[model_file.Value, str]] = {
+        "a": (fit.a.tolist(), "without the leading 1"),
+        "b": (fit.b.tolist(), f"{out_unit} per {in_unit}"),
+        "delay": (fit.delay, "samples from u to y"),
+        "dt": (fit.dt, "s"),
+        "method": (fit.method, f"free-run fit {fit.fit:.2f} %"),
+    }
+    return model_file.plain(head, {"linear": values})

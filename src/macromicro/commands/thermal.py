@@ -1,0 +1,251 @@
+"""`identify thermal`: static gain, third-order heating and cooling from open-loop steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.commands import heating as steps
+from macromicro.commands import model_file
+from macromicro.commands.files import Picking, loaded
+from macromicro.commands.heating import Source
+from macromicro.commands.result import Line, Result
+from macromicro.errors import InputError
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.picking import RUN, Role
+from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.gain import GainFit
+
+Array = npt.NDArray[np.float64]
+
+T = Role("t", "time", ("t", "time"), ("s",))
+U = Role("u", "heating voltage", ("u", "ctrl", "voltage", "volts", "v", "input"), ("V",))
+TEMPERATURE = Role(
+    "T",
+    "temperature; a position x tells it with --table",
+    ("temperature", "thermocouple", "temp"),
+    ("degC",),
+)
+X = Role("x", "position", ("x", "laser", "position", "pos"), ("mm",))
+_STILL = 0.01  # a rise that changes by less than this part in its last tenth has settled
+
+
+class Options(NamedTuple):
+    """`table`: file that turns positions into temperatures; `ambient` [degC]; `step` [V]:
+    the voltage whose step shows the dynamics, None for the middle one."""
+
+    table: Path | None = None
+    ambient: float | None = None
+    step: float | None = None
+
+
+class Found(NamedTuple):
+    """Steps and steady rises [K] by voltage [V], the step for the dynamics, and the fits."""
+
+    records: dict[float, StepRecord]
+    rises: dict[float, float]
+    chosen: float
+    heating: HeatingFit
+    gain: GainFit | None
+    cooling: dict[float, CoolingFit]
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """(5.2), (5.6) as modes and as a ladder, and (5.9)."""
+    source = Source(None, options.ambient)
+    role = "T"
+    if options.table is not None:
+        from macromicro.hysteresis.table_files import load_table
+
+        source, role = Source(load_table(options.table), options.ambient), "x"
+    tables = loaded(picking, (T, U, X if role == "x" else TEMPERATURE, RUN))
+    sorted_ = steps.steps(tables, role)
+    remarks: list[tuple[str, str]] = []
+    records = {v: steps.record(group, source) for v, group in sorted(sorted_.held.items())}
+    rises = _steady(records, source, remarks)
+    chosen = _chosen(records, rises, options.step)
+    fit = heating(records[chosen], rises[chosen])
+    falls = _falls(sorted_, source)
+    found = Found(records, rises, chosen, fit, _gain(rises, remarks), falls)
+    rest = steps.drift(records[chosen])
+    remarks.append(
+        ("dynamics", f"from the step to {chosen:g} V, error {100.0 * fit.nrmse:.2f} % of its range")
+    )
+    if abs(rest) > _STILL:
+        text = f"the step to {chosen:g} V still changed by {100.0 * rest:.1f} % in its last tenth; "
+        notice(DataWarning, text + "its end was taken as steady")
+    remarks.append(
+        ("ladder", "three heat capacities in a row; 1 K of heat warms by r1 + r2 + r3 K")
+    )
+    title = "Heating: T / T_d = sum of share rate / (s + rate); steady T_d by voltage"
+    data = {"steady_K": rises, "chosen_V": chosen, "nrmse": fit.nrmse}
+    return Result(
+        "thermal", title, _lines(found), remarks, _model(found), lambda: _draw(found), data
+    )
+
+
+def _steady(
+    records: dict[float, StepRecord], source: Source, remarks: list[tuple[str, str]]
+) -> dict[float, float]:
+    """Steady rise [K] of each voltage whose end tells one."""
+    rises, stopped = {}, []
+    for volts, step in records.items():
+        if not steps.clear_of_stop(step, source):
+            stopped.append(volts)
+            continue
+        try:
+            rises[volts] = steady(step, min(2.0, 0.1 * float(step.t[-1])))
+        except InputError:
+            stopped.append(volts)
+    if stopped:
+        listed = ", ".join(f"{v:g}" for v in stopped)
+        remarks.append(("no steady temperature", f"at {listed} V: the position does not tell it"))
+    if not rises:
+        raise InputError(
+            "steps", "none shows a steady temperature", "a step that stays clear of the stop"
+        )
+    return rises
+
+
+def _chosen(
+    records: dict[float, StepRecord], rises: dict[float, float], told: float | None
+) -> float:
+    """The step that shows the dynamics: as told, or the middle one, clear of the stop."""
+    if told is not None:
+        near = min(rises, key=lambda v: abs(v - told))
+        if abs(near - told) > 1e-6:
+            listed = ", ".join(f"{v:g}" for v in rises)
+            raise InputError("--step", told, f"a voltage whose step is steady: {listed}")
+        return near
+    every = sorted(records)
+    middle = every[(len(every) - 1) // 2]
+    return min(rises, key=lambda v: (abs(v - middle), -v))
+
+
+def _gain(rises: dict[float, float], remarks: list[tuple[str, str]]) -> GainFit | None:
+    """(5.2) where there are four voltages or more that allow it."""
+    from macromicro.identify.gain import nonlinear
+
+    if len(rises) < 4:
+        remarks.append(("static gain", f"{len(rises)} steady voltages; four are needed for (5.2)"))
+        return None
+    try:
+        return nonlinear(list(rises), list(rises.values()))
+    except (InputError, np.linalg.LinAlgError) as error:
+        remarks.append(("static gain", f"(5.2) does not fit: {error}"))
+        return None
+
+
+def _falls(sorted_: steps.Steps, source: Source) -> dict[float, CoolingFit]:
+    """Cooling by voltage; what cannot be told is left out with a warning."""
+    found = {}
+    for volts, group in sorted(sorted_.cooled.items()):
+        try:
+            found[volts] = steps.fall(group, source)
+        except InputError as error:
+            notice(DataWarning, f"cooling from {volts:g} V left out: {error}")
+    return found
+
+
+def _lines(found: Found) -> list[Line]:
+    from scipy.stats import t as student
+
+    lines = [
+        Line(f"rise at {v:g} V", rise, _doubt(found.records[v]), "K")
+        for v, rise in found.rises.items()
+    ]
+    if found.gain is not None:
+        gain = found.gain
+        reach = 2.0 * float(student.ppf(0.975, len(found.rises) - 3))
+        names = ("b", "a", "y0")
+        values = (gain.model.b, gain.model.a, gain.model.y0)
+        for name, value, (low, high), unit in zip(
+            names, values, gain.interval, ("K", "1/V", "K"), strict=True
+        ):
+            note = f"(5.2), 95 %: {low:.4g} to {high:.4g}"
+            lines.append(Line(name, value, (high - low) / reach, unit, note))
+        low, high = gain.asymptote_interval
+        note = f"95 %: {low:.4g} to {high:.4g}; curve off the points by {gain.rms:.2g} K RMS"
+        lines.append(Line("asymptote b + y0", gain.asymptote, (high - low) / reach, "K", note))
+    modes, errors, ladder = found.heating.modes, found.heating.std, found.heating.ladder
+    for k in (1, 2, 3):
+        rate, error = getattr(modes, f"rate{k}"), getattr(errors, f"rate{k}")
+        lines.append(Line(f"rate {k}", rate, error, "rad/s", f"time constant {1.0 / rate:.4g} s"))
+    for k in (1, 2, 3):
+        lines.append(Line(f"share {k}", getattr(modes, f"share{k}"), getattr(errors, f"share{k}")))
+    for name, value in ladder._asdict().items():
+        lines.append(Line(name, value, unit="s" if name[0] == "c" else "", note="ladder"))
+    for volts, fall in found.cooling.items():
+        note = (
+            f"to 63 % of the fall from {fall.peak:.4g} degC; by least squares {fall.fitted:.4g} s"
+        )
+        lines.append(Line(f"cooling from {volts:g} V", fall.time, unit="s", note=note))
+    return lines
+
+
+def _doubt(step: StepRecord) -> float:
+    """Standard error [K] of a steady rise: the table's, or the scatter of its last tenth."""
+    last = step.t >= step.t[-1] - min(2.0, 0.1 * float(step.t[-1]))
+    spread = float(np.std(step.rise[last])) / np.sqrt(last.sum())
+    return float(np.hypot(float(step.error[last].mean()), spread))
+
+
+def _draw(found: Found) -> dict[str, Figure]:
+    from macromicro.commands import pictures
+    from macromicro.models.heating import step_response
+    from macromicro.models.weighted_gain import exponential
+
+    step = found.records[found.chosen]
+    usable = np.isfinite(step.error)
+    t, rise = step.t[usable], step.rise[usable]
+    model = found.rises[found.chosen] * step_response(found.heating.modes, t)
+    label = "temperature rise [K]"
+    drawn = {
+        "free_run": pictures.free_runs([t], [rise], [np.asarray(model)], label),
+        "residuals": pictures.leftover([rise - model], float(t[1] - t[0]), label),
+    }
+    volts, rises = np.array(list(found.rises)), np.array(list(found.rises.values()))
+    series = [("measured", volts, rises, "o")]
+    if found.gain is not None:
+        grid = np.linspace(volts[0], volts[-1], 100)
+        curve = found.gain.model
+        series.append(("(5.2)", grid, np.array([exponential(curve, v) for v in grid]), "-"))
+    drawn["gain"] = pictures.points("static gain", "voltage [V]", label, series)
+    return drawn
+
+
+def _model(found: Found) -> str:
+    """All numbers, for other programs."""
+    modes, ladder = found.heating.modes, found.heating.ladder
+    tables: dict[str, dict[str, Any]] = {
+        "heating": {
+            "rates": (list(modes)[:3], "rad/s"),
+            "shares": (list(modes)[3:], f"of the rise; error {100.0 * found.heating.nrmse:.2f} %"),
+        },
+        "ladder": {
+            name: (float(v), "s" if name[0] == "c" else "K per K of heat")
+            for name, v in ladder._asdict().items()
+        },
+        "steady": {
+            "volts": (list(found.rises), "V"),
+            "rise": (list(found.rises.values()), "K above ambient"),
+        },
+    }
+    if found.gain is not None:
+        values = found.gain.model._asdict()
+        tables["gain"] = {n: (float(v), "(5.2)") for n, v in values.items()}
+    if found.cooling:
+        tables["cooling"] = {
+            "volts": (list(found.cooling), "V before"),
+            "time": ([f.time for f in found.cooling.values()], "s to 63 % of the fall"),
+        }
+    head = "Heating and cooling as identified, for other programs and macromicro.models.\n"
+    head += "Not for `macromicro run --config`: the bench has wires and plates, not these modes."
+    return model_file.plain(head, tables)
