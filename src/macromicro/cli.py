@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from pathlib import Path
@@ -179,7 +180,8 @@ def _run(
 
 
 class Signals:
-    """Ctrl-C (SIGINT) and SIGTERM: at once at first; after `later` the first one is only
+    """Ctrl-C (SIGINT) and SIGTERM: before `later` nothing is open and the process ends there
+    and then, without unwinding through a compiler at work; after it the first one is only
     noted, so that the recording and the report are completed, and a second one is at once.
     """
 
@@ -194,15 +196,17 @@ class Signals:
         return INTERRUPTED + self.received if self.received else 0
 
     def later(self) -> None:
-        """From now on let the first signal wait. One that got lost before is raised."""
+        """From now on let the first signal wait."""
         self._patient = True
-        if self.received:
-            raise KeyboardInterrupt
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
-        patient = self._patient and not self.received
+        again = self.received
         self.received = number
-        if not patient:
+        if not self._patient:
+            _say("interrupted")
+            sys.stderr.flush()
+            os._exit(self.status)
+        if again:
             raise KeyboardInterrupt
 
     def __enter__(self) -> Self:
