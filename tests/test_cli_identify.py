@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -522,3 +525,24 @@ def test_document_s_commands_exist(macromicro: Macromicro) -> None:
             helps[key] = done.out
         for word in words:
             assert not word.startswith("--") or word in helps[key], " ".join(words)
+
+
+@pytest.mark.parametrize("after", [1.0, 1.6])
+def test_interrupted_while_collecting_leaves_nothing(after: float, tmp_path: Path) -> None:
+    """A signal may fall into the compiler's work: no crash, no traceback, no folder."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "macromicro", "collect", "electrothermal", "--out", "o"],
+        cwd=tmp_path,
+        env={**os.environ, "MACROMICRO_CACHE": str(tmp_path / "cache")},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    first = process.stderr.readline()
+    assert "collecting" in first
+    time.sleep(after)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in errors and "Traceback" not in errors
+    assert [path.name for path in tmp_path.iterdir()] in ([], ["cache"])

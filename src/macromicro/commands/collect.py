@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from macromicro.commands.signals import Signals
+
 MAX_SEED = 2**31  # trials count on from it
 
 
@@ -44,12 +46,16 @@ def collect(
     place = out if out is not None else Path("results") / procedure.name
     folder.check(place, procedure.megabytes * 1_000_000, overwrite=overwrite, names=())
     print(f"collecting {procedure.name} on the twin", file=sys.stderr)
-    recordings = procedure.collect(seed)
-    with folder.staged(place) as stage:
-        for name, recording in recordings.items():
-            recording.save(stage / f"{name}.h5")
+    with Signals() as signals:
+        recordings = procedure.collect(seed)
+        signals.later()
+        with folder.staged(place) as stage:
+            for name, recording in recordings.items():
+                recording.save(stage / f"{name}.h5")
     for name, recording in recordings.items():
         count = int(recording["run"][-1])
         runs = "1 run" if count == 1 else f"{count} runs"
         print(f"{place / name}.h5: {runs}, {len(recording)} rows of {recording.dt:g} s")
     print(f"then: {procedure.then.format(out=place)}")
+    if signals.received:
+        raise typer.Exit(signals.status)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from macromicro.commands.group import Group
+from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
     from macromicro.commands.files import Picking
@@ -218,7 +219,9 @@ def _identify(
     what = picking(files, columns or [])
     if out is not None:
         folder.check(out, NEEDED, overwrite=overwrite, names=NAMES)
-    found, said = _quietly(lambda: work(what), what.files)
+    # Nothing is open while it computes: a signal then ends the process, compiler and all.
+    with Signals():
+        found, said = _quietly(lambda: work(what), what.files)
     for text in said:
         print(f"macromicro: {text}", file=sys.stderr)
     names = [str(file) for file in what.files]
