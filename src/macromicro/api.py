@@ -25,10 +25,9 @@ from macromicro.design import response
 from macromicro.design.response import MoveResult
 from macromicro.errors import InputError
 from macromicro.experiments import hall_calibration
-from macromicro.experiments.run import DEFAULT, MACRO_TRAVEL, MAX_SEED, MICRO_TRAVEL
+from macromicro.experiments.run import DEFAULT, MAX_SEED, load
 from macromicro.loop import PERIOD
-from macromicro.plant import bench
-from macromicro.programme import Limits, Programme
+from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
 from macromicro.settings import Settings
@@ -63,14 +62,10 @@ def run(
     if not 0 <= seed <= MAX_SEED:
         raise InputError("seed", seed, f"a whole number from 0 to {MAX_SEED}")
     config.check(settings, "settings")
-    per_metre = 1.0 / settings.sensors.encoder.pitch
-    limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, per_metre)
     if not isinstance(programme, Programme):
-        programme = programmes.load(programmes.find(os.fspath(programme)), limits)
+        programme = load(programmes.find(os.fspath(programme)), settings)
     what = programme.repeated(cycles)
-    table = None
-    if hall_calibration.needed(settings):
-        table = hall_calibration.table(bench.prepare(settings.bench, settings.sensors))
+    table = hall_calibration.for_bench(settings)
     blocks: list[npt.NDArray[np.float64]] = []
     outcome = simulate.simulate(settings, what, _Blocks(blocks), seed=seed, fan=fan, table=table)
     fault = faults.describe(outcome.watch)

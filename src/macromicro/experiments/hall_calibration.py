@@ -78,6 +78,13 @@ def needed(settings: Settings) -> bool:
     return hall != default.hall or settings.sensors.converter != default.converter
 
 
+def for_bench(settings: Settings) -> Calibration | None:
+    """The calibration of a bench with another Hall sensor; None where the shipped one holds."""
+    if not needed(settings):
+        return None
+    return table(bench.prepare(settings.bench, settings.sensors))
+
+
 def as_csv(result: Calibration) -> str:
     """The table as the file that ``macromicro.control.calibration`` reads."""
     lines = ["# Hall calibration of the default bench: Section 3.2.3, three runs up and down"]

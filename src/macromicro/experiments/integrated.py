@@ -19,8 +19,8 @@ from macromicro.design.response import MoveResult
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.experiments.claim import CALIBRATED, PREDICTED, Claim, holds, within
 from macromicro.experiments.programmed import Runner, micro_steps, moves_of, on_twin
-from macromicro.experiments.run import MACRO_TRAVEL, MICRO_TRAVEL
-from macromicro.programme import MACRO, Limits, Programme
+from macromicro.experiments.run import load
+from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 from macromicro.settings import Settings
 
@@ -42,9 +42,7 @@ class IntegratedRuns(NamedTuple):
 
 def thesis_input(settings: Settings) -> Programme:
     """The thesis' test input: decaying square wave and sequential steps."""
-    per_metre = 1.0 / settings.sensors.encoder.pitch
-    limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, per_metre)
-    return programmes.load(programmes.find("thesis"), limits)
+    return load(programmes.find("thesis"), settings)
 
 
 def _squares() -> Programme:

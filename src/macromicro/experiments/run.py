@@ -21,8 +21,7 @@ from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
 from macromicro.experiments import folder, hall_calibration
 from macromicro.loop import PERIOD
-from macromicro.plant.bench import NOISES, Plant
-from macromicro.plant.bench import prepare as bench_prepare
+from macromicro.plant.bench import NOISES
 from macromicro.programme import MACRO, Limits, Programme
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig import faults
@@ -84,6 +83,13 @@ class Stop(Exception):
     """Raised by a progress callback to end a run early; what was recorded is kept."""
 
 
+def load(path: Path, settings: Settings) -> Programme:
+    """The programme in a file, within the travel of the settings' bench."""
+    per_metre = 1.0 / settings.sensors.encoder.pitch
+    limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, per_metre)
+    return programmes.load(path, limits)
+
+
 def check(request: Request) -> Job:
     """Everything that can be wrong is said here, before anything is written or computed.
 
@@ -93,9 +99,7 @@ def check(request: Request) -> Job:
     settings = Settings()
     if request.config is not None:
         settings = config.load_overrides(request.config, settings)
-    per_metre = 1.0 / settings.sensors.encoder.pitch
-    limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, per_metre)
-    single = programmes.load(path, limits)
+    single = load(path, settings)
     if not 0 <= request.seed <= MAX_SEED:
         raise InputError("--seed", request.seed, f"a whole number from 0 to {MAX_SEED}")
     try:
@@ -135,11 +139,6 @@ def _expected(settings: Settings, programme: Programme) -> float:
     return float(programme.hold.sum()) + each * int((programme.stage == MACRO).sum())
 
 
-def plant_of(settings: Settings) -> Plant:
-    """The bench of the settings, ready to run."""
-    return bench_prepare(settings.bench, settings.sensors)
-
-
 def is_compiled() -> bool:
     """Whether the compiler's cache seems to hold the bench already."""
     return any(kernel.cache_folder().rglob("loop.rollout*.nbi"))
@@ -169,7 +168,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
         "overrides": json.dumps(job.overrides),
         "settings": config.as_toml(job.settings),
     }
-    table = hall_calibration.table(plant_of(job.settings)) if job.recalibrate else None
+    table = hall_calibration.for_bench(job.settings)
     place = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()

@@ -5,16 +5,17 @@ Temperatures are in K above the ambient 25 degC.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from macromicro.kernel import kernel
+from macromicro.models.weighted_gain import Weighted, weighted
 
 # (5.6): T/T_d = (N2 s^2 + N1 s + N0) / (s^3 + D2 s^2 + D1 s + D0)
 N2, N1, N0 = 1.001, 0.1483, 0.001552
 D2, D1, D0 = 1.491, 0.1604, 0.001537
 # Section 5.3.2: below this CTRL voltage [V] the actuator does not respond.
 FIRST_RESPONSE = 1.3
+PRINTED = Weighted()
 
 
 class Heating(NamedTuple):
@@ -37,12 +38,7 @@ def gain(ctrl: float, ceiling: float) -> float:
         return 0.0
     if ctrl >= 2.2:
         return ceiling
-    # (5.7)
-    gamma = 1.0 / (1.0 + math.exp(-40.0 * (-ctrl + 1.7)))
-    # (5.8)
-    low = max(0.0, 25.5 * (1.0 - math.exp(-37.8631 * (ctrl - 1.5))) + 57.66)
-    high = 10.0 * math.exp(10.0 * (ctrl - 1.625)) + 82.581682
-    value = gamma * low + (1.0 - gamma) * high
+    value = weighted(PRINTED, ctrl)
     if ctrl < 1.5:
         value = max(value, 57.66 * (ctrl - FIRST_RESPONSE) / (1.5 - FIRST_RESPONSE))
     return min(value, ceiling)

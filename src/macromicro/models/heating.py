@@ -14,11 +14,12 @@ import numpy.typing as npt
 
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
+from macromicro.models.electrothermal import D0, D1, D2, N0, N1, N2
 
 Array = npt.NDArray[np.float64]
 
 # (5.6): numerator and denominator, highest power of s first.
-PRINTED = ((1.001, 0.1483, 0.001552), (1.0, 1.491, 0.1604, 0.001537))
+PRINTED = ((N2, N1, N0), (1.0, D2, D1, D0))
 
 
 class Modes(NamedTuple):

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CyclePlant, CycleSample, CycleState
 from macromicro.plant.kiln import KilnPlant, KilnSample, KilnState
-from macromicro.rig.twin import noise_source
+from macromicro.rig.twin import VirtualClock, noise_source
 
 _BLOCK = 1000
 # Standard normal draws per period: thermocouple noise, spike's onset, spike's height.
@@ -41,23 +41,6 @@ Shown = TypeVar("Shown")
 Taken = TypeVar("Taken")
 
 
-class FixtureClock:
-    """Time of a fixture's twin: `wait` lets its physics advance instead of sleeping."""
-
-    def __init__(self, twin: FixtureTwin[Any, Any]) -> None:
-        self._twin = twin
-
-    def now(self) -> float:
-        """Simulated seconds since the start."""
-        return self._twin.tick * self._twin.dt
-
-    def wait(self, dt: float) -> None:
-        """Advance the fixture by `dt`, which must be the twin's own period."""
-        if dt != self._twin.dt:
-            raise ValueError(f"this twin runs at a period of {self._twin.dt} s, not {dt} s")
-        self._twin.advance()
-
-
 class FixtureTwin(Generic[Shown, Taken]):
     """What both fixtures share: a clock that computes, outputs that end safe."""
 
@@ -66,7 +49,7 @@ class FixtureTwin(Generic[Shown, Taken]):
     def __init__(self, dt: float, safe: Taken) -> None:
         self.dt = dt
         self.tick = 0
-        self.clock = FixtureClock(self)
+        self.clock = VirtualClock(self)
         self._safe = self._outputs = safe
 
     def read(self) -> Shown:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -20,10 +20,20 @@ def noise_source(seed: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(seed))
 
 
+class Ticking(Protocol):
+    """A twin as its clock sees it: periods so far, their length [s], and one more."""
+
+    tick: int
+    dt: float
+
+    def advance(self) -> None:
+        """Let one period pass."""
+
+
 class VirtualClock:
     """Time of a twin: `wait` lets its physics advance instead of sleeping."""
 
-    def __init__(self, twin: Twin) -> None:
+    def __init__(self, twin: Ticking) -> None:
         self._twin = twin
 
     def now(self) -> float:
@@ -31,7 +41,7 @@ class VirtualClock:
         return self._twin.tick * self._twin.dt
 
     def wait(self, dt: float) -> None:
-        """Advance the bench by `dt`, which must be the twin's own control period."""
+        """Advance the twin by `dt`, which must be its own period."""
         if dt != self._twin.dt:
             raise ValueError(f"this twin runs at a period of {self._twin.dt} s, not {dt} s")
         self._twin.advance()
