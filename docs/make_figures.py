@@ -14,8 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from macromicro import api
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, Floats, finish, thinned
 from macromicro.recording import Recording
-from macromicro.report.style import BLUE, GREEN, ORANGE, Floats, finish, thinned
 from macromicro.settings import Settings
 
 PICTURE = Path(__file__).resolve().parent / "figures" / "integrated-run.png"

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from macromicro.drawing import style
 from macromicro.experiments import folder
 from macromicro.experiments.run import Ended
-from macromicro.report import figures, style
+from macromicro.report import figures
 from macromicro.report.figures import Drawn
 
 

@@ -8,8 +8,9 @@ from html.parser import HTMLParser
 
 import pytest
 
+from macromicro.drawing import style
 from macromicro.experiments.run import Ended
-from macromicro.report import figures, style
+from macromicro.report import figures
 from macromicro.report.page import Picture, page
 from macromicro.rig import guard
 from macromicro.rig.faults import describe

@@ -227,7 +227,7 @@ def _identify(
     names = [str(file) for file in what.files]
     text = results.as_json(found, names, said)
     if out is not None:
-        from macromicro.report.style import png
+        from macromicro.drawing.style import png
 
         with folder.staged(out, NAMES) as place:
             (place / results.RESULT).write_text(text, encoding="utf-8")

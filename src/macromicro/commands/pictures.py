@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.report.style import BLUE, ORANGE, RED, finish, line, new
+from macromicro.drawing.style import BLUE, ORANGE, RED, finish, line, new
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from macromicro.control.supervisor import MICRO
 from macromicro.design.response import MICRO_BAND
-from macromicro.experiments.run import Ended
-from macromicro.recording import Recording
-from macromicro.report.style import (
+from macromicro.drawing.style import (
     BLACK,
     BLUE,
     GREEN,
@@ -24,6 +22,8 @@ from macromicro.report.style import (
     line,
     new,
 )
+from macromicro.experiments.run import Ended
+from macromicro.recording import Recording
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from macromicro.drawing import style
 from macromicro.experiments import folder
 from macromicro.experiments.run import Ended
-from macromicro.report import figures, style
+from macromicro.report import figures
 from macromicro.report.page import Picture, page
 from macromicro.report.summary import as_json, summary
 

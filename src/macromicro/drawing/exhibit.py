@@ -1,0 +1,67 @@
+"""Exhibits: a numbered figure, diagram or table, with its caption and the claims it shows."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+from macromicro.drawing.style import png
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PNG, SVG, TABLE = "png", "svg", "table"
+
+
+class Grid(NamedTuple):
+    """A table: `rows` of texts, each as long as `headings`."""
+
+    headings: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+
+
+class Drawn(NamedTuple):
+    """What a procedure shows. `number`: the thesis' own, such as "4.8", "D.9" or "Table 2.1".
+
+    `body`: a matplotlib figure, a diagram as SVG text, or a `Grid`. `claims`: ids of the
+    claims that it shows.
+    """
+
+    number: str
+    title: str
+    caption: str
+    body: Figure | str | Grid
+    claims: tuple[str, ...] = ()
+
+
+class Exhibit(NamedTuple):
+    """The same in a form that passes between processes. `kind`: PNG, SVG or TABLE; `data`:
+    a PNG file's bytes, SVG text, or a `Grid`."""
+
+    number: str
+    title: str
+    caption: str
+    claims: tuple[str, ...]
+    kind: str
+    data: bytes | str | Grid
+
+    @property
+    def label(self) -> str:
+        """As it is cited: "Figure 4.8", "Table 2.1"."""
+        return self.number if self.number.startswith("Table") else f"Figure {self.number}"
+
+    @property
+    def name(self) -> str:
+        """For file names and anchors: "figure-4-8", "table-2-1"."""
+        return re.sub(r"[^a-z0-9]+", "-", self.label.lower())
+
+
+def rendered(drawn: Drawn) -> Exhibit:
+    """`drawn` with its body as bytes or text."""
+    body = drawn.body
+    head = (drawn.number, drawn.title, drawn.caption, drawn.claims)
+    if isinstance(body, Grid):
+        return Exhibit(*head, TABLE, body)
+    if isinstance(body, str):
+        return Exhibit(*head, SVG, body)
+    return Exhibit(*head, PNG, png(body))
