@@ -6,7 +6,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-all lint format bench docs clean
+.PHONY: help run test test-all browser lint format bench docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' Makefile
@@ -19,6 +19,18 @@ test: $(VENV)/.dev ## run the tests
 
 test-all: $(VENV)/.dev ## run the tests, slow ones too, and print the coverage
 	$(BIN)/python -m pytest -n 2 --cov
+
+# Chromium travels with its libraries, so only the system's packages can bring it.
+browser: ## install Debian's chromium for the browser tests
+	@if command -v chromium && command -v chromedriver; then exit 0; fi >/dev/null; \
+	command -v apt-get >/dev/null || { \
+	  echo "no apt-get here: install Chromium and its chromedriver yourself"; exit 1; }; \
+	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
+	[ -z "$$root" ] || command -v sudo >/dev/null || { \
+	  echo "run as root: apt-get install chromium chromium-driver"; exit 1; }; \
+	$$root apt-get update -qq && \
+	$$root env DEBIAN_FRONTEND=noninteractive \
+	  apt-get install -y -qq --no-install-recommends chromium chromium-driver
 
 lint: $(VENV)/.dev ## check format, style, types and the layers
 	$(BIN)/ruff format --check .
@@ -33,9 +45,11 @@ format: $(VENV)/.dev ## format the code and sort its imports
 bench: $(VENV)/.core ## measure the speed
 	$(BIN)/python benchmarks/bench.py
 
-docs: $(VENV)/.core ## measure anew what the documents say, and draw their figure
+docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py
 	$(BIN)/python docs/make_figures.py
+	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
+	else echo "no picture of the page without chromium: make browser"; fi
 
 clean: ## delete the virtual environment and all caches; results stay
 	@if [ -e "$(VENV)/.made" ]; then rm -rf "$(VENV)"; fi

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,6 +15,7 @@ from macromicro.design.flexure_sheet import (
     bending_stress,
     deflection,
     max_thickness,
+    shape,
     stiffness,
 )
 from macromicro.errors import InputError
@@ -61,3 +63,14 @@ def test_bad_numbers_are_refused(bad: float) -> None:
         deflection(Beam(), bad, 1.0)
     with pytest.raises(InputError, match="deflection"):
         bending_stress(Beam(), 1e-3, bad)
+
+
+def test_bent_beam_keeps_its_length_and_its_ends_direction() -> None:
+    """Figure 3.6a: clamped below, free end shifted but not turned; to second order in the shift."""
+    along, aside, nearer = shape(Beam(), 2e-3, 4001)
+    assert (along[0], aside[0], aside[-1]) == (0.0, 0.0, pytest.approx(2e-3))
+    assert along[-1] == pytest.approx(Beam().length - nearer)
+    slope = np.diff(aside) / np.diff(along)
+    assert abs(slope[0]) < 1e-4 and abs(slope[-1]) < 1e-4
+    assert np.hypot(np.diff(along), np.diff(aside)).sum() == pytest.approx(Beam().length, rel=1e-5)
+    assert nearer == pytest.approx(0.6 * 2e-3**2 / Beam().length)

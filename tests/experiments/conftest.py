@@ -2,10 +2,11 @@
 
 import pytest
 
-from macromicro.experiments import actuator_models, electrothermal, kiln
+from macromicro.experiments import actuator_models, electrothermal, kiln, kiln_claims
 from macromicro.experiments.actuator_models import Models
 from macromicro.experiments.electrothermal import StepData
 from macromicro.experiments.kiln import KilnData
+from macromicro.experiments.kiln_claims import KilnRuns
 
 
 @pytest.fixture(scope="session")
@@ -19,5 +20,10 @@ def stepped() -> StepData:
 
 
 @pytest.fixture(scope="session")
-def models() -> Models:
-    return actuator_models.measured()
+def kiln_runs(heated: KilnData) -> KilnRuns:
+    return kiln_claims.identified(heated)
+
+
+@pytest.fixture(scope="session")
+def models(kiln_runs: KilnRuns) -> Models:
+    return actuator_models.measured(kiln_runs.table)

@@ -11,7 +11,8 @@ from macromicro.experiments.cycle_runs import CycleData, Cycles
 from macromicro.kernel import compiled
 from macromicro.plant import cycle
 from macromicro.plant.cycle import CycleBench
-from macromicro.rig.fixtures import CycleTwin
+from macromicro.rig.fixtures import CYCLE_PERIOD, CycleTwin
+from macromicro.rig.session import CYCLE, Fixture
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +43,18 @@ def test_rig_gives_what_the_compiled_run_gives() -> None:
     """The same law drives the twin sample by sample: the same counts."""
     fast = cycle_runs.collect(runs=1, cycles=2, room_std=0.0, rest_s=0.0)
     plant = cycle.prepare(CycleBench())
-    twin = CycleTwin(plant, measure=compiled(cycle.measure), advance=compiled(cycle.advance))
-    np.testing.assert_array_equal(cycle_runs.run_rig(twin, cycles=2), fast.counts[0])
+
+    def make(seed: int) -> CycleTwin:
+        return CycleTwin(plant, measure=compiled(cycle.measure), advance=compiled(cycle.advance))
+
+    rig = Fixture("a cycle bench", CYCLE, make, ("encoder",), CYCLE_PERIOD)
+    slow = cycle_runs.collect(rig, runs=2, cycles=2, rest_s=0.5)
+    np.testing.assert_array_equal(slow.counts[0], fast.counts[0])
+    np.testing.assert_array_equal(slow.literal, fast.literal)
+    np.testing.assert_array_equal(slow.unlimited, fast.unlimited)
+    # Half a second is no rest: the second run begins warm. The room was not measured.
+    assert not np.array_equal(slow.counts[1], slow.counts[0])
+    assert np.isnan(slow.room).all()
 
 
 def test_pid_without_conditional_integration_drifts(data: CycleData) -> None:

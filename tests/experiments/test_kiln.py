@@ -7,8 +7,8 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.experiments import kiln
-from macromicro.experiments.actuator_models import Models
 from macromicro.experiments.kiln import KilnData
+from macromicro.experiments.kiln_claims import KilnRuns
 from macromicro.identify.inference import full_contraction
 from macromicro.identify.kiln import cleaned, first_order_curves, fod_table, predicted
 from macromicro.identify.smoothing import median_filtered, without_spikes
@@ -16,7 +16,8 @@ from macromicro.kernel import compiled
 from macromicro.plant import kiln as fixture
 from macromicro.plant.kiln import KilnBench
 from macromicro.recording import Recording
-from macromicro.rig.fixtures import KilnTwin
+from macromicro.rig.fixtures import KILN_PERIOD, KilnTwin
+from macromicro.rig.session import KILN, Fixture
 
 
 def rms(x: np.ndarray) -> float:
@@ -28,8 +29,14 @@ def test_compiled_run_equals_the_rig_sample_by_sample() -> None:
     plant = fixture.prepare(KilnBench())
     turns = [45.0, 38.0, 41.0]
     fast = kiln.run(plant, turns, seed=3)
-    twin = KilnTwin(plant, 3, measure=compiled(fixture.measure), advance=compiled(fixture.advance))
-    slow = kiln.run_rig(twin, turns)
+
+    def make(seed: int) -> KilnTwin:
+        steps = compiled(fixture.measure), compiled(fixture.advance)
+        return KilnTwin(plant, seed, measure=steps[0], advance=steps[1])
+
+    rig = Fixture("a kiln", KILN, make, ("thermocouple", "encoder"), KILN_PERIOD)
+    slow = kiln.run(rig, turns, seed=3)
+    assert [c.name for c in slow.columns] == [c.name for c in fast.columns[:5]]
     assert len(fast) == len(slow) > 500
     for name in ("t", "thermocouple", "encoder", "position", "heater"):
         np.testing.assert_array_equal(fast[name], slow[name])
@@ -81,20 +88,20 @@ def test_wide_median_clips_turning_points(heated: KilnData) -> None:
     assert max(worst) > 5.0
 
 
-def test_model_predicts_new_profiles(models: Models) -> None:
+def test_model_predicts_new_profiles(kiln_runs: KilnRuns) -> None:
     """Claim S2, Figure 5.9: under 3 % of stroke on minor loops; here under 1 %."""
-    assert len(models.kiln_errors) == 3
-    assert max(models.kiln_errors) < 0.01
+    assert len(kiln_runs.predictions) == 3
+    assert max(p.share for p in kiln_runs.predictions) < 0.01
 
 
 def test_median_in_place_of_smoothing_spoils_the_prediction(
-    heated: KilnData, models: Models
+    heated: KilnData, kiln_runs: KilnRuns
 ) -> None:
     """Note to claim S2: 7-11 % of stroke with a wide median, on table and profiles alike."""
     runs = [_with_median(r, 601) for r in (heated.curves, *heated.tests)]
     table = fod_table(runs[:1])
     errors = [predicted(table, r).share for r in runs[1:]]
-    assert min(errors) > 5.0 * max(models.kiln_errors)
+    assert min(errors) > 5.0 * max(p.share for p in kiln_runs.predictions)
 
 
 def _with_median(r: Recording, samples: int) -> Recording:
@@ -104,11 +111,11 @@ def _with_median(r: Recording, samples: int) -> Recording:
     return Recording.from_arrays(r.columns, arrays, r.dt, {})
 
 
-def test_full_contraction(models: Models) -> None:
+def test_full_contraction(kiln_runs: KilnRuns) -> None:
     """Claim S6: 107.5 +-1.5 degC, where the branch is within 5 % of its end. At the very end
     the thermocouple on the top plate, hotter than the wires, reads up to 1.7 K more than 107.5."""
-    assert full_contraction(models.table) == pytest.approx(107.5, abs=1.5)
-    assert full_contraction(models.table, within=0.01) == pytest.approx(107.5, abs=2.0)
+    assert full_contraction(kiln_runs.table) == pytest.approx(107.5, abs=1.5)
+    assert full_contraction(kiln_runs.table, within=0.01) == pytest.approx(107.5, abs=2.0)
 
 
 @pytest.mark.parametrize("turns", [[], [20.0], [60.0, 70.0], [60.0, 40.0, 35.0], [np.nan]])

@@ -9,12 +9,15 @@ import pytest
 
 from macromicro import loop
 from macromicro.columns import COLUMNS
-from macromicro.experiments import macro_claims, macro_control, macro_design, macro_drive
+from macromicro.experiments import macro_control, macro_design, macro_drive
 from macromicro.experiments.claim import COMPUTED, DIFFERS, REPRODUCED, Claim
 from macromicro.experiments.macro_control import Square, tracking
+from macromicro.experiments.procedure import Lab
+from macromicro.experiments.procedures import all_procedures
 from macromicro.parameters import replaced
 from macromicro.plant import bench
-from macromicro.programme import Programme
+from macromicro.programme import MACRO, Programme
+from macromicro.recording import Recording
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 
@@ -26,7 +29,8 @@ IDS = (
 
 @pytest.fixture(scope="module")
 def claims() -> dict[str, Claim]:
-    every = [*macro_claims.claims(), *macro_control.claims()]
+    procedures = [p for p in all_procedures() if p.name.startswith("macro-")]
+    every = [c for p in procedures for c in p.claims(p.collect(Lab()))]
     found = {c.id: c for c in every}
     assert len(found) == len(every)
     return found
@@ -105,6 +109,23 @@ def test_drive_is_the_control_loop(name: str) -> None:
     assert run.dt == loop.PERIOD
     for column in ("macro_position", "motor", "macro_integral", "macro_reference"):
         np.testing.assert_array_equal(run[column], rows[column][:n], err_msg=column)
+
+
+def test_full_travel_runs_where_it_is_told() -> None:
+    """The move goes to the given runner, whole and with the given settings and seed."""
+    asked = []
+
+    def run(programme: Programme, settings: Settings, seed: int, fan: bool) -> Recording:
+        asked.append((programme, settings, seed, fan))
+        return Recording.from_arrays(COLUMNS[:1], [np.zeros(2)], 1e-3, {})
+
+    settings = replaced(Settings(), "controller.macro_law", "pd-initial")
+    kept = macro_control.full_travel(settings, 7, run)
+    (programme, used, seed, fan) = asked.pop()
+    assert not asked
+    assert len(kept) == 2
+    assert (used, seed, fan) == (settings, 7, False)
+    assert (programme.stage.tolist(), programme.target.tolist()) == ([MACRO], [2800.0])
 
 
 def test_readings() -> None:

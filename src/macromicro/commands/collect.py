@@ -17,7 +17,12 @@ def collect(
     experiment: Annotated[
         str | None, typer.Argument(help="One of those that --list names.", show_default=False)
     ] = None,
-    rig: Annotated[str, typer.Option(help="Where to run it: the twin.")] = "twin",
+    rig: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="Where to run it: the twin, or MODULE:FACTORY of your own rig."
+        ),
+    ] = "twin",
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensors' noise.")] = 0,
     out: Annotated[
         Path | None,
@@ -31,7 +36,8 @@ def collect(
     """Run a laboratory procedure and save the recordings that `identify` needs."""
     from macromicro.errors import InputError
     from macromicro.experiments import catalogue, folder
-    from macromicro.textfile import printable
+    from macromicro.experiments.procedure import Lab
+    from macromicro.rig.opening import TWIN, open_rig
 
     if listed:
         for one in catalogue.PROCEDURES:
@@ -39,15 +45,16 @@ def collect(
             print(f"{one.name:16}{one.gives}\n{'':16}needs: {one.needs}\n{'':16}then: {then}")
         return
     procedure = catalogue.find(experiment or "")
-    if rig != "twin":
-        raise InputError("--rig", printable(rig), "twin, the only one so far")
     if not 0 <= seed < MAX_SEED:
         raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
+    lab = Lab(seed=seed, rigs=() if rig == TWIN else (open_rig(rig, seed),))
+    lab.check(procedure)
     place = out if out is not None else Path("results") / procedure.name
     folder.check(place, procedure.megabytes * 1_000_000, overwrite=overwrite, names=())
-    print(f"collecting {procedure.name} on the twin", file=sys.stderr)
+    where = "the twin" if rig == TWIN else rig
+    print(f"collecting {procedure.name} on {where}", file=sys.stderr)
     with Signals() as signals:
-        recordings = procedure.collect(seed)
+        recordings = procedure.collect(lab)
         signals.later()
         with folder.staged(place) as stage:
             for name, recording in recordings.items():

@@ -9,7 +9,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from macromicro.design.checks import positive
+
+Array = npt.NDArray[np.float64]
 
 GRAM_FORCE = 9.80665e-3  # N
 
@@ -61,6 +66,23 @@ def bending_stress(beam: Beam, thickness: float, deflection: float) -> float:
     positive("flexure, thickness", thickness, "m")
     positive("flexure, deflection", deflection, "m")
     return 3.0 * beam.modulus * thickness * deflection / beam.length**2
+
+
+def shape(beam: Beam, deflection: float, points: int = 61) -> tuple[Array, Array, float]:
+    """The beam bent by `deflection` [m] (Figure 3.6a): places along it [m], sideways shift [m]
+    there, shape (points,) each, and by how much [m] its free end comes nearer.
+
+    Both ends keep their direction: y = dx (3 s^2 - 2 s^3) with s = place / L. The beam keeps
+    its length, so the end comes nearer by the integral of y'^2 / 2, 3 dx^2 / (5 L). Places
+    are those on the shortened axis, to the same order. Raises `InputError` unless above zero.
+    """
+    _check(beam)
+    positive("flexure, deflection", deflection, "m")
+    s = np.linspace(0.0, 1.0, points)
+    nearer = 3.0 * deflection**2 / (5.0 * beam.length)
+    # the integral of (6 s - 6 s^2)^2, which is 6/5 at the end
+    share = (12.0 * s**3 - 18.0 * s**4 + 7.2 * s**5) / 1.2
+    return beam.length * s - nearer * share, deflection * (3.0 * s**2 - 2.0 * s**3), nearer
 
 
 def _check(beam: Beam) -> None:

@@ -21,7 +21,8 @@ class Grid(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """What a procedure shows. `number`: the thesis' own, such as "4.8", "D.9" or "Table 2.1".
+    """What a procedure shows. `number`: the thesis' own, such as "4.8", "D.9", "Table 2.1",
+    or "(2.1)" for what an equation says.
 
     `body`: a matplotlib figure, a diagram as SVG text, or a `Grid`. `claims`: ids of the
     claims that it shows.
@@ -47,13 +48,15 @@ class Exhibit(NamedTuple):
 
     @property
     def label(self) -> str:
-        """As it is cited: "Figure 4.8", "Table 2.1"."""
-        return self.number if self.number.startswith("Table") else f"Figure {self.number}"
+        """As it is cited: "Figure 4.8", "Table 2.1", "Equation (2.1)"."""
+        if self.number.startswith("Table"):
+            return self.number
+        return f"{'Equation' if self.number.startswith('(') else 'Figure'} {self.number}"
 
     @property
     def name(self) -> str:
         """For file names and anchors: "figure-4-8", "table-2-1"."""
-        return re.sub(r"[^a-z0-9]+", "-", self.label.lower())
+        return re.sub(r"[^a-z0-9]+", "-", self.label.lower()).strip("-")
 
 
 def rendered(drawn: Drawn) -> Exhibit:

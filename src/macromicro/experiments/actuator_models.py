@@ -1,21 +1,30 @@
-"""From raw recordings of kiln and micro-stage to both actuator models (Section 5.2).
+"""From raw recordings of the micro-stage and the kiln's table to both actuator models (5.2).
 
-Nothing but measured channels goes in: thermocouple, encoder, CTRL, laser, CONTRACT.
+Nothing but measured channels goes in: CTRL, laser, CONTRACT, and the kiln's thermocouple
+and encoder by way of the table.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from macromicro.experiments import electrothermal, kiln
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.experiments import electrothermal
+from macromicro.experiments.electrothermal import StepData
+from macromicro.experiments.machine import Machine
 from macromicro.hysteresis.table import FodTable
-from macromicro.identify import actuator, stressed
-from macromicro.identify import kiln as kiln_fit
-from macromicro.identify.actuator import Judgement, ThesisFit
+from macromicro.identify import actuator, stressed, thermal
+from macromicro.identify.actuator import AMBIENT, Judgement, ThesisFit
 from macromicro.identify.stressed import StressedFit
+from macromicro.identify.thermal import StepRecord
+from macromicro.models import actuator as full_model
+from macromicro.models import stressed as better_model
 from macromicro.models.weighted_gain import Weighted
-from macromicro.plant.bench import Plant
-from macromicro.plant.kiln import KilnBench
+from macromicro.recording import Recording
+
+Array = npt.NDArray[np.float64]
 
 
 class Compared(NamedTuple):
@@ -27,23 +36,31 @@ class Compared(NamedTuple):
     better: Judgement
 
 
+class Trace(NamedTuple):
+    """A step, mean of its trials, and what the models make of its CTRL: `record` as the
+    laser showed it, contraction [mm] by the `thesis`' model and by the `better` one, (n,)."""
+
+    record: StepRecord
+    thesis: Array
+    better: Array
+
+
 class Models(NamedTuple):
-    """`table` of Figure 5.8; `kiln_errors`: RMS share of the stroke on each new profile (S2);
-    `fit`s of both models; `steps`: the thesis' model on the steps that it was made from,
-    by voltage (S10); `unseen`: all models on other runs, by name."""
+    """`table` of Figure 5.8; `data`: the steps' recordings; fits of both models; `traces` and
+    `steps`: both models along the steps by voltage, and how the thesis' model does on these,
+    from which it was made (S10); `unseen`: all models on other runs, by name."""
 
     table: FodTable
-    kiln_errors: list[float]
+    data: StepData
     thesis: ThesisFit
     better: StressedFit
+    traces: dict[float, Trace]
     steps: dict[float, Judgement]
     unseen: dict[str, Compared]
 
 
-def measured(plant: Plant | None = None, oven: KilnBench | None = None, seed: int = 0) -> Models:
-    """All procedures and fits on a bench, by default the default one."""
-    heated = kiln.collect(oven, seed)
-    table = kiln_fit.fod_table([heated.curves])
+def measured(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Models:
+    """All open-loop runs of a bench, by default the default one, and all fits to them."""
     data = electrothermal.collect(plant, seed)
     first = actuator.thesis(table, data.steps, data.cooled[1.575])
     better = stressed.fit(table, electrothermal.for_fit(plant, seed + 10_000), first.model.gain)
@@ -56,11 +73,22 @@ def measured(plant: Plant | None = None, oven: KilnBench | None = None, seed: in
         )
         for name, r in electrothermal.for_judgement(plant, seed + 20_000).items()
     }
-    return Models(
-        table,
-        [kiln_fit.predicted(table, r).share for r in heated.tests],
-        first,
-        better,
-        {v: actuator.against(first.model, runs) for v, runs in data.steps.items()},
-        unseen,
+    traces = {v: _traced(table, first, better, trials) for v, trials in data.steps.items()}
+    steps = {
+        v: actuator.judged(c.record.t, c.record.position, c.thesis, table.span)
+        for v, c in traces.items()
+    }
+    return Models(table, data, first, better, traces, steps, unseen)
+
+
+def _traced(
+    table: FodTable, first: ThesisFit, better: StressedFit, trials: list[Recording]
+) -> Trace:
+    """Both models along the CTRL of one voltage's trials."""
+    record = thermal.inferred_step(table, trials, AMBIENT)
+    sent, dt = trials[0]["ctrl"][: len(record.t)], trials[0].dt
+    return Trace(
+        record,
+        full_model.simulate(first.model, sent, dt)[0],
+        better_model.simulate(better.model, sent, dt)[0],
     )

@@ -1,6 +1,6 @@
 """The laboratory procedures that `macromicro collect` runs: one entry each.
 
-A procedure takes a seed and gives recordings by file name; runs of one file stand below
+A procedure takes a lab and gives recordings by file name; runs of one file stand below
 each other, told apart by the column `run`. To add one, write its function and list it.
 """
 
@@ -17,19 +17,21 @@ from macromicro.recording_format import Attribute
 from macromicro.textfile import printable
 
 if TYPE_CHECKING:
-    from macromicro.plant.bench import Plant
+    from macromicro.experiments.procedure import Lab
 
 Recordings = dict[str, Recording]
 RUN = Column("run", "1", "which run a row belongs to, from 1", "i2")
 
 
 class Procedure(NamedTuple):
-    """`collect(seed)` gives recordings by name; `needs` of the rig and of time; `gives` what
+    """`collect(lab)` gives recordings by name; `channels` as those of
+    `experiments.procedure.Procedure`; `needs` of the rig and of time; `gives` what
     it is for; `then`: what to do with the files ({out} is their folder); `megabytes`: at
     most, on the disk."""
 
     name: str
-    collect: Callable[[int], Recordings]
+    collect: Callable[[Lab], Recordings]
+    channels: tuple[str, ...]
     needs: str
     gives: str
     then: str
@@ -45,70 +47,71 @@ def joined(runs: Sequence[Recording], attributes: dict[str, Attribute]) -> Recor
     return Recording.from_arrays(shown, [*arrays, which], runs[0].dt, attributes)
 
 
-def _dead_zone(seed: int) -> Recordings:
+def _dead_zone(lab: Lab) -> Recordings:
     from macromicro.experiments import macro_friction as friction
 
     low, high = friction.TRAVEL
-    ends: dict[str, Attribute] = {"travel_low": low, "travel_high": high, "seed": seed}
-    return {"dead-zone": joined(friction.collect(_bench()), ends)}
+    ends: dict[str, Attribute] = {"travel_low": low, "travel_high": high, **_about(lab)}
+    return {"dead-zone": joined(friction.collect(lab.bench()), ends)}
 
 
-def _macro_steps(seed: int) -> Recordings:
+def _macro_steps(lab: Lab) -> Recordings:
     from macromicro.experiments import macro_identification
 
-    found = macro_identification.collect(_bench(), seed)
-    return {f"steps-{volts:g}V": joined(runs, {"seed": seed}) for volts, runs in found.items()}
+    found = macro_identification.collect(lab.bench(), lab.seed)
+    return {f"steps-{volts:g}V": joined(runs, _about(lab)) for volts, runs in found.items()}
 
 
-def _drive(seed: int) -> Recordings:
+def _drive(lab: Lab) -> Recordings:
     from macromicro.experiments import macro_pulses
 
-    # The D/A board latches a voltage one period late.
-    return {"drive": joined([macro_pulses.collect(_bench())], {"seed": seed, "delay": 1})}
+    about = _about(lab)
+    if not lab.rigs:
+        about["delay"] = 1  # the twin's D/A board latches a voltage one period late
+    return {"drive": joined([macro_pulses.collect(lab.bench())], about)}
 
 
-def _kiln(seed: int) -> Recordings:
+def _kiln(lab: Lab) -> Recordings:
     from macromicro.experiments import kiln
 
-    found = kiln.collect(seed=seed)
+    found = kiln.collect(lab.kiln(), lab.seed)
     tests = {f"test-{k}": run for k, run in enumerate(found.tests, 1)}
     return {
-        name: joined([run], {"seed": seed})
-        for name, run in {"cycles": found.curves, **tests}.items()
+        name: joined([run], _about(lab)) for name, run in {"cycles": found.curves, **tests}.items()
     }
 
 
-def _electrothermal(seed: int) -> Recordings:
+def _electrothermal(lab: Lab) -> Recordings:
     from macromicro.experiments import electrothermal
 
-    found = electrothermal.collect(_bench(), seed)
-    made = {f"step-{v:g}V": joined(runs, {"seed": seed}) for v, runs in found.steps.items()}
-    return made | {f"cooling-{v:g}V": joined(r, {"seed": seed}) for v, r in found.cooled.items()}
+    found = electrothermal.collect(lab.bench(), lab.seed)
+    made = {f"step-{v:g}V": joined(runs, _about(lab)) for v, runs in found.steps.items()}
+    return made | {f"cooling-{v:g}V": joined(r, _about(lab)) for v, r in found.cooled.items()}
 
 
-def _hall(seed: int) -> Recordings:
+def _hall(lab: Lab) -> Recordings:
     from macromicro.columns import COLUMNS
     from macromicro.experiments import hall_calibration as hall
 
     columns = [next(c for c in COLUMNS if c.name == n) for n in ("t", "hall_voltage", "laser")]
     runs = [
         Recording.from_arrays(columns, [np.arange(len(v)) * hall.DT, v, x * 1e3], hall.DT, {})
-        for v, x in hall.collect(_bench(), seed)
+        for v, x in hall.collect(lab.bench(), lab.seed)
     ]
-    return {"hall": joined(runs, {"seed": seed})}
+    return {"hall": joined(runs, _about(lab))}
 
 
-def _bench() -> Plant:
-    """The default bench, ready to run."""
-    from macromicro.plant import bench
-
-    return bench.prepare(bench.Bench(), bench.Sensors())
+def _about(lab: Lab) -> dict[str, Attribute]:
+    """Where a recording comes from."""
+    named = {r.kind: r.name for r in lab.rigs}
+    return {"seed": lab.seed, **named}
 
 
 PROCEDURES = (
     Procedure(
         "dead-zone",
         _dead_zone,
+        ("encoder",),
         "the carriage alone, 18 min",
         "420 runs at 2.6 to 3.3 V from 14 places, both ways",
         "macromicro identify deadzone {out}/dead-zone.h5",
@@ -117,6 +120,7 @@ PROCEDURES = (
     Procedure(
         "macro-steps",
         _macro_steps,
+        ("encoder",),
         "the carriage alone, 1 min",
         "10 steps each, 0.1, 1 and 2 V beyond the dead zone of 3 V",
         "macromicro identify linear {out}/steps-1V.h5 --width 3",
@@ -125,6 +129,7 @@ PROCEDURES = (
     Procedure(
         "drive",
         _drive,
+        ("encoder",),
         "the carriage alone, 7 s",
         "pulses of 3.3 to 5 V, both ways",
         "macromicro identify drive {out}/drive.h5 --structure coulomb",
@@ -133,6 +138,7 @@ PROCEDURES = (
     Procedure(
         "kiln",
         _kiln,
+        ("kiln.thermocouple", "kiln.encoder"),
         "the actuator in the kiln, half a day",
         "heating cycles with falling maxima, and three profiles to test the table",
         "macromicro identify hysteresis {out}/cycles.h5 --shape nonnegative --out KILN",
@@ -141,6 +147,7 @@ PROCEDURES = (
     Procedure(
         "electrothermal",
         _electrothermal,
+        ("laser",),
         "the micro-stage alone, 1.2 h, and the table from the kiln",
         "steps of CTRL from cold, three trials each, and steps with cooling",
         "macromicro identify thermal {out}/*.h5 --table KILN/table.h5",
@@ -149,6 +156,7 @@ PROCEDURES = (
     Procedure(
         "hall",
         _hall,
+        ("hall", "laser"),
         "the micro-stage and the laser, 6 min",
         "slow ramps of CTRL, three up and three down",
         "macromicro identify hall {out}/hall.h5",

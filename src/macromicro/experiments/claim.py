@@ -8,14 +8,14 @@ from typing import NamedTuple
 REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
 CALIBRATED, COMPUTED, PREDICTED = "calibrated", "computed", "predicted"
 
-Number = float | list[float] | None
+Number = float | list[float] | list[str] | None
 
 
 class Claim(NamedTuple):
     """One claim of the thesis.
 
-    `printed` and `measured` are numbers, lists of numbers, or None where the claim has
-    none; `printed_text` is what the thesis prints in words. `kind`: `calibrated` (a bench
+    `printed` and `measured` are numbers, lists of numbers or names, or None where the claim
+    has none; `printed_text` is what the thesis prints in words. `kind`: `calibrated` (a bench
     parameter was chosen to meet it), `computed` (arithmetic) or `predicted`. `reason`
     says why it differs, or what the agreement rests on.
     """

@@ -6,15 +6,19 @@ printed PID has gains but no form; `Law` holds what it leaves open.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.errors import MacromicroError
+from macromicro.experiments.machine import CycleBed
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import cycle
 from macromicro.plant.cycle import CycleBench, CyclePlant, CycleState
-from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs, CycleTwin
+from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs
+from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import noise_source
 
 Array = npt.NDArray[np.float64]
@@ -26,6 +30,7 @@ CYCLES, RUNS, REST_S = 40, 11, 1800.0
 ROOM_STD = 0.5
 _REST_DT = 0.01
 WINDOW = 1000
+SILENT = 5  # samples
 
 
 class Law(NamedTuple):
@@ -94,24 +99,10 @@ def reference(cycles: int) -> Array:
     return np.tile(np.r_[np.full(half, PEAK), np.zeros(half)], cycles)
 
 
-def run_rig(twin: CycleTwin, p: Law = WORKING, cycles: int = CYCLES) -> Array:
-    """One run on a rig, sample by sample: its counts, shape (samples,)."""
-    memory = Memory(0.0, 0.0)
-    wanted = reference(cycles)
-    counts = np.empty(len(wanted))
-    with twin:
-        for k, goal in enumerate(wanted):
-            counts[k] = twin.read().encoder
-            memory, ctrl = step(p, memory, goal - counts[k], twin.dt)
-            twin.write(CycleOutputs(ctrl, 0.0))
-            twin.clock.wait(twin.dt)
-    return counts
-
-
 class CycleData(NamedTuple):
-    """`counts` of every run, shape (runs, samples); `room` [degC] of each; `literal` and
-    `unlimited`: one cold run each with the other readings of the PID (`PER_SECOND`,
-    `UNLIMITED`)."""
+    """`counts` of every run, shape (runs, samples); `room` [degC] of each, NaN where nothing
+    measured it; `literal` and `unlimited`: one cold run each with the other readings of the
+    PID (`PER_SECOND`, `UNLIMITED`)."""
 
     counts: Array
     room: Array
@@ -119,16 +110,65 @@ class CycleData(NamedTuple):
     unlimited: Array
 
 
+def _one_run(session: Session, p: Law, wanted: Array) -> tuple[Array, float]:
+    """One run on an opened rig, sample by sample: its counts, shape (samples,), and the room
+    [degC] at its start, NaN without a thermometer.
+
+    A missing count leaves the law as it is, its output off; MacromicroError after 5 ms of it.
+    """
+    memory, silent = Memory(0.0, 0.0), 0
+    counts = np.empty(len(wanted))
+    room = math.nan
+    for k, goal in enumerate(wanted):
+        sample = session.read()
+        if k == 0 and "room" in session.channels:
+            room = float(sample.room)
+        counts[k], ctrl = sample.encoder, 0.0
+        silent = silent + 1 if math.isnan(sample.encoder) else 0
+        if silent > SILENT:
+            raise MacromicroError("cycle bench: the encoder gives no value; check its plug")
+        if not silent:
+            memory, ctrl = step(p, memory, float(goal) - counts[k], DT)
+        session.write(CycleOutputs(ctrl, 0.0))
+        session.clock.wait(DT)
+    return counts, room
+
+
+def _on_rig(rig: Fixture, seed: int, runs: int, cycles: int, rest_s: float) -> CycleData:
+    """All runs on any rig, as `collect` does them; the room is what it is."""
+    rig.need("cycle testing", "encoder")
+    wanted = reference(cycles)
+    found = []
+    with rig.open(seed) as session:
+        session.idle(rig.rest)
+        for k in range(runs):
+            session.idle(rest_s if k else 0.0)
+            found.append(_one_run(session, WORKING, wanted))
+    others = []
+    for law in (PER_SECOND, UNLIMITED):
+        with rig.open(seed) as session:
+            session.idle(rig.rest)
+            others.append(_one_run(session, law, wanted)[0])
+    counts, room = zip(*found, strict=True)
+    return CycleData(np.array(counts), np.array(room), *others)
+
+
 def collect(
-    spec: CycleBench | None = None,
+    bed: CycleBed | None = None,
     seed: int = 0,
     runs: int = RUNS,
     cycles: int = CYCLES,
     room_std: float = ROOM_STD,
     rest_s: float = REST_S,
 ) -> CycleData:
-    """All runs on the twin, the first from cold, each later one after `rest_s` [s] of rest."""
-    plant = cycle.prepare(spec or CycleBench())
+    """All runs, the first from cold, each later one after `rest_s` [s] of rest.
+
+    By default on the twin, whose room is drawn anew for each run with the spread `room_std`
+    [K].
+    """
+    if isinstance(bed, Fixture):
+        return _on_rig(bed, seed, runs, cycles, rest_s)
+    plant = bed or cycle.prepare(CycleBench())
     drive, idle = compiled(_run), compiled(_rest)
     room = plant.micro.thermal.ambient + room_std * noise_source(seed).standard_normal(runs)
     wanted = reference(cycles)

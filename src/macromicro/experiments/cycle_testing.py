@@ -129,6 +129,12 @@ def _shares(mean: Cycles) -> Claim:
     )
 
 
+def _room(room: Array) -> str:
+    if not np.isfinite(room).all():
+        return "whatever the room was, which nothing measured"
+    return f"the room ({room.min():.1f} to {room.max():.1f} degC; the twin draws it) allowed for"
+
+
 def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
     total = mean.tau1 + mean.fall
     per_run = np.array([float((run.tau1 + run.fall).mean()) for run in runs])
@@ -144,9 +150,8 @@ def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
         "s, s, ms a run",
         holds(grows and abs(trend.slope) <= trend.reach),
         f"{_course(total)}; from run to run {1e3 * trend.slope:.2f} +- {1e3 * trend.reach:.2f} ms "
-        f"(95 %), the room ({data.room.min():.1f} to {data.room.max():.1f} degC, drawn) allowed "
-        "for. Half an hour is some twenty of the slowest time constants: nothing is left to tell "
-        "one run from the next, and the bench has no ageing",
+        f"(95 %), {_room(data.room)}. Half an hour is some twenty of the slowest time constants: "
+        "nothing is left to tell one run from the next, and the bench has no ageing",
         PREDICTED,
         "grows; no trend",
     )

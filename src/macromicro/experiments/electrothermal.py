@@ -14,10 +14,12 @@ import numpy.typing as npt
 
 from macromicro.columns import COLUMNS as RUN_COLUMNS
 from macromicro.errors import InputError
+from macromicro.experiments.machine import Machine, idle_law, play, recorded
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
 from macromicro.recording import Column, Recording
+from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
 from macromicro.types import Outputs
 
@@ -58,11 +60,13 @@ def _open_loop(
     return s
 
 
-def run(plant: Plant, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1) -> Recording:
+def run(plant: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1) -> Recording:
     """`ctrl` [V], a value each ms, from cold and fully extended; every `every`-th is recorded."""
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     if sent.ndim != 1 or len(sent) < 2 * every or not np.isfinite(sent).all() or every < 1:
         raise InputError("CTRL profile", f"shape {sent.shape}", "a list of voltages, one each ms")
+    if isinstance(plant, Fixture):
+        return _on_rig(plant, sent, seed, every)
     noise = noise_source(seed).standard_normal((len(sent), NOISES))
     out = np.empty((5, -(-len(sent) // every)))
     compiled(_open_loop)(plant, bench.initial(plant), sent, noise, out, every, DT)
@@ -70,6 +74,20 @@ def run(plant: Plant, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1) -> Rec
     t = np.arange(out.shape[1]) * every * DT
     arrays = [t, sent[::every], laser * 1e6, hall, contract, micro * 1e3, wire]
     return Recording.from_arrays(COLUMNS, arrays, every * DT, {"seed": seed})
+
+
+def _on_rig(rig: Fixture, sent: Array, seed: int, every: int) -> Recording:
+    """The same on any rig."""
+    rig.need("an open-loop run of the micro-stage", "laser")
+    done = play(rig, "open loop of the micro-stage", len(sent), idle_law(None, sent), seed=seed)
+    values = {
+        "t": done["t"][::every],
+        "ctrl": done["ctrl"][::every],
+        "laser": done["laser"][::every] * 1e6,
+        "hall_voltage": done["hall"][::every],
+        "contract": done["contract"][::every],
+    }
+    return recorded(rig, COLUMNS, values, every * DT, seed)
 
 
 def step(volts: float, seconds: float) -> Array:
@@ -95,7 +113,7 @@ class StepData(NamedTuple):
 
 
 def collect(
-    plant: Plant | None = None,
+    plant: Machine | None = None,
     seed: int = 0,
     trials: int = TRIALS,
     volts: Sequence[float] = BELOW_STOP + ABOVE_STOP,
@@ -119,7 +137,7 @@ def collect(
     return StepData(steps, down)
 
 
-def for_fit(plant: Plant | None = None, seed: int = 10_000) -> list[Recording]:
+def for_fit(plant: Machine | None = None, seed: int = 10_000) -> list[Recording]:
     """Runs to fit the better model on: long steps below the stop, steps with cooling, and
     one staircase through minor loops."""
     machine = plant or bench.prepare(Bench(), Sensors())
@@ -133,7 +151,7 @@ def for_fit(plant: Plant | None = None, seed: int = 10_000) -> list[Recording]:
     ]
 
 
-def for_judgement(plant: Plant | None = None, seed: int = 20_000) -> dict[str, Recording]:
+def for_judgement(plant: Machine | None = None, seed: int = 20_000) -> dict[str, Recording]:
     """Runs that nothing is fitted on: steps with cooling, of other noise and length, three
     of them at voltages that are in no other run, and staircases of other levels and times."""
     machine = plant or bench.prepare(Bench(), Sensors())

@@ -60,7 +60,8 @@ def make(folder: Path) -> None:
 
 @contextmanager
 def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
-    """A place for files that all go to `folder` when the block ends well, else nowhere.
+    """A place for files, in folders or not, that all go to `folder` when the block ends well,
+    else nowhere.
 
     `remove`: files of an earlier result that must not stay beside the new ones.
     """
@@ -69,9 +70,12 @@ def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
     try:
         yield place
         folder.mkdir(parents=True, exist_ok=True)
+        moves = {p: folder / p.relative_to(place) for p in sorted(place.rglob("*")) if p.is_file()}
+        for target in moves.values():
+            target.parent.mkdir(parents=True, exist_ok=True)
         for name in remove:
             (folder / name).unlink(missing_ok=True)
-        for path in sorted(place.iterdir()):
-            path.replace(folder / path.name)
+        for path, target in moves.items():
+            path.replace(target)
     finally:
         shutil.rmtree(place, ignore_errors=True)

@@ -6,19 +6,27 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.experiments.claim import COMPUTED, Claim, holds
-from macromicro.models.weighted_gain import Weighted, weighted
+from macromicro.models.weighted_gain import Weighted, exponential, weighted
+
+Array = npt.NDArray[np.float64]
 
 VOLTS = (1.5, 1.6, 1.7, 1.8)
 VALUES = (57.67, 82.72, 93.45, 139.1)
 TOLERANCE = 0.1
 
 
-def curve(
-    low: float = 1.4, high: float = 1.9, points: int = 251
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def curve(low: float = 1.4, high: float = 1.9, points: int = 251) -> tuple[Array, Array]:
     """CTRL [V] and steady temperature [K above ambient], shape (points,) each."""
     volts = np.linspace(low, high, points)
     return volts, np.array([weighted(Weighted(), float(v)) for v in volts])
+
+
+def exponentials(volts: Array) -> tuple[Array, Array]:
+    """The two that (5.8) joins, each by itself [K above ambient]: the lower, at least 0, and
+    the upper, shape of `volts` [V] each."""
+    p = Weighted()
+    lower = [max(0.0, exponential(p.low, float(v))) for v in volts]
+    return np.array(lower), p.scale * np.exp(p.rate * (volts - p.start)) + p.offset
 
 
 def claims() -> list[Claim]:

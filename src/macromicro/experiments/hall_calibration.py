@@ -13,10 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.control.calibration import Calibration
+from macromicro.experiments.machine import Machine, idle_law, play
 from macromicro.identify.hall import calibrate
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
+from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
 from macromicro.settings import Settings
 from macromicro.types import Outputs
@@ -51,17 +53,21 @@ def profile(runs: int) -> tuple[Array, list[slice]]:
     return np.tile(one, runs), parts
 
 
-def collect(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
-    """Runs of (Hall [V], laser [mm]) on the twin, up and down in turn."""
+def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
+    """Runs of (Hall [V], laser [mm]), up and down in turn."""
     ctrl, parts = profile(runs)
+    if isinstance(plant, Fixture):
+        plant.need("the Hall calibration", "hall", "laser")
+        done = play(plant, "Hall calibration", len(ctrl), idle_law(None, ctrl), seed=seed)
+        return [(done["hall"][part], done["laser"][part] * 1e3) for part in parts]
     noise = noise_source(seed).standard_normal((len(ctrl), NOISES))
     out = np.empty((2, len(ctrl)))
     compiled(_open_loop)(plant, bench.initial(plant), ctrl, noise, out, DT)
     return [(out[0, part], out[1, part] * 1e3) for part in parts]
 
 
-def table(plant: Plant | None = None, seed: int = 0) -> Calibration:
-    """The calibration of a twin, by default that of the default bench.
+def table(plant: Machine | None = None, seed: int = 0) -> Calibration:
+    """The calibration of a bench, by default of the twin.
 
     Raises `InputError` when its CTRL ramps do not move the stage over half of the range.
     """

@@ -138,9 +138,14 @@ class CycleTime(NamedTuple):
     extension: float
 
 
+def squares(runs: IntegratedRuns) -> list[MoveResult]:
+    """Every move of the squares, up and down in turn."""
+    return moves_of(runs.square, _squares(), runs.settings)
+
+
 def cycle_time(runs: IntegratedRuns) -> CycleTime:
     """Section 6.4.2: how long the micro-stage takes there and back."""
-    last = moves_of(runs.square, _squares(), runs.settings)[-2:]
+    last = squares(runs)[-2:]
     return CycleTime(*(float("nan") if m.settling_s is None else m.settling_s for m in last))
 
 

@@ -7,18 +7,21 @@ thermocouple, spikes included.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.errors import InputError
+from macromicro.errors import InputError, MacromicroError
+from macromicro.experiments.machine import Oven
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import kiln
 from macromicro.plant.kiln import KilnBench, KilnPlant, KilnState
 from macromicro.recording import Column, Recording
-from macromicro.rig.fixtures import KILN_NOISES, KILN_PERIOD, KilnOutputs, KilnTwin
+from macromicro.rig.fixtures import KILN_NOISES, KILN_PERIOD, KilnOutputs
+from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
 
 Array = npt.NDArray[np.float64]
@@ -121,13 +124,19 @@ def _checked(turns: Sequence[float], ambient: float) -> Array:
     return t
 
 
-def run(
-    plant: KilnPlant, turns: Sequence[float], seed: int = 0, dt: float = KILN_PERIOD
-) -> Recording:
-    """A cold start, then the thermocouple through `turns` [degC], recorded every `dt` [s].
+def _beyond_reach(leg: int, turn: float) -> InputError:
+    reach = f"temperatures that the kiln reaches in {LONGEST_S / 3600.0:g} h"
+    return InputError(f"kiln profile, turns[{leg}]", turn, reach)
+
+
+def run(plant: Oven, turns: Sequence[float], seed: int = 0, dt: float = KILN_PERIOD) -> Recording:
+    """A cold start, then the thermocouple through `turns` [degC], recorded every `dt` [s], or
+    as often as a rig measures.
 
     Raises InputError for a profile that does not turn or that the kiln cannot reach.
     """
+    if isinstance(plant, Fixture):
+        return _on_rig(plant, turns, seed)
     points = _checked(turns, plant.oven.ambient)
     p = Thermostat(points, max(round(CONFIRM_S / dt), 1))
     s, c, tick = kiln.initial(plant), ThermostatState(0, 0), 0
@@ -136,8 +145,7 @@ def run(
     blocks = []
     while c.leg < len(points):
         if tick * dt > LONGEST_S:
-            reach = f"temperatures that the kiln reaches in {LONGEST_S / 3600.0:g} h"
-            raise InputError(f"kiln profile, turns[{c.leg}]", float(points[c.leg]), reach)
+            raise _beyond_reach(c.leg, float(points[c.leg]))
         out = np.empty((7, _CHUNK))
         noise = random.standard_normal((_CHUNK, KILN_NOISES))
         s, c, n = advance(plant, s, p, c, tick, noise, out, dt)
@@ -149,21 +157,35 @@ def run(
     return Recording.from_arrays(COLUMNS, arrays, dt, {"seed": seed})
 
 
-def run_rig(twin: KilnTwin, turns: Sequence[float]) -> Recording:
-    """The same on a rig, sample by sample; only what the rig shows is recorded."""
-    p = Thermostat(_checked(turns, -273.15), max(round(CONFIRM_S / twin.dt), 1))
-    c = ThermostatState(0, 0)
+def _on_rig(rig: Fixture, turns: Sequence[float], seed: int) -> Recording:
+    """The same on a rig, sample by sample; only what the rig shows is recorded.
+
+    A thermocouple that gives no value switches the heater off, and after 6 s ends the run.
+    """
+    rig.need("the kiln's procedure", "thermocouple", "encoder")
+    p = Thermostat(_checked(turns, -273.15), max(round(CONFIRM_S / rig.dt), 1))
+    c, silent, k = ThermostatState(0, 0), 0, 0
     rows = []
-    with twin:
+    with rig.open(seed) as session:
+        session.idle(rig.rest)
+        session.restart()
         while c.leg < len(p.turns):
-            sample = twin.read()
+            if k * rig.dt > LONGEST_S:
+                raise _beyond_reach(c.leg, float(p.turns[c.leg]))
+            sample = session.read()
             c, on = command(p, c, sample.thermocouple)
-            place = sample.encoder * twin.plant.encoder.pitch * 1e3
+            silent = silent + 1 if math.isnan(sample.thermocouple) else 0
+            if silent > p.confirm:
+                lost = "the thermocouple gives no value, the heater is off; check its plug"
+                raise MacromicroError(f"{rig.name}: {lost}")
+            on = 0.0 if silent else on
+            place = sample.encoder * rig.pitch * 1e3
             rows.append((sample.t, sample.thermocouple, sample.encoder, place, on))
-            twin.write(KilnOutputs(on))
-            twin.clock.wait(twin.dt)
-    block = np.array(rows).T
-    return Recording.from_arrays(_SHOWN, block, twin.dt, {})
+            session.write(KilnOutputs(on))
+            session.clock.wait(rig.dt)
+            k += 1
+    about: dict[str, str | int | float] = {"seed": seed, "rig": rig.name}
+    return Recording.from_arrays(_SHOWN, np.array(rows).T, rig.dt, about)
 
 
 def cycles(maxima: Sequence[float] = MAXIMA, cold: float = COLD) -> list[float]:
@@ -187,8 +209,8 @@ class KilnData(NamedTuple):
     tests: list[Recording]
 
 
-def collect(bench: KilnBench | None = None, seed: int = 0) -> KilnData:
-    """The whole procedure on the virtual kiln: about half a day of its time."""
-    plant = kiln.prepare(bench or KilnBench())
+def collect(oven: Oven | None = None, seed: int = 0) -> KilnData:
+    """The whole procedure, by default on the virtual kiln: about half a day of its time."""
+    plant = oven or kiln.prepare(KilnBench())
     tests = [run(plant, turns, seed + 1 + k) for k, turns in enumerate(profiles())]
     return KilnData(run(plant, cycles(), seed), tests)

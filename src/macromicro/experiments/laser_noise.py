@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,12 +13,14 @@ from macromicro.control import pi
 from macromicro.control.pi import PiAntiWindup
 from macromicro.experiments import electrothermal
 from macromicro.experiments.claim import CALIBRATED, PREDICTED, Claim, within
+from macromicro.experiments.machine import Machine, play, recorded
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
 from macromicro.recording import Column, Recording
+from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
-from macromicro.types import Outputs
+from macromicro.types import Command, Outputs, Sample
 
 Array = npt.NDArray[np.float64]
 
@@ -55,15 +58,42 @@ def _by_laser(
         s = bench.advance(p, s, Outputs(0.0, ctrl, 0.0, 0.0), noise[k, 2], dt)
 
 
-def controlled(plant: Plant, target: float, law: PiAntiWindup = CALMER, seed: int = 0) -> Recording:
+def controlled(
+    plant: Machine, target: float, law: PiAntiWindup = CALMER, seed: int = 0
+) -> Recording:
     """A step to `target` [mm] by the laser's reading, held for 40 s."""
     n = round((SETTLE_S + WINDOW_S) / DT)
+    if isinstance(plant, Fixture):
+        return _on_rig(plant, target, law, seed, n)
     out = np.empty((3, n))
     noise = noise_source(seed).standard_normal((n, NOISES))
     compiled(_by_laser)(plant, bench.initial(plant), law, target, noise, out, DT)
     ctrl, laser, micro = out
     arrays = [np.arange(n) * DT, np.full(n, target), ctrl, laser * 1e6, micro * 1e3]
     return Recording.from_arrays(COLUMNS, arrays, DT, {"seed": seed})
+
+
+def _on_rig(rig: Fixture, target: float, law: PiAntiWindup, seed: int, n: int) -> Recording:
+    """The same on any rig. The guard follows it by the Hall sensor, where there is one."""
+    rig.need("control by the laser", "laser")
+    integral = 0.0
+    command = Command(0.0, 0.0, target, 1.0 if rig.has("hall") else 0.0, math.nan)
+
+    def hold(k: int, sample: Sample) -> tuple[Command, Outputs]:
+        nonlocal integral
+        ctrl = 0.0
+        if not math.isnan(sample.laser):
+            integral, ctrl = pi.step(law, integral, target - 1e3 * sample.laser, DT)
+        return command, Outputs(0.0, ctrl, 0.0, 0.0)
+
+    done = play(rig, "control by the laser", n, hold, seed=seed)
+    values = {
+        "t": done["t"],
+        "micro_reference": np.full(n, target),
+        "ctrl": done["ctrl"],
+        "laser": done["laser"] * 1e6,
+    }
+    return recorded(rig, COLUMNS, values, DT, seed)
 
 
 class LaserRuns(NamedTuple):
@@ -75,7 +105,7 @@ class LaserRuns(NamedTuple):
     calmer: list[Recording]
 
 
-def collect(plant: Plant | None = None, seed: int = 0) -> LaserRuns:
+def collect(plant: Machine | None = None, seed: int = 0) -> LaserRuns:
     """The whole procedure on a bench, by default the default one."""
     machine = plant or bench.prepare(Bench(), Sensors())
     still = electrothermal.step(0.0, RECORDS * WINDOW_S)

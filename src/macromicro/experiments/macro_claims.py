@@ -4,22 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from macromicro.experiments import macro_friction, macro_identification
 from macromicro.experiments.claim import CALIBRATED, Claim, holds, within
 from macromicro.experiments.macro_identification import MacroModel
 from macromicro.identify.deadzone import DeadZone
-from macromicro.plant import bench
-from macromicro.settings import Settings
 
 _FROM = "follows from the parameters that were chosen for M3 and M4a"
-
-
-def claims(settings: Settings | None = None, seed: int = 0) -> list[Claim]:
-    """M1 to M6 measured on the bench of `settings`; `seed`: where the steps begin."""
-    chosen = Settings() if settings is None else settings
-    plant = bench.prepare(chosen.bench, chosen.sensors)
-    zone = macro_friction.measured(plant)
-    return [friction(zone), *identification(macro_identification.measured(plant, seed))]
 
 
 def friction(zone: DeadZone) -> Claim:

@@ -1,7 +1,6 @@
 """The macro-stage under its three controllers (Sections 4.3 and 6.4.2): M9 to M16.
 
-`claims` also states what the files beside this one measure: M7 and M8
-(`macro_validation`), M11 and M12 (`macro_design`).
+Design and tuning, M11 to M12, are measured by `macro_design`.
 """
 
 from __future__ import annotations
@@ -13,9 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import signals
-from macromicro.columns import COLUMNS
-from macromicro.experiments import macro_design, macro_identification, macro_validation
+from macromicro.experiments import (
+    macro_design,
+    macro_identification,
+    macro_validation,
+    programmed,
+)
 from macromicro.experiments.claim import CALIBRATED, PREDICTED, Claim, holds, within
+from macromicro.experiments.machine import Machine
+from macromicro.experiments.macro_design import Design
 from macromicro.experiments.macro_drive import (
     closed_loop,
     law,
@@ -28,15 +33,12 @@ from macromicro.experiments.macro_drive import (
     swings,
 )
 from macromicro.experiments.macro_friction import DT
-from macromicro.experiments.macro_identification import MacroModel as Found
+from macromicro.experiments.programmed import Runner
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, MacroModel
-from macromicro.plant import bench
-from macromicro.plant.bench import Plant
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 from macromicro.settings import Settings
-from macromicro.simulate import simulate
 
 Array = npt.NDArray[np.float64]
 
@@ -70,23 +72,15 @@ class Tracking(NamedTuple):
 
 
 class MacroData(NamedTuple):
-    """Recordings of this file: steps of 2800 counts by law, the initial model's step
-    (Figure 4.20, counts), decaying squares (Figures 4.24, 4.25), a full-travel move."""
+    """What Section 4.3 shows: steps of 2800 counts by law, the initial model's step (Figure
+    4.20, counts), the design (Figures 4.22, 4.23), decaying squares (Figures 4.24, 4.25), a
+    full-travel move of the whole system."""
 
     steps: dict[str, Recording]
     initial_model: Array
+    design: Design
     square: Square
     travel: Recording
-
-
-class _Kept:
-    """A sink that keeps everything."""
-
-    def __init__(self) -> None:
-        self.blocks: list[Array] = []
-
-    def append(self, block: Array) -> None:
-        self.blocks.append(block)
 
 
 def decaying() -> Array:
@@ -95,27 +89,32 @@ def decaying() -> Array:
     return signals.decaying_square(t, 1260.0, 2.0 * HOLD * DT, 280.0, 0.5 * TRAVEL)
 
 
-def collect(settings: Settings, found: Found, seed: int = 0) -> MacroData:
-    """All runs; `found`: the bench's identified model, for the simulations."""
-    plant = bench.prepare(settings.bench, settings.sensors)
+def collect(
+    plant: Machine, settings: Settings, seed: int = 0, run: Runner = programmed.on_twin
+) -> MacroData:
+    """All runs on the bench `plant`, and the simulations with the models identified on it.
+
+    `run` drives the full-travel move under `settings`.
+    """
     steps = {
         name: closed_loop(plant, law(name), np.full(round(STEP_SECONDS[name] / DT), TRAVEL))
         for name in LAWS
     }
     reference = decaying()
     measured = {name: closed_loop(plant, law(name), reference) for name in LAWS}
-    fitted = macro_validation.fitted(found)
+    model = macro_validation.fitted(macro_identification.measured(plant, seed))
     aim = np.full(len(steps["pd-initial"]), TRAVEL)
-    initial, _ = macro.closed_loop(fitted._replace(kind=INITIAL), law("pd-initial"), aim)
+    initial, _ = macro.closed_loop(model._replace(kind=INITIAL), law("pd-initial"), aim)
     return MacroData(
         steps,
         initial,
+        macro_design.collect(plant),
         Square(
             reference,
-            {name: run["macro_position"] for name, run in measured.items()},
-            simulated(fitted, reference),
+            {name: r["macro_position"] for name, r in measured.items()},
+            simulated(model, reference),
         ),
-        full_travel(settings, seed),
+        full_travel(settings, seed, run),
     )
 
 
@@ -124,7 +123,7 @@ def simulated(model: MacroModel, reference: Array) -> Array:
     return macro.closed_loop(model, law("pd-tuned"), reference)[0]
 
 
-def full_travel(settings: Settings, seed: int = 0) -> Recording:
+def full_travel(settings: Settings, seed: int = 0, run: Runner = programmed.on_twin) -> Recording:
     """One move of 2800 counts by the whole system, laser and all."""
     move = Programme(
         "full travel",
@@ -135,9 +134,7 @@ def full_travel(settings: Settings, seed: int = 0) -> Recording:
         math.nan,
         "",
     )
-    kept = _Kept()
-    simulate(settings, move, kept, seed=seed)
-    return Recording.from_arrays(COLUMNS, list(np.hstack(kept.blocks)), DT, {"seed": seed})
+    return run(move, settings, seed, False)
 
 
 def tracking(x: Array, reference: Array) -> Tracking:
@@ -160,17 +157,12 @@ def counts_per_200_mm(run: Recording) -> float:
     return float(gone / ((run["laser"][last] - run["laser"][0]) * 1e-3) * 200.0)
 
 
-def claims(settings: Settings | None = None, seed: int = 0) -> list[Claim]:
-    """M7 to M16 measured on the bench of `settings`."""
-    chosen = Settings() if settings is None else settings
-    plant: Plant = bench.prepare(chosen.bench, chosen.sensors)
-    found = macro_identification.measured(plant, seed)
-    data = collect(chosen, found, seed)
+def claims(data: MacroData) -> list[Claim]:
+    """M9 to M16 from what was collected."""
     return [
-        *macro_validation.claims(macro_validation.collect(plant, found)),
         pid(data.steps["pid"]),
         initial_pd(data.steps["pd-initial"], data.initial_model),
-        *macro_design.claims(plant),
+        *macro_design.claims(data.design),
         tuned_pd(data.square),
         full_move(data.steps["pd-tuned"]),
         ranking(data.square),

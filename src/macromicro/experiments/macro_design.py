@@ -25,11 +25,11 @@ from macromicro.design.margins import (
     pd_by_time,
 )
 from macromicro.experiments.claim import COMPUTED, PREDICTED, Claim, holds, within
+from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_drive import closed_loop, law, overshoot, settling_time
 from macromicro.experiments.macro_friction import DT
 from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, position_transfer
-from macromicro.plant.bench import Plant
 
 Array = npt.NDArray[np.float64]
 
@@ -60,6 +60,42 @@ class Trial(NamedTuple):
     settled: float
     position: Array
     effort: Array
+
+
+class Design(NamedTuple):
+    """What the design and its tuning give.
+
+    `ratios`, `frequencies`, `bare`: trials by damping ratio, by crossover [rad/s], and by
+    crossover without derivative action; `printed`: of (4.10); `rule`: of the stated rule;
+    `ratio`: the least damping ratio within the limit, `at_limit` its trial; `rule_on_bench`,
+    `printed_on_bench`: overshoot [counts] and saturated samples there.
+    """
+
+    ratios: dict[float, Trial]
+    frequencies: dict[float, Trial]
+    bare: dict[float, Trial]
+    printed: Trial
+    rule: Trial
+    ratio: float
+    at_limit: Trial
+    rule_on_bench: tuple[float, int]
+    printed_on_bench: tuple[float, int]
+
+
+def collect(plant: Machine) -> Design:
+    """The sweeps, the rule's controller and (4.10), these two on the bench as well."""
+    printed, rule, ratio = trial(TUNED_TAPS), chosen(), ratio_below_limit()
+    return Design(
+        sweep_ratios(),
+        sweep_frequencies(),
+        sweep_frequencies(0.0),
+        printed,
+        rule,
+        ratio,
+        trial(at_ratio(ratio)),
+        on_bench(plant, rule.taps),
+        on_bench(plant, printed.taps),
+    )
 
 
 def crossover(taps: PdTaps, linear: Linear = Linear()) -> Crossover:  # noqa: B008
@@ -134,7 +170,7 @@ def ratio_below_limit() -> float:
     return high
 
 
-def on_bench(plant: Plant, taps: PdTaps) -> tuple[float, int]:
+def on_bench(plant: Machine, taps: PdTaps) -> tuple[float, int]:
     """Overshoot [counts] and saturated samples after the first, of the step on the bench.
 
     From 100 counts below zero, so that the end stop at 3000 counts cannot hide anything.
@@ -146,9 +182,9 @@ def on_bench(plant: Plant, taps: PdTaps) -> tuple[float, int]:
     return overshoot(run["macro_position"], target), int(np.count_nonzero(full))
 
 
-def claims(plant: Plant) -> list[Claim]:
+def claims(design: Design) -> list[Claim]:
     """M11, M11b (arithmetic on printed figures) and M12."""
-    return [*_margins(), _tuning(plant)]
+    return [*_margins(), _tuning(design)]
 
 
 def _margins() -> list[Claim]:
@@ -186,11 +222,11 @@ def _margins() -> list[Claim]:
     ]
 
 
-def _tuning(plant: Plant) -> Claim:
-    printed, rule, asked = trial(TUNED_TAPS), chosen(), trial(at_ratio(1.05))
-    over, full = on_bench(plant, rule.taps)
-    over_printed, full_printed = on_bench(plant, printed.taps)
-    bare = sweep_frequencies(0.0)
+def _tuning(design: Design) -> Claim:
+    printed, rule, asked = design.printed, design.rule, design.ratios[1.05]
+    over, full = design.rule_on_bench
+    over_printed, full_printed = design.printed_on_bench
+    least = min(t.overshoot for t in design.bare.values())
     good = rule.overshoot < SMALL and rule.saturated == 0 and over == 0.0 and full == 0
     return Claim(
         "M12",
@@ -199,7 +235,7 @@ def _tuning(plant: Plant) -> Claim:
         "nor saturates beyond the first sample. The number is the damping ratio that peaks "
         "at the limit",
         1.05,
-        ratio_below_limit(),
+        design.ratio,
         "",
         holds(good),
         "The verdict is the rule's: derivative time of (4.10), crossover lowered to "
@@ -211,7 +247,7 @@ def _tuning(plant: Plant) -> Claim:
         f"then {printed.peak:.2f} V: it saturates for {printed.saturated} samples "
         f"({full_printed} on the bench) and goes {printed.overshoot:.2f} counts over "
         f"({over_printed:.0f}). Without derivative action no crossover from 9.91 to 2 rad/s "
-        f"leaves less than {min(t.overshoot for t in bare.values()):.0f} counts of overshoot: "
+        f"leaves less than {least:.0f} counts of overshoot: "
         "the derivative time removes it, not the lower frequency.",
         PREDICTED,
     )

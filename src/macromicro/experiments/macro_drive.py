@@ -16,12 +16,15 @@ from macromicro.control import macro as control
 from macromicro.control import settings
 from macromicro.control.macro import MacroLaw, MacroMemory
 from macromicro.control.settings import Control
+from macromicro.experiments.machine import Machine, play, recorded
 from macromicro.experiments.macro_friction import DT
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import amplifier, carriage, encoder
 from macromicro.plant.bench import Plant
 from macromicro.plant.carriage import MacroState
 from macromicro.recording import Recording
+from macromicro.rig.session import Fixture
+from macromicro.types import Command, Outputs, Sample
 
 Array = npt.NDArray[np.float64]
 
@@ -53,18 +56,40 @@ def law(name: str) -> MacroLaw:
 
 
 def closed_loop(
-    plant: Plant, controller: MacroLaw, reference: npt.ArrayLike, start: float = 0.0
+    plant: Machine, controller: MacroLaw, reference: npt.ArrayLike, start: float = 0.0
 ) -> Recording:
-    """One run on the twin: `reference` [counts] a sample each ms, from rest at `start` [counts].
+    """One run: `reference` [counts] a sample each ms, from rest at `start` [counts].
 
     The recording has the columns `NAMES`.
     """
     aim = np.ascontiguousarray(reference, dtype=np.float64)
+    if isinstance(plant, Fixture):
+        return _on_rig(plant, controller, aim, start)
     out = np.empty((3, len(aim)))
     s = carriage.at_rest((start + 0.5) * plant.encoder.pitch)
     compiled(_closed_loop)(plant, controller, s, aim, out, DT)
     columns = dict(zip(NAMES, (np.arange(len(aim)) * DT, aim, *out), strict=True))
     return Recording.from_arrays(_SHOWN, [columns[c.name] for c in _SHOWN], DT, {})
+
+
+def _on_rig(rig: Fixture, controller: MacroLaw, aim: Array, start: float) -> Recording:
+    """The same on any rig."""
+    rig.need("the macro-stage under control", "encoder")
+    memory = MacroMemory(0.0, 0.0)
+    integral = np.empty_like(aim)
+
+    def follow(k: int, sample: Sample) -> tuple[Command, Outputs]:
+        nonlocal memory
+        motor = 0.0
+        # A missing reading gives no effort and leaves the memory: the guard counts how long.
+        if not math.isnan(sample.encoder):
+            memory, motor = control.step(controller, memory, float(aim[k]) - sample.encoder, DT)
+        integral[k] = memory.integral
+        return Command(float(aim[k]), 1.0, 0.0, 0.0, 0.0), Outputs(motor, 0.0, 0.0, 0.0)
+
+    done = play(rig, "the macro-stage under control", len(aim), follow, start=start)
+    columns = (done["t"], aim, done["encoder"], done["motor"], integral)
+    return recorded(rig, _SHOWN, dict(zip(NAMES, columns, strict=True)), DT, 0)
 
 
 def rise_time(x: Array, target: float, share: float = 0.98) -> float:

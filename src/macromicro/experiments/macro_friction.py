@@ -5,18 +5,21 @@ Only what a rig shows is used: commanded volts and encoder counts.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.columns import COLUMNS
+from macromicro.experiments.machine import Machine, idle_law, play, recorded
 from macromicro.identify.deadzone import DeadZone, dead_zone
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import amplifier, carriage, encoder
 from macromicro.plant.bench import Plant
 from macromicro.plant.carriage import MacroState
 from macromicro.recording import Recording
+from macromicro.rig.session import Fixture
 
 Array = npt.NDArray[np.float64]
 
@@ -40,12 +43,14 @@ def _open_loop(p: Plant, s: MacroState, volts: Array, out: Array, dt: float) -> 
         latched = amplifier.convert(p.amplifier, volts[k])
 
 
-def open_loop(plant: Plant, volts: npt.ArrayLike, start: float) -> Recording:
-    """One run on the twin: `volts` [V at the D/A] a sample each ms, from rest at `start` [counts].
+def open_loop(plant: Machine, volts: npt.ArrayLike, start: float) -> Recording:
+    """One run: `volts` [V at the D/A] a sample each ms, from rest at `start` [counts].
 
     The recording has the columns t, macro_position and motor.
     """
     sent = np.ascontiguousarray(volts, dtype=np.float64)
+    if isinstance(plant, Fixture):
+        return _on_rig(plant, sent, start)
     out = np.empty_like(sent)
     s = carriage.at_rest(start * plant.encoder.pitch)
     compiled(_open_loop)(plant, s, sent, out, DT)
@@ -53,8 +58,17 @@ def open_loop(plant: Plant, volts: npt.ArrayLike, start: float) -> Recording:
     return Recording.from_arrays(_SHOWN, [arrays[c.name] for c in _SHOWN], DT, {})
 
 
+def _on_rig(rig: Fixture, volts: Array, start: float) -> Recording:
+    """The same on any rig."""
+    rig.need("an open-loop run of the macro-stage", "encoder")
+    law = idle_law(volts, None)
+    done = play(rig, "open loop of the macro-stage", len(volts), law, start=math.floor(start))
+    values = {"t": done["t"], "macro_position": done["encoder"], "motor": done["motor"]}
+    return recorded(rig, _SHOWN, values, DT, 0)
+
+
 def collect(
-    plant: Plant, voltages: Sequence[float] = VOLTAGES, starts: Sequence[float] = STARTS
+    plant: Machine, voltages: Sequence[float] = VOLTAGES, starts: Sequence[float] = STARTS
 ) -> list[Recording]:
     """A run at each voltage [V], in both directions, from each start [counts, from its own end]."""
     runs = []
@@ -67,6 +81,6 @@ def collect(
     return runs
 
 
-def measured(plant: Plant) -> DeadZone:
+def measured(plant: Machine) -> DeadZone:
     """Dead zone of a bench by the whole procedure (M1)."""
     return dead_zone(collect(plant), travel=TRAVEL)

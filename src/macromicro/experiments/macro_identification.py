@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_friction import DT, TRAVEL, open_loop
 from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.records import average_runs, differentiated
 from macromicro.identify.refined import mls
-from macromicro.plant.bench import Plant
 from macromicro.recording import Recording
 from macromicro.rig.twin import noise_source
 
@@ -41,7 +41,7 @@ class MacroModel(NamedTuple):
 
 
 def collect(
-    plant: Plant, seed: int = 0, width: float = WIDTH, runs: int = RUNS
+    plant: Machine, seed: int = 0, width: float = WIDTH, runs: int = RUNS
 ) -> dict[float, list[Recording]]:
     """Recordings of `runs` steps for each V [V], directions in turn, from places near each end."""
     draw = noise_source(seed)
@@ -82,6 +82,6 @@ def _steady(x: Array) -> float:
     return float(half[-1] - half[0]) / ((len(half) - 1) * DT)
 
 
-def measured(plant: Plant, seed: int = 0) -> MacroModel:
+def measured(plant: Machine, seed: int = 0) -> MacroModel:
     """The whole procedure on a bench (M2 to M6)."""
     return identified(collect(plant, seed))

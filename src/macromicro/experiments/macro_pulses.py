@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_friction import TRAVEL, open_loop
-from macromicro.plant.bench import Plant
 from macromicro.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -29,6 +29,6 @@ def pulses(repeats: int = 2) -> Array:
     return np.concatenate(parts)
 
 
-def collect(plant: Plant, start: float = 0.5 * sum(TRAVEL)) -> Recording:
+def collect(plant: Machine, start: float = 0.5 * sum(TRAVEL)) -> Recording:
     """One record from rest at `start` [counts]: columns t, macro_position and motor."""
     return open_loop(plant, pulses(), start + 0.5)

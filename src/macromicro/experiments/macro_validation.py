@@ -13,12 +13,12 @@ import numpy.typing as npt
 
 from macromicro import signals
 from macromicro.experiments.claim import PREDICTED, Claim, holds
+from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_drive import nrmse
 from macromicro.experiments.macro_friction import DT, open_loop
 from macromicro.experiments.macro_identification import MacroModel as Found
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, TUNED, Linear, MacroModel
-from macromicro.plant.bench import Plant
 
 Array = npt.NDArray[np.float64]
 
@@ -57,7 +57,7 @@ def fitted(found: Found, kind: int = TUNED) -> MacroModel:
     return MacroModel(linear, kind, zone.width, zone.both.a0, zone.both.delta)
 
 
-def collect(plant: Plant, found: Found) -> list[Case]:
+def collect(plant: Machine, found: Found) -> list[Case]:
     """The six panels: the bench by open-loop runs, both models on the same volts."""
     cases = []
     for volts, half in HALVES.items():

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from macromicro.design.response import entry, smoothed
 from macromicro.experiments import electrothermal
+from macromicro.experiments.machine import Machine
 from macromicro.experiments.programmed import Runner, micro_steps, moves_of, on_twin
 from macromicro.plant import bench
 from macromicro.recording import Recording
@@ -28,6 +29,9 @@ FIRST_RESPONSE = tuple(float(v) for v in np.round(np.arange(1.26, 1.521, 0.02), 
 RESPONDS_UM = 20.0
 GAINS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 INTEGRAL_GAINS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.25, 3.0, 4.5)
+# With anti-windup, where Ki = Kaw: on the sequence, and on the step to 3.8 mm.
+FIRST_GAINS = (2.25, 10.0)
+HELD_BACK_GAINS = (5.0, 10.0, 20.0, 30.0, 40.0, 60.0, 100.0)
 TARGET_MM = 3.8
 LEVELS, TIMES = (2.0, 3.0, 2.0, 0.0), (1.0, 3.0, 5.0, 7.0)
 HOLDS = (0.3, 0.8, 1.3, 1.8, 2.3, 2.8, 3.3, 3.8, 3.1, 2.4, 1.7, 1.0, 0.3, 2.0, 3.8, 0.5)
@@ -38,47 +42,56 @@ _MEAN = 21  # samples of the centred mean that takes the laser's fast noise
 class MicroRuns(NamedTuple):
     """Recordings. `steps`: open loop, by CTRL [V] (Figure 5.10); `feet`: the same at low CTRL.
 
-    `proportional`, `integral`: steps to 3.8 mm by Kp [V/mm] and by Ki [V/(mm s)] at Kp 3;
-    `pi`, `antiwindup`: the sequence 0 - 2 - 3 - 2 - 0 mm; `held`: 16 levels, by seed.
+    `proportional`, `integral`, `held_back`: steps to 3.8 mm by Kp [V/mm], by Ki [V/(mm s)] at
+    Kp 3, and by Ki = Kaw with anti-windup; `pi`, `antiwindup`: the sequence 0 - 2 - 3 - 2 -
+    0 mm; `gentle`: the same with anti-windup and lower Ki = Kaw; `held`: 16 levels, by seed.
     """
 
     steps: dict[float, Recording]
     feet: dict[float, Recording]
     proportional: dict[float, Recording]
     integral: dict[float, Recording]
+    held_back: dict[float, Recording]
     pi: Recording
     antiwindup: Recording
+    gentle: dict[float, Recording]
     held: list[Recording]
     settings: Settings
 
 
-def collect(settings: Settings | None = None, seed: int = 0, run: Runner = on_twin) -> MicroRuns:
-    """The whole procedure. `run` drives the closed loops: the twin, or another rig."""
+def collect(
+    settings: Settings | None = None,
+    seed: int = 0,
+    run: Runner = on_twin,
+    plant: Machine | None = None,
+) -> MicroRuns:
+    """The whole procedure. `run` drives the closed loops: the twin, or another rig; `plant`
+    is driven in open loop, by default the bench of `settings`."""
     base = settings or Settings()
-    plant = bench.prepare(base.bench, base.sensors)
+    machine = plant or bench.prepare(base.bench, base.sensors)
 
     def opened(volts: float, seconds: float) -> Recording:
         ctrl = electrothermal.step(volts, seconds)
-        return electrothermal.run(plant, ctrl, seed, 10 if seconds > 30.0 else 1)
+        return electrothermal.run(machine, ctrl, seed, 10 if seconds > 30.0 else 1)
 
     def closed(law: str, levels: Sequence[float], hold: float, **gains: float) -> Recording:
         return run(micro_steps(levels, hold), _with(base, law, **gains), seed, False)
 
-    def sequence(law: str) -> Recording:
-        return run(micro_steps(LEVELS, 2.0, TIMES), _with(base, law), seed, False)
+    def sequence(law: str, **gains: float) -> Recording:
+        return run(micro_steps(LEVELS, 2.0, TIMES), _with(base, law, **gains), seed, False)
 
-    top = [TARGET_MM]
+    top, best = [TARGET_MM], "pi-antiwindup"
     return MicroRuns(
         steps={v: opened(v, 200.0) for v in BELOW_STOP}
         | {v: opened(v, 20.0) for v in AT_STOP + ABOVE_STOP},
         feet={v: opened(v, 60.0) for v in FIRST_RESPONSE},
         proportional={k: closed("p", top, 6.0, kp=k) for k in GAINS},
         integral={k: closed("pi", top, 15.0, ki=k) for k in INTEGRAL_GAINS},
+        held_back={k: closed(best, top, 6.0, ki=k, kaw=k) for k in HELD_BACK_GAINS},
         pi=sequence("pi"),
-        antiwindup=sequence("pi-antiwindup"),
-        held=[
-            run(micro_steps(HOLDS), _with(base, "pi-antiwindup"), seed + k, False) for k in range(3)
-        ],
+        antiwindup=sequence(best),
+        gentle={k: sequence(best, ki=k, kaw=k) for k in FIRST_GAINS},
+        held=[run(micro_steps(HOLDS), _with(base, best), seed + k, False) for k in range(3)],
         settings=base,
     )
 
@@ -145,6 +158,16 @@ def chosen_integral_gain(integral: dict[float, Recording]) -> float:
     return max(calm, default=float("nan"))
 
 
+def unrest(recording: Recording, seconds: float = 3.0) -> float:
+    """Peak to peak [V] of the integral effort over the last `seconds`, less a straight line;
+    NaN for a run that the guard cut short."""
+    if not recording.attributes.get("finished", 1):
+        return float("nan")
+    late = recording["micro_integral"][-round(seconds / recording.dt) - 1 : -1]
+    at = np.arange(len(late))
+    return float(np.ptp(late - np.polyval(np.polyfit(at, late, 1), at)))
+
+
 def error_after(recording: Recording, step: float, seconds: float = 1.0) -> float:
     """Reference minus laser [um] `seconds` after a step at `step` [s], mean of 21 samples."""
     k = round((step + seconds) / recording.dt)
@@ -175,13 +198,17 @@ def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
     return found
 
 
-def worst_hold(runs: MicroRuns) -> float:
-    """Largest error [um] of a hold: target minus the laser's mean over its last 0.5 s."""
+def hold_errors(runs: MicroRuns) -> Array:
+    """Level [mm] and error [um] of every hold, shape (2, holds): target minus the laser's mean
+    over the hold's last 0.5 s. NaN for a hold that was cut short."""
     programme = micro_steps(HOLDS)
-    errors = [
-        float("nan") if m.final_error is None else abs(m.final_error)
-        for r in runs.held
-        for m in moves_of(r, programme, runs.settings)
-    ]
+    found = [m for r in runs.held for m in moves_of(r, programme, runs.settings)]
+    errors = [float("nan") if m.final_error is None else m.final_error for m in found]
+    return np.array([[1e-3 * m.target for m in found], errors])
+
+
+def worst_hold(runs: MicroRuns) -> float:
+    """Largest error [um] of a hold; NaN unless every hold was held."""
+    errors = np.abs(hold_errors(runs)[1])
     whole = len(errors) == len(HOLDS) * len(runs.held)
-    return max(errors) if whole and np.isfinite(errors).all() else float("nan")
+    return float(errors.max()) if whole and np.isfinite(errors).all() else float("nan")

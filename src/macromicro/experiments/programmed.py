@@ -9,14 +9,21 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from macromicro import simulate
+from macromicro import loop, simulate
 from macromicro.columns import COLUMNS
+from macromicro.control import settings as control_settings
+from macromicro.control import supervisor
+from macromicro.control.two_stage import TwoStage
 from macromicro.design import response
 from macromicro.design.response import MoveResult
 from macromicro.errors import InputError
+from macromicro.experiments.machine import FLAGS, approach, known, recorded, watchdog
 from macromicro.loop import PERIOD
-from macromicro.programme import MICRO, Programme
+from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recording import Recording
+from macromicro.rig.faults import describe
+from macromicro.rig.guarded import Guarded
+from macromicro.rig.session import Fixture
 from macromicro.settings import Settings
 
 
@@ -52,6 +59,59 @@ def on_twin(
         "finished": int(outcome.finished),
     }
     return Recording.from_arrays(COLUMNS, np.concatenate(sink.blocks, axis=1), PERIOD, attributes)
+
+
+def on_rig(fixture: Fixture) -> Runner:
+    """Programmes on this rig: from cold, the carriage at rest at 0 counts, through the guard.
+
+    A recording has what the rig measures, and nothing true. If the guard stops the run, the
+    recording ends there, its attribute `finished` is 0 and `fault` says why.
+    """
+
+    def run(
+        programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
+    ) -> Recording:
+        _check(fixture, programme)
+        control = control_settings.prepare(settings.controller, fan, fixture.table)
+        limits = watchdog(settings.guard, control.calibration)
+        blocks = _Blocks()
+        with fixture.open(seed) as session:
+            session.cold(fixture.rest)
+            if fixture.has("encoder"):
+                approach(fixture._replace(limits=settings.guard), session, 0.0)
+            session.restart()
+            rig = Guarded(session, limits, PERIOD)
+            longest = round(simulate.longest(settings, programme) / PERIOD)
+            last = loop.run(
+                rig,
+                TwoStage(control),
+                simulate.plan(programme),
+                PERIOD,
+                supervisor.begin(0.0),
+                blocks.append,
+                longest,
+            )
+        rows = np.concatenate(blocks.blocks, axis=1)
+        values = {c.name: row for c, row in zip(COLUMNS, rows, strict=True)}
+        values |= {name: known(values[name]) for name in FLAGS}
+        attributes: dict[str, str | int | float] = {
+            "programme": programme.title,
+            "fan": int(fan),
+            "finished": int(last.phase == supervisor.DONE),
+        }
+        fault = describe(rig.watch)
+        if fault is not None:
+            attributes["fault"] = f"{fault.message} {fault.evidence}"
+        return recorded(fixture, COLUMNS, values, PERIOD, seed, attributes)
+
+    return run
+
+
+def _check(fixture: Fixture, programme: Programme) -> None:
+    """InputError unless the rig measures what the programme's stages are controlled by."""
+    for stage, name, channel in ((MACRO, "macro", "encoder"), (MICRO, "micro", "hall")):
+        if np.any(programme.stage == stage):
+            fixture.need(f"a programme with {name} moves", channel)
 
 
 def moves_of(recording: Recording, programme: Programme, settings: Settings) -> list[MoveResult]:

@@ -1,21 +1,14 @@
-"""Sensor and flexure design (Sections 3.2.2-3.2.3): claims D1-D8 and D11.
+"""Sensor and flexure design (Sections 3.2.2-3.2.3): claims D1-D5, D7, D8 and D11.
 
-The design sheets with the thesis' numbers, and the calibration's slope (D6) measured on a
-bench by the procedure of Figure 3.9.
+The design sheets with the thesis' numbers; the calibration (D6) is in `hall_slopes`.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
 from macromicro.design import flexure_sheet, hall_sensors, magnets, resolution
 from macromicro.design.flexure_sheet import GRAM_FORCE, Beam
 from macromicro.design.resolution import INCH
-from macromicro.experiments import hall_calibration
 from macromicro.experiments.claim import (
-    CALIBRATED,
     COMPUTED,
     DIFFERS,
     REPRODUCED,
@@ -23,9 +16,6 @@ from macromicro.experiments.claim import (
     holds,
     within,
 )
-from macromicro.identify.hall import calibrated
-from macromicro.plant import bench
-from macromicro.plant.bench import Bench, Plant, Sensors
 
 FEEDBACK = "3.2.3"
 SPAN, BITS = 5.0, 12  # V, beside the sign bit
@@ -36,41 +26,9 @@ FLUX_CHANGES = (460.0, 305.0, 144.0, 146.0, 167.0, 122.0, 213.0)
 SHORTLIST = ("SS495A", "SS495A1", "SS495A2", "SS94B1", "90215")
 
 
-class Slopes(NamedTuple):
-    """The calibrated sensor on the bench: slopes [um/mV] over the travel and at its two ends,
-    and the converter's step [V] as its readings show it."""
-
-    mean: float
-    extended: float
-    contracted: float
-    step: float
-
-
-def slopes(plant: Plant | None = None, seed: int = 0) -> Slopes:
-    """Run the calibration's ramps and read the slopes off its table.
-
-    Mean: travel over voltage between 0.05 mm from either end; ends: straight lines through
-    the 0.2 mm there.
-    """
-    runs = hall_calibration.collect(plant or bench.prepare(Bench(), Sensors()), seed)
-    fit = calibrated(runs)
-    volts, place = fit.volts, fit.calibration.position
-    seen = np.isfinite(fit.std)
-    low, high = max(0.0, place[seen][0]) + 0.05, min(place[seen][-1], 3.98) - 0.05
-    at = np.interp([low, low + 0.2, high - 0.2, high], place, volts)
-    codes = np.unique(np.concatenate([hall for hall, _ in runs]))
-    return Slopes(
-        float((high - low) / (at[3] - at[0])),
-        float(0.2 / (at[1] - at[0])),
-        float(0.2 / (at[3] - at[2])),
-        float(np.diff(codes).min()),
-    )
-
-
-def claims(plant: Plant | None = None, seed: int = 0) -> list[Claim]:
-    """D1-D8 and D11; the calibration (D6) is run on `plant`, by default the default bench."""
-    found = slopes(plant, seed)
-    return [_flexure(), *_budget(found), _calibrated(found), _magnet(), *_sensor()]
+def claims() -> list[Claim]:
+    """D1-D5, D7, D8 and D11."""
+    return [_flexure(), *_budget(), _magnet(), *_sensor()]
 
 
 def _flexure() -> Claim:
@@ -94,7 +52,7 @@ def _flexure() -> Claim:
     )
 
 
-def _budget(found: Slopes) -> list[Claim]:
+def _budget() -> list[Claim]:
     """D2-D5."""
     b = resolution.budget(SPAN, BITS, SENSITIVITY, SLOPE)
     volts, steep = 1e3 * b.volts, 1e6 * resolution.metres_per_gauss(SLOPE)
@@ -106,7 +64,6 @@ def _budget(found: Slopes) -> list[Claim]:
         ("D5", "travel worth one bit at the ends, predicted", 1.952, place, "um/bit", 0.02),
     )
     why = {
-        "D2": f"the readings of the bench differ by {1e3 * found.step:.4f} mV and multiples",
         "D4": "5.08 before rounding",
         "D5": "with 5.08 um/G instead of the rounded 5",
     }
@@ -124,24 +81,6 @@ def _budget(found: Slopes) -> list[Claim]:
         )
         for key, text, printed, value, unit, tol in rows
     ]
-
-
-def _calibrated(found: Slopes) -> Claim:
-    """D6."""
-    reach = 0.5 * SPAN / SENSITIVITY
-    return Claim(
-        "D6",
-        FEEDBACK,
-        "travel worth one bit after calibration against the laser",
-        0.976,
-        1e6 * resolution.calibrated(found.step, 1e-3 * found.mean),
-        "um/bit",
-        within(found.mean, 0.75, 0.85),
-        f"mean slope {found.mean:.3f} um/mV, {found.extended:.3f} at the extended and "
-        f"{found.contracted:.3f} at the contracted end. The magnets' profile was chosen for the "
-        f"mean; its full 5 V would be +-{reach:.0f} G, beyond the +-670 G of the SS94B1.",
-        CALIBRATED,
-    )
 
 
 def _magnet() -> Claim:
@@ -183,14 +122,14 @@ def _sensor() -> list[Claim]:
             "D8",
             "Table 3.2",
             "Hall sensors with a range over 650 G and the sensitivity of D11",
-            None,
-            None,
+            list(SHORTLIST),
+            names,
             "",
             holds(set(names) == set(SHORTLIST) and "SS94B1" in cheap),
-            f"found: {' '.join(names)}. Below 100 USD: {' '.join(cheap)}; these have equal rows, "
+            f"Below 100 USD: {' '.join(cheap)}; these have equal rows, "
             "so the SS94B1 rests on tolerances that the thesis mentions but does not print.",
             COMPUTED,
-            " ".join(SHORTLIST),
+            "SS94B1 chosen",
         ),
         Claim(
             "D11",

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from macromicro.design import costs
+from macromicro.design.costs import Technology
 from macromicro.experiments.claim import COMPUTED, Claim, holds
 
 COST = 255.0
@@ -50,19 +53,27 @@ def claims() -> list[Claim]:
     ]
 
 
-def table() -> list[tuple[str, str, str, str, str, str]]:
-    """Table 2.1 with our stage first: name, accuracy, range, speed, load, cost, in words."""
-    return [
-        (
-            t.name,
-            _accuracy(t.accuracy),
-            t.travel or "-",
-            t.speed or "-",
-            t.load or "-",
-            _span(t.cost),
-        )
-        for t in (costs.micro_stage(), *costs.TABLE_2_1)
-    ]
+class Words(NamedTuple):
+    """A technology in words, as the tables print it; "-" where they are silent."""
+
+    name: str
+    accuracy: str
+    travel: str
+    speed: str
+    load: str
+    cost: str
+
+
+def words(t: Technology) -> Words:
+    """The technology's name, accuracy [nm], range, speed, load and cost [USD]."""
+    return Words(
+        t.name, _accuracy(t.accuracy), t.travel or "-", t.speed or "-", t.load or "-", _span(t.cost)
+    )
+
+
+def table() -> list[Words]:
+    """Table 2.1 with our stage first."""
+    return [words(t) for t in (costs.micro_stage(), *costs.TABLE_2_1)]
 
 
 def _span(cost: tuple[float, float]) -> str:

@@ -151,13 +151,30 @@ def _open(p: MacroModel, s: MacroModelState, motor: Array, out: Array) -> None:
 
 
 @kernel
-def _closed(
-    p: MacroModel, law: MacroLaw, s: MacroModelState, reference: Array, out: Array
+def whole(x: float) -> float:
+    """The greatest whole number not above `x`, |x| < 2^51, as floats.
+
+    Not `math.floor`, which compiled code reaches only over integers.
+    """
+    nearest = (x + 6755399441055744.0) - 6755399441055744.0  # 1.5 * 2^52: no place for halves
+    return nearest - 1.0 if nearest > x else nearest
+
+
+@kernel
+def rollout(
+    p: MacroModel, law: MacroLaw, s: MacroModelState, reference: Array, counted: bool, out: Array
 ) -> MacroModelState:
+    """The loop of `closed_loop` from `s` on; positions and volts into the rows of `out`."""
     memory = MacroMemory(0.0, 0.0)
+    seen = math.nan
     for k in range(len(reference)):
-        memory, motor = control.step(law, memory, reference[k] - s.x, p.linear.dt)
-        out[0, k], out[1, k] = s.x, motor
+        if not counted:
+            seen = s.x
+        elif not seen <= s.x < seen + 1.0:
+            # Only a new count: the next effort need not wait for the position's arithmetic.
+            seen = whole(s.x)
+        memory, motor = control.step(law, memory, reference[k] - seen, p.linear.dt)
+        out[0, k], out[1, k] = seen, motor
         s = step(p, s, motor)
     return s
 
@@ -171,14 +188,19 @@ def simulate(p: MacroModel, motor: npt.ArrayLike, start: float = 0.0) -> Array:
 
 
 def closed_loop(
-    p: MacroModel, law: MacroLaw, reference: npt.ArrayLike, start: float = 0.0
+    p: MacroModel,
+    law: MacroLaw,
+    reference: npt.ArrayLike,
+    start: float = 0.0,
+    counted: bool = False,
 ) -> tuple[Array, Array]:
     """Position [counts] and D/A volts, (n,), under a control law (Figures 4.19, 4.21).
 
-    `reference`: counts, (n,), a sample each `dt`. The law's own limit saturates the volts.
-    The position is not rounded to counts and the volts act without the bench's delay.
+    `reference`: counts, (n,), a sample each `dt`. The law's own limit saturates the volts,
+    which act without the bench's delay. `counted`: the law sees, and the result holds, the
+    whole counts that an encoder shows (rounded down), else the position itself.
     """
     aim = np.ascontiguousarray(reference, dtype=np.float64)
     out = np.empty((2, len(aim)))
-    compiled(_closed)(p, law, MacroModelState(float(start), 0.0), aim, out)
+    compiled(rollout)(p, law, MacroModelState(float(start), 0.0), aim, counted, out)
     return out[0], out[1]

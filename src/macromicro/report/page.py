@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import base64
-import platform
 from collections.abc import Sequence
-from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,9 +11,9 @@ import macromicro
 from macromicro import config
 from macromicro.experiments.run import Ended
 from macromicro.report import words
+from macromicro.report.provenance import software
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
-_LIBRARIES = ("numpy", "numba", "h5py", "matplotlib")
 
 
 class Picture(NamedTuple):
@@ -59,21 +57,10 @@ def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:
 
 def _provenance(ended: Ended) -> list[tuple[str, str]]:
     """Where the figures come from."""
-    libraries = ", ".join(f"{name} {_version(name)}" for name in _LIBRARIES)
     return [
         ("programme", ended.job.programme.source),
         ("settings", str(ended.job.request.config or "the defaults")),
         ("results", str(ended.job.out)),
-        ("macromicro", macromicro.__version__),
-        ("Python", platform.python_version()),
-        ("libraries", libraries),
-        ("machine", f"{platform.system()} {platform.machine()}"),
+        *software(),
         ("rows recorded", f"{len(ended.recording)}, one every {ended.recording.dt * 1e3:g} ms"),
     ]
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return "unknown"

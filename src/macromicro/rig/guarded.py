@@ -15,6 +15,8 @@ IDLE = Command(0.0, 0.0, 0.0, 0.0, 0.0)
 class Guarded:
     """A `Rig` that refuses illegal outputs and switches off on a fault.
 
+    Of a sensor that the rig does not have (its `channels`) no values are expected.
+
     Before each `write`, tell it with `expect` what the controller is asking for, so that
     following errors can be judged; without it only outputs and sensors are watched.
     """
@@ -27,6 +29,7 @@ class Guarded:
         self._dt = dt
         self._sample: Sample | None = None
         self._command = IDLE
+        self._absent = {f"{c}_age": 0.0 for c in ("encoder", "hall") if c not in rig.channels}
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -55,8 +58,11 @@ class Guarded:
     def write(self, outputs: Outputs) -> None:
         """Write `outputs` if they pass; otherwise, and after any fault, safe values."""
         sample = self._sample if self._sample is not None else self.read()
+        watch = self.watch
+        if self._absent:
+            watch = watch._replace(seen=watch.seen._replace(**self._absent))
         self.watch, self.given = guard.step(
-            self._limits, self.watch, sample, self._command, outputs, self._dt
+            self._limits, watch, sample, self._command, outputs, self._dt
         )
         self.rig.write(self.given)
         self._command = IDLE

@@ -7,7 +7,23 @@ from importlib import import_module
 
 from macromicro.experiments.procedure import Procedure
 
-NAMES = ("laser_noise",)
+NAMES = (
+    "technologies",
+    "actuator_principle",
+    "preisach_geometry",
+    "sensor_design",
+    "hall_calibration",
+    "channels",
+    "macro_friction",
+    "macro_identification",
+    "macro_control",
+    "kiln",
+    "electrothermal",
+    "micro_control",
+    "integrated",
+    "laser_noise",
+    "cycle_testing",
+)
 
 
 def all_procedures() -> list[Procedure]:

@@ -1,0 +1,77 @@
+"""One common job by the package, by C and by its peers; `make bench-peers` runs it.
+
+Prints tables and writes results/peers.json. A peer that cannot be installed or fails becomes
+a row with the reason. Names of peers as arguments leave the others out. Nothing is asserted.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import beside_c
+import hysteresis
+import job as common
+import peers
+from compiling import NoCompilerError, version
+
+import macromicro
+
+RESULTS = Path(__file__).resolve().parents[2] / "results" / "peers.json"
+
+
+def processor() -> str:
+    """The processor's name as far as the system tells it."""
+    place = Path("/proc/cpuinfo")
+    if place.is_file():
+        for line in place.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor()
+
+
+def machine() -> dict[str, Any]:
+    """What the times depend on."""
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    return {
+        "processor": processor(),
+        "cores": os.cpu_count(),
+        "load_at_start": load,
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "macromicro": macromicro.__version__,
+        "compiler": version(),
+    }
+
+
+def main(wanted: list[str]) -> None:
+    """Measure, print, write."""
+    record: dict[str, Any] = {"machine": machine(), "without_c": ""}
+    print("  ".join(f"{name}: {value}" for name, value in record["machine"].items()))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        job = common.default()
+        record["job"] = job._asdict()
+        try:
+            record["beside_c"] = beside_c.measure(job, folder)
+            record["batch"] = beside_c.batches(job, folder)
+            record["preisach"] = [row._asdict() for row in hysteresis.measure(folder)]
+            beside_c.show(record)
+        except NoCompilerError as problem:
+            record["without_c"] = str(problem)
+            print(f"no comparison with C: {problem}")
+        rows = peers.measure(job, folder, wanted)
+        record["peers"] = [row._asdict() for row in rows]
+        peers.show(rows)
+    RESULTS.parent.mkdir(parents=True, exist_ok=True)
+    RESULTS.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+    print(f"written: {RESULTS}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

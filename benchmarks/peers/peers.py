@@ -1,0 +1,135 @@
+"""The peers, each in a process of its own, and the table of them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple
+
+import c_loop
+import environments
+import numpy as np
+from compiling import NoCompilerError
+from job import Job, written
+from rollout import arguments
+from timing import alternating
+
+from macromicro.models import macro
+
+HERE = Path(__file__).resolve().parent
+LONGEST = 600.0  # s, for one peer
+
+
+class Peer(NamedTuple):
+    """Name; its file; its environment ("": this one); the package whose version counts."""
+
+    name: str
+    file: str
+    environment: str = ""
+    package: str = ""
+
+
+PEERS = (
+    Peer("C, cc -O3", "peer_c.py"),
+    Peer("macromicro", "peer_package.py"),
+    Peer("plain Python", "peer_python.py"),
+    Peer("FMPy, unit in C", "peer_fmpy.py", "fmpy", "FMPy"),
+    Peer("jaxonomy", "peer_jaxonomy.py", "jaxonomy", "jaxonomy"),
+    Peer("python-control, one nlsys", "peer_control_single.py", "control", "control"),
+    Peer("python-control, interconnect", "peer_control.py", "control", "control"),
+    Peer("pathsim", "peer_pathsim.py", "pathsim", "pathsim"),
+    Peer("bdsim", "peer_bdsim.py", "bdsim", "bdsim"),
+)
+
+
+class Row(NamedTuple):
+    """A peer: times [s] of import, building and first run (cold), of a later run (median and
+    least of `runs`), warm over C's at the same time, largest differences to the package's
+    interpreted kernels, samples that differ at all; or the reason why there is nothing."""
+
+    name: str
+    version: str
+    cold: float | None = None
+    warm: float | None = None
+    least: float | None = None
+    runs: int = 0
+    ratio: float | None = None
+    counts_off: float | None = None
+    volts_off: float | None = None
+    differing: int | None = None
+    failed: str = ""
+
+
+def expected(job: Job) -> np.ndarray:
+    """Counts and effort by row, from the package's kernels without the compiler."""
+    out = np.empty((2, job.samples))
+    macro.rollout(*arguments(job), out)
+    return out
+
+
+def measure(job: Job, folder: Path, wanted: list[str]) -> list[Row]:
+    """All peers whose name has one of the words `wanted`, or all."""
+    place, right = written(job, folder / "job.json"), expected(job)
+    try:
+        reference = c_loop.compiled(job, folder, stem="loop_reference").run
+    except NoCompilerError:
+        reference = None
+    rows = []
+    for peer in PEERS:
+        if wanted and not any(word.lower() in peer.name.lower() for word in wanted):
+            continue
+        row = one(peer, place, folder, right)
+        if reference is not None and row.warm is not None:
+            row = row._replace(ratio=row.warm / median(alternating([reference], 200)[0]))
+        rows.append(row)
+    return rows
+
+
+def one(peer: Peer, place: Path, folder: Path, right: np.ndarray) -> Row:
+    """One peer, or why not."""
+    version = environments.version(peer.environment, peer.package) if peer.environment else ""
+    out, times = folder / f"{peer.file}.npy", folder / f"{peer.file}.json"
+    try:
+        python = environments.python(peer.environment) if peer.environment else sys.executable
+        print(f"running {peer.name}", file=sys.stderr, flush=True)
+        done = subprocess.run(
+            [str(python), str(HERE / peer.file), str(place), str(out), str(times)],
+            capture_output=True, text=True, timeout=LONGEST, check=False, cwd=folder,
+        )  # fmt: skip
+    except environments.NoEnvironmentError as problem:
+        return Row(peer.name, version, failed=f"not installed: {problem}")
+    except subprocess.TimeoutExpired:
+        return Row(peer.name, version, failed=f"took more than {LONGEST:.0f} s")
+    if done.returncode != 0:
+        words = [w.strip() for w in done.stderr.splitlines() if w.strip()]
+        return Row(peer.name, version, failed=words[-1] if words else f"exit {done.returncode}")
+    found, took = np.load(out), json.loads(times.read_text(encoding="utf-8"))
+    row = Row(peer.name, version, took["cold"], took["warm"], took["least"], took["runs"])
+    if found.shape != right.shape:
+        return row._replace(failed=f"trajectory of shape {found.shape}, not {right.shape}")
+    off = np.abs(found - right)
+    return row._replace(
+        counts_off=float(off[0].max()),
+        volts_off=float(off[1].max()),
+        differing=int((off > 0.0).any(axis=0).sum()),
+    )
+
+
+def show(rows: list[Row]) -> None:
+    """The table."""
+    head = f"{'peer':30}{'version':>9}{'cold':>11}{'warm':>12}{'times C':>10}"
+    print(f"\n{head}{'counts off':>12}{'volts off':>11}")
+    for row in rows:
+        start = f"{row.name:30}{row.version:>9}"
+        if row.cold is None or row.warm is None:
+            print(f"{start}   {row.failed}")
+            continue
+        ratio = "-" if row.ratio is None else f"{row.ratio:.3g}"
+        times = f"{row.cold:9.2f} s{1e3 * row.warm:9.3f} ms{ratio:>10}"
+        if row.counts_off is None or row.volts_off is None:
+            print(f"{start}{times}   {row.failed}")
+            continue
+        print(f"{start}{times}{row.counts_off:12g}{row.volts_off:11.2g}")

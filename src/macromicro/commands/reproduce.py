@@ -1,0 +1,164 @@
+"""``macromicro reproduce``: the thesis' procedures on a rig, as a page, a table and JSON."""
+
+from __future__ import annotations
+
+import json as json_format
+import os
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.experiments.procedure import Lab, Procedure
+    from macromicro.experiments.reproduce import Chosen, Result
+
+MAX_SEED = 2**31  # trials count on from it
+MAX_JOBS = 256
+OUT = Path("results/reproduction")
+FOLDER_BYTES = 60_000_000
+STDOUT = Path("-")
+
+
+def reproduce(
+    names: Annotated[
+        list[str] | None, typer.Argument(help="More names for --only.", show_default=False)
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="A claim (M1), a figure or table ('Figure 4.8'), a section (4.2, 'Appendix D') or "
+            "a procedure that --list names. Default: everything.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for page, figures and tables.")] = OUT,
+    json: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the claims as JSON to this file, too; - for standard output.",
+            show_default=False,
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Processes.", show_default="one for each core"),
+    ] = None,
+    rig: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Where to measure: the twin, or MODULE:FACTORY of your own rigs.",
+            show_default="twin",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensors' noise.")] = 0,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace earlier results.")
+    ] = False,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List procedures, claims and figures.")
+    ] = False,
+) -> None:
+    """Measure every claim of the thesis, draw its figures, and say where they differ."""
+    from macromicro.experiments import choosing, folder
+    from macromicro.experiments.procedures import all_procedures
+
+    procedures = all_procedures()
+    if listed:
+        _list(procedures)
+        return
+    chosen = choosing.choose([*(only or []), *(names or [])], procedures)
+    processes = _processes(jobs)
+    lab = _lab(rig or [], seed, chosen)
+    folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
+    _check_json(json, overwrite)
+    with Signals() as signals:
+        _reproduce(chosen, lab, processes, out, json, signals)
+
+
+def _processes(jobs: int | None) -> int:
+    from macromicro.errors import InputError
+
+    if jobs is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    if not 1 <= jobs <= MAX_JOBS:
+        raise InputError("--jobs", jobs, f"a whole number from 1 to {MAX_JOBS}")
+    return jobs
+
+
+def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
+    from macromicro.errors import InputError
+    from macromicro.experiments.procedure import Lab
+    from macromicro.rig.opening import open_rig
+
+    if not 0 <= seed < MAX_SEED:
+        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
+    fixtures = tuple(open_rig(name) for name in rigs if name != "twin")
+    lab = Lab(seed=seed, rigs=fixtures)
+    for each in chosen:
+        lab.check(each.procedure)
+    return lab
+
+
+def _check_json(file: Path | None, overwrite: bool) -> None:
+    """Refuse a JSON file that cannot or must not be written, before anything is computed."""
+    from macromicro.errors import InputError
+    from macromicro.textfile import printable
+
+    if file is None or file == STDOUT:
+        return
+    where, accepted = f"--json {printable(file, 300)}", "a file to make in a folder that exists"
+    if file.is_dir():
+        raise InputError(where, "a folder", accepted)
+    if not file.parent.is_dir():
+        raise InputError(where, "no such folder", accepted)
+    if file.exists() and not overwrite:
+        raise InputError(where, "exists already", "a new file, or --overwrite")
+
+
+def _reproduce(
+    chosen: Sequence[Chosen],
+    lab: Lab,
+    jobs: int,
+    out: Path,
+    json: Path | None,
+    signals: Signals,
+) -> None:
+    from macromicro.experiments import reproduce as experiment
+    from macromicro.report import reproduction_files, reproduction_terminal
+
+    started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+    signals.later()
+    with reproduction_terminal.progress([c.procedure for c in chosen]) as report:
+        results = experiment.run(chosen, lab, jobs, report, lambda: bool(signals.received))
+    rows = json_format.dumps(experiment.as_rows(results), indent=2, ensure_ascii=False) + "\n"
+    page = reproduction_files.write(out, results, [c.procedure for c in chosen], started, lab.seed)
+    if json == STDOUT:
+        print(rows, end="")
+    else:
+        if json is not None:
+            json.write_text(rows, encoding="utf-8")
+        reproduction_terminal.show(results)
+        print(f"page: {page}")
+    for failed in (r for r in results if r.failure):
+        print(f"macromicro: {failed.name}: {failed.failure}", file=sys.stderr)
+    if signals.received or any(r.failure for r in results):
+        raise typer.Exit(signals.status or 1)
+
+
+def _list(procedures: Sequence[Procedure]) -> None:
+    for p in procedures:
+        needs = ", ".join(p.channels) or "nothing, it is arithmetic"
+        print(f"{p.name:22}{p.title} ({', '.join(p.sections)})")
+        for what, values in (("claims", p.ids), ("figures", (*p.figures, *p.diagrams))):
+            if values:
+                print(f"{'':22}{what}: {', '.join(values)}")
+        print(f"{'':22}needs: {needs}")

@@ -1,0 +1,83 @@
+"""What `--only` names: claims, figures, tables, sections or procedures of the thesis."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from macromicro.errors import InputError
+from macromicro.experiments.procedure import Procedure
+from macromicro.experiments.reproduce import Chosen
+from macromicro.textfile import printable
+
+_FIGURE = re.compile(r"(?:figure|fig\.?)\s*(\S.*)", re.IGNORECASE)
+_APPENDIX = re.compile(r"(?:appendix|app\.?)\s*(\S.*)", re.IGNORECASE)
+_SECTION = re.compile(r"(?:section|sec\.?|chapter|ch\.?)\s*(\S.*)", re.IGNORECASE)
+
+
+def choose(names: Sequence[str], procedures: Sequence[Procedure]) -> list[Chosen]:
+    """The procedures that `names` ask for, all without any, in their own order.
+
+    A name is a claim's id ("M1"), a figure or table ("Figure 4.8", "Table 2.1"), a section
+    with all below it ("4.2", "Appendix D") or a procedure. Raises `InputError`.
+    """
+    if not names:
+        return [Chosen(p) for p in procedures]
+    ids: dict[str, set[str]] = {}
+    figures: dict[str, set[str]] = {}
+    whole: set[str] = set()
+    for name in names:
+        wanted = _found(name.strip(), procedures)
+        for procedure, kind, what in wanted:
+            if kind == "whole":
+                whole.add(procedure.name)
+            else:
+                place = ids if kind == "claim" else figures
+                place.setdefault(procedure.name, set()).add(what)
+    return [
+        Chosen(p)
+        if p.name in whole
+        else Chosen(p, frozenset(ids.get(p.name, ())), frozenset(figures.get(p.name, ())))
+        for p in procedures
+        if p.name in whole or p.name in ids or p.name in figures
+    ]
+
+
+def _found(name: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, str, str]]:
+    """What one name asks for: procedure, "whole", "claim" or "figure", and which."""
+    low = name.lower()
+    for p in procedures:
+        if low == p.name:
+            return [(p, "whole", "")]
+        for claim in p.ids:
+            if low == claim.lower():
+                return [(p, "claim", claim)]
+    figure = _FIGURE.fullmatch(name)
+    number = figure.group(1) if figure else name
+    if figure or low.startswith("table"):
+        for p in procedures:
+            for each in (*p.figures, *p.diagrams):
+                if number.lower() == each.lower():
+                    return [(p, "figure", each)]
+    found = [(p, "whole", "") for p in procedures if _within(name, p.sections)]
+    if found and not figure:
+        return found
+    raise InputError("--only", printable(name), _accepted(procedures))
+
+
+def _within(name: str, sections: Sequence[str]) -> bool:
+    """Is one of `sections` the named one, or below it?"""
+    appendix, section = _APPENDIX.fullmatch(name), _SECTION.fullmatch(name)
+    if appendix:
+        wanted = f"Appendix {appendix.group(1).upper()}"
+    else:
+        wanted = section.group(1) if section else name
+    return any(s == wanted or s.startswith(f"{wanted}.") for s in sections)
+
+
+def _accepted(procedures: Sequence[Procedure]) -> str:
+    names = ", ".join(p.name for p in procedures)
+    return (
+        "a claim (M1), a figure or table (Figure 4.8, Table 2.1), a section (4.2, Appendix D) "
+        f"or a procedure: {names}; `macromicro reproduce --list` shows them all"
+    )

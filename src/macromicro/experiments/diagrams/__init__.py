@@ -1,0 +1,21 @@
+"""The thesis' block diagrams and flow charts, drawn anew from what the code does."""
+
+from __future__ import annotations
+
+from macromicro.drawing import diagram, flow
+from macromicro.drawing.diagram import Diagram
+from macromicro.drawing.exhibit import Drawn
+from macromicro.experiments.diagrams.charts import CHARTS
+from macromicro.experiments.diagrams.described import Described
+from macromicro.experiments.diagrams.macro import MACRO
+from macromicro.experiments.diagrams.micro import MICRO
+from macromicro.experiments.diagrams.whole import WHOLE
+
+DIAGRAMS: dict[str, Described] = MACRO | MICRO | WHOLE | CHARTS
+
+
+def drawn(number: str) -> Drawn:
+    """The diagram with the thesis' number, such as "4.3". Raises KeyError for others."""
+    body, caption = DIAGRAMS[number]
+    text = diagram.svg(body) if isinstance(body, Diagram) else flow.svg(body)
+    return Drawn(number, body.title, caption, text)

@@ -1,0 +1,20 @@
+"""What a diagram of the thesis consists of here: its description and a caption of ours."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from macromicro.drawing.diagram import Diagram
+from macromicro.drawing.flow import Flow
+
+
+class Described(NamedTuple):
+    """A block diagram or a flow chart, with its caption."""
+
+    body: Diagram | Flow
+    caption: str
+
+
+def number(value: float) -> str:
+    """A parameter as a diagram shows it, such as "0.364" or "-1.95833"."""
+    return f"{value:.6g}"

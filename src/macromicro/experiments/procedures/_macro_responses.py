@@ -1,0 +1,187 @@
+"""Responses under the macro-stage's controllers: Figures 4.18, 4.20, 4.24 and 4.25."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
+from macromicro.experiments import macro_control, macro_drive
+from macromicro.experiments.macro_control import HOLD, TRAVEL, MacroData, Square
+from macromicro.experiments.macro_friction import DT
+from macromicro.experiments.procedures._macro_lines import smooth
+from macromicro.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+DEAD_ZONE = 3.0  # V
+PID_SHOWN = 20.0  # s
+ZOOMED = (0.45, 0.85)  # s after the step, Figure 4.20
+BAND = 0.02  # of the move, M14
+AROUND = (-0.12, 0.3)  # s about arrival, zooms of Figures 4.24 and 4.25
+
+
+def pid(data: MacroData) -> Drawn:
+    """Figure 4.18."""
+    run = data.steps["pid"]
+    x, motor = run["macro_position"], run["motor"]
+    rows = slice(0, round(PID_SHOWN / run.dt))
+    figure, axes = new(5.0, 2, sharex=True)
+    line(axes[0, 0], run["t"][rows], motor[rows], BLUE, "effort", linewidth=0.7)
+    for volts in (-DEAD_ZONE, DEAD_ZONE):
+        axes[0, 0].axhline(volts, color=BLACK, linestyle=":", linewidth=0.9)
+    target = run["macro_reference"][rows]
+    line(axes[1, 0], run["t"][rows], target, BLACK, "target", linestyle="-.", linewidth=0.9)
+    line(axes[1, 0], run["t"][rows], x[rows], BLUE, "encoder")
+    finish(axes[0, 0], "(a) controller output; dotted: ±3 V", "", "output [V]")
+    finish(axes[1, 0], "(b) response", y="position [counts]")
+    axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
+    over, still = macro_drive.overshoot(x, TRAVEL), macro_drive.sticking(x, motor, DEAD_ZONE)
+    rise = macro_drive.rise_time(x, TRAVEL)
+    return Drawn(
+        "4.18",
+        "The benchmark PID",
+        f"Step of {TRAVEL:.0f} counts under the PID with its printed gains and no compensation, "
+        f"the first {PID_SHOWN:.0f} s. The text's slow stretch is 4 to 10 s, its overshoot comes "
+        f"after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
+        "counts at once; then it sticks while the output ramps through zero towards -3 V (longest "
+        f"stretch with the output growing: {still:.1f} s) and creeps back at the edge of motion.",
+        figure,
+        ("M9",),
+    )
+
+
+def initial_pd(data: MacroData) -> Drawn:
+    """Figure 4.20."""
+    run = data.steps["pd-initial"]
+    x, t = run["macro_position"], run["t"]
+    figure, axes = new(3.4, 1, 2)
+    for ax, (begin, end) in zip(axes[0], ((0.0, 1.5), ZOOMED), strict=True):
+        rows = slice(round(begin / run.dt), round(end / run.dt))
+        line(ax, t[rows], data.initial_model[rows], RED, "initial model", linestyle="--")
+        line(ax, t[rows], x[rows], BLUE, "bench")
+        line(ax, t[rows], run["macro_reference"][rows], BLACK, "target", linestyle="-.")
+    finish(axes[0, 0], "(a) full", y="position [counts]")
+    finish(axes[0, 1], "(b) zoom")
+    axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
+    axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
+    backs, model_backs = (len(macro_drive.swings(y, TRAVEL)) for y in (x, data.initial_model))
+    return Drawn(
+        "4.20",
+        "Initial nonlinear controller: bench and model",
+        f"Step of {TRAVEL:.0f} counts under the initial PD with the dead-zone inverse. The bench "
+        f"goes {macro_drive.overshoot(x, TRAVEL):.0f} counts over and reverses {backs} times after "
+        "arrival; the initial model, whose friction the inverse cancels, goes "
+        f"{macro_drive.overshoot(data.initial_model, TRAVEL):.2f} counts over and reverses "
+        f"{model_backs} times.",
+        figure,
+        ("M10",),
+    )
+
+
+def arrival(x: Array, target: float) -> int:
+    """Row at which `x` first comes within the tolerance of `target` [counts]."""
+    return int((np.abs(x - target) <= macro_drive.ARRIVED).argmax())
+
+
+def zoomed(square: Square, law: str) -> slice:
+    """Rows about the first arrival of a law on the decaying square."""
+    row = arrival(square.bench[law][:HOLD], float(square.reference[0]))
+    begin, end = (row + round(s / DT) for s in AROUND)
+    return slice(max(begin, 0), min(end, HOLD))
+
+
+def _target(ax: Any, square: Square, t: Array, rows: slice) -> None:
+    line(ax, t[rows], square.reference[rows], BLACK, "target", linestyle="-.", linewidth=0.9)
+
+
+def tuned_pd(data: MacroData) -> Drawn:
+    """Figure 4.24, with the full-travel move in two panels of its own."""
+    square, run = data.square, data.steps["pd-tuned"]
+    t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
+    near = zoomed(square, "pd-tuned")
+    x = square.bench["pd-tuned"]
+    figure, axes = new(5.8, 2, 2)
+    for ax, rows in ((axes[0, 0], slice(None)), (axes[0, 1], near)):
+        _target(ax, square, t, rows)
+        smooth(ax, t[rows], square.simulated[rows], BLUE, "simulated")
+        smooth(ax, t[rows], x[rows], RED, "bench", linestyle=":", linewidth=1.6)
+    finish(axes[0, 0], "(a) full", y="position [counts]")
+    finish(axes[0, 1], "(b) zoom")
+    axes[0, 1].set_ylim(square.reference[0] - 60.0, square.reference[0] + 30.0)
+    axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=3, frameon=False)
+    axes[0, 0].set_ylim(top=3300.0)
+    settled = _full_move(axes[1, 0], run)
+    counts = _travel(axes[1, 1], data.travel)
+    error = macro_drive.nrmse(square.simulated, x)
+    return Drawn(
+        "4.24",
+        "Tuned nonlinear controller: bench and model",
+        "Decaying square wave under the tuned PD: target (dash-dot), tuned model (solid), bench "
+        f"(dotted); they differ by {error:.1f} % of the range (RMS). Beside the thesis' figure: "
+        f"(c) a move over the full travel, to within 2 % (grey) after {settled:.2f} s; (d) such a "
+        f"move by the laser over the encoder: {counts:.1f} counts in 200 mm.",
+        figure,
+        ("M13", "M14", "M16"),
+    )
+
+
+def _full_move(ax: Any, run: Recording) -> float:
+    """Figure 4.24 (c); settling time [s]."""
+    x = run["macro_position"]
+    rows = slice(0, round(1.5 / run.dt))
+    settled = macro_drive.settling_time(x, TRAVEL, BAND)
+    ax.axhspan(TRAVEL * (1.0 - BAND), TRAVEL * (1.0 + BAND), color=BLACK, alpha=0.12, linewidth=0)
+    line(ax, run["t"][rows], x[rows], RED, "bench")
+    ax.axvline(settled, color=BLACK, linestyle=":", linewidth=0.9)
+    ax.text(settled + 0.03, 200.0, f"{settled:.2f} s", fontsize=8)
+    finish(ax, f"(c) step of {TRAVEL:.0f} counts", y="position [counts]")
+    return settled
+
+
+def _travel(ax: Any, run: Recording) -> float:
+    """Figure 4.24 (d); counts in 200 mm."""
+    resets = np.flatnonzero(run["laser_reset"])
+    rows = slice(0, int(resets[0]) if len(resets) else len(run))
+    gone = (run["laser"][rows] - run["laser"][0]) * 1e-3
+    smooth(ax, run["macro_position"][rows], gone, GREEN, "laser")
+    finish(ax, "(d) laser over encoder", "encoder [counts]", "laser [mm]")
+    return macro_control.counts_per_200_mm(run)
+
+
+def comparison(data: MacroData) -> Drawn:
+    """Figure 4.25."""
+    square = data.square
+    t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
+    near = zoomed(square, "pd-initial")
+    styles = {"pid": (GREEN, "--"), "pd-initial": (RED, ":"), "pd-tuned": (BLUE, "-")}
+    names = {"pid": "PID", "pd-initial": "initial PD", "pd-tuned": "tuned PD"}
+    figure, axes = new(5.8, 2)
+    for ax, rows in ((axes[0, 0], slice(None)), (axes[1, 0], near)):
+        _target(ax, square, t, rows)
+        for law, (color, style) in styles.items():
+            width = 1.6 if style == ":" else 1.1
+            position = square.bench[law][rows]
+            smooth(ax, t[rows], position, color, names[law], linestyle=style, linewidth=width)
+    finish(axes[0, 0], "(a) full", "", "position [counts]")
+    finish(axes[1, 0], "(b) zoom", y="position [counts]")
+    aim = float(square.reference[0])
+    axes[1, 0].set_ylim(aim - 35.0, aim + 20.0)
+    axes[0, 0].set_ylim(top=3300.0)
+    axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
+    seen = {law: macro_control.tracking(square.bench[law], square.reference) for law in styles}
+    errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
+    return Drawn(
+        "4.25",
+        "The three controllers on the bench",
+        "Decaying square wave: target (dash-dot), tuned PD (solid), initial PD (dotted), PID "
+        "(dashed). Mean error over the last 0.2 s of each level, in counts: "
+        f"{errors}. (b) Arrival at {aim:.0f} counts: the initial PD overshoots and chatters "
+        f"({seen['pd-initial'].reversals} reversals at all levels together, tuned PD "
+        f"{seen['pd-tuned'].reversals}).",
+        figure,
+        ("M15", "M10"),
+    )

@@ -1,0 +1,31 @@
+"""Open-loop steps and the actuator models (Sections 5.2.2 and 5.2.3): Figures 5.10 to 5.17,
+claims S5a, S5b, S7 to S10."""
+
+from __future__ import annotations
+
+from macromicro.experiments import actuator_models, electrothermal_claims, kiln
+from macromicro.experiments.actuator_models import Models
+from macromicro.experiments.procedure import Lab, Procedure
+from macromicro.experiments.procedures._electrothermal_figures import draw
+from macromicro.identify.kiln import fod_table
+
+
+def collect(lab: Lab) -> Models:
+    """The kiln's table, steps of CTRL on the micro-stage, and the models fitted to them."""
+    curves = kiln.run(lab.kiln(), kiln.cycles(), lab.seed)
+    return actuator_models.measured(fod_table([curves]), lab.bench(), lab.seed)
+
+
+PROCEDURE = Procedure(
+    name="electrothermal",
+    title="Electro-thermal model and full actuator model",
+    sections=("5.2.2", "5.2.3"),
+    channels=("kiln.thermocouple", "kiln.encoder", "laser", "contract"),
+    ids=("S5a", "S5b", "S7", "S8", "S9", "S10"),
+    figures=("5.10", "5.11", "5.13", "5.14", "5.15", "5.16", "5.17"),
+    diagrams=("5.1", "5.2", "5.12"),
+    seconds=8.0,
+    collect=collect,
+    claims=electrothermal_claims.claims,
+    draw=draw,
+)

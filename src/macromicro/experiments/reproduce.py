@@ -1,0 +1,202 @@
+"""The thesis reproduced: procedures chosen, run in processes, their results collected."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, NamedTuple
+
+from macromicro.drawing.exhibit import Exhibit, rendered
+from macromicro.experiments.claim import NOT_MEASURED, Claim
+from macromicro.experiments.procedure import Lab, Procedure
+
+
+class Chosen(NamedTuple):
+    """A procedure to run. `ids`: the claims asked for, and `figures`: the figures; both None
+    where all of its are wanted."""
+
+    procedure: Procedure
+    ids: frozenset[str] | None = None
+    figures: frozenset[str] | None = None
+
+
+class Result(NamedTuple):
+    """What a procedure gave. `failure`: why it gave nothing, empty when it did; `trace`: the
+    same for a programmer."""
+
+    name: str
+    claims: list[Claim]
+    exhibits: list[Exhibit]
+    seconds: float
+    failure: str = ""
+    trace: str = ""
+
+
+def run_one(procedure: Procedure, lab: Lab) -> Result:
+    """One procedure, whole: recordings, claims, figures. An exception becomes a `failure`."""
+    began = time.perf_counter()
+    try:
+        data = procedure.collect(lab)
+        claims = procedure.claims(data)
+        exhibits = [rendered(d) for d in procedure.draw(data)]
+        if procedure.diagrams:
+            from macromicro.experiments import diagrams
+
+            exhibits += [rendered(diagrams.drawn(number)) for number in procedure.diagrams]
+    except Exception as error:
+        return failed(procedure, _said(error), traceback.format_exc(), began)
+    return Result(procedure.name, claims, exhibits, time.perf_counter() - began)
+
+
+def _said(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}".removesuffix(": ")
+
+
+def failed(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
+    """The result of a procedure that gave nothing: its claims, not measured."""
+    seconds = 0.0 if began is None else time.perf_counter() - began
+    claims = [
+        Claim(
+            name,
+            ", ".join(procedure.sections),
+            f"Not measured: {procedure.title}",
+            None,
+            None,
+            "",
+            NOT_MEASURED,
+            f"the procedure {procedure.name} failed: {why}",
+        )
+        for name in procedure.ids
+    ]
+    return Result(procedure.name, claims, [], seconds, why, trace)
+
+
+def run(
+    chosen: Sequence[Chosen],
+    lab: Lab,
+    jobs: int,
+    progress: Callable[[str, float], None] | None = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> list[Result]:
+    """All chosen procedures, `jobs` at a time, each in a process; results in their order.
+
+    `progress` is told the name and the expected seconds of each that ended. A procedure that
+    fails, or whose process dies, loses nothing but itself. `stopped` ends the work early: what
+    has not ended by then is reported as failed.
+    """
+    order = sorted(chosen, key=lambda c: -c.procedure.seconds)
+    found = {}
+    for result in _first(order, lab, jobs, stopped):
+        found[result.name] = result
+        if progress is not None:
+            progress(result.name, _seconds(order, result.name))
+    return [narrowed(c, found[c.procedure.name]) for c in chosen]
+
+
+def _seconds(chosen: Sequence[Chosen], name: str) -> float:
+    return next(c.procedure.seconds for c in chosen if c.procedure.name == name)
+
+
+def _first(
+    order: Sequence[Chosen], lab: Lab, jobs: int, stopped: Callable[[], bool]
+) -> Iterator[Result]:
+    """Results as they come. A process that dies breaks its whole pool: what was at work in it
+    is tried again, alone, so that only the guilty one is lost."""
+    alone: list[Procedure] = []
+    for procedure, result in _pooled([c.procedure for c in order], lab, jobs, stopped):
+        if result is None:
+            alone.append(procedure)
+        else:
+            yield result
+    for procedure in alone:
+        for _, result in _pooled([procedure], lab, 1, stopped):
+            yield result or failed(procedure, "its process died")
+
+
+def _pooled(
+    procedures: Sequence[Procedure], lab: Lab, jobs: int, stopped: Callable[[], bool]
+) -> Iterator[tuple[Procedure, Result | None]]:
+    """Each procedure with its result, None where the pool broke before it ended."""
+    # A fresh interpreter each: a fork would inherit the compiler's locks and threads.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(jobs, len(procedures)), context, _quiet)
+    try:
+        pending: dict[Future[Result], Procedure] = {
+            pool.submit(run_one, p, lab): p for p in procedures
+        }
+        while pending:
+            done, _ = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
+            if stopped():
+                for procedure in pending.values():
+                    yield procedure, failed(procedure, "interrupted")
+                _kill(pool)
+                return
+            for future in done:
+                yield pending.pop(future), _outcome(future)
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _outcome(future: Future[Result]) -> Result | None:
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        return None
+
+
+def _kill(pool: ProcessPoolExecutor) -> None:
+    """End a pool's processes now; what they compute is of no use any more."""
+    workers: dict[int, Any] = getattr(pool, "_processes", None) or {}
+    for worker in list(workers.values()):
+        worker.terminate()
+
+
+def _quiet() -> None:
+    """In a worker: Ctrl-C is the parent's to handle."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def narrowed(chosen: Chosen, result: Result) -> Result:
+    """Only what was asked for: a claim with the exhibits that show it, a figure or table with
+    the claims that it shows."""
+    if chosen.ids is None and chosen.figures is None:
+        return result
+    ids, figures = chosen.ids or frozenset(), chosen.figures or frozenset()
+    exhibits = [e for e in result.exhibits if e.number in figures or ids & set(e.claims)]
+    ids |= {name for e in exhibits if e.number in figures for name in e.claims}
+    return result._replace(claims=[c for c in result.claims if c.id in ids], exhibits=exhibits)
+
+
+def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """All claims as plain data: id, section, claim, printed, measured, unit, verdict, reason,
+    kind. Numbers that are not finite become None."""
+    return [
+        {
+            "id": c.id,
+            "section": c.section,
+            "claim": c.claim,
+            "printed": _plain(c.printed) if c.printed is not None else c.printed_text or None,
+            "measured": _plain(c.measured),
+            "unit": c.unit,
+            "verdict": c.verdict,
+            "reason": c.reason,
+            "kind": c.kind,
+        }
+        for result in results
+        for c in result.claims
+    ]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    if isinstance(value, str) or value is None:
+        return value
+    return float(value) if math.isfinite(value) else None

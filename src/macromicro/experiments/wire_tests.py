@@ -1,0 +1,109 @@
+"""A virtual test machine for the bench's wires (Section 2.3): hang a load, set a temperature,
+read the length.
+
+The specimen is the alloy of the bench, taken out of the actuator: all six wires as one,
+without the mechanical stop. The machine imposes temperature and load exactly, slowly
+enough that neither matters, and reads temperature, load and length, nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.hysteresis import Everett
+from macromicro.plant import micro, phase, wire
+from macromicro.plant.bench import Bench
+from macromicro.plant.flexure import GRAM_FORCE
+from macromicro.plant.wire import Load, Wire
+
+Array = npt.NDArray[np.float64]
+
+_HANGING = Load(0.0, 0.0, 0.0)
+ROOM, HOT = 25.0, 125.0
+
+
+class Specimen(NamedTuple):
+    """The wires and their relays; `capacity` [J/K]: plain heat capacity, for the calorimeter."""
+
+    wire: Wire
+    table: Everett
+    capacity: float
+
+    @property
+    def area(self) -> float:
+        """Cross-section [m^2], as a caliper gives it."""
+        return self.wire.area
+
+    @property
+    def length(self) -> float:
+        """Gauge length [m]: the cold wire without load."""
+        return self.wire.length
+
+
+class Readings(NamedTuple):
+    """temperature [degC], load [N] and extension [m] over the cold, unloaded length; shape
+    (points,) each."""
+
+    temperature: Array
+    load: Array
+    extension: Array
+
+
+def specimen(bench: Bench) -> Specimen:
+    """The bench's wires, cut out of their actuator."""
+    free = bench.wire._replace(stop=math.inf)
+    return Specimen(free, phase.table(bench.phase), bench.thermal.wire_capacity)
+
+
+def tested(s: Specimen, temperature: Array, load: Array) -> Readings:
+    """The wires led through temperatures [degC] and loads [N], from martensite without load.
+
+    Between two points both change together; both arrays have the shape of the readings.
+    """
+    state = micro.cold_wire(s.wire, _HANGING, s.table, float(temperature[0]))
+    extension = np.empty(len(temperature))
+    for k, (t, force) in enumerate(zip(temperature.tolist(), load.tolist(), strict=True)):
+        state = wire.tempered(s.wire, Load(force, 0.0, 0.0), s.table, state, t)
+        contraction, _ = wire.geometry(s.wire, _HANGING, state.austenite, force)
+        extension[k] = -contraction
+    return Readings(np.array(temperature), np.array(load), extension)
+
+
+def path(*points: tuple[float, float], each: int = 160) -> tuple[Array, Array]:
+    """Temperatures [degC] and loads [N] along straight lines through (degC, gf), `each` points
+    a line."""
+    t, gf = np.array(points, dtype=float).T
+    places = np.linspace(0.0, len(points) - 1.0, each * (len(points) - 1) + 1)
+    index = np.arange(len(points))
+    return np.interp(places, index, t), GRAM_FORCE * np.interp(places, index, gf)
+
+
+class Turning(NamedTuple):
+    """Start and finish [degC] of a transformation, by tangents, and the tangent's slope."""
+
+    start: float
+    finish: float
+    slope: float
+
+
+def tangents(temperature: Array, length: Array) -> Turning:
+    """Where the steepest tangent of a branch meets the levels before and after it.
+
+    `length` over a `temperature` that runs one way; levels: its first and last reading.
+    The tangent is a straight line through the readings within 1.5 K of the steepest place.
+    """
+    t, y = np.asarray(temperature), np.asarray(length)
+    steep = int(np.argmax(np.abs(np.gradient(y, t))))
+    near = np.abs(t - t[steep]) <= 1.5
+    slope, level = np.polyfit(t[near], y[near], 1)
+    return Turning(float((y[0] - level) / slope), float((y[-1] - level) / slope), float(slope))
+
+
+def enclosed(x: Array, y: Array) -> float:
+    """Area [unit of x times unit of y] that a closed path encloses, above zero; closed by a
+    straight line if it is not."""
+    return abs(0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))

@@ -1,0 +1,110 @@
+"""The benches' parameters, each once, sorted by where their values come from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from macromicro.parameters import Entry, Par, entries
+from macromicro.plant.cycle import CycleBench
+from macromicro.plant.kiln import KilnBench
+from macromicro.settings import Settings
+from macromicro.units import shown
+
+CALIBRATED = "calibrated to claims"
+ASSUMED = "bench assumptions"
+THESIS = "told by the thesis"
+LITERATURE = "from the literature"
+DERIVED = "derived from other figures"
+GROUPS = (CALIBRATED, ASSUMED, THESIS, LITERATURE, DERIVED)
+
+_TO = "calibrated to "
+_CLAIMS = re.compile(r"\b([A-Z])(\d+)([a-z]?)(?:-\1(\d+))?\b")
+_DIGITS = 5
+
+
+class Free(NamedTuple):
+    """A parameter. `value`: with unit; `others`: the same on other benches where it differs,
+    such as "cycle bench: 18.75 K/W"; `claims`: ids of those that it was chosen for; `numbers`:
+    how many it holds (a table holds several)."""
+
+    path: str
+    meaning: str
+    value: str
+    others: tuple[str, ...]
+    source: str
+    group: str
+    claims: tuple[str, ...]
+    numbers: int
+
+
+def free_parameters(settings: Settings) -> list[Free]:
+    """All parameters of the two-stage bench with its sensors, the kiln and the cycle bench.
+
+    A parameter that several of them share, told by its meaning, is listed once.
+    """
+    found: dict[str, Free] = {}
+    for bench, entry in _all(settings):
+        value = _spoken(entry.par, entry.value)
+        known = found.get(entry.par.meaning)
+        if known is None:
+            found[entry.par.meaning] = _free(entry, value)
+        elif value != known.value:
+            others = (*known.others, f"{bench}: {value}")
+            found[entry.par.meaning] = known._replace(others=others)
+    return list(found.values())
+
+
+def grouped(parameters: list[Free]) -> dict[str, list[Free]]:
+    """The same by group, in the order of `GROUPS`."""
+    return {group: [p for p in parameters if p.group == group] for group in GROUPS}
+
+
+def _all(settings: Settings) -> Iterator[tuple[str, Entry]]:
+    trees: list[tuple[str, Any]] = [
+        ("two-stage bench", settings.bench),
+        ("two-stage bench", settings.sensors),
+        ("kiln", KilnBench()),
+        ("cycle bench", CycleBench()),
+    ]
+    for bench, tree in trees:
+        for entry in entries(tree):
+            yield bench, entry
+
+
+def _free(entry: Entry, value: str) -> Free:
+    source = entry.par.source
+    count = len(entry.value) if isinstance(entry.value, tuple) else 1
+    claims = _named(source) if source.startswith(_TO) else ()
+    return Free(entry.path, entry.par.meaning, value, (), source, _group(source), claims, count)
+
+
+def _group(source: str) -> str:
+    if source.startswith(_TO):
+        return CALIBRATED
+    if "assum" in source:  # also "Section 3.2.1; value assumed"
+        return ASSUMED
+    if "Section" in source:
+        return THESIS
+    return LITERATURE if "literature" in source else DERIVED
+
+
+def _named(source: str) -> tuple[str, ...]:
+    """Ids of claims in a source: "calibrated to S3-S5, I3" names S3, S4, S5 and I3."""
+    found = []
+    for letter, first, suffix, last in _CLAIMS.findall(source):
+        if last:
+            found += [f"{letter}{n}" for n in range(int(first), int(last) + 1)]
+        else:
+            found.append(f"{letter}{first}{suffix}")
+    return tuple(found)
+
+
+def _spoken(par: Par, value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        texts = [shown(v, par.unit, par.shown, _DIGITS).partition(" ") for v in value]
+        return " ".join((", ".join(t[0] for t in texts), texts[0][2])).strip()
+    return shown(value, par.unit, par.shown, _DIGITS)

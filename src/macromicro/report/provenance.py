@@ -1,0 +1,27 @@
+"""With what a report was made: versions and machine."""
+
+from __future__ import annotations
+
+import platform
+from importlib import metadata
+
+import macromicro
+
+_LIBRARIES = ("numpy", "numba", "scipy", "h5py", "matplotlib")
+
+
+def software() -> list[tuple[str, str]]:
+    """Name and value: package, Python, libraries, machine."""
+    return [
+        ("macromicro", macromicro.__version__),
+        ("Python", platform.python_version()),
+        ("libraries", ", ".join(f"{name} {_version(name)}" for name in _LIBRARIES)),
+        ("machine", f"{platform.system()} {platform.machine()}"),
+    ]
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,148 @@
+"""The rig that ``--rig`` names: the twin, or one that a module of the user's makes."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import math
+import os
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+from macromicro.control.calibration import Calibration
+from macromicro.errors import InputError
+from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
+from macromicro.textfile import printable
+
+TWIN = "twin"
+OPTION = "--rig"
+ACCEPTED = (
+    "twin, or MODULE:FACTORY with a module of yours and a function in it that takes a seed and "
+    "returns the rig (docs/rigs.md)"
+)
+_METHODS = ("read", "write", "stop", "__enter__", "__exit__")
+
+
+@dataclass(frozen=True)
+class Factory:
+    """A user's function, by name, so that a process may hand it to another."""
+
+    module: str
+    function: str
+
+    def __call__(self, seed: int) -> Any:
+        """The rig that the function makes. InputError if it is not to be had."""
+        made = _found(self.module, self.function)(int(seed))
+        _check(made, self)
+        return made
+
+    def __str__(self) -> str:
+        return f"{self.module}:{self.function}"
+
+
+def open_rig(name: str, seed: int = 0) -> Fixture:
+    """The rig that "MODULE:FACTORY" names, ready to be opened for runs.
+
+    The module is looked for in the working directory as well. The factory is called once to
+    see what the rig has: `channels`; and where it has them, `kind` ("bench", "kiln" or
+    "cycle"), `dt` [s], `rest` [s], `calibration` and `pitch` [m] as in `Fixture`. Raises
+    `InputError`. The twin is no `Fixture`: callers know it by its name.
+    """
+    module, colon, function = name.partition(":")
+    parts = (*module.split("."), function)
+    if not colon or not all(part.isidentifier() for part in parts):
+        raise InputError(OPTION, printable(name), ACCEPTED)
+    factory = Factory(module, function)
+    rig = factory(seed)
+    kind = getattr(rig, "kind", BENCH)
+    if kind not in KINDS:
+        raise InputError(f"{OPTION} {factory}, kind", printable(kind), " or ".join(KINDS))
+    known = KINDS[kind]
+    fixture = Fixture(
+        str(factory),
+        kind,
+        factory,
+        _channels(rig, factory, known.channels),
+        _number(rig, factory, "dt", known.dt),
+        _number(rig, factory, "rest", 0.0),
+        table=_calibration(rig, factory),
+    )
+    if kind != KILN and fixture.dt != known.dt:
+        raise InputError(f"{OPTION} {factory}, dt", fixture.dt, f"{known.dt:g} s for a {kind}")
+    return fixture._replace(pitch=_number(rig, factory, "pitch", fixture.pitch))
+
+
+def _found(module: str, function: str) -> Any:
+    """The callable `function` of `module`."""
+    where = f"{OPTION} {module}:{function}"
+    here = os.getcwd()
+    if here not in sys.path:  # an installed command does not look where the user stands
+        sys.path.insert(0, here)
+    try:
+        there = importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        itself = f"{module}.".startswith(f"{error.name}.")
+        found = f"no module {error.name}" + ("" if itself else f", which {module} imports")
+        raise InputError(where, found, "a module here or on PYTHONPATH") from None
+    made = getattr(there, function, None)
+    if made is None:
+        own = [n for n, v in inspect.getmembers(there, inspect.isfunction) if n[0] != "_"]
+        accepted = f"a function of {module}" + (f", such as {own[0]}" if own else "")
+        raise InputError(where, f"no {function} in {there.__file__}", accepted)
+    if not callable(made) or not _takes_seed(made):
+        raise InputError(where, printable(made), "a function that takes a seed")
+    return made
+
+
+def _takes_seed(function: Any) -> bool:
+    try:
+        inspect.signature(function).bind(0)
+    except TypeError:
+        return False
+    except ValueError:  # written in C, without a signature
+        return True
+    return True
+
+
+def _check(rig: Any, factory: Factory) -> None:
+    """InputError unless `rig` has the shape of `types.Rig`."""
+    missing = [n for n in _METHODS if not callable(getattr(rig, n, None))]
+    missing += [n for n in ("channels", "clock") if not hasattr(rig, n)]
+    if not missing:
+        missing = [f"clock.{n}" for n in ("now", "wait") if not hasattr(rig.clock, n)]
+    if missing:
+        found = f"returned {printable(type(rig).__name__)} without {', '.join(missing)}"
+        raise InputError(f"{OPTION} {factory}", found, "a rig as in docs/rigs.md")
+
+
+def _channels(rig: Any, factory: Factory, known: tuple[str, ...]) -> tuple[str, ...]:
+    """The rig's channels, without the time."""
+    named = rig.channels
+    if isinstance(named, str) or not all(isinstance(c, str) for c in named):
+        accepted = f"a tuple of names, of {', '.join(known)}"
+        raise InputError(f"{OPTION} {factory}, channels", printable(named), accepted)
+    strange = [c for c in named if c not in ("t", *known)]
+    if strange:
+        accepted = f"channels of {', '.join(known)}"
+        raise InputError(f"{OPTION} {factory}, channels", printable(strange[0]), accepted)
+    return tuple(c for c in named if c != "t")
+
+
+def _number(rig: Any, factory: Factory, name: str, default: float) -> float:
+    """The rig's attribute `name`, a number not below 0; above 0 where the default is."""
+    value = getattr(rig, name, default)
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or value < 0.0 or (default > 0.0 and value == 0.0):
+        accepted = "a number above 0" if default > 0.0 else "a number, 0 or more"
+        raise InputError(f"{OPTION} {factory}, {name}", printable(value), accepted)
+    return float(value)
+
+
+def _calibration(rig: Any, factory: Factory) -> Calibration | None:
+    """The rig's Hall calibration, or None."""
+    value = getattr(rig, "calibration", None)
+    if value is not None and not isinstance(value, Calibration):
+        accepted = "a macromicro.control.calibration.Calibration"
+        raise InputError(f"{OPTION} {factory}, calibration", printable(value), accepted)
+    return value

@@ -1,0 +1,165 @@
+"""How to open a rig for a run, and the rig as the run sees it: one reading a period, time
+from zero, outputs that end safe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+from macromicro.control.calibration import Calibration
+from macromicro.errors import InputError
+from macromicro.plant.cycle import CycleSample
+from macromicro.plant.kiln import KilnBench, KilnSample
+from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD
+from macromicro.rig.limits import Limits
+from macromicro.types import SAFE, Sample
+
+BENCH, KILN, CYCLE = "bench", "kiln", "cycle"
+
+
+class Kind(NamedTuple):
+    """What a kind of rig may measure, and how often [s]."""
+
+    channels: tuple[str, ...]
+    dt: float
+
+
+KINDS = {
+    BENCH: Kind(Sample._fields[1:], 1e-3),
+    KILN: Kind(KilnSample._fields[1:], KILN_PERIOD),
+    # A thermometer beside the cycle bench is welcome; its twin has none.
+    CYCLE: Kind((*CycleSample._fields[1:], "room"), CYCLE_PERIOD),
+}
+
+
+class Fixture(NamedTuple):
+    """A rig that procedures can run on, and how to open it.
+
+    `make(seed)` gives the rig: for a virtual one a fresh rig with that noise, for a real one
+    always the same machine. `kind`: BENCH, KILN or CYCLE, which says what is written to it;
+    `channels`: what it measures; `dt` [s]: its control period. `rest` [s]: how long it is
+    left with outputs safe before a run that must begin cold; 0 where `make` gives it cold, its
+    laser at zero. `limits`: of the guard; `table`: its Hall calibration, None for the shipped
+    one; `pitch` [m]: travel per encoder count of a kiln.
+    """
+
+    name: str
+    kind: str
+    make: Callable[[int], Any]
+    channels: tuple[str, ...]
+    dt: float
+    rest: float = 0.0
+    limits: Limits = Limits()
+    table: Calibration | None = None
+    pitch: float = KilnBench().encoder.pitch
+
+    def has(self, *channels: str) -> bool:
+        """Does it measure all of them?"""
+        return all(c in self.channels for c in channels)
+
+    def need(self, what: str, *channels: str) -> None:
+        """InputError unless it measures all `channels` that `what` needs."""
+        missing = ", ".join(c for c in channels if c not in self.channels)
+        if missing:
+            shown = ", ".join(c for c in self.channels if c != "t") or "nothing"
+            found = f"{what} needs {missing} of the {self.kind}, {self.name} measures {shown}"
+            raise InputError(found, "", "a rig whose `channels` name it, or the twin")
+
+    def open(self, seed: int = 0) -> Session:
+        """The rig, to be entered for one run."""
+        return Session(self.make(seed), self.dt)
+
+
+class Session:
+    """An opened rig, as a `Rig`.
+
+    It may be entered again inside itself; leaving always makes the outputs safe, and leaves
+    the rig at last. Readings are taken once a period, however often they are asked for.
+    """
+
+    def __init__(self, rig: Any, dt: float) -> None:
+        self._rig = rig
+        self._dt = dt
+        self._inside = 0
+        self._sample: Any = None
+        self._zero: float | None = None
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels of the rig."""
+        return tuple(self._rig.channels)
+
+    @property
+    def clock(self) -> Self:
+        """The rig's clock, counting from the last `restart`."""
+        return self
+
+    def now(self) -> float:
+        """Seconds since the first reading after the last `restart`."""
+        return float(self._rig.clock.now()) - (self._zero or 0.0)
+
+    def wait(self, dt: float) -> None:
+        """Return when the next period begins."""
+        self._rig.clock.wait(dt)
+        self._sample = None
+
+    def restart(self) -> None:
+        """Count time from the next reading on."""
+        self._zero = None
+
+    def read(self) -> Any:
+        """This period's sample."""
+        if self._sample is None:
+            self._sample = self._rig.read()
+        if self._zero is None:
+            self._zero = self._sample.t
+        return self._sample._replace(t=self._sample.t - self._zero)
+
+    def write(self, outputs: Any) -> None:
+        """Set all outputs."""
+        self._rig.write(outputs)
+
+    def idle(self, seconds: float) -> None:
+        """Let time pass with all outputs safe. The rig is read all the while, as it is used to."""
+        periods = round(seconds / self._dt)
+        if periods:
+            self.stop()
+        for _ in range(periods):
+            self.read()
+            self.wait(self._dt)
+
+    def cold(self, rest: float) -> None:
+        """A cold start of the bench: `rest` [s] with outputs safe, then the laser's zero here.
+
+        Nothing happens where `rest` is 0: such a rig begins so.
+        """
+        self.idle(rest)
+        if rest > 0.0:
+            self.read()
+            self.write(SAFE._replace(laser_reset=1.0))
+            self.wait(self._dt)
+            self.stop()
+
+    def stop(self) -> None:
+        """Set every output to its safe value."""
+        self._rig.stop()
+
+    def __enter__(self) -> Self:
+        if not self._inside:
+            self._rig.__enter__()
+        self._inside += 1
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._inside -= 1
+        try:
+            self.stop()
+        finally:
+            if not self._inside:
+                self._rig.__exit__(kind, error, trace)

@@ -1,0 +1,59 @@
+"""Claims of the electro-thermal and the full actuator model (Sections 5.2.2 and 5.2.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.experiments import electrothermal_claims
+from macromicro.experiments.actuator_models import Models
+from macromicro.experiments.claim import DIFFERS, REPRODUCED, Claim
+from macromicro.identify import actuator
+from macromicro.models import heating
+
+
+def claimed(models: Models) -> dict[str, Claim]:
+    return {c.id: c for c in electrothermal_claims.claims(models)}
+
+
+@pytest.mark.parametrize("name", ["S5a", "S5b", "S7", "S8", "S9", "S10"])
+def test_claim_is_reproduced(models: Models, name: str) -> None:
+    claim = claimed(models)[name]
+    assert claim.verdict == REPRODUCED
+    assert np.isfinite(np.ravel(claim.measured)).all()
+
+
+def test_printed_dynamics_equal_themselves() -> None:
+    """(5.6): DC gain 1.0098; its own step response differs from it by nothing."""
+    printed = heating.from_transfer(*heating.PRINTED)
+    assert electrothermal_claims.against_5_6(printed) < 1e-9
+    assert sum(printed[3:]) == pytest.approx(1.0098, abs=1e-4)
+    slower = printed._replace(rate1=0.5 * printed.rate1)
+    assert electrothermal_claims.against_5_6(slower) > 2.0
+
+
+def test_a_model_as_good_at_large_inputs_as_at_small_ones_is_not_the_thesis(
+    models: Models,
+) -> None:
+    """Claim S10: at 1.8 V at least three times the dynamic error at 1.575 V."""
+    even = models._replace(steps=models.steps | {1.8: models.steps[1.575]})
+    assert claimed(even)["S10"].verdict == DIFFERS
+
+
+def test_slow_cooling_is_told(models: Models) -> None:
+    """Claim S8: 0.8-1.3 s."""
+    cooling = models.thesis.cooling._replace(time=1.6)
+    slow = models._replace(thesis=models.thesis._replace(cooling=cooling))
+    assert claimed(slow)["S8"].verdict == DIFFERS
+
+
+def test_traces_are_what_the_steps_were_judged_by(models: Models) -> None:
+    """Figure 5.17 draws the same free runs that claim S10 judges."""
+    for volts in (1.5, 1.8):
+        trials = models.data.steps[volts]
+        again = actuator.against(models.thesis.model, trials)
+        assert models.steps[volts] == pytest.approx(again, abs=1e-12)
+        trace = models.traces[volts]
+        mean = np.mean([r["laser"] for r in trials], axis=0) * 1e-3
+        np.testing.assert_allclose(trace.record.position, mean)
+        assert len(trace.thesis) == len(trace.better) == len(mean)

@@ -1,0 +1,291 @@
+"""The page of a reproduction in a real browser, on a desk and on a phone, light and dark.
+
+Without a browser these tests are skipped, or fail where MACROMICRO_BROWSER is "required".
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.experiments import reproduce
+from macromicro.experiments.procedure import Lab
+from macromicro.experiments.procedures import all_procedures
+from macromicro.experiments.reproduce import Chosen, Result
+from macromicro.report import reproduction_files
+from macromicro.report.errata import ERRATA
+from macromicro.report.reproduction import About
+
+PHONE, DESK = (360, 740), (1280, 900)
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--host-resolver-rules=MAP * ~NOTFOUND",
+)
+LEAST_CONTRAST = 4.5  # WCAG 2.2, success criterion 1.4.3
+# Every element that holds text of its own, in colours over the nearest opaque background.
+TEXTS = """
+const parse = c => (c.match(/[0-9.]+/g) || []).map(Number);
+const found = [];
+for (const e of document.body.querySelectorAll('*')) {
+  const own = [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim());
+  const hidden = !e.checkVisibility() || e.closest('svg');
+  if (!own || hidden || ['STYLE', 'SCRIPT'].includes(e.tagName)) continue;
+  let back = e, colour;
+  do {
+    colour = parse(getComputedStyle(back).backgroundColor);
+    back = back.parentElement;
+  } while (back && colour.length === 4 && colour[3] === 0);
+  found.push([parse(getComputedStyle(e).color).slice(0, 3), colour.slice(0, 3),
+              e.className + ' ' + e.tagName + ' ' + e.textContent.trim().slice(0, 30)]);
+}
+return found;
+"""
+WIDER = """
+const edge = document.documentElement.clientWidth, found = [];
+for (const e of document.body.querySelectorAll('*')) {
+  if (e.closest('.scroll, .frame, pre, .skip, svg') || !e.checkVisibility()) continue;
+  if (e.getBoundingClientRect().right > edge + 0.5) found.push(e.outerHTML.slice(0, 120));
+}
+return [document.documentElement.scrollWidth - edge, found];
+"""
+
+
+def _absent() -> str:
+    """What is missing of a browser, nothing if it is complete."""
+    names = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
+    return f"no {' and no '.join(names)} here; `make browser` installs them" if names else ""
+
+
+class Opened:
+    """The page in a browser. Every load begins with an empty log."""
+
+    def __init__(self, driver: Any, file: Path, results: list[Result]) -> None:
+        self.driver, self.file, self.results = driver, file, results
+        self.log: list[dict[str, Any]] = []
+
+    def show(self, size: tuple[int, int] = DESK, scheme: str = "light") -> None:
+        """Load the page anew in a window of this size and colour scheme."""
+        width, height = size
+        window = {"width": width, "height": height, "deviceScaleFactor": 1}
+        self.command("Emulation.setDeviceMetricsOverride", mobile=size == PHONE, **window)
+        feature = {"name": "prefers-color-scheme", "value": scheme}
+        self.command("Emulation.setEmulatedMedia", media="screen", features=[feature])
+        self.driver.get_log("performance")
+        self.driver.get_log("browser")
+        self.driver.get(self.file.as_uri())
+        events = self.driver.get_log("performance")
+        self.log = [json.loads(event["message"])["message"] for event in events]
+
+    def command(self, name: str, **parameters: Any) -> Any:
+        return self.driver.execute_cdp_cmd(name, parameters)
+
+    def run(self, script: str) -> Any:
+        return self.driver.execute_script(script)
+
+    def picture(self, place: Path) -> None:
+        shot = self.command("Page.captureScreenshot", format="png")
+        place.write_bytes(base64.b64decode(shot["data"]))
+
+
+@pytest.fixture(
+    scope="module",
+    params=["some", pytest.param("all", marks=pytest.mark.slow)],
+)
+def opened(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Opened]:
+    """Some procedures and a failed one; slow: all procedures of the thesis."""
+    absent = _absent()
+    if absent and os.environ.get("MACROMICRO_BROWSER") == "required":
+        pytest.fail(absent)
+    if absent:
+        pytest.skip(absent)
+    place = tmp_path_factory.mktemp("browser")
+    if request.param == "all":
+        procedures = all_procedures()
+        results = reproduce.run([Chosen(p) for p in procedures], Lab(), 2)
+    else:
+        results, procedures = request.getfixturevalue("reproduced")
+    about = About("2026-01-02 03:04:05+00:00", 1.0)
+    file = reproduction_files.write(place / "out", results, procedures, about)
+    driver = _driver(place / "profile")
+    try:
+        yield Opened(driver, file, results)
+    finally:
+        driver.quit()
+
+
+def _driver(profile: Path) -> Any:
+    """Chromium with the driver beside it; both named, so that nothing is looked for."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(shutil.which("chromium"))
+    for flag in (*FLAGS, f"--user-data-dir={profile}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
+    # The driver listens on this machine, which no proxy reaches.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("no_proxy", "localhost,127.0.0.1")
+        return webdriver.Chrome(options, Service(str(shutil.which("chromedriver"))))
+
+
+def contrast(one: list[float], other: list[float]) -> float:
+    """Contrast ratio of two sRGB colours, 0-255 (WCAG 2.2)."""
+    light, dark = sorted((_luminance(one), _luminance(other)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def _luminance(colour: list[float]) -> float:
+    parts = [v / 255.0 for v in colour]
+    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_every_picture_loads(opened: Opened) -> None:
+    opened.show()
+    images = opened.run(
+        "return [...document.images].map(i => [i.alt, i.complete, i.naturalWidth, i.offsetWidth])"
+    )
+    exhibits = [e for r in opened.results for e in r.exhibits]
+    assert len(images) == sum(e.kind == "png" for e in exhibits) > 0
+    for alt, complete, natural, shown in images:
+        assert alt and complete and natural > 100 and shown > 100, alt
+    diagrams = opened.run(
+        "return [...document.querySelectorAll('svg')].map(s => s.getBoundingClientRect().width)"
+    )
+    assert len(diagrams) == sum(e.kind == "svg" for e in exhibits) > 0
+    assert min(diagrams) > 100
+
+
+def test_every_claim_and_erratum_has_its_place(opened: Opened) -> None:
+    opened.show()
+    ids = opened.run("return [...document.querySelectorAll('[id]')].map(e => e.id)")
+    for claim in (c for r in opened.results for c in r.claims):
+        assert ids.count(claim.id) == 1, claim.id
+    for entry in ERRATA:
+        assert ids.count(f"erratum-{entry.number}") == 1
+    assert len(set(ids)) == len(ids)
+
+
+def test_links_lead_to_what_can_be_seen(opened: Opened) -> None:
+    opened.show()
+    dead = opened.run(
+        "return [...document.querySelectorAll('a')].filter(a => "
+        "!document.getElementById(decodeURIComponent(a.hash.slice(1)))"
+        ".checkVisibility()).map(a => a.href)"
+    )
+    assert dead == []
+    place = "procedure-" + opened.results[-1].name
+    opened.run(f"document.querySelector('nav a[href=\"#{place}\"]').click()")
+    top = opened.run(f"return document.getElementById('{place}').getBoundingClientRect().top")
+    assert opened.run("return scrollY") > 0 and 0 <= top < DESK[1]
+
+
+@pytest.mark.parametrize("size", [PHONE, DESK])
+def test_nothing_is_wider_than_the_screen(opened: Opened, size: tuple[int, int]) -> None:
+    opened.show(size)
+    assert opened.run("return innerWidth") == size[0]
+    for closed in (True, False):
+        if not closed:
+            opened.run("document.querySelectorAll('details').forEach(d => d.open = true)")
+        excess, wider = opened.run(WIDER)
+        assert excess <= 0 and wider == []
+
+
+def test_figures_stay_legible_on_a_phone(opened: Opened) -> None:
+    opened.show(PHONE)
+    widths = opened.run("return [...document.images].map(i => i.getBoundingClientRect().width)")
+    assert min(widths) >= 34 * 16
+
+
+@pytest.mark.parametrize(("scheme", "dark"), [("light", False), ("dark", True)])
+def test_text_stands_out(opened: Opened, scheme: str, dark: bool) -> None:
+    opened.show(scheme=scheme)
+    opened.run("document.querySelectorAll('details').forEach(d => d.open = true)")
+    texts = opened.run(TEXTS)
+    kinds = " ".join(name for _, _, name in texts)
+    assert "verdict good" in kinds and "verdict bad" in kinds and "faint" in kinds
+    faint = [(name, contrast(c, b)) for c, b, name in texts if contrast(c, b) < LEAST_CONTRAST]
+    assert faint == []
+    paper = opened.run("return getComputedStyle(document.body).backgroundColor")
+    colour = [float(v) for v in paper.strip("rgb()").split(",")]
+    assert (_luminance(colour) < 0.05) == dark
+
+
+def test_diagrams_follow_the_colour_scheme(opened: Opened) -> None:
+    """They are drawn in the page's ink, so boxes must not be filled with it."""
+    for scheme in ("light", "dark"):
+        opened.show(scheme=scheme)
+        ink, boxes = opened.run(
+            "const ink = getComputedStyle(document.body).color;"
+            "return [ink, [...document.querySelectorAll('svg rect')]"
+            ".map(r => getComputedStyle(r).fill)]"
+        )
+        assert len(boxes) > 3 and ink not in boxes
+
+
+def test_it_can_be_walked_by_keyboard(opened: Opened) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    opened.show()
+    opened.driver.switch_to.active_element.send_keys(Keys.TAB)
+    assert opened.run("return document.activeElement.hash") == "#main"
+    assert opened.run("return document.activeElement.getBoundingClientRect().left") >= 0
+    stuck = opened.run(
+        "return [...document.querySelectorAll('*')].filter(e => "
+        "['auto', 'scroll'].includes(getComputedStyle(e).overflowX) && e.tabIndex < 0)"
+        ".map(e => e.outerHTML.slice(0, 80))"
+    )
+    assert stuck == []
+
+
+def test_it_asks_no_network_and_has_no_errors(opened: Opened) -> None:
+    opened.show()
+    asked = [
+        event["params"]["request"]["url"]
+        for event in opened.log
+        if event["method"] == "Network.requestWillBeSent"
+    ]
+    assert opened.file.as_uri() in asked  # else the log would be blind
+    others = {url for url in asked if not url.startswith("data:image/png;base64,")}
+    assert others == {opened.file.as_uri()}
+    entries = opened.run("return performance.getEntriesByType('resource').map(e => e.name)")
+    assert [name for name in entries if not name.startswith("data:")] == []
+    assert opened.driver.get_log("browser") == []
+    assert opened.driver.title == "The thesis reproduced: macromicro"
+
+
+def test_it_prints(opened: Opened) -> None:
+    opened.show()
+    printed = base64.b64decode(opened.command("Page.printToPDF", printBackground=False)["data"])
+    assert printed.startswith(b"%PDF") and len(printed) > 50_000
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [PHONE, DESK])
+def test_a_picture_of_it_is_kept(
+    opened: Opened, size: tuple[int, int], scheme: str, tmp_path: Path
+) -> None:
+    opened.show(size, scheme)
+    place = tmp_path / f"page-{size[0]}-{scheme}.png"
+    opened.picture(place)
+    header = place.read_bytes()[:24]
+    assert header.startswith(b"\x89PNG")
+    assert int.from_bytes(header[16:20], "big") == size[0]
