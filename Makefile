@@ -6,10 +6,10 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-all browser lint format bench docs clean
+.PHONY: help run test test-all browser lint format bench bench-peers docs clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
 
 run: $(VENV)/.core ## run the thesis' integrated test; results in results/thesis
 	$(BIN)/macromicro run --out results/thesis --overwrite
@@ -44,6 +44,9 @@ format: $(VENV)/.dev ## format the code and sort its imports
 
 bench: $(VENV)/.core ## measure the speed
 	$(BIN)/python benchmarks/bench.py
+
+bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
+	$(BIN)/python benchmarks/peers/compare.py
 
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py

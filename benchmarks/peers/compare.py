@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import beside_c
-import hysteresis
 import job as common
 import peers
+import preisach_rate
 from compiling import NoCompilerError, version
 
 import macromicro
@@ -60,7 +60,7 @@ def main(wanted: list[str]) -> None:
         try:
             record["beside_c"] = beside_c.measure(job, folder)
             record["batch"] = beside_c.batches(job, folder)
-            record["preisach"] = [row._asdict() for row in hysteresis.measure(folder)]
+            record["preisach"] = [row._asdict() for row in preisach_rate.measure(folder)]
             beside_c.show(record)
         except NoCompilerError as problem:
             record["without_c"] = str(problem)

@@ -16,8 +16,9 @@ from peer import Run, main
 
 def prepare(job: Job) -> Run:
     """The loop from target to counts and effort."""
-    import control as ct
     import numpy as np
+
+    import control as ct
 
     plant = ct.ss(
         [[1.0, job.dt], [0.0, -job.a]], [[0.0], [job.b]], [[1.0, 0.0]], [[0.0]], job.dt,

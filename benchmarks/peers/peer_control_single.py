@@ -15,8 +15,9 @@ from peer import Run, main
 
 def prepare(job: Job) -> Run:
     """States: position, speed, last error."""
-    import control as ct
     import numpy as np
+
+    import control as ct
 
     def volts(state: Any, target: float) -> tuple[int, float]:
         seen = math.floor(state[0])

@@ -7,6 +7,7 @@ keeps what it compiled for a diagram, so only the first run compiles.
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 from job import Job
@@ -41,13 +42,11 @@ def prepare(job: Job) -> Run:
         FeedthroughBlock(sent),
         FeedthroughBlock(net),
     )
-    chain = (plant, encoder, None, controller, output, friction, plant)
     builder.connect(target.output_ports[0], error.input_ports[0])
     builder.connect(encoder.output_ports[0], error.input_ports[1])
-    builder.connect(error.output_ports[0], controller.input_ports[0])
-    for one, other in zip(chain, chain[1:], strict=False):
-        if one is not None and other is not None:
-            builder.connect(one.output_ports[0], other.input_ports[0])
+    builder.connect(plant.output_ports[0], encoder.input_ports[0])
+    for one, other in itertools.pairwise((error, controller, output, friction, plant)):
+        builder.connect(one.output_ports[0], other.input_ports[0])
     diagram = builder.build()
     context = diagram.create_context()
     recorded = {"counts": encoder.output_ports[0], "volts": output.output_ports[0]}

@@ -12,6 +12,7 @@ import typer
 from macromicro import __version__
 from macromicro.commands import identify
 from macromicro.commands.collect import collect
+from macromicro.commands.reproduce import reproduce
 from macromicro.commands.signals import INTERRUPTED, Signals
 from macromicro.errors import MacromicroError
 
@@ -210,3 +211,4 @@ def programmes(
 
 
 app.command()(collect)
+app.command()(reproduce)

@@ -400,7 +400,9 @@ def test_a_lab_takes_the_first_rig_of_each_kind() -> None:
     lab = Lab(Settings()._replace(guard=Limits(hottest=90.0)), rigs=(oven, one, two))
     found = lab.bench()
     assert isinstance(found, Fixture) and found.name == "mine"
-    assert found.limits.hottest == 90.0  # the user's limits hold on a rig, too
+    assert found.limits == Limits(hottest=90.0)  # the user's limits hold on a rig, too
+    own = Lab(rigs=(Made().fixture(limits=Limits(hottest=120.0)),)).bench()
+    assert isinstance(own, Fixture) and own.limits == Limits(hottest=120.0)
     assert lab.kiln() is oven
     with pytest.raises(InputError, match="no cycle among the rigs"):
         lab.cycle()

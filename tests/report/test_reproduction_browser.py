@@ -189,7 +189,7 @@ def test_links_lead_to_what_can_be_seen(opened: Opened) -> None:
     dead = opened.run(
         "return [...document.querySelectorAll('a')].filter(a => "
         "!document.getElementById(decodeURIComponent(a.hash.slice(1)))"
-        ".checkVisibility()).map(a => a.href)"
+        "?.checkVisibility()).map(a => a.href)"
     )
     assert dead == []
     place = "procedure-" + opened.results[-1].name

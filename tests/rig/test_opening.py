@@ -11,6 +11,7 @@ import pytest
 
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
+from macromicro.rig.limits import Limits
 from macromicro.rig.opening import open_rig
 from macromicro.types import Sample
 
@@ -18,6 +19,7 @@ RIG = """
 import math
 from macromicro.types import Sample
 from macromicro.control.calibration import shipped
+from macromicro.rig.limits import Limits
 
 seeds = []
 
@@ -51,6 +53,8 @@ def changed(**values):
     return make
 
 calibrated = changed(calibration=shipped())
+limited = changed(limits=Limits(hottest=120.0))
+unlimited = changed(limits={"hottest": 120.0})
 toaster = changed(kind="toaster")
 strange = changed(channels=("encoder", "smell"))
 text = changed(channels="encoder")
@@ -97,8 +101,10 @@ def test_a_kiln_says_more(module: object) -> None:
     assert (found.dt, found.rest, found.pitch) == (0.5, 600.0, 1e-5)
 
 
-def test_its_own_calibration_is_kept(module: object) -> None:
+def test_its_own_calibration_and_limits_are_kept(module: object) -> None:
     assert isinstance(open_rig("my_rigs:calibrated").table, Calibration)
+    assert open_rig("my_rigs:bench").limits is None
+    assert open_rig("my_rigs:limited").limits == Limits(hottest=120.0)
 
 
 def test_another_process_may_have_it(module: object) -> None:
@@ -129,6 +135,7 @@ def test_another_process_may_have_it(module: object) -> None:
         ("my_rigs:coarse", "0.001 s for a bench"),
         ("my_rigs:unrested", "0 or more"),
         ("my_rigs:uncalibrated", "Calibration"),
+        ("my_rigs:unlimited", "macromicro.rig.limits.Limits"),
     ],
 )
 def test_what_will_not_do_is_said(module: object, name: str, said: str) -> None:

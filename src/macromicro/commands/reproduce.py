@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json as json_format
 import os
 import sys
+import time
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -16,7 +16,7 @@ from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
     from macromicro.experiments.procedure import Lab, Procedure
-    from macromicro.experiments.reproduce import Chosen, Result
+    from macromicro.experiments.reproduce import Chosen
 
 MAX_SEED = 2**31  # trials count on from it
 MAX_JOBS = 256
@@ -76,8 +76,8 @@ def reproduce(
         _list(procedures)
         return
     chosen = choosing.choose([*(only or []), *(names or [])], procedures)
-    processes = _processes(jobs)
     lab = _lab(rig or [], seed, chosen)
+    processes = _processes(jobs) if not lab.rigs else 1  # a rig is one thing
     folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
     _check_json(json, overwrite)
     with Signals() as signals:
@@ -97,12 +97,11 @@ def _processes(jobs: int | None) -> int:
 def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
     from macromicro.errors import InputError
     from macromicro.experiments.procedure import Lab
-    from macromicro.rig.opening import open_rig
+    from macromicro.rig.opening import TWIN, open_rig
 
     if not 0 <= seed < MAX_SEED:
         raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
-    fixtures = tuple(open_rig(name) for name in rigs if name != "twin")
-    lab = Lab(seed=seed, rigs=fixtures)
+    lab = Lab(seed=seed, rigs=tuple(open_rig(name, seed) for name in rigs if name != TWIN))
     for each in chosen:
         lab.check(each.procedure)
     return lab
@@ -133,24 +132,34 @@ def _reproduce(
     signals: Signals,
 ) -> None:
     from macromicro.experiments import reproduce as experiment
-    from macromicro.report import reproduction_files, reproduction_terminal
+    from macromicro.experiments.procedures import all_procedures
+    from macromicro.report import reproduction_files as files
+    from macromicro.report import reproduction_terminal as terminal
+    from macromicro.report.reproduction import About
 
-    started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+    started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()
-    with reproduction_terminal.progress([c.procedure for c in chosen]) as report:
+    with terminal.progress([c.procedure for c in chosen]) as report:
         results = experiment.run(chosen, lab, jobs, report, lambda: bool(signals.received))
-    rows = json_format.dumps(experiment.as_rows(results), indent=2, ensure_ascii=False) + "\n"
-    page = reproduction_files.write(out, results, [c.procedure for c in chosen], started, lab.seed)
+    about = About(
+        started.isoformat(sep=" ", timespec="seconds"),
+        time.perf_counter() - began,
+        lab.seed,
+        lab.settings,
+        tuple(r.name for r in lab.rigs),
+    )
+    page = files.write(out, results, all_procedures(), about)
     if json == STDOUT:
-        print(rows, end="")
+        print(files.as_json(results), end="")
     else:
         if json is not None:
-            json.write_text(rows, encoding="utf-8")
-        reproduction_terminal.show(results)
+            json.write_text(files.as_json(results), encoding="utf-8")
+        terminal.show(results)
         print(f"page: {page}")
-    for failed in (r for r in results if r.failure):
-        print(f"macromicro: {failed.name}: {failed.failure}", file=sys.stderr)
-    if signals.received or any(r.failure for r in results):
+    failures = [r for r in results if r.failure]
+    for result in failures:
+        print(f"macromicro: {result.name}: {result.failure}", file=sys.stderr)
+    if signals.received or failures:
         raise typer.Exit(signals.status or 1)
 
 

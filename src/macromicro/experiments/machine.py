@@ -50,9 +50,10 @@ class GuardTripped(MacromicroError):
         super().__init__(f"{what}: {fault.message} {fault.evidence}. {fault.remedy}")
 
 
-def watchdog(limits: Limits, table: Calibration | None) -> Guard:
-    """The guard for a rig with this Hall calibration, None for the shipped one."""
-    return guard.prepare(limits, calibration.shipped() if table is None else table)
+def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
+    """The guard for a rig with these limits and this Hall calibration, by default the
+    package's."""
+    return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
 
 
 def approach(fixture: Fixture, session: Session, place: float) -> None:

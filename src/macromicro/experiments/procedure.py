@@ -40,9 +40,10 @@ class Lab(NamedTuple):
         """The two-stage bench."""
         from macromicro.plant import bench
 
-        if self.rigs:
-            return self.rig("bench")._replace(limits=self.settings.guard)
-        return bench.prepare(self.settings.bench, self.settings.sensors)
+        if not self.rigs:
+            return bench.prepare(self.settings.bench, self.settings.sensors)
+        rig = self.rig("bench")
+        return rig._replace(limits=rig.limits or self.settings.guard)
 
     def kiln(self) -> Oven:
         """The kiln of Section 5.2.1."""

@@ -73,14 +73,14 @@ def on_rig(fixture: Fixture) -> Runner:
     ) -> Recording:
         _check(fixture, programme)
         control = control_settings.prepare(settings.controller, fan, fixture.table)
-        limits = watchdog(settings.guard, control.calibration)
+        limits = fixture.limits or settings.guard
         blocks = _Blocks()
         with fixture.open(seed) as session:
             session.cold(fixture.rest)
             if fixture.has("encoder"):
-                approach(fixture._replace(limits=settings.guard), session, 0.0)
+                approach(fixture._replace(limits=limits), session, 0.0)
             session.restart()
-            rig = Guarded(session, limits, PERIOD)
+            rig = Guarded(session, watchdog(limits, control.calibration), PERIOD)
             longest = round(simulate.longest(settings, programme) / PERIOD)
             last = loop.run(
                 rig,

@@ -8,12 +8,15 @@ import math
 import os
 import sys
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
+from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
 from macromicro.textfile import printable
+
+T = TypeVar("T")
 
 TWIN = "twin"
 OPTION = "--rig"
@@ -46,7 +49,8 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
 
     The module is looked for in the working directory as well. The factory is called once to
     see what the rig has: `channels`; and where it has them, `kind` ("bench", "kiln" or
-    "cycle"), `dt` [s], `rest` [s], `calibration` and `pitch` [m] as in `Fixture`. Raises
+    "cycle"), `dt` [s], `rest` [s], `limits`, `calibration` (the table) and `pitch` [m] as in
+    `Fixture`. Raises
     `InputError`. The twin is no `Fixture`: callers know it by its name.
     """
     module, colon, function = name.partition(":")
@@ -66,7 +70,8 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
         _channels(rig, factory, known.channels),
         _number(rig, factory, "dt", known.dt),
         _number(rig, factory, "rest", 0.0),
-        table=_calibration(rig, factory),
+        _own(rig, factory, "limits", Limits),
+        _own(rig, factory, "calibration", Calibration),
     )
     if kind != KILN and fixture.dt != known.dt:
         raise InputError(f"{OPTION} {factory}, dt", fixture.dt, f"{known.dt:g} s for a {kind}")
@@ -139,10 +144,10 @@ def _number(rig: Any, factory: Factory, name: str, default: float) -> float:
     return float(value)
 
 
-def _calibration(rig: Any, factory: Factory) -> Calibration | None:
-    """The rig's Hall calibration, or None."""
-    value = getattr(rig, "calibration", None)
-    if value is not None and not isinstance(value, Calibration):
-        accepted = "a macromicro.control.calibration.Calibration"
-        raise InputError(f"{OPTION} {factory}, calibration", printable(value), accepted)
+def _own(rig: Any, factory: Factory, name: str, kind: type[T]) -> T | None:
+    """The rig's attribute `name` of this type, or None."""
+    value = getattr(rig, name, None)
+    if value is not None and not isinstance(value, kind):
+        accepted = f"a {kind.__module__}.{kind.__name__}"
+        raise InputError(f"{OPTION} {factory}, {name}", printable(value), accepted)
     return value

@@ -40,8 +40,9 @@ class Fixture(NamedTuple):
     always the same machine. `kind`: BENCH, KILN or CYCLE, which says what is written to it;
     `channels`: what it measures; `dt` [s]: its control period. `rest` [s]: how long it is
     left with outputs safe before a run that must begin cold; 0 where `make` gives it cold, its
-    laser at zero. `limits`: of the guard; `table`: its Hall calibration, None for the shipped
-    one; `pitch` [m]: travel per encoder count of a kiln.
+    laser at zero. `limits`: of its guard, None for the user's settings or the defaults; `table`:
+    its Hall calibration, None for the shipped one; `pitch` [m]: travel per encoder count of a
+    kiln.
     """
 
     name: str
@@ -50,7 +51,7 @@ class Fixture(NamedTuple):
     channels: tuple[str, ...]
     dt: float
     rest: float = 0.0
-    limits: Limits = Limits()
+    limits: Limits | None = None
     table: Calibration | None = None
     pitch: float = KilnBench().encoder.pitch
 

@@ -30,7 +30,7 @@ SHOWN_S = 20.0
 # Steps that reach the stop are over within this.
 FAST_S = 6.0
 LONG_S = 60.0
-POINTS = 1000
+POINTS = 500
 
 
 def draw(models: Models) -> Iterator[Drawn]:
@@ -45,7 +45,7 @@ def draw(models: Models) -> Iterator[Drawn]:
 
 
 def _until(t: Array, seconds: float) -> slice:
-    """Rows up to `seconds`, a thousand or two of them: curves are smooth, noise is small."""
+    """Rows up to `seconds`, some hundreds of them: curves are smooth, noise is small."""
     end = int(np.searchsorted(t, seconds))
     return slice(0, end, max(end // POINTS, 1))
 
@@ -208,7 +208,7 @@ def _cooling(models: Models) -> Drawn:
         times.append(found.time)
         t, x = thermal.averaged(trials)
         begin = int(np.flatnonzero(trials[0]["ctrl"] > 0.0)[-1]) + 1
-        rows = slice(begin, begin + round(seconds / trials[0].dt))
+        rows = slice(begin, begin + round(seconds / trials[0].dt), 5)
         fall = on_cooling(table, x[rows], found.peak)
         known = (fall.slope > 0.0) & (fall.high - fall.low <= thermal.WIDEST_BAND)
         shown = np.where(known, fall.temperature, np.nan)

@@ -232,7 +232,7 @@ def held_back(runs: MicroRuns) -> Drawn:
         "Step to 3.8 mm with Kp 3. The larger Ki = Kaw, the sooner the integral effort is where it "
         "must be, until it oscillates. (c) Peak to peak of the integral effort over the last 3 s "
         f"of 6, less a straight line: {unrest[30.0]:.3f} V at the chosen 30, "
-        f"{unrest[60.0]:.2f} V at 60.",
+        f"{unrest[60.0]:.2f} V at 60; with 5 it still rises.",
         figure,
         ("S13a",),
     )

@@ -1,0 +1,186 @@
+"""The common job of benchmarks/peers: every definition of it gives the same trajectory."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from macromicro.control import macro as control
+from macromicro.kernel import compiled
+from macromicro.models import macro
+
+PEERS = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
+NAMES = ("job", "rollout", "compiling", "c_loop", "timing", "preisach_rate", "beside_c")
+
+needs_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) here")
+
+
+@pytest.fixture(scope="module")
+def peers() -> Iterator[dict[str, ModuleType]]:
+    """The benchmark's modules, which find each other in their own folder."""
+    before = {name: sys.modules.pop(name) for name in NAMES if name in sys.modules}
+    sys.path.insert(0, str(PEERS))
+    try:
+        yield {name: importlib.import_module(name) for name in NAMES}
+    finally:
+        sys.path.remove(str(PEERS))
+        for name in NAMES:
+            sys.modules.pop(name, None)
+        sys.modules.update(before)
+
+
+def trajectory(peers: dict[str, ModuleType], job: Any, kernel: Any) -> Any:
+    out = np.empty((2, job.samples))
+    kernel(*peers["rollout"].arguments(job), out)
+    return out
+
+
+def by_hand(peers: dict[str, ModuleType], job: Any) -> Any:
+    """The equations in the head of job.py, with what the Python peers share."""
+    common = peers["job"]
+    out = np.empty((2, job.samples))
+    x = v = last = 0.0
+    for k in range(job.samples):
+        seen = math.floor(x)
+        error = job.target - seen
+        u = common.effort(job, error, last)
+        last = error
+        out[:, k] = seen, u
+        x, v = x + job.dt * v, job.b * common.net(job, u) - job.a * v
+    return out
+
+
+def jobs(peers: dict[str, ModuleType]) -> list[Any]:
+    """The job, a move back, one that never saturates and one with a lower rail."""
+    job = peers["job"].default()
+    return [
+        job,
+        job._replace(target=-1234.0, samples=3000),
+        job._replace(target=40.0, before=-0.009, samples=3000),
+        job._replace(rail=3.7, samples=3000),
+        job._replace(width=0.0, samples=3000),
+    ]
+
+
+def test_the_job_is_the_package_s_default(peers: dict[str, ModuleType]) -> None:
+    """(4.10) with the minus sign, 3 V, 5 V, (4.3), (4.5): 2800 counts, 10 s at 1 kHz."""
+    job = peers["job"].default()
+    assert tuple(job) == (
+        0.0124593, -0.0112178, 3.0, 5.0, -0.95833, 165.72, 1e-3, 0.364, 0.636, 3.0, 5.0,
+        2800.0, 10_000,
+    )  # fmt: skip
+
+
+def test_the_job_survives_its_file(peers: dict[str, ModuleType], tmp_path: Path) -> None:
+    job = peers["job"].default()._replace(now=0.1 + 0.2)
+    assert peers["job"].read(peers["job"].written(job, tmp_path / "job.json")) == job
+
+
+def test_compiled_interpreted_and_by_hand_agree_in_every_sample(
+    peers: dict[str, ModuleType],
+) -> None:
+    for job in jobs(peers):
+        fast = trajectory(peers, job, compiled(macro.rollout))
+        assert np.array_equal(fast, trajectory(peers, job, macro.rollout))
+        assert np.array_equal(fast, by_hand(peers, job))
+        assert np.array_equal(fast[0], np.floor(fast[0]))
+        assert np.ptp(fast[0]) > 30.0
+
+
+def test_closed_loop_is_the_rollout(peers: dict[str, ModuleType]) -> None:
+    job = peers["job"].default()
+    model, law = peers["rollout"].parts(job)
+    found = macro.closed_loop(model, law, np.full(job.samples, job.target), counted=True)
+    assert np.array_equal(found, trajectory(peers, job, compiled(macro.rollout)))
+    assert abs(found[0][-1] - job.target) <= 2.0
+
+
+def test_without_an_encoder_the_law_sees_the_position_itself(peers: dict[str, ModuleType]) -> None:
+    job = peers["job"].default()._replace(samples=2000)
+    model, law = peers["rollout"].parts(job)
+    aim = np.full(job.samples, job.target)
+    x, volts = macro.closed_loop(model, law, aim)
+    error = aim - x
+    for k in (0, 1, 500, 1999):
+        memory = control.MacroMemory(0.0, error[k - 1] if k else 0.0)
+        assert control.step(law, memory, error[k], job.dt)[1] == volts[k]
+    assert not np.array_equal(x, np.floor(x))
+
+
+@given(st.floats(-1e12, 1e12))
+def test_whole_is_floor(x: float) -> None:
+    assert macro.whole(x) == math.floor(x)
+
+
+@pytest.mark.parametrize("n", [-3.0, 0.0, 7.0, 2800.0, 2.0**40])
+def test_whole_beside_a_whole_number(n: float) -> None:
+    for x in (n, math.nextafter(n, math.inf), math.nextafter(n, -math.inf), n + 0.5):
+        assert macro.whole(x) == math.floor(x)
+        assert compiled(macro.whole)(x) == math.floor(x)
+
+
+@needs_c
+@pytest.mark.parametrize("flags", ["PLAIN", "NATIVE"])
+def test_c_and_the_package_agree_in_every_sample(
+    peers: dict[str, ModuleType], tmp_path: Path, flags: str
+) -> None:
+    """Exactly: the same operations in the same order, and the compiler may not fuse them."""
+    chosen = getattr(peers["compiling"], flags)
+    place = peers["compiling"].library("loop.c", tmp_path, chosen)
+    for job in jobs(peers):
+        loop = peers["c_loop"].loop(job, place)
+        loop.run()
+        assert np.array_equal(loop.out, trajectory(peers, job, compiled(macro.rollout)))
+
+
+@needs_c
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_the_batch_is_many_single_runs(
+    peers: dict[str, ModuleType], tmp_path: Path, threads: int
+) -> None:
+    """37 variants: a whole block and a part of one, each as `rollout` computes it."""
+    job = peers["job"].default()._replace(samples=1500)
+    found = peers["c_loop"].batch(job, tmp_path, 37)(threads)
+    now, before = peers["c_loop"].gains(job, 37)
+    for k in range(37):
+        one = job._replace(now=float(now[k]), before=float(before[k]))
+        counts = trajectory(peers, one, compiled(macro.rollout))[0]
+        assert np.array_equal(found[:, k], peers["beside_c"].summary(job, counts))
+
+
+@needs_c
+def test_preisach_in_c_and_the_package_agree_in_every_sample(
+    peers: dict[str, ModuleType], tmp_path: Path
+) -> None:
+    rate = peers["preisach_rate"]
+    table = rate.table()
+    in_c = rate.in_c(peers["compiling"].library("preisach.c", tmp_path), table)
+    for u in rate.inputs(20_000).values():
+        mine = rate.outputs(rate.in_package(table), u)
+        assert np.array_equal(mine, rate.outputs(in_c, u))
+        assert np.ptp(mine) > 0.5
+
+
+def test_without_a_compiler_the_reason_is_told(
+    peers: dict[str, ModuleType], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(peers["compiling"].NoCompilerError, match="no C compiler"):
+        peers["compiling"].library("loop.c", tmp_path)
+
+
+@needs_c
+def test_what_the_compiler_says_is_passed_on(peers: dict[str, ModuleType], tmp_path: Path) -> None:
+    with pytest.raises(peers["compiling"].NoCompilerError, match="absent"):
+        peers["compiling"].library("absent.c", tmp_path)
