@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -48,6 +49,43 @@ def test_the_command_collects_on_it(lab: Path) -> None:
     refused = run(lab, "-m", "macromicro", "collect", "--rig", "mylab:bench", "hall")
     assert refused.returncode == 2
     assert "needs hall, laser of the bench, mylab:bench measures encoder" in refused.stderr
+
+
+SLOW = """
+import pathlib, sys, time
+import mylab
+
+class Slow(mylab.Carriage):
+    def wait(self, dt):
+        time.sleep(dt)
+        super().wait(dt)
+    def write(self, outputs):
+        super().write(outputs)
+        if outputs.motor:
+            print("driving", file=sys.stderr, flush=True)
+    def __exit__(self, *what):
+        super().__exit__(*what)
+        pathlib.Path("left").write_text(f"{self.outputs.motor}")
+
+def bench(seed):
+    return Slow()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_leaves_the_rig_safe(lab: Path, number: int) -> None:
+    """Sent while the motor is on."""
+    (lab / "slow.py").write_text(SLOW, encoding="utf-8")
+    words = ["-m", "macromicro", "collect", "--rig", "slow:bench", "drive", "--out", "o"]
+    process = subprocess.Popen([sys.executable, *words], cwd=lab, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    while "driving" not in process.stderr.readline():
+        assert process.poll() is None
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 128 + number and "Traceback" not in errors
+    assert (lab / "left").read_text() == "0.0"
+    assert not (lab / "o").exists()
 
 
 def test_every_channel_and_kind_stands_there() -> None:

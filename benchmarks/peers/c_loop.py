@@ -35,7 +35,7 @@ def loop(job: Job, place: Path) -> Loop:
     given = (numbers.ctypes.data, aim.ctypes.data, job.samples, out[0].ctypes.data,
              out[1].ctypes.data)  # fmt: skip
 
-    def run(_keep: Any = (numbers, aim)) -> None:
+    def run(_keep: Any = (numbers, aim, out)) -> None:  # C has bare addresses of them
         function(*given)
 
     return Loop(run, out)

@@ -33,9 +33,11 @@ def main(prepare: Callable[[Job], Run]) -> None:
     counts, effort = run()
     cold = time.perf_counter()
     warm: list[float] = []
+    busy: list[float] = []
     while len(warm) < FEWEST or (sum(warm) < SECONDS and len(warm) < MOST):
-        begun = time.perf_counter()
+        begun, worked = time.perf_counter(), time.process_time()
         counts, effort = run()
+        busy.append(time.process_time() - worked)
         warm.append(time.perf_counter() - begun)
     trajectory = np.array([np.ravel(counts), np.ravel(effort)], dtype=np.float64)
     np.save(sys.argv[2], trajectory[:, : job.samples])
@@ -44,6 +46,7 @@ def main(prepare: Callable[[Job], Run]) -> None:
         "cold": cold - start,
         "warm": median(warm),
         "least": min(warm),
+        "busy": median(busy),
         "runs": len(warm),
     }
     Path(sys.argv[3]).write_text(json.dumps(times), encoding="utf-8")

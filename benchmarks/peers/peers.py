@@ -6,16 +6,12 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from statistics import median
 from typing import NamedTuple
 
-import c_loop
 import environments
 import numpy as np
-from compiling import NoCompilerError
 from job import Job, written
 from rollout import arguments
-from timing import alternating
 
 from macromicro.models import macro
 
@@ -32,8 +28,9 @@ class Peer(NamedTuple):
     package: str = ""
 
 
+REFERENCE = "C, cc -O3"
 PEERS = (
-    Peer("C, cc -O3", "peer_c.py"),
+    Peer(REFERENCE, "peer_c.py"),
     Peer("macromicro", "peer_package.py"),
     Peer("plain Python", "peer_python.py"),
     Peer("FMPy, unit in C", "peer_fmpy.py", "fmpy", "FMPy"),
@@ -47,16 +44,22 @@ PEERS = (
 
 class Row(NamedTuple):
     """A peer: times [s] of import, building and first run (cold), of a later run (median and
-    least of `runs`), warm over C's at the same time, largest differences to the package's
-    interpreted kernels, samples that differ at all; or the reason why there is nothing."""
+    least of `runs`), and the processor's time in it (busy, median); largest differences to
+    the package's interpreted kernels, samples that differ at all; or why there is nothing.
+
+    Ratios to C: of the least times, and of the processor's. On a busy machine only the
+    latter is fair to a long run, which has to wait more often than a short one.
+    """
 
     name: str
     version: str
     cold: float | None = None
     warm: float | None = None
     least: float | None = None
+    busy: float | None = None
     runs: int = 0
-    ratio: float | None = None
+    ratio_of_least: float | None = None
+    ratio_of_busy: float | None = None
     counts_off: float | None = None
     volts_off: float | None = None
     differing: int | None = None
@@ -71,21 +74,22 @@ def expected(job: Job) -> np.ndarray:
 
 
 def measure(job: Job, folder: Path, wanted: list[str]) -> list[Row]:
-    """All peers whose name has one of the words `wanted`, or all."""
+    """All peers, or those whose name has one of the words `wanted` and the reference."""
     place, right = written(job, folder / "job.json"), expected(job)
-    try:
-        reference = c_loop.compiled(job, folder, stem="loop_reference").run
-    except NoCompilerError:
-        reference = None
-    rows = []
+    rows: list[Row] = []
     for peer in PEERS:
-        if wanted and not any(word.lower() in peer.name.lower() for word in wanted):
+        if wanted and not any(word.lower() in peer.name.lower() for word in (*wanted, REFERENCE)):
             continue
-        row = one(peer, place, folder, right)
-        if reference is not None and row.warm is not None:
-            row = row._replace(ratio=row.warm / median(alternating([reference], 200)[0]))
-        rows.append(row)
+        rows.append(beside(rows, one(peer, place, folder, right)))
     return rows
+
+
+def beside(rows: list[Row], row: Row) -> Row:
+    """The row with its ratios to the reference among `rows`, or to itself."""
+    c = next((r for r in (*rows, row) if r.name == REFERENCE), None)
+    if c is None or None in (c.least, c.busy, row.least, row.busy):
+        return row
+    return row._replace(ratio_of_least=row.least / c.least, ratio_of_busy=row.busy / c.busy)
 
 
 def one(peer: Peer, place: Path, folder: Path, right: np.ndarray) -> Row:
@@ -107,7 +111,8 @@ def one(peer: Peer, place: Path, folder: Path, right: np.ndarray) -> Row:
         words = [w.strip() for w in done.stderr.splitlines() if w.strip()]
         return Row(peer.name, version, failed=words[-1] if words else f"exit {done.returncode}")
     found, took = np.load(out), json.loads(times.read_text(encoding="utf-8"))
-    row = Row(peer.name, version, took["cold"], took["warm"], took["least"], took["runs"])
+    row = Row(peer.name, version, took["cold"], took["warm"], took["least"])
+    row = row._replace(busy=took["busy"], runs=took["runs"])
     if found.shape != right.shape:
         return row._replace(failed=f"trajectory of shape {found.shape}, not {right.shape}")
     off = np.abs(found - right)
@@ -120,16 +125,17 @@ def one(peer: Peer, place: Path, folder: Path, right: np.ndarray) -> Row:
 
 def show(rows: list[Row]) -> None:
     """The table."""
-    head = f"{'peer':30}{'version':>9}{'cold':>11}{'warm':>12}{'times C':>10}"
-    print(f"\n{head}{'counts off':>12}{'volts off':>11}")
+    head = f"{'peer':30}{'version':>8}{'cold':>9}{'warm':>12}{'least':>12}{'busy':>12}"
+    print(f"\n{head}{'busy to C':>11}{'counts off':>12}{'volts off':>11}")
     for row in rows:
-        start = f"{row.name:30}{row.version:>9}"
-        if row.cold is None or row.warm is None:
+        start = f"{row.name:30}{row.version:>8}"
+        if row.cold is None or row.warm is None or row.least is None or row.busy is None:
             print(f"{start}   {row.failed}")
             continue
-        ratio = "-" if row.ratio is None else f"{row.ratio:.3g}"
-        times = f"{row.cold:9.2f} s{1e3 * row.warm:9.3f} ms{ratio:>10}"
+        ratio = "-" if row.ratio_of_busy is None else f"{row.ratio_of_busy:.3g}"
+        times = "".join(f"{1e3 * s:9.3f} ms" for s in (row.warm, row.least, row.busy))
+        start += f"{row.cold:7.2f} s{times}{ratio:>11}"
         if row.counts_off is None or row.volts_off is None:
-            print(f"{start}{times}   {row.failed}")
+            print(f"{start}   {row.failed}")
             continue
-        print(f"{start}{times}{row.counts_off:12g}{row.volts_off:11.2g}")
+        print(f"{start}{row.counts_off:12g}{row.volts_off:11.2g}")

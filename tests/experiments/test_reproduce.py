@@ -9,15 +9,15 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))  # spawned processes get the path, too
 
-import broken_procedures as broken  # noqa: E402
+import broken_procedures as broken
 
-from macromicro.drawing.exhibit import Exhibit, Grid  # noqa: E402
-from macromicro.errors import InputError  # noqa: E402
-from macromicro.experiments import choosing, reproduce  # noqa: E402
-from macromicro.experiments.claim import NOT_MEASURED, REPRODUCED, Claim  # noqa: E402
-from macromicro.experiments.procedure import Lab  # noqa: E402
-from macromicro.experiments.procedures import all_procedures  # noqa: E402
-from macromicro.experiments.reproduce import Chosen, Result  # noqa: E402
+from macromicro.drawing.exhibit import Exhibit, Grid
+from macromicro.errors import InputError
+from macromicro.experiments import choosing, reproduce
+from macromicro.experiments.claim import NOT_MEASURED, REPRODUCED, Claim
+from macromicro.experiments.procedure import Lab
+from macromicro.experiments.procedures import all_procedures
+from macromicro.experiments.reproduce import Chosen, Result
 
 
 def test_failures_lose_nothing_but_themselves() -> None:

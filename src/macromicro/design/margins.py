@@ -1,4 +1,4 @@
-"""Gain crossover and phase margin from polynomials in z; PD design by phase margin.
+"""Margins of a loop from its polynomials in z: gain, phase, delay, disk; PD design by margin.
 
 Everything is evaluated on the unit circle with numpy. Polynomials: coefficients from the
 highest power of z down.
@@ -7,6 +7,7 @@ highest power of z down.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy.typing as npt
 from macromicro.errors import InputError
 
 Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
 
 _GRID = 4000
 
@@ -70,14 +72,12 @@ def crossovers(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[Crosso
 
     if not (dt > 0.0 and math.isfinite(dt)):
         raise InputError("crossovers: dt", dt, "above 0")
-    nyquist = math.pi / dt
-    grid = np.geomspace(1e-5 * nyquist, nyquist * (1.0 - 1e-9), _GRID)
+    grid = frequencies(dt)
 
     def level(frequency: float) -> float:
         return math.log(max(abs(response(num, den, frequency, dt)), 1e-300))
 
-    z = np.exp(1j * grid * dt)
-    gains = np.abs(np.polyval(np.asarray(num), z) / np.polyval(np.asarray(den), z))
+    gains = np.abs(responses(num, den, grid, dt))
     values = np.log(np.maximum(gains, 1e-300))
     found = []
     for k in range(_GRID - 1):
@@ -151,3 +151,124 @@ def lowest_frequency(num: npt.ArrayLike, den: npt.ArrayLike, dt: float, margin: 
 def _below_nyquist(frequency: float, dt: float) -> None:
     if not 0.0 < frequency * dt < math.pi:
         raise InputError("crossover frequency", frequency, "above 0, below the Nyquist one")
+
+
+class Margins(NamedTuple):
+    """How far a stable closed loop is from instability; every infinite one is `math.inf`.
+
+    `gain`, `gain_down`: the factors above and below 1 by which the loop's gain may change
+    (0: down to nothing). `phase` [deg] at `crossover` [rad/s], of the smallest magnitude;
+    `delay` [s] that may be added. `disk`: the symmetric disk margin alpha, and the factors
+    and the phase [deg] that it grants, gain and phase changing together; `peak_s`,
+    `peak_t`: largest |S| and |T|. A closed loop that is not stable has `stable` False and
+    NaN for everything else.
+    """
+
+    stable: bool
+    gain: float
+    gain_down: float
+    phase: float
+    crossover: float
+    delay: float
+    disk: float
+    disk_gain: float
+    disk_phase: float
+    peak_s: float
+    peak_t: float
+
+
+def is_stable(num: npt.ArrayLike, den: npt.ArrayLike) -> bool:
+    """Whether unity feedback around num/den has all its poles within the unit circle."""
+    poles = np.roots(np.polyadd(np.asarray(num, np.float64), np.asarray(den, np.float64)))
+    return bool(np.all(np.abs(poles) < 1.0))
+
+
+def margins(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Margins:
+    """Every margin of the loop num/den, closed by unity feedback, sampled each `dt` [s].
+
+    With S = 1 / (1 + L) and T = L / (1 + L), the symmetric disk margin is
+    alpha = 1 / max |(S - T) / 2|: the loop stays stable for every factor
+    (1 + d/2) / (1 - d/2) with |d| < alpha, which contains the gains from
+    (2 - alpha) / (2 + alpha) to its inverse and the phases within +-2 atan(alpha / 2)
+    (Seiler, Packard and Gahinet, An introduction to disk margins, 2020, skew 0).
+    Frequencies from 1e-5 of the Nyquist frequency up to it. Raises InputError for a `dt`
+    that is not above 0.
+    """
+    found = crossovers(num, den, dt)
+    if not is_stable(num, den):
+        return Margins(False, *[math.nan] * 10)
+    nearest = min(found, key=lambda c: abs(c.phase_margin), default=Crossover(math.nan, math.inf))
+    delay = min(
+        (math.radians(c.phase_margin % 360.0) / c.frequency for c in found), default=math.inf
+    )
+    factors = _critical_gains(num, den, dt)
+    skew = _peak(num, den, dt, lambda at: 0.5 * (1.0 - at) / (1.0 + at))
+    disk = math.inf if skew == 0.0 else 1.0 / skew
+    return Margins(
+        True,
+        min((f for f in factors if f > 1.0), default=math.inf),
+        max((f for f in factors if f < 1.0), default=0.0),
+        nearest.phase_margin,
+        nearest.frequency,
+        delay,
+        disk,
+        math.inf if disk >= 2.0 else (2.0 + disk) / (2.0 - disk),
+        math.degrees(2.0 * math.atan(0.5 * disk)),
+        _peak(num, den, dt, lambda at: 1.0 / (1.0 + at)),
+        _peak(num, den, dt, lambda at: at / (1.0 + at)),
+    )
+
+
+def frequencies(dt: float, count: int = _GRID) -> Array:
+    """`count` frequencies [rad/s], geometric from 1e-5 of the Nyquist frequency up to it."""
+    nyquist = math.pi / dt
+    return np.geomspace(1e-5 * nyquist, nyquist * (1.0 - 1e-9), count)
+
+
+def responses(num: npt.ArrayLike, den: npt.ArrayLike, frequency: Array, dt: float) -> Complex:
+    """num(z) / den(z) at z = exp(j frequency dt), frequencies [rad/s] (n,)."""
+    z = np.exp(1j * frequency * dt)
+    found: Complex = np.polyval(np.asarray(num), z) / np.polyval(np.asarray(den), z)
+    return found
+
+
+def _critical_gains(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[float]:
+    """Factors k > 0 that put a pole of the closed loop on the unit circle: -1 / L where L is
+    real and negative, inside the grid and at the Nyquist frequency."""
+    from scipy.optimize import brentq
+
+    grid = frequencies(dt)
+    at = responses(num, den, grid, dt)
+    rows = np.flatnonzero((at.imag[:-1] * at.imag[1:] < 0.0) & (at.real[:-1] < 0.0))
+    found = []
+    for k in rows:
+        w = brentq(
+            lambda f: response(num, den, f, dt).imag,
+            float(grid[k]),
+            float(grid[k + 1]),
+            xtol=1e-12,
+            rtol=1e-12,
+        )
+        found.append(-1.0 / response(num, den, float(w), dt).real)
+    # At both ends of the grid the loop is real, and no sign changes; at z = 1 an integrator
+    # has no value.
+    for z in (1.0, -1.0):
+        over, under = float(np.polyval(np.asarray(num), z)), float(np.polyval(np.asarray(den), z))
+        if over * under < 0.0 and abs(under) > 1e-9 * float(np.abs(den).sum()):
+            found.append(-under / over)
+    return [f for f in found if f > 0.0]
+
+
+def _peak(
+    num: npt.ArrayLike, den: npt.ArrayLike, dt: float, of: Callable[[Complex], Complex]
+) -> float:
+    """The largest |of(L)| over all frequencies: on the grid, then finer around its peak."""
+    grid = frequencies(dt)
+    size = np.abs(of(responses(num, den, grid, dt)))
+    best = int(np.argmax(size))
+    for _ in range(3):
+        low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+        grid = np.linspace(low, high, 101)
+        size = np.abs(of(responses(num, den, grid, dt)))
+        best = int(np.argmax(size))
+    return float(size[best])

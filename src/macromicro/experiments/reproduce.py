@@ -106,7 +106,8 @@ def _first(
     order: Sequence[Chosen], lab: Lab, jobs: int, stopped: Callable[[], bool]
 ) -> Iterator[Result]:
     """Results as they come. A process that dies breaks its whole pool: what was at work in it
-    is tried again, alone, so that only the guilty one is lost."""
+    is tried again, alone, so that only the guilty one is lost. On a real rig nothing is tried
+    twice: nobody knows where the first attempt has left it."""
     alone: list[Procedure] = []
     for procedure, result in _pooled([c.procedure for c in order], lab, jobs, stopped):
         if result is None:
@@ -114,6 +115,9 @@ def _first(
         else:
             yield result
     for procedure in alone:
+        if lab.rigs:
+            yield failed(procedure, "its process died")
+            continue
         for _, result in _pooled([procedure], lab, 1, stopped):
             yield result or failed(procedure, "its process died")
 

@@ -13,6 +13,7 @@ from macromicro.plant.cycle import CycleSample
 from macromicro.plant.kiln import KilnBench, KilnSample
 from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD
 from macromicro.rig.limits import Limits
+from macromicro.rig.unwinding import Unwinding
 from macromicro.types import SAFE, Sample
 
 BENCH, KILN, CYCLE = "bench", "kiln", "cycle"
@@ -76,13 +77,15 @@ class Session:
     """An opened rig, as a `Rig`.
 
     It may be entered again inside itself; leaving always makes the outputs safe, and leaves
-    the rig at last. Readings are taken once a period, however often they are asked for.
+    the rig at last, also on Ctrl-C and SIGTERM, whatever else they do. Readings are taken
+    once a period, however often they are asked for.
     """
 
     def __init__(self, rig: Any, dt: float) -> None:
         self._rig = rig
         self._dt = dt
         self._inside = 0
+        self._unwinding = Unwinding()
         self._sample: Any = None
         self._zero: float | None = None
 
@@ -148,7 +151,12 @@ class Session:
 
     def __enter__(self) -> Self:
         if not self._inside:
-            self._rig.__enter__()
+            self._unwinding.begin()
+            try:
+                self._rig.__enter__()
+            except BaseException:
+                self._unwinding.end()
+                raise
         self._inside += 1
         return self
 
@@ -159,8 +167,14 @@ class Session:
         trace: TracebackType | None,
     ) -> None:
         self._inside -= 1
+        if self._inside:
+            self.stop()
+            return
+        self._unwinding.leaving()
         try:
             self.stop()
         finally:
-            if not self._inside:
+            try:
                 self._rig.__exit__(kind, error, trace)
+            finally:
+                self._unwinding.end()

@@ -1,0 +1,143 @@
+"""``macromicro sweep SPEC.toml``: many variants of a job, over processes or a cluster."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.sweep.run import Outcome, Ready, Request
+
+
+def sweep(
+    spec: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="SPEC.toml",
+            help="What to vary (docs/sweep.md); with --list, the name of a job.",
+            show_default=False,
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Processes.", show_default="one for each core"),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Compute on the cluster of this dask scheduler, tcp://HOST:8786.",
+            show_default=False,
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with what an interrupted sweep left.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results.", show_default="results/<spec>")
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the sweep in that folder.")
+    ] = False,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List the jobs, or a job's parameters and metrics.")
+    ] = False,
+) -> None:
+    """Compute a job for every variant of a grid, or of a random, Latin hypercube or Sobol sample.
+
+    Finished variants survive any interruption; --resume computes the others.
+    """
+    if listed:
+        _list(spec)
+        return
+    from macromicro.errors import InputError
+    from macromicro.sweep.run import Request
+
+    if spec is None:
+        raise InputError("sweep", "no spec", "a file, macromicro sweep SPEC.toml, or --list")
+    request = Request(Path(spec), out, workers, scheduler, resume, overwrite)
+    with Signals() as signals:
+        try:
+            _sweep(request, signals)
+        except KeyboardInterrupt:  # a second signal
+            print("macromicro: interrupted", file=sys.stderr)
+            raise typer.Exit(signals.status) from None
+
+
+def _sweep(request: Request, signals: Signals) -> None:
+    from macromicro.report.provenance import software
+    from macromicro.sweep import run
+    from macromicro.sweep.progress import progress
+
+    ready = run.check(request)
+    if ready.note:
+        print(f"macromicro: {ready.note}", file=sys.stderr)
+    signals.later()
+    with progress() as shown:
+        outcome = run.execute(
+            ready, shown.begin, shown.report, lambda: bool(signals.received), software()
+        )
+    if outcome.written is None:
+        _interrupted(request, ready, outcome)
+        raise typer.Exit(signals.status or 1)
+    _show(ready, outcome)
+    if outcome.written.impossible == outcome.written.rows:
+        print("macromicro: every variant is impossible", file=sys.stderr)
+        raise typer.Exit(signals.status or 1)
+
+
+def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
+    words = ["macromicro", "sweep", str(request.spec), "--out", str(ready.out), "--resume"]
+    if request.scheduler is not None:
+        words += ["--scheduler", request.scheduler]
+    elif request.workers is not None:
+        words += ["--workers", str(request.workers)]
+    count = ready.task.spec.count
+    print(
+        f"macromicro: interrupted; {outcome.done} of {count} variants are finished and kept; "
+        f"to go on: {shlex.join(words)}",
+        file=sys.stderr,
+    )
+
+
+def _show(ready: Ready, outcome: Outcome) -> None:
+    from macromicro.sweep.folder import RESULTS
+    from macromicro.sweep.progress import ranges, span
+
+    written = outcome.written
+    assert written is not None
+    units = {m.name: m.unit for m in ready.metrics}
+    for line in ranges(written, {name: units[name] for name in ready.task.spec.metrics}):
+        print(line)
+    if written.impossible:
+        print(f"impossible: {written.impossible} of {written.rows}; {written.words}")
+    new = outcome.done - outcome.before
+    rate = f", {new / outcome.seconds:.4g}/s" if new and outcome.seconds else ""
+    print(f"computed: {new} of {written.rows} variants in {span(outcome.seconds)}{rate}")
+    print(f"results: {ready.out / RESULTS}")
+
+
+def _list(name: str | None) -> None:
+    from macromicro import batch
+    from macromicro.parameters import entries
+    from macromicro.units import shown
+
+    for each in [name] if name is not None else list(batch.JOBS):
+        job = batch.job(each)
+        print(f"{each}: {', '.join(m.name for m in job.metrics)}")
+        if name is None:
+            continue
+        for metric in job.metrics:
+            print(f"  {metric.name} [{metric.unit or '-'}]: {metric.meaning}")
+        print("parameters:")
+        for entry in entries(job.base()):
+            if isinstance(entry.value, bool | str | tuple):
+                continue
+            value = shown(entry.value, entry.par.unit, entry.par.shown, 6)
+            print(f"  {entry.path} = {value}: {entry.par.meaning}")

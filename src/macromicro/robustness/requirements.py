@@ -1,0 +1,101 @@
+"""What the positioner must do: limits with a source, and a user's own from a TOML file.
+
+macro_settling = "0.8 s"      # another limit
+vibration = "26 um"           # a limit on a metric that has none by default
+micro_overshoot = false       # none
+"""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.errors import InputError
+from macromicro.robustness.metrics import NAMES, QUANTITIES, Metric
+from macromicro.textfile import printable, read_toml
+from macromicro.units import quantity, shown
+
+WHAT = "a requirements file (.toml)"
+
+
+class Requirement(NamedTuple):
+    """`metric` must be at most `limit`, in the metric's unit."""
+
+    metric: Metric
+    limit: float
+    source: str
+
+    @property
+    def text(self) -> str:
+        """The limit as a person writes it: "0.95 s", "0"."""
+        return shown(self.limit, self.metric.unit, digits=6)
+
+    def met(self, rows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """For each row of metrics; what was not reached or not settled is not met."""
+        return np.asarray(rows[:, NAMES.index(self.metric.name)] <= self.limit)
+
+
+_BAND = "accepted as a reproduction of"
+_DEFAULTS: tuple[tuple[str, float, str], ...] = (
+    ("fault", 0.0, "the guard must not stop a good machine"),
+    ("macro_missed", 0.0, "Section 6.1: every macro move is followed by micro moves"),
+    ("micro_missed", 0.0, "Section 6.2: every level is reached"),
+    ("macro_settling", 0.95, f"Section 6.4.2: 0.75 s; up to 0.95 s {_BAND} M14"),
+    ("macro_overshoot", 1.0, "Section 4.3.3: no overshoot, to a count"),
+    ("contraction", 0.7, f"Section 5.3.2: 0.5 s; up to 0.7 s {_BAND} S13a"),
+    ("extension", 1.3, f"Section 5.3.2: 1 s; up to 1.3 s {_BAND} S13b"),
+    ("micro_error", 5.0, "Section 5.3.2: 5 um (S13c)"),
+    ("micro_overshoot", 10.0, "assumption: the band within which a micro move has settled"),
+)
+_BY_NAME = {m.name: m for m in QUANTITIES}
+
+DEFAULTS = tuple(Requirement(_BY_NAME[name], limit, source) for name, limit, source in _DEFAULTS)
+
+
+def load(path: Path) -> tuple[Requirement, ...]:
+    """The defaults with what the file at `path` changes, in the metrics' order.
+
+    Raises `InputError` that names file and key: an unknown metric, a missing or wrong unit, a
+    limit below zero, a file that changes nothing or leaves no requirement.
+    """
+    file = printable(path, 300)
+    if path.suffix.lower() != ".toml" and not path.is_dir():
+        found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
+        raise InputError(file, found, WHAT)
+    content = read_toml(path, WHAT)
+    if not content:
+        raise InputError(file, "sets nothing", f"a limit of {', '.join(_BY_NAME)}")
+    wanted = {r.metric.name: r for r in DEFAULTS}
+    for key, raw in content.items():
+        where = f"{file}, {printable(key)}"
+        if key not in _BY_NAME:
+            raise InputError(where, "unknown metric", _nearest(key))
+        if raw is False:
+            wanted.pop(key, None)
+        else:
+            limit = _limit(raw, _BY_NAME[key], where)
+            wanted[key] = Requirement(_BY_NAME[key], limit, f"{path.name}")
+    if not wanted:
+        raise InputError(file, "leaves no requirement", "at least one limit")
+    return tuple(wanted[m.name] for m in QUANTITIES if m.name in wanted)
+
+
+def _limit(raw: object, metric: Metric, where: str) -> float:
+    if isinstance(raw, bool) or not isinstance(raw, int | float | str):
+        example = f'"5 {metric.unit}"' if metric.unit else "0"
+        raise InputError(where, printable(raw), f"a limit such as {example}, or false for none")
+    written = raw if isinstance(raw, str) else printable(raw)
+    value = quantity(written, metric.unit, where)
+    if value < 0.0:
+        raise InputError(where, written, "zero or more: all metrics are")
+    return value
+
+
+def _nearest(key: str) -> str:
+    near = difflib.get_close_matches(key, list(_BY_NAME), 1, 0.6)
+    others = ", ".join(_BY_NAME)
+    return f"{near[0]}, or another of {others}" if near else f"one of {others}"

@@ -1,0 +1,83 @@
+"""Shares with confidence intervals, quantiles and rank correlation."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+CONFIDENCE = 0.95
+LEAST = 10  # rows for a rank correlation
+
+Floats = NDArray[np.float64]
+
+
+class Share(NamedTuple):
+    """`passed` of `total`; `low`, `high`: bounds of the true share. NaN for none of none."""
+
+    passed: int
+    total: int
+    share: float
+    low: float
+    high: float
+
+
+def share(passed: int, total: int, confidence: float = CONFIDENCE) -> Share:
+    """The Clopper-Pearson interval: exact, covers the true share at least so often.
+
+    C. J. Clopper and E. S. Pearson, Biometrika 26 (1934) 404-413. ValueError unless
+    0 <= passed <= total.
+    """
+    from scipy.stats import beta
+
+    if not 0 <= passed <= total:
+        raise ValueError(f"{passed} of {total}")
+    if total == 0:
+        return Share(0, 0, math.nan, math.nan, math.nan)
+    tail = 0.5 * (1.0 - confidence)
+    low = float(beta.ppf(tail, passed, total - passed + 1)) if passed else 0.0
+    high = float(beta.ppf(1.0 - tail, passed + 1, total - passed)) if passed < total else 1.0
+    return Share(passed, total, passed / total, low, high)
+
+
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+class Spread(NamedTuple):
+    """How a metric is distributed over the sample. `known`: rows that have it; `never`: those
+    of them where it is infinite (never settled); the rest of the finite ones, NaN if none."""
+
+    known: int
+    never: int
+    least: float
+    quantiles: tuple[float, ...]
+    most: float
+
+
+def spread(values: Floats) -> Spread:
+    """Count, extremes and the quantiles at `LEVELS` of the finite values."""
+    finite = values[np.isfinite(values)]
+    never = int(np.isposinf(values).sum())
+    if not len(finite):
+        nan = math.nan
+        return Spread(never, never, nan, (nan,) * len(LEVELS), nan)
+    quantiles = tuple(float(q) for q in np.quantile(finite, LEVELS))
+    return Spread(len(finite) + never, never, float(finite.min()), quantiles, float(finite.max()))
+
+
+def rank_correlation(x: Floats, y: Floats) -> float:
+    """Spearman's rank correlation of the rows where `y` is known; infinity ranks highest.
+
+    NaN for fewer than `LEAST` rows, or where one of them does not vary.
+    """
+    from scipy.stats import rankdata
+
+    known = ~np.isnan(y)
+    if known.sum() < LEAST:
+        return math.nan
+    a, b = rankdata(x[known]), rankdata(y[known])
+    a, b = a - a.mean(), b - b.mean()
+    scale = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / scale if scale > 0.0 else math.nan

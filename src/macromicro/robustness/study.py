@@ -1,0 +1,234 @@
+"""The whole study: the nominal machine, the sample, one parameter at a time, and what it says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.robustness import job as jobs
+from macromicro.robustness.job import Job, Task
+from macromicro.robustness.metrics import NAMES, QUANTITIES
+from macromicro.robustness.requirements import Requirement
+from macromicro.robustness.sampling import Sample, centre, latin_hypercube, settings_at
+from macromicro.robustness.statistics import Share, rank_correlation, share
+from macromicro.robustness.uncertain import UNCERTAIN, Uncertain, refusal
+from macromicro.settings import Settings
+
+Floats = NDArray[np.float64]
+
+
+class Request(NamedTuple):
+    """What to study. `seed`: of the sample and the noise; run i of the sample has the noise
+    of `seed` + i, the nominal machine and the runs of the tornado that of `seed`."""
+
+    settings: Settings
+    requirements: tuple[Requirement, ...]
+    samples: int
+    seed: int
+    workers: int
+    uncertain: tuple[Uncertain, ...] = UNCERTAIN
+
+
+class Study(NamedTuple):
+    """What was computed, perhaps less than asked for.
+
+    `rows` (m, metrics): the first m of the sample's machines; `nominal` (metrics,);
+    `single` (k, 2, metrics): each parameter alone at its low and high end, the rest nominal,
+    NaN where it was not run; `impossible`: ends at which no machine is, with the reason.
+    """
+
+    request: Request
+    sample: Sample
+    nominal: Floats
+    rows: Floats
+    single: Floats
+    impossible: dict[str, str]
+    interrupted: bool
+
+
+def run(
+    request: Request,
+    job: Job,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Study:
+    """Compute everything. `progress` is told runs done and in all; when `stop` turns true,
+    what is at work is completed and the rest left out."""
+    base, uncertain = request.settings, request.uncertain
+    sample = latin_hypercube(base, uncertain, request.samples, request.seed)
+    ends, impossible = _ends(request)
+    tasks = [Task(base, request.seed)]
+    tasks += [
+        Task(settings_at(base, uncertain, amounts), request.seed + i)
+        for i, amounts in enumerate(sample.amounts)
+    ]
+    tasks += [Task(tree, request.seed) for tree in ends.values()]
+    # Alone, first: the compiler must not be asked by several threads at once.
+    done = [job(tasks[0])]
+    progress(1, len(tasks))
+    for row in jobs.rows(job, tasks[1:], request.workers, stop):
+        done.append(row)
+        progress(len(done), len(tasks))
+    table = np.array(done)
+    single = np.full((len(uncertain), 2, table.shape[1]), math.nan)
+    for place, row in zip(ends, table[1 + request.samples :], strict=False):
+        single[place] = row
+    rows = table[1 : 1 + request.samples]
+    return Study(
+        request, sample, table[0], rows, single, impossible, interrupted=len(done) < len(tasks)
+    )
+
+
+def _ends(request: Request) -> tuple[dict[tuple[int, int], Settings], dict[str, str]]:
+    """The settings with one parameter at an end, and which ends are no machine."""
+    found, impossible = {}, {}
+    middle = centre(request.settings, request.uncertain)
+    for k, each in enumerate(request.uncertain):
+        for side, end in enumerate((each.low, each.high)):
+            amounts = middle.copy()
+            amounts[k] = end
+            tree = settings_at(request.settings, request.uncertain, amounts)
+            why = refusal(tree)
+            if why is None:
+                found[k, side] = tree
+            else:
+                impossible[f"{each.name} {('low', 'high')[side]}"] = why
+    return found, impossible
+
+
+class Yield(NamedTuple):
+    """How many machines meet a requirement: of all, and of those of which it is known.
+
+    Of a machine that its guard stopped early, nothing is known of what would have come; in
+    `all` it fails. `nominal`: what the settings themselves give.
+    """
+
+    requirement: Requirement
+    all: Share
+    known: Share
+    nominal: float
+
+
+def yields(study: Study) -> list[Yield]:
+    """Each requirement's yield."""
+    found = []
+    for requirement in study.request.requirements:
+        column = NAMES.index(requirement.metric.name)
+        met = requirement.met(study.rows)
+        known = int((~np.isnan(study.rows[:, column])).sum())
+        passed = int(met.sum())
+        found.append(
+            Yield(
+                requirement,
+                share(passed, len(met)),
+                share(passed, known),
+                float(study.nominal[column]),
+            )
+        )
+    return found
+
+
+def overall(study: Study) -> Share:
+    """The share of machines that meet every requirement."""
+    met = np.ones(len(study.rows), dtype=bool)
+    for requirement in study.request.requirements:
+        met &= requirement.met(study.rows)
+    return share(int(met.sum()), len(met))
+
+
+class Influence(NamedTuple):
+    """What one parameter does to one metric: alone at its low and high end (NaN: not known),
+    `effect`, the largest change among these and the nominal; and over the sample, its rank
+    correlation with the metric."""
+
+    parameter: Uncertain
+    low: float
+    high: float
+    effect: float
+    correlation: float
+
+
+def influences(study: Study, metric: str) -> list[Influence]:
+    """All parameters' influence on a metric, the largest effect first.
+
+    An end at which the metric has no value, though the nominal machine has one, is a change
+    beyond measure: effect infinity.
+    """
+    column = NAMES.index(metric)
+    found = []
+    middle = float(study.nominal[column])
+    for k, each in enumerate(study.request.uncertain):
+        low, high = (float(v) for v in study.single[k, :, column])
+        ends = [
+            math.inf if math.isnan(v) and _ran(study, k, side) else v
+            for side, v in enumerate((low, high))
+        ]
+        x = study.sample.amounts[: len(study.rows), k]
+        correlation = rank_correlation(x, study.rows[:, column])
+        found.append(Influence(each, low, high, _effect(middle, ends), correlation))
+    key = {id(i): (i.effect, abs(i.correlation)) for i in found}
+    return sorted(found, key=lambda i: tuple(_or_less(v) for v in key[id(i)]), reverse=True)
+
+
+def _ran(study: Study, k: int, side: int) -> bool:
+    """Was this end of the tornado run at all? A run's first metric is never NaN."""
+    return not math.isnan(study.single[k, side, 0])
+
+
+def _effect(middle: float, ends: Sequence[float]) -> float:
+    values = [v for v in (middle, *ends) if not math.isnan(v)]
+    if math.isnan(middle) or len(values) < 2:
+        return math.nan
+    least, most = min(values), max(values)
+    return 0.0 if least == most else most - least
+
+
+def _or_less(value: float) -> float:
+    return -1.0 if math.isnan(value) else value
+
+
+class Worst(NamedTuple):
+    """The machine of the sample that does worst by a metric."""
+
+    requirement: Requirement
+    index: int
+    value: float
+    fault: int
+
+
+def worst(study: Study) -> list[Worst]:
+    """For each requirement the worst machine of which the metric is known.
+
+    Of equals the one nearest to the nominal machine, each parameter counted in its range.
+    """
+    found = []
+    spans = np.array([u.high - u.low for u in study.request.uncertain])
+    middle = centre(study.request.settings, study.request.uncertain)
+    away = np.abs((study.sample.amounts[: len(study.rows)] - middle) / spans).sum(axis=1)
+    for requirement in study.request.requirements:
+        values = study.rows[:, NAMES.index(requirement.metric.name)]
+        if np.isnan(values).all():
+            continue
+        most = np.nanmax(values)
+        equal = np.flatnonzero(values == most)
+        index = int(equal[np.argmin(away[equal])])
+        code = int(study.rows[index, NAMES.index("fault_code")])
+        found.append(Worst(requirement, index, float(most), code))
+    return found
+
+
+def strongest(study: Study) -> tuple[str, list[Influence]]:
+    """The metric whose requirement is met least often among those with a value for every
+    machine at least half of the time, and the parameters by their rank correlation with it."""
+    candidates = [y for y in yields(study) if 2 * y.known.total >= y.all.total]
+    quantities = [m.name for m in QUANTITIES]
+    name = min(
+        candidates or yields(study),
+        key=lambda y: (y.all.share, quantities.index(y.requirement.metric.name)),
+    ).requirement.metric.name
+    ranked = influences(study, name)
+    return name, sorted(ranked, key=lambda i: _or_less(abs(i.correlation)), reverse=True)

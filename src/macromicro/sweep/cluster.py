@@ -1,0 +1,213 @@
+"""A sweep on a cluster: chunks as tasks of dask.distributed, journaled here as they complete.
+
+The workers need this version of the package, and nothing else: a task is a range of
+indices and the spec. dask hands the tasks of a worker that is lost to others.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from macromicro import __version__
+from macromicro.errors import InputError
+from macromicro.sweep import journal
+from macromicro.sweep.folder import locked, next_number
+from macromicro.sweep.todo import Chunk, Todo
+from macromicro.sweep.work import Bench, SweepError, Task, sized, smoothed
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+Report = Callable[[int, int], None]
+Stop = Callable[[], bool]
+Answer = tuple[int, list[journal.Block], float]
+
+CHUNK = 1.0  # s of work in a task
+RATE = 100.0  # tasks per second that the scheduler and this process are spared more of
+_CONNECT = 5.0  # s
+_WORKERS = 20.0  # s to wait for a first worker
+_POLL = 0.2  # s between looks at `stop`
+_AHEAD = 2  # tasks per thread of the cluster, so that none waits for this process
+_COUNT_AGAIN = 5.0  # s between looks at how many threads there are
+_mine = threading.local()
+
+
+def require() -> None:
+    """InputError with the remedy unless dask.distributed is installed."""
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        accepted = "an installation with it: pip install 'macromicro[cluster]'"
+        raise InputError("--scheduler", "dask.distributed is not installed", accepted) from None
+
+
+def connect(address: str) -> Client:
+    """A client of the scheduler at `address`, such as tcp://10.0.0.1:8786.
+
+    Raises `InputError` within seconds: not an address, nothing answers there, no workers,
+    workers without this version of the package.
+    """
+    require()
+    import logging
+
+    from distributed import Client
+
+    where, accepted = f"--scheduler {address}", "the address of a dask scheduler that is running"
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # we say what is amiss
+    try:
+        client = Client(address, timeout=_CONNECT, set_as_default=False)
+    except (OSError, TimeoutError, ValueError, TypeError) as error:
+        words = str(error).split("\n")[0] or "nothing answers"
+        raise InputError(where, words[:200], f"{accepted} (tcp://HOST:8786)") from None
+    try:
+        client.wait_for_workers(1, timeout=_WORKERS)
+        versions = client.run(_version)
+    except TimeoutError:
+        client.close()
+        raise InputError(where, "a scheduler without workers", "one with workers") from None
+    except Exception as error:
+        client.close()
+        raise InputError(where, _words(error), "workers that have macromicro installed") from None
+    for worker, version in versions.items():
+        if version != __version__:
+            client.close()
+            accepted = f"macromicro {__version__} on every worker, as here"
+            raise InputError(f"{where}, worker {worker}", version, accepted)
+    return client
+
+
+def run(client: Client, task: Task, todo: Todo, folder: Path, report: Report, stop: Stop) -> None:
+    """Compute what is to do; what completes goes into one new journal in `folder`.
+
+    `report`, `stop`: as `local.run`; a stop waits for nothing, for what is not here yet is
+    not finished. Raises `SweepError` where a task fails or the scheduler is lost.
+    """
+    spec = task.spec
+    path = folder / f"{next_number(folder):06d}{journal.SUFFIX}"
+    with locked(folder.parent), journal.Writer(path, spec.digest, len(spec.metrics)) as writer:
+        flow = _Flow(client, task, todo)
+        try:
+            while flow.fill() and not stop():
+                for chunk, blocks in flow.completed():
+                    for block in blocks:
+                        writer.append(block)
+                        report(len(block.rows), len(block.errors))
+                    flow.pending.pop(chunk.first)
+        finally:
+            flow.cancel()
+            writer.sync()
+
+
+class _Flow:
+    """Tasks on their way: enough for every thread, and their answers as they come."""
+
+    def __init__(self, client: Client, task: Task, todo: Todo) -> None:
+        self._client, self._task, self._todo = client, task, todo
+        self.pending: dict[int, tuple[Chunk, Future]] = {}
+        self._done: queue.SimpleQueue[int] = queue.SimpleQueue()
+        self._each: float | None = None
+        self._block = 1
+        self._threads, self._counted = 1, -_COUNT_AGAIN
+
+    def fill(self) -> bool:
+        """Submit what there is room for; false when nothing is left to wait for."""
+        now = time.monotonic()
+        if now - self._counted >= _COUNT_AGAIN:
+            self._threads = self._count()
+            self._counted = now
+        while self._todo and len(self.pending) < _AHEAD * self._threads:
+            seconds = max(CHUNK, self._threads / RATE)
+            share = max(1, self._todo.left // (2 * self._threads))
+            chunk = self._todo.take(sized(self._each, seconds, self._block, share), self._block)
+            future = self._client.submit(
+                compute, self._task, chunk.first, chunk.count, pure=False, retries=0
+            )
+            self.pending[chunk.first] = (chunk, future)
+            future.add_done_callback(lambda _, first=chunk.first: self._done.put(first))
+        return bool(self.pending)
+
+    def _count(self) -> int:
+        """Threads of the cluster now."""
+        try:
+            return max(1, sum(self._client.nthreads().values()))
+        except Exception as error:  # whatever it is, it is the connection
+            raise _lost(error) from None
+
+    def completed(self) -> list[tuple[Chunk, list[journal.Block]]]:
+        """The answers that came within a moment, fetched together."""
+        try:
+            firsts = [self._done.get(timeout=_POLL)]
+        except queue.Empty:
+            if self._client.status != "running":
+                raise _lost(self._client.status) from None
+            return []
+        while not self._done.empty():
+            firsts.append(self._done.get())
+        chunks, futures = zip(*(self.pending[first] for first in firsts), strict=True)
+        answers = self._fetched(chunks, futures)
+        for chunk, (block, _, seconds) in zip(chunks, answers, strict=True):
+            self._block = block
+            each = seconds / chunk.count
+            self._each = smoothed(self._each, each)
+        return [(c, blocks) for c, (_, blocks, _) in zip(chunks, answers, strict=True)]
+
+    def _fetched(self, chunks: Sequence[Chunk], futures: Sequence[Future]) -> list[Answer]:
+        from distributed import KilledWorker
+
+        for chunk, future in zip(chunks, futures, strict=True):
+            if future.status != "error":
+                continue
+            error = future.exception()
+            last = chunk.first + chunk.count - 1
+            if isinstance(error, KilledWorker):
+                raise SweepError(
+                    f"variants {chunk.first} to {last} ended several workers; what is "
+                    "finished is kept, --resume goes on"
+                )
+            raise SweepError(f"variants {chunk.first} to {last}: {_words(error)}")
+        try:
+            found: list[Answer] = self._client.gather(list(futures))
+        except Exception as error:  # whatever it is, it is the connection
+            raise _lost(error) from None
+        return found
+
+    def cancel(self) -> None:
+        """Forget what is still on its way."""
+        if self.pending:
+            try:
+                self._client.cancel([future for _, future in self.pending.values()])
+            except Exception:  # without a scheduler nothing is on its way
+                return
+
+
+def compute(task: Task, first: int, count: int) -> Answer:
+    """On a worker: the job's block, the chunk's blocks, and the seconds that they took."""
+    if getattr(_mine, "task", None) != task:
+        _mine.task, _mine.bench = task, Bench(task)
+    bench: Bench = _mine.bench
+    started = time.perf_counter()
+    blocks = list(bench.blocks(first, count))
+    return bench.job.block, blocks, time.perf_counter() - started
+
+
+def _version() -> str:
+    import macromicro
+
+    return macromicro.__version__
+
+
+def _lost(why: object) -> SweepError:
+    words = why if isinstance(why, str) else _words(why)
+    return SweepError(
+        f"the scheduler was lost ({words}); what is finished is kept, --resume goes on"
+    )
+
+
+def _words(error: object) -> str:
+    text = " ".join(str(error).split())[:300]
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -1,0 +1,193 @@
+"""The folder of a sweep: what is in it, who may write to it, and whether it can be gone on with.
+
+sweep.toml       the spec, as it was given
+sweep.json       what was swept, with which version, and how it went
+journal/         finished blocks, one file per worker; gone when the results are complete
+results.parquet  the results, once all variants are finished
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from macromicro import __version__
+from macromicro.errors import InputError
+from macromicro.kernel import cache_folder
+from macromicro.sweep import journal
+from macromicro.sweep.spec import Spec
+from macromicro.textfile import printable
+
+SPEC = "sweep.toml"
+SUMMARY = "sweep.json"
+JOURNAL = "journal"
+RESULTS = "results.parquet"
+_PATIENCE = 10.0  # s for the workers of a killed run to notice that it is gone
+_OWN = (SPEC, SUMMARY, RESULTS)
+_ROW = 8  # bytes of a number
+
+
+def needed_bytes(spec: Spec) -> int:
+    """Bytes on the disk, at most: the journal and, beside it, the results."""
+    columns = 1 + len(spec.axes) + len(spec.metrics)
+    return spec.count * _ROW * (columns + len(spec.metrics) + 1) + 1_000_000
+
+
+def prepare(place: Path, spec: Spec, text: str, *, resume: bool, overwrite: bool) -> str:
+    """Make the folder's files for a new sweep, or see that this one can be gone on with.
+
+    Returns what a person should know of it, mostly nothing.
+
+    Raises `InputError` for a folder that is in use, of another spec or of another version
+    of the package, or that has content and neither `resume` nor `overwrite` is asked for.
+    """
+    where = f"--out {printable(place, 300)}"
+    content = {p.name for p in place.iterdir()} if place.is_dir() else set()
+    if resume and SUMMARY in content:
+        return _check_same(place, spec, where)
+    begun = resume and content <= {SPEC, JOURNAL}  # killed before it was said what to do
+    if content and not overwrite and not begun:
+        accepted = "a new or empty folder, --resume or --overwrite"
+        raise InputError(where, "exists already", accepted)
+    for name in (*_OWN, JOURNAL):  # of the right kind, before anything is removed
+        path = place / name
+        if path.exists() and path.is_dir() != (name == JOURNAL):
+            raise InputError(f"{where}, {name}", "not of a sweep", "a folder of a sweep")
+    (place / JOURNAL).mkdir(parents=True, exist_ok=True)
+    with alone(place):
+        for name in (RESULTS, SUMMARY):  # without a summary nothing is gone on with
+            (place / name).unlink(missing_ok=True)
+        for path in (place / JOURNAL).glob(f"*{journal.SUFFIX}"):
+            path.unlink()
+        (place / SPEC).write_text(text, encoding="utf-8")
+        write_json(place / SUMMARY, {"state": "begun", **origin(spec)})
+    return ""
+
+
+def origin(spec: Spec) -> dict[str, Any]:
+    """What decides the results: the spec, this version and its sources."""
+    sources = cache_folder().name.rpartition("-")[2]
+    told = {"version": __version__, "sources": sources, "digest": spec.digest}
+    return {**told, "spec": spec.canonical}
+
+
+def _check_same(place: Path, spec: Spec, where: str) -> str:
+    told = summary(place, where)
+    if told["version"] != __version__:
+        raise InputError(
+            f"{where}, version",
+            told["version"],
+            f"{__version__}, which this is: install that one to go on, or --overwrite",
+        )
+    if told["digest"] == spec.digest:
+        if told["sources"] == origin(spec)["sources"]:
+            return ""
+        return "the package's sources changed since this sweep began; what is done is kept"
+    then, now = told["spec"], spec.canonical
+    for key in dict.fromkeys([*now, *then]):
+        if key not in then or key not in now or then[key] != now[key]:
+            was = printable(then.get(key, "not there"), 100)
+            wanted = printable(now.get(key, "not there"), 100)
+            accepted = f"the spec of that folder ({SPEC} in it has {was}), another --out"
+            raise InputError(f"{where}, {key}", wanted, f"{accepted}, or --overwrite")
+    raise InputError(where, "another spec", f"the one in its {SPEC}, or --overwrite")
+
+
+def summary(place: Path, where: str) -> dict[str, Any]:
+    """What the folder's summary says. `InputError` where it is no sweep's."""
+    try:
+        told: dict[str, Any] = json.loads((place / SUMMARY).read_text(encoding="utf-8"))
+        keys = ("state", "version", "sources", "digest", "spec")
+        if isinstance(told, dict) and all(key in told for key in keys):
+            return told
+    except (ValueError, OSError):
+        pass
+    raise InputError(f"{where}, {SUMMARY}", "not of a sweep", "a sweep's folder, or --overwrite")
+
+
+def write_json(path: Path, told: dict[str, Any]) -> None:
+    """Put `told` to `path`, all or nothing."""
+    fresh = path.with_name(f".{path.name}.new")
+    fresh.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    fresh.replace(path)
+
+
+def drop_journal(place: Path) -> None:
+    """Remove the journal, if there still is one; the results have all of it."""
+    shutil.rmtree(place / JOURNAL, ignore_errors=True)
+
+
+def journals(place: Path) -> list[Path]:
+    """The journal's files, oldest first."""
+    return sorted((place / JOURNAL).glob(f"*{journal.SUFFIX}"))
+
+
+def next_number(folder: Path) -> int:
+    """One more than the highest number of a journal in `folder`."""
+    used = [int(p.stem) for p in folder.glob(f"*{journal.SUFFIX}") if p.stem.isdigit()]
+    return max(used, default=0) + 1
+
+
+def spans(paths: Sequence[Path], spec: Spec) -> journal.Spans:
+    """The variants that these journals have, as merged spans."""
+    places = (
+        (place.first, place.first + place.count)
+        for path in paths
+        if path.exists()  # a worker may have ended before it made its own
+        for place in journal.scan(path, spec.digest, len(spec.metrics))
+    )
+    found = np.fromiter(places, dtype=np.dtype((np.int64, 2)))
+    return journal.merged(found.reshape(-1, 2))
+
+
+@contextmanager
+def locked(place: Path) -> Iterator[None]:
+    """Hold a share of the lock on the sweep's folder, as everybody who writes there does.
+
+    The system takes it back when the process ends, however that was.
+    """
+    file = os.open(place, os.O_RDONLY)
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH)
+        yield
+    finally:
+        os.close(file)
+
+
+@contextmanager
+def alone(place: Path) -> Iterator[None]:
+    """Hold the lock on the sweep's folder: nobody else may begin a sweep in it.
+
+    Within the block it is a share, so that our workers can have theirs. Raises `InputError` while another run, or a worker of a killed
+    one that has not noticed yet, is at work in the folder.
+    """
+    where = f"--out {printable(place, 300)}"
+    file = os.open(place, os.O_RDONLY)
+    try:
+        end = time.monotonic() + _PATIENCE
+        while not _taken(file, fcntl.LOCK_EX):
+            if time.monotonic() > end:
+                raise InputError(where, "another sweep is at work in it", "another folder")
+            time.sleep(0.1)
+        if not _taken(file, fcntl.LOCK_SH):  # another run was quicker
+            raise InputError(where, "another sweep is at work in it", "another folder")
+        yield
+    finally:
+        os.close(file)
+
+
+def _taken(file: int, how: int) -> bool:
+    try:
+        fcntl.flock(file, how | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -1,0 +1,172 @@
+"""What survives a kill: every finished block of variants, appended at once to a file.
+
+Each writer has a file of its own. A file begins with a head that names the sweep; a record
+holds consecutive variants:
+
+    mark (8 bytes) | first index (u64) | rows (u32) | bytes of error text (u32)
+    | metrics (rows x columns float64) | error text (JSON: place in the block -> words) | CRC-32
+
+all little-endian, the checksum over everything between mark and itself. What a kill tore
+at the end, or a fault corrupted, fails its checksum and is passed over: those variants
+count as not finished.
+"""
+
+from __future__ import annotations
+
+import json
+import mmap
+import os
+import struct
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+
+Array = npt.NDArray[np.float64]
+Spans = npt.NDArray[np.int64]
+
+SUFFIX = ".journal"
+_HEAD = b"macromicro sweep 1\n"
+_MARK = b"\xf1block\r\n"
+_FIXED = struct.Struct("<QII")
+_CRC = struct.Struct("<I")
+_DIGEST = 64  # characters of the spec's digest in the head
+
+
+class Block(NamedTuple):
+    """Finished variants from `first` on: metrics (rows, columns), and why rows were impossible."""
+
+    first: int
+    rows: Array
+    errors: Mapping[int, str]
+
+
+class Place(NamedTuple):
+    """Where a sound record stands: its variants and its bytes in the file."""
+
+    first: int
+    count: int
+    offset: int
+    size: int
+
+
+class Writer:
+    """Appends blocks to a new file; what `append` was given outlives the process.
+
+    A context manager. Power cuts may take what was appended since the last `sync`.
+    """
+
+    def __init__(self, path: Path, digest: str, columns: int) -> None:
+        self._columns = columns
+        self._file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_APPEND, 0o644)
+        self._write(_HEAD + digest.encode().ljust(_DIGEST) + columns.to_bytes(4, "little"))
+
+    def append(self, block: Block) -> None:
+        """One record, in one write. Raises OSError, such as for a full disk."""
+        rows = np.ascontiguousarray(block.rows, dtype="<f8")
+        if rows.ndim != 2 or rows.shape[1] != self._columns:
+            raise ValueError(f"metrics of shape {rows.shape} for {self._columns} columns")
+        text = json.dumps(block.errors).encode() if block.errors else b""
+        body = _FIXED.pack(block.first, len(rows), len(text)) + rows.tobytes() + text
+        self._write(_MARK + body + _CRC.pack(zlib.crc32(body)))
+
+    def _write(self, data: bytes) -> None:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(self._file, rest) :]
+
+    def sync(self) -> None:
+        """Return when the disk has what was appended."""
+        os.fdatasync(self._file)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        os.close(self._file)
+
+
+def scan(path: Path, digest: str, columns: int) -> Iterator[Place]:
+    """The sound records of a file, as they stand in it.
+
+    Raises `InputError` for a file of another sweep. A file cut within its head has none.
+    """
+    head = len(_HEAD) + _DIGEST + 4
+    with path.open("rb") as file:
+        told = file.read(head)
+        if len(told) < head:
+            return
+        if told != _HEAD + digest.encode().ljust(_DIGEST) + columns.to_bytes(4, "little"):
+            raise InputError(str(path), "the journal of another sweep", "the folder of this sweep")
+        if os.fstat(file.fileno()).st_size == head:
+            return
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            at = head
+            while (at := data.find(_MARK, at)) >= 0:
+                place = _sound(data, at, columns)
+                if place is not None:
+                    yield place
+                # Behind a record that fails its checksum the next mark may be a sound one's.
+                at += place.size if place is not None else 1
+
+
+def _sound(data: mmap.mmap, at: int, columns: int) -> Place | None:
+    """The record at this offset, if all of it is there and sound."""
+    start = at + len(_MARK)
+    if start + _FIXED.size > len(data):
+        return None
+    first, count, text = _FIXED.unpack_from(data, start)
+    end = start + _FIXED.size + count * columns * 8 + text
+    if not count or end + _CRC.size > len(data):
+        return None
+    with memoryview(data) as view, view[start:end] as body:
+        if zlib.crc32(body) != _CRC.unpack_from(data, end)[0]:
+            return None
+    return Place(first, count, at, end + _CRC.size - at)
+
+
+def read(file: int, place: Place, columns: int) -> Block:
+    """The block at `place` of the open file with this descriptor."""
+    data = os.pread(file, place.size, place.offset)
+    start = len(_MARK) + _FIXED.size
+    end = start + place.count * columns * 8
+    rows = np.frombuffer(data[start:end], dtype="<f8").reshape(place.count, columns)
+    text = data[end : -_CRC.size]
+    errors = {int(k): str(v) for k, v in json.loads(text).items()} if text else {}
+    return Block(place.first, rows, errors)
+
+
+def merged(spans: Spans) -> Spans:
+    """Half-open spans of indices (n, 2), in order and joined where they touch or overlap."""
+    if not len(spans):
+        return np.zeros((0, 2), dtype=np.int64)
+    spans = spans[np.argsort(spans[:, 0], kind="stable")]
+    ends = np.maximum.accumulate(spans[:, 1])
+    opens = np.r_[True, spans[1:, 0] > ends[:-1]]
+    closes = np.r_[opens[1:], True]
+    return np.stack([spans[opens, 0], ends[closes]], axis=1)
+
+
+def gaps(done: Spans, first: int, last: int) -> list[tuple[int, int]]:
+    """What of `first` to `last` (not included) lies in none of the merged spans `done`."""
+    found = []
+    for low, high in done.tolist():
+        if low > first:
+            found.append((first, min(low, last)))
+        first = max(first, high)
+        if first >= last:
+            break
+    if first < last:
+        found.append((first, last))
+    return [(low, high) for low, high in found if low < high]

@@ -1,0 +1,231 @@
+"""From the journal to a Parquet file: in the order of the index, in bounded memory."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.sweep import journal
+from macromicro.sweep.journal import Array, Block
+from macromicro.sweep.sampling import Sampler
+from macromicro.sweep.spec import Spec
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from macromicro.batch import Metric
+
+GROUP = 65_536  # rows of a row group
+_RECORD = np.dtype(
+    [("first", "<i8"), ("count", "<i8"), ("file", "<i4"), ("offset", "<i8"), ("size", "<i8")]
+)
+
+
+class Range(NamedTuple):
+    """A metric over all variants: how many are a number, and their least, mean and greatest."""
+
+    finite: int
+    least: float
+    mean: float
+    most: float
+
+
+class Written(NamedTuple):
+    """What is in the results: rows, impossible variants, the first one's words, and ranges."""
+
+    rows: int
+    impossible: int
+    words: str
+    ranges: dict[str, Range]
+
+
+def require() -> None:
+    """InputError with the remedy unless Parquet files can be written here."""
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        accepted = "an installation with it: pip install 'macromicro[sweep]'"
+        raise InputError("results", "pyarrow is not installed", accepted) from None
+
+
+def write(
+    path: Path,
+    spec: Spec,
+    metrics: Sequence[Metric],
+    journals: Sequence[Path],
+    stop: Callable[[], bool] = lambda: False,
+) -> Written | None:
+    """The results of all variants to `path`, all or nothing; None if `stop()` said so.
+
+    Columns: `index`, the parameters by path, the metrics by name, `error` (text where a
+    variant is impossible, its metrics NaN); units and meanings in the fields' metadata. The
+    file depends on the spec and the metrics only, not on who computed what when. Raises
+    ValueError if a variant is missing.
+    """
+    import pyarrow.parquet as pq
+
+    schema = _schema(spec, metrics)
+    sampler = Sampler(spec)
+    tally = _Tally(spec.metrics)
+    fresh = path.with_name(f".{path.name}.new")
+    try:
+        with fresh.open("wb") as file:
+            with pq.ParquetWriter(file, schema, compression="zstd") as writer:
+                for block in _groups(_ordered(spec, journals), spec.count):
+                    if stop():
+                        return None
+                    tally.add(block)
+                    writer.write_table(_table(schema, sampler, block))
+            file.flush()
+            os.fsync(file.fileno())
+        fresh.replace(path)
+    finally:
+        fresh.unlink(missing_ok=True)
+    return tally.written()
+
+
+def _schema(spec: Spec, metrics: Sequence[Metric]) -> pa.Schema:
+    import pyarrow as pa
+
+    fields = [pa.field("index", pa.int64(), nullable=False)]
+    for axis in spec.axes:
+        fields.append(
+            pa.field(axis.path, pa.float64(), nullable=False, metadata={"unit": axis.unit})
+        )
+    for metric in (metrics[k] for k in spec.columns):
+        notes = {"unit": metric.unit, "meaning": metric.meaning}
+        fields.append(pa.field(metric.name, pa.float64(), nullable=False, metadata=notes))
+    fields.append(pa.field("error", pa.string()))
+    told = json.dumps(spec.canonical, sort_keys=True)
+    return pa.schema(fields, metadata={"macromicro.sweep": told})
+
+
+def _table(schema: pa.Schema, sampler: Sampler, block: Block) -> pa.Table:
+    import pyarrow as pa
+
+    count = len(block.rows)
+    index = np.arange(block.first, block.first + count, dtype=np.int64)
+    words: list[str | None] = [None] * count
+    for place, text in block.errors.items():
+        words[place] = text
+    columns = [index, *sampler.values(block.first, count).T, *block.rows.T, words]
+    arrays = [pa.array(c, type=f.type) for c, f in zip(columns, schema, strict=True)]
+    return pa.Table.from_arrays(arrays, schema=schema)
+
+
+def _ordered(spec: Spec, journals: Sequence[Path]) -> Iterator[Block]:
+    """The journals' blocks by index, each variant once."""
+    columns = len(spec.metrics)
+    places = (
+        (place.first, place.count, number, place.offset, place.size)
+        for number, path in enumerate(journals)
+        for place in journal.scan(path, spec.digest, columns)
+    )
+    records = np.fromiter(places, dtype=_RECORD)
+    records = records[np.argsort(records["first"], kind="stable")]
+    with ExitStack() as stack:
+        files = [stack.enter_context(path.open("rb")).fileno() for path in journals]
+        begin = 0
+        for first, count, number, offset, size in records:
+            if first + count <= begin:
+                continue
+            place = journal.Place(int(first), int(count), int(offset), int(size))
+            block = journal.read(files[number], place, columns)
+            cut = max(0, begin - block.first)
+            begin = block.first + len(block.rows)
+            yield _part(block, cut, len(block.rows))
+
+
+def _part(block: Block, low: int, high: int) -> Block:
+    """Rows `low` to `high` (not included) of a block."""
+    errors = {k - low: words for k, words in block.errors.items() if low <= k < high}
+    return Block(block.first + low, block.rows[low:high], errors)
+
+
+def _groups(blocks: Iterator[Block], count: int) -> Iterator[Block]:
+    """The same rows in blocks of `GROUP`; ValueError unless they are 0 to `count` - 1."""
+    waiting: list[Block] = []
+    held = begin = 0
+    for block in blocks:
+        if block.first != begin:
+            raise ValueError(f"variants {begin} to {block.first - 1} are missing")
+        begin += len(block.rows)
+        while held + len(block.rows) >= GROUP:
+            cut = GROUP - held
+            yield _joined([*waiting, _part(block, 0, cut)])
+            waiting, held = [], 0
+            block = _part(block, cut, len(block.rows))  # noqa: PLW2901
+        if len(block.rows):
+            waiting.append(block)
+            held += len(block.rows)
+    if begin != count:
+        raise ValueError(f"variants {begin} to {count - 1} are missing")
+    if waiting:
+        yield _joined(waiting)
+
+
+def _joined(blocks: list[Block]) -> Block:
+    first = blocks[0].first
+    errors = {b.first - first + k: words for b in blocks for k, words in b.errors.items()}
+    return Block(first, np.concatenate([b.rows for b in blocks]), errors)
+
+
+class _Tally:
+    """Ranges of the metrics, summed up group by group."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
+        width = len(names)
+        self._finite = np.zeros(width, dtype=np.int64)
+        self._sum = np.zeros(width)
+        self._least, self._most = np.full(width, math.inf), np.full(width, -math.inf)
+        self._rows = self._impossible = 0
+        self._words = ""
+
+    def add(self, block: Block) -> None:
+        rows: Array = block.rows
+        good = np.isfinite(rows)
+        self._rows += len(rows)
+        self._finite += good.sum(axis=0)
+        self._sum += np.where(good, rows, 0.0).sum(axis=0)
+        self._least = np.minimum(self._least, np.where(good, rows, math.inf).min(axis=0))
+        self._most = np.maximum(self._most, np.where(good, rows, -math.inf).max(axis=0))
+        self._impossible += len(block.errors)
+        if block.errors and not self._words:
+            place = min(block.errors)
+            self._words = f"variant {block.first + place}: {block.errors[place]}"
+
+    def written(self) -> Written:
+        ranges = {}
+        for k, name in enumerate(self._names):
+            finite = int(self._finite[k])
+            if finite:
+                mean = float(self._sum[k]) / finite
+                ranges[name] = Range(finite, float(self._least[k]), mean, float(self._most[k]))
+        return Written(self._rows, self._impossible, self._words, ranges)
+
+
+def as_json(written: Written, metrics: Sequence[Metric]) -> dict[str, Any]:
+    """The same for the summary, with units; a metric that is never a number has no range."""
+    units = {m.name: m.unit for m in metrics}
+    told = {n: {"unit": units[n], **r._asdict()} for n, r in written.ranges.items()}
+    found = {"rows": written.rows, "impossible": written.impossible, "metrics": told}
+    return {**found, "first_impossible": written.words} if written.words else found
+
+
+def restored(told: Mapping[str, Any]) -> Written:
+    """What `as_json` was given."""
+    ranges = {
+        name: Range(**{key: one[key] for key in Range._fields})
+        for name, one in told["metrics"].items()
+    }
+    words = str(told.get("first_impossible", ""))
+    return Written(int(told["rows"]), int(told["impossible"]), words, ranges)

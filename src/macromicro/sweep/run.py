@@ -1,0 +1,172 @@
+"""A sweep from its spec to its results: checked first, then computed, then written in order."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from macromicro.errors import InputError
+from macromicro.sweep import cluster, folder, local, results
+from macromicro.sweep.spec import Spec, load
+from macromicro.sweep.todo import Todo
+from macromicro.sweep.work import FACTORY, Task, factory
+from macromicro.textfile import printable
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from macromicro.batch import Metric
+
+Begin = Callable[[int, int], None]
+MAX_WORKERS = 1024
+
+
+class Request(NamedTuple):
+    """What is asked for. `out`: None for results/NAME of the spec. `workers`: None for one
+    per core. `scheduler`: address of a cluster's instead of processes here. `factory`:
+    where jobs come from."""
+
+    spec: Path
+    out: Path | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+    resume: bool = False
+    overwrite: bool = False
+    factory: str = FACTORY
+
+
+class Ready(NamedTuple):
+    """A sweep that can begin: its folder is made. `note`: what a person should know."""
+
+    task: Task
+    metrics: Sequence[Metric]
+    out: Path
+    workers: int
+    client: Client | None
+    note: str
+
+
+class Outcome(NamedTuple):
+    """How a sweep ended: finished variants, those of them that were finished before, and
+    what was written; None where it was stopped before all were finished."""
+
+    done: int
+    before: int
+    seconds: float
+    written: results.Written | None
+
+
+def check(request: Request) -> Ready:
+    """Everything that can be wrong before the first variant; makes the folder.
+
+    Raises `InputError`: the options, the spec, a package that is missing, a scheduler that
+    does not answer, a folder that must not be written to. Nothing existing is touched then.
+    """
+    if request.resume and request.overwrite:
+        raise InputError("--resume", "beside --overwrite", "one of them")
+    if request.scheduler is not None and request.workers is not None:
+        raise InputError("--workers", "beside --scheduler", "one of them")
+    workers = _cores() if request.workers is None else request.workers
+    if not 1 <= workers <= MAX_WORKERS:
+        raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
+    results.require()
+    make = factory(request.factory)
+    spec, text = load(request.spec, make)
+    metrics = make(spec.job, **dict(spec.options)).metrics
+    out = Path("results") / request.spec.stem if request.out is None else request.out
+    _check_place(out, spec, resume=request.resume)
+    client = None if request.scheduler is None else cluster.connect(request.scheduler)
+    try:
+        note = folder.prepare(out, spec, text, resume=request.resume, overwrite=request.overwrite)
+    except BaseException:
+        if client is not None:
+            client.close()
+        raise
+    return Ready(Task(spec, request.factory), metrics, out, workers, client, note)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def _check_place(out: Path, spec: Spec, *, resume: bool) -> None:
+    from macromicro.recording import check_space
+
+    where = f"--out {printable(out, 300)}"
+    if "\0" in str(out):
+        raise InputError(where, "not a file name", "a folder, or a place to make one")
+    if out.exists() and not out.is_dir():
+        raise InputError(where, "a file", "a folder, or a place to make one")
+    check_space(out, 0 if resume else folder.needed_bytes(spec))
+
+
+def execute(
+    ready: Ready,
+    begin: Begin,
+    report: local.Report,
+    stop: local.Stop,
+    software: Sequence[tuple[str, str]] = (),
+) -> Outcome:
+    """Compute what is not finished yet, then write results and summary.
+
+    `begin(count, before)` is told how many variants there are and are finished already,
+    `report(variants, impossible)` every finished block; `stop()`: true to end early.
+    `software`: what it was made with, for the summary. Raises `SweepError` where it cannot
+    go on; what is finished is kept.
+    """
+    try:
+        with folder.alone(ready.out):
+            return _execute(ready, begin, report, stop, software)
+    finally:
+        if ready.client is not None:
+            ready.client.close()
+
+
+def _execute(
+    ready: Ready,
+    begin: Begin,
+    report: local.Report,
+    stop: local.Stop,
+    software: Sequence[tuple[str, str]],
+) -> Outcome:
+    spec, place = ready.task.spec, ready.out / folder.JOURNAL
+    started, clock = datetime.now().astimezone(), time.monotonic()
+    told = folder.summary(ready.out, str(ready.out))
+    if told["state"] == "complete" and (ready.out / folder.RESULTS).exists():
+        begin(spec.count, spec.count)
+        folder.drop_journal(ready.out)
+        return Outcome(spec.count, spec.count, 0.0, results.restored(told["results"]))
+    todo = Todo(spec.count, folder.spans(folder.journals(ready.out), spec))
+    before = spec.count - todo.left
+    begin(spec.count, before)
+    if todo:
+        if ready.client is None:
+            local.run(ready.task, todo, place, ready.workers, report, stop)
+        else:
+            cluster.run(ready.client, ready.task, todo, place, report, stop)
+    done = folder.spans(folder.journals(ready.out), spec)
+    finished = int((done[:, 1] - done[:, 0]).sum())
+    seconds = time.monotonic() - clock
+    if finished < spec.count:
+        return Outcome(finished, before, seconds, None)
+    path = ready.out / folder.RESULTS
+    written = results.write(path, spec, ready.metrics, folder.journals(ready.out), stop)
+    if written is None:
+        return Outcome(finished, before, seconds, None)
+    summary: dict[str, Any] = {
+        "state": "complete",
+        **folder.origin(spec),
+        "results": results.as_json(written, ready.metrics),
+        "started": started.isoformat(sep=" ", timespec="seconds"),
+        "seconds": round(seconds, 3),
+        "finished_before": before,
+        "workers": ready.workers if ready.client is None else "cluster",
+        "software": dict(software),
+    }
+    folder.write_json(ready.out / folder.SUMMARY, summary)
+    folder.drop_journal(ready.out)
+    return Outcome(finished, before, seconds, written)

@@ -1,0 +1,101 @@
+"""What a worker does, local or in a cluster: a range of indices in, blocks of metrics out."""
+
+from __future__ import annotations
+
+import importlib
+import time
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.errors import MacromicroError
+from macromicro.sweep.journal import Array, Block
+from macromicro.sweep.sampling import Sampler
+from macromicro.sweep.spec import Factory, Spec
+
+FACTORY = "macromicro.batch:job"
+PORTION = 0.02  # s; blocks that are quicker are computed and journaled several at once
+_MAX_WORDS = 500  # of an error's text
+
+
+class SweepError(MacromicroError):
+    """The sweep cannot go on, through no fault of its spec; what is finished is kept."""
+
+
+class Task(NamedTuple):
+    """What a worker must know: the spec, and where jobs come from ("module:function")."""
+
+    spec: Spec
+    factory: str = FACTORY
+
+
+def factory(name: str) -> Factory:
+    """The function that makes jobs, by "module:function"."""
+    module, _, function = name.partition(":")
+    made: Factory = getattr(importlib.import_module(module), function)
+    return made
+
+
+class Bench:
+    """A task's job, ready to compute; one per thread."""
+
+    def __init__(self, task: Task) -> None:
+        self.spec = task.spec
+        self.job = factory(task.factory)(task.spec.job, **dict(task.spec.options))
+        self._sampler = Sampler(task.spec)
+        self._columns = list(task.spec.columns)
+        self._portion = self.job.block
+
+    def blocks(self, first: int, count: int) -> Iterator[Block]:
+        """The variants `first` to `first + count - 1`, portion by portion as they are done."""
+        last = first + count
+        while first < last:
+            # Portions end where the job's blocks do, so that no lane stays empty.
+            end = min(last, first + self._portion - first % self.job.block)
+            started = time.perf_counter()
+            block = self.block(first, end - first)
+            taken = time.perf_counter() - started
+            self._resize(taken / (end - first))
+            yield block
+            first = end
+
+    def block(self, first: int, count: int) -> Block:
+        """These variants; a row of NaN and its words where a variant is impossible."""
+        errors: dict[int, str] = {}
+        rows = self._computed(first, count, 0, errors)
+        return Block(first, rows, errors)
+
+    def _computed(self, first: int, count: int, place: int, errors: dict[int, str]) -> Array:
+        """One evaluation; halves where it fails, so that only impossible rows are lost."""
+        try:
+            rows = self.job.evaluate(self._sampler.variants(first, count), first)
+            return np.asarray(rows, dtype=np.float64)[:, self._columns]
+        except (MacromicroError, ArithmeticError) as error:
+            if count == 1:
+                errors[place] = " ".join(str(error).split())[:_MAX_WORDS] or type(error).__name__
+                return np.full((1, len(self._columns)), np.nan)
+        half = count // 2
+        parts = ((first, half, place), (first + half, count - half, place + half))
+        return np.concatenate([self._computed(*part, errors) for part in parts])
+
+    def _resize(self, each: float) -> None:
+        """Towards `PORTION` seconds, in whole blocks; doubled at most, for the first is slow."""
+        block = self.job.block
+        wanted = int(PORTION / max(each, 1e-9)) // block * block
+        self._portion = max(block, min(wanted, 2 * self._portion))
+
+
+def sized(each: float | None, seconds: float, block: int, share: int) -> int:
+    """Variants for one chunk: `seconds` of work in whole blocks, not over `share`.
+
+    `each`: seconds per variant as measured; None before the first is done.
+    """
+    wanted = block if each is None else int(seconds / max(each, 1e-9))
+    return max(1, -(-min(wanted, share) // block)) * block
+
+
+def smoothed(each: float | None, new: float) -> float:
+    """Seconds per variant with a new measurement: down at once, for what takes long is often
+    a first call that compiles, and up slowly."""
+    return new if each is None or new < each else 0.7 * each + 0.3 * new

@@ -1,0 +1,109 @@
+"""Differential evolution over the unit cube, a whole generation at a time.
+
+Storn and Price, Differential evolution - a simple and efficient heuristic for global
+optimization over continuous spaces, 1997, as `scipy.optimize` has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Costs = Callable[[Array], Array]
+
+PER_KNOB = 10
+FEWEST = 5  # members that differential evolution needs
+
+
+class Found(NamedTuple):
+    """The best design (k,) and its cost; `evaluations` made; `history`: the least cost after
+    each generation."""
+
+    design: Array
+    cost: float
+    evaluations: int
+    history: tuple[float, ...]
+
+
+def members(evaluations: int, knobs: int, block: int = 1) -> int:
+    """Members of a generation: ten for each knob, filled up to a multiple of `block`, but so
+    that at least four generations can be had; all in one where not even that is possible."""
+    wanted = -(-PER_KNOB * knobs // block) * block
+    fewer = min(wanted, evaluations // 4)
+    return fewer if fewer >= FEWEST else min(max(evaluations // 2, FEWEST), evaluations)
+
+
+def minimise(
+    costs: Costs,
+    start: Array,
+    evaluations: int,
+    seed: int,
+    block: int = 1,
+    tell: Callable[[int, float], None] = lambda done, best: None,
+) -> Found:
+    """Search for the least cost with at most so many `evaluations`, `start` (k,) among them.
+
+    `costs` takes designs (n, k) within 0 and 1 and gives costs (n,). The first generation is
+    a Latin hypercube drawn from `seed`. `tell` hears evaluations done and the least cost.
+    """
+    knobs = len(start)
+    size = members(evaluations, knobs, block)
+    drawn = latin(knobs, size, seed)
+    drawn[0] = start
+    history: list[float] = []
+    best = [drawn[0], np.inf]
+
+    def asked(designs: Array) -> Array:
+        found = costs(designs)
+        k = int(np.argmin(found))
+        if found[k] < best[1]:
+            best[:] = [designs[k].copy(), float(found[k])]
+        history.append(best[1])
+        tell(size * len(history), best[1])
+        return found
+
+    generations = evaluations // size
+    if generations < 2 or size < FEWEST:
+        asked(drawn)
+    else:
+        _evolve(asked, drawn, generations, seed)
+    return Found(best[0], best[1], size * len(history), tuple(history))
+
+
+def latin(columns: int, rows: int, seed: int) -> Array:
+    """A Latin hypercube (rows, columns) within 0 and 1 (McKay, Beckman and Conover, 1979)."""
+    random = np.random.default_rng(seed)
+    strata = np.stack([random.permutation(rows) for _ in range(columns)], axis=1)
+    found: Array = (strata + random.random((rows, columns))) / rows
+    return found
+
+
+def _evolve(asked: Costs, drawn: Array, generations: int, seed: int) -> None:
+    from scipy.optimize import differential_evolution
+
+    differential_evolution(
+        lambda x: asked(np.ascontiguousarray(x.T)),
+        [(0.0, 1.0)] * drawn.shape[1],
+        init=drawn,
+        maxiter=generations - 1,
+        tol=0.0,
+        atol=-1.0,  # the budget ends the search, not the population's spread
+        mutation=(0.5, 1.0),
+        recombination=0.9,
+        polish=False,
+        vectorized=True,
+        updating="deferred",
+        **_random(differential_evolution, seed),
+    )
+
+
+def _random(function: Callable[..., Any], seed: int) -> dict[str, Any]:
+    """How this scipy takes a generator: `rng` since 1.15, `seed` before."""
+    import inspect
+
+    name = "rng" if "rng" in inspect.signature(function).parameters else "seed"
+    return {name: np.random.default_rng(seed)}

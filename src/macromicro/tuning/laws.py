@@ -1,0 +1,140 @@
+"""Which gains of a control law are searched, between which bounds, on which scale.
+
+A design is a row of numbers from 0 to 1, one for each `Knob`; `decoded` makes gains of
+designs. A gain above zero is searched on a logarithmic scale, a decade to either side of
+the value that it has, within the bounds that its `Par` states. The two taps of a PD are
+nearly opposite, so they are searched as static gain and derivative time (`PdTaps`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control.macro import LAWS as MACRO_LAWS
+from macromicro.control.settings import MICRO_LAWS, Control
+from macromicro.design.margins import PdTaps
+from macromicro.errors import InputError
+from macromicro.parameters import Entry, entries
+from macromicro.textfile import printable
+
+Array = npt.NDArray[np.float64]
+
+DECADE = 10.0
+LONGEST_DERIVATIVE = 0.05  # s; five times that of (4.10)
+DT = 1e-3
+_FIXED = ("low", "high")  # limits of the effort belong to the driver, not to the tuning
+_PD = ("now", "before")
+
+
+class Knob(NamedTuple):
+    """One searched quantity: bounds and present value, in `unit`; `log`: on that scale."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    present: float
+    log: bool
+
+
+class Law(NamedTuple):
+    """A control law as it is searched. `stage`: macro or micro; `field`: its set within
+    `controller`; `gains`: the gains' names there; `knobs`: what is searched."""
+
+    name: str
+    stage: str
+    field: str
+    gains: tuple[str, ...]
+    knobs: tuple[Knob, ...]
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Dotted paths of the gains in the tree of settings."""
+        return tuple(f"controller.{self.field}.{gain}" for gain in self.gains)
+
+    def decoded(self, designs: Array) -> Array:
+        """Gains (n, gains) of designs (n, knobs) from 0 to 1."""
+        values = np.stack([_value(k, designs[:, i]) for i, k in enumerate(self.knobs)], axis=1)
+        if self.gains != _PD:
+            return values
+        share = values[:, 1] / DT
+        return np.stack((values[:, 0] * (1.0 + share), -values[:, 0] * share), axis=1)
+
+    def present(self) -> Array:
+        """The design (knobs,) nearest to the gains that the law has."""
+        return np.array([_place(k, k.present) for k in self.knobs])
+
+
+def names(stage: str) -> tuple[str, ...]:
+    """The laws of a stage."""
+    return MACRO_LAWS if stage == "macro" else MICRO_LAWS
+
+
+def find(stage: str, name: str | None, control: Control) -> Law:
+    """The law `name` of a stage, by default the one that `control` chooses, with its gains.
+
+    Raises `InputError` for a name that the stage does not know.
+    """
+    known = names(stage)
+    chosen = name if name is not None else getattr(control, f"{stage}_law")
+    if chosen not in known:
+        raise InputError("--law", printable(chosen), f"one of {', '.join(known)}")
+    field = chosen.replace("-", "_")
+    mine = getattr(control, field)
+    found = [e for e in entries(mine) if e.path not in _FIXED and e.par.lo < e.par.hi]
+    gains = tuple(e.path for e in found)
+    if gains == _PD:
+        return Law(chosen, stage, field, gains, _pd_knobs(mine))
+    default = getattr(Control(), field)
+    knobs = tuple(_knob(e, getattr(default, e.path)) for e in found)
+    return Law(chosen, stage, field, gains, knobs)
+
+
+def with_gains(control: Control, law: Law, gains: Array) -> Control:
+    """`control` with this law chosen and these gains."""
+    values = dict(zip(law.gains, (float(g) for g in gains), strict=True))
+    changed: Any = getattr(control, law.field)._replace(**values)
+    return control._replace(**{f"{law.stage}_law": law.name, law.field: changed})
+
+
+def gains_of(control: Control, law: Law) -> Array:
+    """The law's gains in `control`."""
+    mine = getattr(control, law.field)
+    return np.array([getattr(mine, name) for name in law.gains])
+
+
+def _pd_knobs(taps: Any) -> tuple[Knob, Knob]:
+    mine = PdTaps(*taps)
+    whole = (
+        mine.proportional if mine.proportional > 0.0 else PdTaps(*Control().pd_tuned).proportional
+    )
+    held = mine.derivative_time(DT) if mine.proportional > 0.0 else 0.0
+    return (
+        Knob("static gain", "V/count", whole / DECADE, whole * DECADE, whole, True),
+        Knob("derivative time", "s", 0.0, LONGEST_DERIVATIVE, held, False),
+    )
+
+
+def _knob(entry: Entry, default: float) -> Knob:
+    present = entry.value if entry.value > 0.0 else default
+    low, high = max(present / DECADE, entry.par.lo), min(present * DECADE, entry.par.hi)
+    return Knob(entry.path, entry.par.unit, low, high, present, True)
+
+
+def _value(knob: Knob, share: Array) -> Array:
+    if knob.log:
+        found: Array = knob.low * (knob.high / knob.low) ** share
+        return found
+    return knob.low + (knob.high - knob.low) * share
+
+
+def _place(knob: Knob, value: float) -> float:
+    if knob.log:
+        share = math.log(value / knob.low) / math.log(knob.high / knob.low)
+    else:
+        share = (value - knob.low) / (knob.high - knob.low)
+    return min(max(share, 0.0), 1.0)

@@ -1,0 +1,75 @@
+"""Open loops of the macro-stage's laws with its linear model (4.4), and their margins.
+
+The dead-zone inverse is taken to cancel the friction, as the thesis' design does, and the
+limit is never reached. There is no linear model of the micro-stage, whose actuator has
+hysteresis: `ripple_margin` measures what its bench bears instead.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control.settings import Control
+from macromicro.design.margins import Margins, PdTaps, margins, open_loop
+from macromicro.experiments.micro_runs import BAND_UM
+from macromicro.experiments.programmed import micro_steps, on_twin
+from macromicro.design.response import smoothed
+from macromicro.models.macro import Linear, position_transfer
+from macromicro.settings import Settings
+from macromicro.tuning.laws import Law, gains_of, with_gains
+
+Array = npt.NDArray[np.float64]
+
+_LEVEL, _HOLD, _LATE = 2.0, 6.0, 2.0  # mm, s, s
+MOST = 64.0
+_PER_DOUBLING = 4
+_MEAN = 21  # samples
+
+
+def macro_loop(control: Control, linear: Linear = Linear()) -> tuple[Array, Array]:  # noqa: B008
+    """D(z) of the chosen macro law times (4.4): numerator and denominator in z."""
+    num, den = position_transfer(linear)
+    if control.macro_law != "pid":
+        taps = control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned
+        return open_loop(PdTaps(*taps), num, den)
+    kp, ki, kd = control.pid
+    dt = linear.dt
+    # kp + ki dt z / (z - 1) + kd (z - 1) / (z dt), over z (z - 1)
+    over = np.array([kp + ki * dt + kd / dt, -kp - 2.0 * kd / dt, kd / dt])
+    return np.convolve(over, num), np.convolve([1.0, -1.0, 0.0], den)
+
+
+def macro_margins(control: Control) -> Margins:
+    """Margins of that loop."""
+    return margins(*macro_loop(control), Linear().dt)
+
+
+def ripple(settings: Settings, seed: int = 0) -> float:
+    """Peak to peak [um] of the laser's centred mean over the last 2 s of a hold of 6 s at
+    2 mm, less a straight line; inf where the guard ended the run."""
+    recording = on_twin(micro_steps([_LEVEL], _HOLD), settings, seed)
+    if not recording.attributes.get("finished", 1):
+        return math.inf
+    late = smoothed(recording["laser"], _MEAN)[-round(_LATE / recording.dt) - _MEAN : -_MEAN]
+    at = np.arange(len(late))
+    return float(np.ptp(late - np.polyval(np.polyfit(at, late, 1), at)))
+
+
+def ripple_margin(settings: Settings, law: Law, seed: int = 0) -> float:
+    """The largest factor on all gains of the micro law at which a hold still is quiet, its
+    ripple within the 10 um band; measured on the bench, in steps of a quarter of an octave.
+
+    NaN where the hold is not quiet with the gains as they are; `MOST` is the last one tried.
+    """
+    gains = gains_of(settings.controller, law)
+    quiet = math.nan
+    for k in range(round(math.log2(MOST)) * _PER_DOUBLING + 1):
+        factor = 2.0 ** (k / _PER_DOUBLING)
+        control = with_gains(settings.controller, law, factor * gains)
+        if not ripple(settings._replace(controller=control), seed) <= BAND_UM:
+            break
+        quiet = factor
+    return quiet
