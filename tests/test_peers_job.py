@@ -21,7 +21,10 @@ from macromicro.kernel import compiled
 from macromicro.models import macro
 
 PEERS = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
-NAMES = ("job", "rollout", "compiling", "c_loop", "timing", "preisach_rate", "beside_c")
+NAMES = (
+    "job", "rollout", "compiling", "c_loop", "timing", "preisach_rate", "beside_c",
+    "environments", "peers",
+)  # fmt: skip
 
 needs_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) here")
 
@@ -184,3 +187,46 @@ def test_without_a_compiler_the_reason_is_told(
 def test_what_the_compiler_says_is_passed_on(peers: dict[str, ModuleType], tmp_path: Path) -> None:
     with pytest.raises(peers["compiling"].NoCompilerError, match="absent"):
         peers["compiling"].library("absent.c", tmp_path)
+
+
+def test_a_peer_that_fails_is_a_row_with_the_reason(
+    peers: dict[str, ModuleType], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file that is not there, an installation that fails; both leave the next row alone."""
+    room = peers["peers"]
+    job = peers["job"].default()._replace(samples=50)
+
+    def refuse(name: str) -> Path:
+        raise peers["environments"].NoEnvironmentError(f"{name} cannot be had")
+
+    monkeypatch.setattr(peers["environments"], "python", refuse)
+    monkeypatch.setattr(
+        room,
+        "PEERS",
+        (
+            room.Peer("nothing", "absent.py"),
+            room.Peer("pathsim", "peer_pathsim.py", "pathsim", "pathsim"),
+            room.Peer("plain Python", "peer_python.py"),
+        ),
+    )
+    missing, refused, plain = room.measure(job, tmp_path, [])
+    assert "absent.py" in missing.failed
+    assert missing.warm is None
+    assert refused.failed == "not installed: pathsim cannot be had"
+    assert refused.version
+    assert plain.failed == ""
+    assert (plain.counts_off, plain.volts_off, plain.differing) == (0.0, 0.0, 0)
+    room.show([missing, refused, plain])
+
+
+def test_every_peer_has_its_file_and_its_pins(peers: dict[str, ModuleType]) -> None:
+    for peer in peers["peers"].PEERS:
+        assert (PEERS / peer.file).is_file()
+        if peer.environment:
+            text = peers["environments"].requirements(peer.environment).read_text(encoding="utf-8")
+            lines = text.splitlines()
+            assert lines
+            assert all(line.count("==") == 1 for line in lines)
+            assert "/" not in text
+            assert "@" not in text
+            assert peers["environments"].version(peer.environment, peer.package)

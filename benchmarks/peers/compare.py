@@ -53,6 +53,8 @@ def main(wanted: list[str]) -> None:
     """Measure, print, write."""
     record: dict[str, Any] = {"machine": machine(), "without_c": ""}
     print("  ".join(f"{name}: {value}" for name, value in record["machine"].items()))
+    if (record["machine"]["load_at_start"] or 0.0) > 0.5:
+        print("other programmes are at work here: long runs take longer than they should")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         job = common.default()

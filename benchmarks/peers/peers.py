@@ -86,10 +86,10 @@ def measure(job: Job, folder: Path, wanted: list[str]) -> list[Row]:
 
 def beside(rows: list[Row], row: Row) -> Row:
     """The row with its ratios to the reference among `rows`, or to itself."""
-    c = next((r for r in (*rows, row) if r.name == REFERENCE), None)
-    if c is None or None in (c.least, c.busy, row.least, row.busy):
-        return row
-    return row._replace(ratio_of_least=row.least / c.least, ratio_of_busy=row.busy / c.busy)
+    for c in (*rows, row):
+        if c.name == REFERENCE and c.least and c.busy and row.least and row.busy:
+            return row._replace(ratio_of_least=row.least / c.least, ratio_of_busy=row.busy / c.busy)
+    return row
 
 
 def one(peer: Peer, place: Path, folder: Path, right: np.ndarray) -> Row:

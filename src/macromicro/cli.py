@@ -13,7 +13,10 @@ from macromicro import __version__
 from macromicro.commands import identify
 from macromicro.commands.collect import collect
 from macromicro.commands.reproduce import reproduce
+from macromicro.commands.robust import robust
 from macromicro.commands.signals import INTERRUPTED, Signals
+from macromicro.commands.sweep import sweep
+from macromicro.commands.tune import tune
 from macromicro.errors import MacromicroError
 
 app = typer.Typer(
@@ -212,3 +215,6 @@ def programmes(
 
 app.command()(collect)
 app.command()(reproduce)
+app.command()(robust)
+app.command()(sweep)
+app.command()(tune)

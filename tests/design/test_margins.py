@@ -14,7 +14,9 @@ from macromicro.design.margins import (
     crossovers,
     damping_margin,
     first_crossover,
+    is_stable,
     lowest_frequency,
+    margins,
     open_loop,
     pd_by_margin,
     pd_by_time,
@@ -104,3 +106,80 @@ def test_bad_numbers() -> None:
         first_crossover([0.5], [1.0], DT)
     with pytest.raises(InputError, match="dt"):
         crossovers(NUM, DEN, 0.0)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(1.0, 60.0), st.integers(0, 8))
+def test_margins_of_an_integrator_with_delay(gain: float, late: int) -> None:
+    """gain dt z^-late / (z - 1): its phase is -90 deg - (late + 1/2) w dt, its size
+    gain dt / (2 sin(w dt / 2))."""
+    found = margins([gain * DT], [1.0, -1.0, *[0.0] * late], DT)
+    limit = 2.0 * math.sin(math.pi / (2.0 * (2 * late + 1))) / (gain * DT)
+    w = 2.0 / DT * math.asin(gain * DT / 2.0)
+    phase = math.pi / 2.0 - (late + 0.5) * w * DT
+    assert found.stable
+    assert found.gain == pytest.approx(limit, rel=1e-8)
+    assert found.gain_down == 0.0
+    assert found.phase == pytest.approx(math.degrees(phase), abs=1e-6)
+    assert found.delay == pytest.approx(phase / w, rel=1e-8)
+
+
+@given(st.floats(0.01, 0.95))
+def test_disk_margin_of_a_gain_with_delay(gain: float) -> None:
+    """gain / z comes nearest to -1 at the Nyquist frequency, where it is -gain: the disk
+    reaches just as far as the gain margin 1 / gain."""
+    found = margins([gain], [1.0, 0.0], DT)
+    assert found.disk == pytest.approx(2.0 * (1.0 - gain) / (1.0 + gain), rel=1e-6)
+    assert found.disk_gain == pytest.approx(1.0 / gain, rel=1e-5)
+    assert found.gain == pytest.approx(1.0 / gain, rel=1e-9)
+    assert found.peak_s == pytest.approx(1.0 / (1.0 - gain), rel=1e-6)
+    assert found.peak_t == pytest.approx(gain / (1.0 - gain), rel=1e-6)
+    assert found.delay == math.inf  # its gain never is 1
+
+
+def test_disk_margin_of_a_published_loop() -> None:
+    """25 / (s^3 + 10 s^2 + 10 s + 10), the example of Seiler, Packard and Gahinet: a disk
+    margin of 0.46, gains from 0.63 to 1.59, phases within 25.8 deg. By the bilinear rule,
+    which bends the frequencies but keeps every peak."""
+    c, den = 2.0 / DT, np.zeros(4)
+    for power, weight in zip((3, 2, 1, 0), (1.0, 10.0, 10.0, 10.0), strict=True):
+        part = np.array([weight * c**power])
+        for k in range(3):
+            part = np.convolve(part, [1.0, -1.0] if k < power else [1.0, 1.0])
+        den += part
+    found = margins(25.0 * np.convolve([1.0, 1.0], np.convolve([1.0, 1.0], [1.0, 1.0])), den, DT)
+    assert found.disk == pytest.approx(0.46, abs=0.005)
+    assert 1.0 / found.disk_gain == pytest.approx(0.63, abs=0.005)
+    assert found.disk_gain == pytest.approx(1.59, abs=0.006)
+    assert found.disk_phase == pytest.approx(25.8, abs=0.1)
+    assert found.gain == pytest.approx(3.6, rel=1e-3)  # by Routh: (10 10 - 10) / 25
+
+
+@pytest.mark.parametrize("taps", [PdTaps(0.00245865, 0.0000998447), PdTaps(0.0124593, -0.0112178)])
+def test_margins_are_where_stability_ends(taps: PdTaps) -> None:
+    """The roots of the closed loop say so: just within each margin stable, just beyond not."""
+    num, den = open_loop(taps, NUM, DEN)
+    found = margins(num, den, DT)
+    assert found.disk_gain < found.gain
+    assert found.disk_phase < found.phase
+    assert is_stable(0.999 * found.gain * num, den)
+    assert not is_stable(1.001 * found.gain * num, den)
+    samples = found.delay / DT
+    assert is_stable(num, np.append(den, np.zeros(math.floor(samples))))
+    assert not is_stable(num, np.append(den, np.zeros(math.ceil(samples))))
+
+
+def test_a_conditionally_stable_loop_has_a_lower_gain_margin() -> None:
+    """2 / (z - 1.5): the closed loop's pole is 1.5 - 2 k, within the circle for k from 0.25
+    to 1.25."""
+    found = margins([2.0], [1.0, -1.5], DT)
+    assert found.gain_down == pytest.approx(0.25)
+    assert found.gain == pytest.approx(1.25)
+
+
+def test_an_unstable_loop_has_no_margins() -> None:
+    found = margins([3.0], [1.0, 0.0], DT)
+    assert not found.stable
+    assert all(math.isnan(value) for value in found[1:])
+    with pytest.raises(InputError, match="dt"):
+        margins([0.5], [1.0, 0.0], -1.0)

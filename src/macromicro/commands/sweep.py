@@ -98,7 +98,7 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
         words += ["--scheduler", request.scheduler]
     elif request.workers is not None:
         words += ["--workers", str(request.workers)]
-    count = ready.task.spec.count
+    count = ready.task.spec.variants
     print(
         f"macromicro: interrupted; {outcome.done} of {count} variants are finished and kept; "
         f"to go on: {shlex.join(words)}",

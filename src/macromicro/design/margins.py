@@ -228,8 +228,8 @@ def frequencies(dt: float, count: int = _GRID) -> Array:
 def responses(num: npt.ArrayLike, den: npt.ArrayLike, frequency: Array, dt: float) -> Complex:
     """num(z) / den(z) at z = exp(j frequency dt), frequencies [rad/s] (n,)."""
     z = np.exp(1j * frequency * dt)
-    found: Complex = np.polyval(np.asarray(num), z) / np.polyval(np.asarray(den), z)
-    return found
+    over, under = (np.polyval(np.asarray(p, np.complex128), z) for p in (num, den))
+    return np.asarray(over / under, np.complex128)
 
 
 def _critical_gains(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[float]:

@@ -9,10 +9,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro import simulate
+from macromicro import loop, simulate
 from macromicro.columns import COLUMNS
 from macromicro.experiments import hall_calibration
+from macromicro.kernel import compiled
 from macromicro.loop import PERIOD
+from macromicro.plant.bench import NOISES
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.robustness.metrics import measure
@@ -57,6 +59,12 @@ class ProgrammeJob(NamedTuple):
         rows = np.concatenate(blocks, axis=1)
         recording = Recording.from_arrays(COLUMNS, rows, PERIOD, {})
         return measure(recording, self.programme, task.settings, outcome.watch.fault)
+
+    def compile(self, settings: Settings) -> None:
+        """Compile the bench, or load it from the cache, before threads ask for it."""
+        rolled = simulate.prepare(settings, self.programme, self.fan)
+        nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
+        compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
 
 class _Blocks(NamedTuple):

@@ -1,8 +1,10 @@
 """What a run of a programme is judged by: one number a metric, from its recording.
 
 The same definitions as in the table of `macromicro run`: settling, errors and overshoot of
-`design.response`, vibration of `design.vibration`, return to zero of `design.extension`. NaN:
-the run did not get as far; infinity: it got there and never settled.
+`design.response`, vibration of `design.vibration`, return to zero of `design.extension`.
+Infinity: a move never settled. NaN: not known; of a run that the guard stopped nothing is but
+the stop, the moves that are missing and the heat, for the moves that would have come might
+have been its worst.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ class Metric(NamedTuple):
 
 
 METRICS: tuple[Metric, ...] = (
-    Metric("fault", "", "1 if the guard stopped the run"),
+    Metric("fault", "", "stops by the guard"),
     Metric("macro_missed", "", "macro moves that did not arrive"),
     Metric("micro_missed", "", "micro moves that did not arrive"),
     Metric("macro_settling", "s", "slowest macro move's settling"),
@@ -44,12 +46,13 @@ METRICS: tuple[Metric, ...] = (
     Metric("return_to_zero", "s", "slowest return to zero before a macro move"),
     Metric("vibration", "um", "largest vibration after a macro move"),
     Metric("vibration_decay", "s", "longest decay of that vibration to 2 um"),
-    Metric("hottest", "degC", "highest wire temperature (bench truth)"),
+    Metric("hottest", "degC", "highest wire temperature, by the bench's truth"),
     Metric("fault_code", "", "which fault stopped the run, 0 for none"),
 )
 NAMES = tuple(m.name for m in METRICS)
 # A code is a name, not a quantity: nothing is ranked or limited by it.
 QUANTITIES = METRICS[:-1]
+_KNOWN_OF_STOPPED = {"fault", "macro_missed", "micro_missed", "hottest", "fault_code"}
 
 
 def measure(
@@ -76,7 +79,7 @@ def measure(
         "contraction": _mean(_settling(up)),
         "extension": _mean(_settling(down)),
         "micro_error": _largest([m.final_error for m in fine]),
-        "micro_overshoot": _largest([m.overshoot for m in fine if m.complete]),
+        "micro_overshoot": _largest([m.overshoot for m in fine]),
         "return_to_zero": max(
             (math.inf if r.time_s is None else r.time_s for r in extension(recording)),
             default=math.nan,
@@ -88,6 +91,8 @@ def measure(
         "hottest": float(recording["true_wire"].max()) if len(recording) else math.nan,
         "fault_code": float(fault),
     }
+    if fault:
+        values |= dict.fromkeys(set(values) - _KNOWN_OF_STOPPED, math.nan)
     return np.array([values[name] for name in NAMES])
 
 
@@ -112,15 +117,8 @@ def _missed(found: Sequence[MoveResult], planned: int) -> float:
 
 
 def _settling(found: Sequence[MoveResult]) -> list[float]:
-    """Each move's settling [s]; infinite for one that did not settle.
-
-    A micro move that was cut short says nothing; a macro move that was, never arrived.
-    """
-    return [
-        math.inf if m.settling_s is None else m.settling_s
-        for m in found
-        if m.complete or m.stage == "macro"
-    ]
+    """Each move's settling [s]; infinite for one that did not settle."""
+    return [math.inf if m.settling_s is None else m.settling_s for m in found]
 
 
 def _largest(values: Sequence[float | None]) -> float:

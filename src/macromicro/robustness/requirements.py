@@ -31,11 +31,13 @@ class Requirement(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The limit as a person writes it: "0.95 s", "0"."""
-        return shown(self.limit, self.metric.unit, digits=6)
+        """The limit as a person writes it: "at most 0.95 s", "none"."""
+        if self.limit == 0.0 and not self.metric.unit:
+            return "none"
+        return f"at most {shown(self.limit, self.metric.unit, digits=6)}"
 
     def met(self, rows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """For each row of metrics; what was not reached or not settled is not met."""
+        """For each row of metrics; what is not known or never settled is not met."""
         return np.asarray(rows[:, NAMES.index(self.metric.name)] <= self.limit)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from macromicro.robustness import job as jobs
 from macromicro.robustness.job import Job, Task
-from macromicro.robustness.metrics import NAMES, QUANTITIES
+from macromicro.robustness.metrics import NAMES
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.sampling import Sample, centre, latin_hypercube, settings_at
 from macromicro.robustness.statistics import Share, rank_correlation, share
@@ -155,8 +155,8 @@ class Influence(NamedTuple):
 def influences(study: Study, metric: str) -> list[Influence]:
     """All parameters' influence on a metric, the largest effect first.
 
-    An end at which the metric has no value, though the nominal machine has one, is a change
-    beyond measure: effect infinity.
+    An end at which the metric is not known, though it is of the nominal machine (the guard
+    stopped the run), is a change beyond measure: effect infinity.
     """
     column = NAMES.index(metric)
     found = []
@@ -170,8 +170,9 @@ def influences(study: Study, metric: str) -> list[Influence]:
         x = study.sample.amounts[: len(study.rows), k]
         correlation = rank_correlation(x, study.rows[:, column])
         found.append(Influence(each, low, high, _effect(middle, ends), correlation))
-    key = {id(i): (i.effect, abs(i.correlation)) for i in found}
-    return sorted(found, key=lambda i: tuple(_or_less(v) for v in key[id(i)]), reverse=True)
+    return sorted(
+        found, key=lambda i: (_or_less(i.effect), _or_less(abs(i.correlation))), reverse=True
+    )
 
 
 def _ran(study: Study, k: int, side: int) -> bool:
@@ -195,7 +196,7 @@ class Worst(NamedTuple):
     """The machine of the sample that does worst by a metric."""
 
     requirement: Requirement
-    index: int
+    sample: int
     value: float
     fault: int
 
@@ -222,13 +223,8 @@ def worst(study: Study) -> list[Worst]:
 
 
 def strongest(study: Study) -> tuple[str, list[Influence]]:
-    """The metric whose requirement is met least often among those with a value for every
-    machine at least half of the time, and the parameters by their rank correlation with it."""
-    candidates = [y for y in yields(study) if 2 * y.known.total >= y.all.total]
-    quantities = [m.name for m in QUANTITIES]
-    name = min(
-        candidates or yields(study),
-        key=lambda y: (y.all.share, quantities.index(y.requirement.metric.name)),
-    ).requirement.metric.name
+    """The metric whose requirement is met least often, of equals the first, and all parameters,
+    the one with the largest rank correlation first."""
+    name = min(yields(study), key=lambda y: y.all.share).requirement.metric.name
     ranked = influences(study, name)
     return name, sorted(ranked, key=lambda i: _or_less(abs(i.correlation)), reverse=True)

@@ -143,10 +143,10 @@ def whole(raw: object, low: int, high: int, where: str) -> int:
 
 def only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
     """InputError for the first key of `table` that is none of `keys`, which are known ones."""
-    for key in table:
+    for key, value in table.items():
         if key not in keys:
             accepted = f"nothing beside {', '.join(keys)} here"
-            raise InputError(f"{where}.{printable(key)}", printable(table[key]), accepted)
+            raise InputError(f"{where}.{printable(key)}", printable(value), accepted)
 
 
 def unknown_key(table: dict[str, Any], keys: tuple[str, ...], prefix: str) -> None:

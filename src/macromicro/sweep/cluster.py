@@ -125,7 +125,7 @@ class _Flow:
             share = max(1, self._todo.left // (2 * self._threads))
             chunk = self._todo.take(sized(self._each, seconds, self._block, share), self._block)
             future = self._client.submit(
-                compute, self._task, chunk.first, chunk.count, pure=False, retries=0
+                compute, self._task, chunk.first, chunk.size, pure=False, retries=0
             )
             self.pending[chunk.first] = (chunk, future)
             future.add_done_callback(lambda _, first=chunk.first: self._done.put(first))
@@ -134,7 +134,7 @@ class _Flow:
     def _count(self) -> int:
         """Threads of the cluster now."""
         try:
-            return max(1, sum(self._client.nthreads().values()))
+            return max(1, sum(int(n) for n in self._client.nthreads().values()))
         except Exception as error:  # whatever it is, it is the connection
             raise _lost(error) from None
 
@@ -152,7 +152,7 @@ class _Flow:
         answers = self._fetched(chunks, futures)
         for chunk, (block, _, seconds) in zip(chunks, answers, strict=True):
             self._block = block
-            each = seconds / chunk.count
+            each = seconds / chunk.size
             self._each = smoothed(self._each, each)
         return [(c, blocks) for c, (_, blocks, _) in zip(chunks, answers, strict=True)]
 
@@ -163,7 +163,7 @@ class _Flow:
             if future.status != "error":
                 continue
             error = future.exception()
-            last = chunk.first + chunk.count - 1
+            last = chunk.first + chunk.size - 1
             if isinstance(error, KilledWorker):
                 raise SweepError(
                     f"variants {chunk.first} to {last} ended several workers; what is "

@@ -39,7 +39,7 @@ _ROW = 8  # bytes of a number
 def needed_bytes(spec: Spec) -> int:
     """Bytes on the disk, at most: the journal and, beside it, the results."""
     columns = 1 + len(spec.axes) + len(spec.metrics)
-    return spec.count * _ROW * (columns + len(spec.metrics) + 1) + 1_000_000
+    return spec.variants * _ROW * (columns + len(spec.metrics) + 1) + 1_000_000
 
 
 def prepare(place: Path, spec: Spec, text: str, *, resume: bool, overwrite: bool) -> str:
@@ -140,13 +140,13 @@ def next_number(folder: Path) -> int:
 def spans(paths: Sequence[Path], spec: Spec) -> journal.Spans:
     """The variants that these journals have, as merged spans."""
     places = (
-        (place.first, place.first + place.count)
+        (place.first, place.first + place.rows)
         for path in paths
         if path.exists()  # a worker may have ended before it made its own
         for place in journal.scan(path, spec.digest, len(spec.metrics))
     )
     found = np.fromiter(places, dtype=np.dtype((np.int64, 2)))
-    return journal.merged(found.reshape(-1, 2))
+    return journal.merged(np.asarray(found, dtype=np.int64).reshape(-1, 2))
 
 
 @contextmanager
@@ -167,8 +167,9 @@ def locked(place: Path) -> Iterator[None]:
 def alone(place: Path) -> Iterator[None]:
     """Hold the lock on the sweep's folder: nobody else may begin a sweep in it.
 
-    Within the block it is a share, so that our workers can have theirs. Raises `InputError` while another run, or a worker of a killed
-    one that has not noticed yet, is at work in the folder.
+    Within the block it is a share, so that our workers can have theirs. Raises `InputError`
+    while another run, or a worker of a killed one that has not noticed yet, is at work in
+    the folder.
     """
     where = f"--out {printable(place, 300)}"
     file = os.open(place, os.O_RDONLY)

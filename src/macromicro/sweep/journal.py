@@ -51,7 +51,7 @@ class Place(NamedTuple):
     """Where a sound record stands: its variants and its bytes in the file."""
 
     first: int
-    count: int
+    rows: int
     offset: int
     size: int
 
@@ -140,8 +140,8 @@ def read(file: int, place: Place, columns: int) -> Block:
     """The block at `place` of the open file with this descriptor."""
     data = os.pread(file, place.size, place.offset)
     start = len(_MARK) + _FIXED.size
-    end = start + place.count * columns * 8
-    rows = np.frombuffer(data[start:end], dtype="<f8").reshape(place.count, columns)
+    end = start + place.rows * columns * 8
+    rows = np.frombuffer(data[start:end], dtype="<f8").reshape(place.rows, columns)
     text = data[end : -_CRC.size]
     errors = {int(k): str(v) for k, v in json.loads(text).items()} if text else {}
     return Block(place.first, rows, errors)

@@ -80,7 +80,12 @@ class _Pool:
         process = self._context.Process(
             target=work, args=(there, self._task, path, os.getpid()), daemon=True
         )
-        process.start()
+        # A worker that Ctrl-C reaches before it can ignore it would end with a traceback.
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         there.close()
         self.workers.append(_Worker(process, here, path))
         self._size = max(self._size, len(self.workers))
@@ -116,7 +121,7 @@ class _Pool:
         share = max(1, self._todo.left // (2 * self._size))
         size = sized(self._each, CHUNK, self._block, share)
         worker.chunk = self._todo.take(size, self._block)
-        self._send(worker, (worker.chunk.first, worker.chunk.count))
+        self._send(worker, (worker.chunk.first, worker.chunk.size))
 
     @staticmethod
     def _send(worker: _Worker, what: tuple[int, int] | None) -> None:
@@ -144,14 +149,14 @@ class _Pool:
 
     def _take_over(self, worker: _Worker, chunk: Chunk, code: int | None) -> None:
         done = spans([worker.path], self._task.spec)
-        left = journal.gaps(done, chunk.first, chunk.first + chunk.count)
-        found = chunk.count - sum(high - low for low, high in left)
+        left = journal.gaps(done, chunk.first, chunk.first + chunk.size)
+        found = chunk.size - sum(high - low for low, high in left)
         if found > worker.finished:  # appended, but not reported any more
             self._report(found - worker.finished, 0)
         deaths = chunk.deaths + 1 if not found else 1
         if left and deaths >= GIVE_UP:
             raise SweepError(
-                f"variants {chunk.first} to {chunk.first + chunk.count - 1} ended {deaths} workers "
+                f"variants {chunk.first} to {chunk.first + chunk.size - 1} ended {deaths} workers "
                 f"({_cause(code)}); what is finished is kept, --resume goes on"
             )
         for low, high in reversed(left):

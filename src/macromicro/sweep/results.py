@@ -79,7 +79,7 @@ def write(
     try:
         with fresh.open("wb") as file:
             with pq.ParquetWriter(file, schema, compression="zstd") as writer:
-                for block in _groups(_ordered(spec, journals), spec.count):
+                for block in _groups(_ordered(spec, journals), spec.variants):
                     if stop():
                         return None
                     tally.add(block)
@@ -125,7 +125,7 @@ def _ordered(spec: Spec, journals: Sequence[Path]) -> Iterator[Block]:
     """The journals' blocks by index, each variant once."""
     columns = len(spec.metrics)
     places = (
-        (place.first, place.count, number, place.offset, place.size)
+        (place.first, place.rows, number, place.offset, place.size)
         for number, path in enumerate(journals)
         for place in journal.scan(path, spec.digest, columns)
     )

@@ -137,12 +137,12 @@ def _execute(
     started, clock = datetime.now().astimezone(), time.monotonic()
     told = folder.summary(ready.out, str(ready.out))
     if told["state"] == "complete" and (ready.out / folder.RESULTS).exists():
-        begin(spec.count, spec.count)
+        begin(spec.variants, spec.variants)
         folder.drop_journal(ready.out)
-        return Outcome(spec.count, spec.count, 0.0, results.restored(told["results"]))
-    todo = Todo(spec.count, folder.spans(folder.journals(ready.out), spec))
-    before = spec.count - todo.left
-    begin(spec.count, before)
+        return Outcome(spec.variants, spec.variants, 0.0, results.restored(told["results"]))
+    todo = Todo(spec.variants, folder.spans(folder.journals(ready.out), spec))
+    before = spec.variants - todo.left
+    begin(spec.variants, before)
     if todo:
         if ready.client is None:
             local.run(ready.task, todo, place, ready.workers, report, stop)
@@ -151,7 +151,7 @@ def _execute(
     done = folder.spans(folder.journals(ready.out), spec)
     finished = int((done[:, 1] - done[:, 0]).sum())
     seconds = time.monotonic() - clock
-    if finished < spec.count:
+    if finished < spec.variants:
         return Outcome(finished, before, seconds, None)
     path = ready.out / folder.RESULTS
     written = results.write(path, spec, ready.metrics, folder.journals(ready.out), stop)

@@ -36,8 +36,8 @@ class Sampler:
     def values(self, first: int, count: int) -> Array:
         """Parameters of the variants `first` to `first + count - 1`; (count, parameters)."""
         spec = self.spec
-        if not 0 <= first <= first + count <= spec.count:
-            raise IndexError(f"{first} to {first + count} of {spec.count} variants")
+        if not 0 <= first <= first + count <= spec.variants:
+            raise IndexError(f"{first} to {first + count} of {spec.variants} variants")
         if spec.method == "grid":
             return self._grid(first, count)
         shares = getattr(self, f"_{spec.method}")(first, count)
@@ -70,22 +70,22 @@ class Sampler:
         return drawn[:, :width]
 
     def _lhs(self, first: int, count: int) -> Array:
-        """Latin hypercube: in every column each of the `spec.count` strata once.
+        """Latin hypercube: in every column each of the `spec.variants` strata once.
 
         A column's strata are a keyed permutation of the indices, computed number by number
         (a plan in memory, as scipy.stats.qmc.LatinHypercube makes, grows with the sweep).
         """
         index = np.arange(first, first + count, dtype=np.uint64)
-        keys = np.random.SeedSequence(self.spec.seed).generate_state(
-            _ROUNDS * len(self.paths), np.uint64
-        )
+        source = np.random.SeedSequence(self.spec.seed)
+        words = source.generate_state(_ROUNDS * len(self.paths), np.uint64)
+        keys: Words = words.astype(np.uint64)
         inside = self._random(first, count)
         for k in range(len(self.paths)):
             own = keys[k * _ROUNDS : (k + 1) * _ROUNDS]
-            inside[:, k] += permuted(index, self.spec.count, own)
+            inside[:, k] += permuted(index, self.spec.variants, own)
         # The last stratum's points may round up to 1.
         below = np.nextafter(1.0, 0.0)
-        return np.asarray(np.minimum(inside / self.spec.count, below))
+        return np.asarray(np.minimum(inside / self.spec.variants, below))
 
     def _sobol(self, first: int, count: int) -> Array:
         """Scrambled Sobol points; forward from where the last range ended."""

@@ -42,7 +42,7 @@ class Spec(NamedTuple):
     """A sweep that has been checked: plain values, so that it travels to other processes.
 
     `options`: of the job, as pairs. `seed`: of the sampling. `metrics`: the names of the
-    chosen ones and `columns` their places among the job's. `count`: of the variants.
+    chosen ones and `columns` their places among the job's. `variants`: how many.
     """
 
     job: str
@@ -52,7 +52,7 @@ class Spec(NamedTuple):
     metrics: tuple[str, ...]
     columns: tuple[int, ...]
     axes: tuple[Axis, ...]
-    count: int
+    variants: int
 
     @property
     def canonical(self) -> dict[str, Any]:
@@ -60,7 +60,7 @@ class Spec(NamedTuple):
         told: dict[str, Any] = {
             "job": self.job,
             "method": self.method,
-            "samples": self.count,
+            "samples": self.variants,
             "metrics": list(self.metrics),
         }
         if self.method != "grid":

@@ -11,7 +11,7 @@ class Chunk(NamedTuple):
     """Consecutive variants, and how many workers died over them without finishing one."""
 
     first: int
-    count: int
+    size: int
     deaths: int = 0
 
 
@@ -39,10 +39,10 @@ class Todo:
             if end < high:
                 self._open.append((end, high))
             chunk = Chunk(low, end - low)
-        self.left -= chunk.count
+        self.left -= chunk.size
         return chunk
 
     def give_back(self, chunk: Chunk) -> None:
         """To be done again."""
         self._back.append(chunk)
-        self.left += chunk.count
+        self.left += chunk.size

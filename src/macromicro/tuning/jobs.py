@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
-from macromicro import config
-from macromicro.errors import InputError
 from macromicro.settings import Settings
 from macromicro.tuning.engine import Engine
 from macromicro.tuning.ensemble import Ensemble

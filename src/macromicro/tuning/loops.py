@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from macromicro.control.settings import Control
 from macromicro.design.margins import Margins, PdTaps, margins, open_loop
+from macromicro.design.response import smoothed
 from macromicro.experiments.micro_runs import BAND_UM
 from macromicro.experiments.programmed import micro_steps, on_twin
-from macromicro.design.response import smoothed
 from macromicro.models.macro import Linear, position_transfer
 from macromicro.settings import Settings
 from macromicro.tuning.laws import Law, gains_of, with_gains

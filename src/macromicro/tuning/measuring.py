@@ -16,13 +16,13 @@ import numpy.typing as npt
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.design.response import smoothed
 from macromicro.experiments import macro_drive, micro_runs
 from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import bench
 from macromicro.recording import Recording
 from macromicro.settings import Settings
-from macromicro.design.response import smoothed
 
 Array = npt.NDArray[np.float64]
 

@@ -12,6 +12,8 @@ macro, with the step r [counts] and the run's length L [s]
     iae       J = IAE / r + P                                       [s]
     effort    J = peak effort / 1 V + 10 max(0, T / T0 - 1) + P / 1 s
 
+Where the effort may saturate, P lacks its second term.
+
 micro, T from the mean settling up and the mean settling down [s] into 10 um
 
     T = settling up + settling down; 4 s for one that never settles
@@ -48,11 +50,13 @@ SLOWER = 10.0
 
 class Scale(NamedTuple):
     """What the formulas need beside the metrics: length [s] and step [counts] of a run, and
-    T [s] of the controller that the search starts from (NaN until it is known)."""
+    T [s] of the controller that the search starts from (NaN until it is known); `saturated`:
+    what a saturated sample costs [s]."""
 
     length: float
     step: float
-    time: float = float("nan")
+    time: float | Array = float("nan")
+    saturated: float = SATURATED
 
 
 class Objective(NamedTuple):
@@ -70,18 +74,17 @@ def macro_time(m: Metrics, scale: Scale) -> Array:
     return np.where(np.isnan(m["settling_time"]), scale.length * (1.0 + away), m["settling_time"])
 
 
-def macro_penalty(m: Metrics) -> Array:
+def macro_penalty(m: Metrics, scale: Scale) -> Array:
     """P of the macro-stage [s]."""
-    found: Array = OVER * np.maximum(0.0, m["overshoot"] - SMALL) + SATURATED * m["saturated"]
-    return found
+    over: Array = OVER * np.maximum(0.0, m["overshoot"] - SMALL)
+    return over + scale.saturated * m["saturated"]
 
 
 def micro_time(m: Metrics, scale: Scale) -> Array:
     """T of the micro-stage [s]."""
-    return np.sum(
-        [np.where(np.isnan(m[name]), NEVER, m[name]) for name in ("settle_up", "settle_down")],
-        axis=0,
-    )
+    up, down = m["settle_up"], m["settle_down"]
+    found: Array = np.where(np.isnan(up), NEVER, up) + np.where(np.isnan(down), NEVER, down)
+    return found
 
 
 def micro_penalty(m: Metrics) -> Array:
@@ -100,13 +103,15 @@ _Q = "50 ms/um max(0, overshoot - 10 um) + 50 ms/um max(0, worst error - 5 um)"
 _S = "10 max(0, T / T0 - 1)"
 
 _MACRO = (
-    Objective("settling", "s", f"T + {_P}", lambda m, s: macro_time(m, s) + macro_penalty(m)),
-    Objective("iae", "s", f"IAE / step + {_P}", lambda m, s: m["iae"] / s.step + macro_penalty(m)),
+    Objective("settling", "s", f"T + {_P}", lambda m, s: macro_time(m, s) + macro_penalty(m, s)),
+    Objective(
+        "iae", "s", f"IAE / step + {_P}", lambda m, s: m["iae"] / s.step + macro_penalty(m, s)
+    ),
     Objective(
         "effort",
         "1",
         f"peak effort / 1 V + {_S} + {_P}",
-        lambda m, s: m["peak_effort"] + _slower(macro_time(m, s), s) + macro_penalty(m),
+        lambda m, s: m["peak_effort"] + _slower(macro_time(m, s), s) + macro_penalty(m, s),
     ),
 )
 _MICRO = (

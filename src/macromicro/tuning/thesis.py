@@ -22,17 +22,11 @@ def tuned(tell: Callable[[int, float], None]) -> tuple[PdTaps, tuple[Row, ...]]:
     The rule that ends it, in steps of 0.05 rad/s, is `macro_design.chosen`.
     """
     rows = [_row("damping ratio", r, t) for r, t in macro_design.sweep_ratios().items()]
-    tell(len(rows), min(_time(row) for row in rows))
     rows += [_row("crossover", w, t) for w, t in macro_design.sweep_frequencies().items()]
-    tell(len(rows), min(_time(row) for row in rows))
     last = macro_design.chosen()
     rows.append(_row("rule", last.crossover.frequency, last))
     tell(len(rows), last.settled)
     return last.taps, tuple(rows)
-
-
-def _time(row: Row) -> float:
-    return float(row["settling_time"])
 
 
 def _row(swept: str, value: float, trial: Trial) -> Row:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -15,7 +14,6 @@ from macromicro.settings import Settings
 from macromicro.textfile import printable
 from macromicro.tuning import ensemble as ensembles
 from macromicro.tuning import jobs, laws, loops, measuring, objectives, thesis
-from macromicro.tuning.engine import Engine
 from macromicro.tuning.ensemble import Ensemble
 from macromicro.tuning.evolution import minimise
 from macromicro.tuning.laws import Law
@@ -34,7 +32,8 @@ MAX_SEED = 2**31
 
 class Request(NamedTuple):
     """What is wanted. `law`: by default the settings' own; `on`: model or bench, by default
-    the model where it has the law; `aggregate` and `benches` of the ensemble, if `robust`."""
+    the model where it has the law; `aggregate` and `benches` of the ensemble, if `robust`;
+    `saturate`: the macro effort may saturate after its first sample at no cost."""
 
     stage: str
     objective: str = "settling"
@@ -47,6 +46,7 @@ class Request(NamedTuple):
     robust: bool = False
     aggregate: str = "worst"
     benches: int = 16
+    saturate: bool = False
 
 
 class Plan(NamedTuple):
@@ -118,7 +118,8 @@ def check(request: Request) -> Plan:
             )
         if request.robust:
             raise InputError("--robust", "with --route thesis", "--route optimise")
-    control = request.settings.controller._replace(**{f"{stage}_law": law.name})
+    present = laws.gains_of(request.settings.controller, law)
+    control = laws.with_gains(request.settings.controller, law, present)
     start = request.settings._replace(controller=control)
     ensemble = None
     if request.robust:
@@ -200,6 +201,8 @@ def engine_costs(plan: Plan, engine: str | None = None) -> Callable[[Array], Arr
 def _scale(plan: Plan, first: dict[str, Array]) -> Scale:
     """T0 of each bench of its own, (members,)."""
     bare = Scale(measuring.SECONDS, measuring.STEP)
+    if plan.request.saturate:
+        bare = bare._replace(saturated=0.0)
     return bare._replace(time=objectives.time_of(plan.request.stage, first, bare)[0])
 
 

@@ -1,0 +1,160 @@
+"""``macromicro robust``: how well the positioner does when its parameters are not nominal."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.programme import Programme
+    from macromicro.robustness.study import Request
+
+SAMPLES = 200
+MAX_SEED = 2**63 - 1
+MAX_WORKERS = 256
+
+
+def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
+    samples: Annotated[int, typer.Option(metavar="N", help="Machines to try.")] = SAMPLES,
+    seed: Annotated[
+        int, typer.Option(metavar="N", help="Seed of the sample and the sensors' noise.")
+    ] = 0,
+    config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="TOML file of the nominal settings.", show_default=False),
+    ] = None,
+    programme: Annotated[
+        str, typer.Option(metavar="NAME", help="A programme file, or the name of an example.")
+    ] = "thesis",
+    requirements: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="TOML file of limits, such as macro_settling = '0.8 s'.",
+            show_default=False,
+        ),
+    ] = None,
+    fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Threads.", show_default="one for each core"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results.", show_default="results/robust-<programme>"),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace earlier results.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")
+    ] = False,
+) -> None:
+    """Try machines with other friction, belt, room, noise and an aged actuator."""
+    from macromicro import programme as programmes
+    from macromicro.experiments import folder
+    from macromicro.robustness import files
+
+    request, plan = _request(samples, seed, config, programme, requirements, workers)
+    place = out or Path("results") / f"robust-{programmes.find(programme).stem}"
+    folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
+    with Signals() as signals:
+        _robust(request, plan, (programme, fan, as_json), place, signals)
+
+
+def _request(
+    samples: int,
+    seed: int,
+    config: Path | None,
+    programme: str,
+    requirements: Path | None,
+    workers: int | None,
+) -> tuple[Request, Programme]:
+    """Everything that can be wrong is said here, before anything is computed."""
+    from macromicro import config as configs
+    from macromicro import programme as programmes
+    from macromicro.errors import InputError
+    from macromicro.experiments.run import load
+    from macromicro.robustness import requirements as limits
+    from macromicro.robustness.sampling import LEAST, MOST
+    from macromicro.robustness.study import Request
+    from macromicro.settings import Settings
+
+    if not LEAST <= samples <= MOST:
+        raise InputError("--samples", samples, f"a whole number from {LEAST} to {MOST}")
+    if not 0 <= seed <= MAX_SEED - samples:
+        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - samples}")
+    if workers is not None and not 1 <= workers <= MAX_WORKERS:
+        raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
+    settings = Settings() if config is None else configs.load_overrides(config, Settings())
+    wanted = limits.DEFAULTS if requirements is None else limits.load(requirements)
+    plan = load(programmes.find(programme), settings)
+    return Request(settings, wanted, samples, seed, workers or _cores()), plan
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+
+
+def _robust(
+    request: Request,
+    plan: Programme,
+    asked: tuple[str, bool, bool],
+    out: Path,
+    signals: Signals,
+) -> None:
+    from macromicro.config import difference
+    from macromicro.experiments.run import is_compiled
+    from macromicro.report.provenance import software
+    from macromicro.robustness import files, study, terminal
+    from macromicro.robustness.job import ProgrammeJob
+    from macromicro.robustness.words import About
+    from macromicro.settings import Settings
+
+    programme, fan, as_json = asked
+    if not is_compiled():
+        print("compiling the bench, once, about 10 s", file=sys.stderr)
+    job = ProgrammeJob(plan, fan)
+    job.compile(request.settings)
+    started, began = datetime.now().astimezone(), time.perf_counter()
+    signals.later()
+    with terminal.progress(plan.title) as report:
+        found = study.run(request, job, report, lambda: bool(signals.received))
+    if not len(found.rows):
+        print("macromicro: interrupted before the first machine; nothing written", file=sys.stderr)
+        raise typer.Exit(signals.status)
+    overrides = difference(request.settings, Settings())
+    about = About(
+        programme,
+        plan.title,
+        fan,
+        started.isoformat(sep=" ", timespec="seconds"),
+        time.perf_counter() - began,
+        {key: text.strip('"') for key, text in overrides.items()},
+        tuple(software()),
+    )
+    files.write(out, found, about)
+    if as_json:
+        print(files.as_json(found, about), end="")
+    else:
+        terminal.show(found, about, str(out))
+        print(f"page: {out / files.PAGE}")
+    if found.interrupted:
+        _interrupted(len(found.rows), request.samples, out)
+        raise typer.Exit(signals.status)
+
+
+def _interrupted(done: int, asked: int, out: Path) -> None:
+    print(
+        f"macromicro: interrupted after {done} of {asked} machines; "
+        f"what was done is in {out}, marked incomplete",
+        file=sys.stderr,
+    )

@@ -1,0 +1,140 @@
+"""``macromicro tune macro|micro``: gains by search or by the thesis' route, judged on the bench."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.tuning.tune import Plan, Request
+
+
+class _Stopped(Exception):
+    """A signal ended the search."""
+
+
+def tune(  # noqa: PLR0913, PLR0917 - one for each option
+    stage: Annotated[str, typer.Argument(help="macro or micro.")],
+    objective: Annotated[
+        str, typer.Option(metavar="NAME", help="settling, iae or effort.")
+    ] = "settling",
+    law: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Control law.", show_default="that of the settings"),
+    ] = None,
+    evaluations: Annotated[int, typer.Option(metavar="N", help="Most designs to try.")] = 300,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the search.")] = 0,
+    on: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHERE",
+            help="Search on the thesis' model or on the bench.",
+            show_default="model for the macro-stage's PD laws, else bench",
+        ),
+    ] = None,
+    route: Annotated[
+        str, typer.Option(metavar="NAME", help="optimise, or thesis for the macro-stage's PD.")
+    ] = "optimise",
+    robust: Annotated[
+        bool, typer.Option("--robust", help="Judge every design on an ensemble of benches.")
+    ] = False,
+    aggregate: Annotated[
+        str, typer.Option(metavar="HOW", help="Cost of an ensemble: worst or q95.")
+    ] = "worst",
+    benches: Annotated[int, typer.Option(metavar="N", help="Benches in the ensemble.")] = 16,
+    saturate: Annotated[
+        bool, typer.Option("--saturate", help="Let the macro effort saturate at no cost.")
+    ] = False,
+    config: Annotated[
+        Path | None, typer.Option(help="TOML file with units that overrides settings.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results.", show_default="results/tune-STAGE")
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace earlier results.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the numbers as JSON, and nothing else.")
+    ] = False,
+) -> None:
+    """Find better gains for a control law, and say what they are worth on the bench."""
+    from macromicro.config import load_overrides
+    from macromicro.settings import Settings
+    from macromicro.tuning import files
+    from macromicro.tuning.tune import Request, check
+
+    settings = Settings() if config is None else load_overrides(config, Settings())
+    request = Request(
+        stage, objective, law, evaluations, seed, settings, on, route, robust, aggregate, benches,
+        saturate,
+    )  # fmt: skip
+    plan = check(request)
+    place = out if out is not None else Path("results") / f"tune-{stage}"
+    files.check(place, overwrite=overwrite)
+    with Signals() as signals:
+        _tune(plan, place, as_json, signals)
+
+
+def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
+    from macromicro.tuning import files, tables
+    from macromicro.tuning.tune import judge, search
+
+    signals.later()
+    try:
+        with _progress(plan.request) as report:
+
+            def tell(done: int, best: float) -> None:
+                report(done, best)
+                if signals.received:
+                    raise _Stopped
+
+            searched = search(plan, tell)
+        found = judge(searched)
+    except (_Stopped, KeyboardInterrupt):
+        pass
+    if signals.received:
+        print("macromicro: interrupted, nothing was written", file=sys.stderr)
+        raise typer.Exit(signals.status)
+    files.write(place, found)
+    if as_json:
+        print(files.as_json(found), end="")
+        return
+    for line in tables.text(found):
+        print(line)
+    print(f"results: {place}; try: macromicro run --config {place / files.SETTINGS}")
+
+
+@contextmanager
+def _progress(request: Request) -> Iterator[Callable[[int, float], None]]:
+    """A bar on stderr; one plain line where that is no terminal."""
+    what = f"{request.stage}-stage, objective {request.objective}"
+    if not sys.stderr.isatty():
+        print(f"tuning the {what}", file=sys.stderr)
+        yield lambda done, best: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    bar = Progress(
+        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
+        BarColumn(bar_width=24),
+        TimeRemainingColumn(),
+        TextColumn("{task.description}", markup=False),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task(what, total=request.evaluations)
+
+        def report(done: int, best: float) -> None:
+            bar.update(task, completed=done, description=f"{what}: least cost {best:.4g}")
+
+        yield report

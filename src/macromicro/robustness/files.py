@@ -1,0 +1,196 @@
+"""The folder of a study: page, JSON, samples, figures, worst cases as settings files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import macromicro
+from macromicro import config
+from macromicro.drawing import style
+from macromicro.experiments import folder
+from macromicro.robustness import figures, words
+from macromicro.robustness.metrics import NAMES, QUANTITIES
+from macromicro.robustness.page import Picture, page
+from macromicro.robustness.sampling import settings_at
+from macromicro.robustness.statistics import CONFIDENCE, LEVELS, Share, spread
+from macromicro.robustness.study import Study, Worst, influences, overall, worst, yields
+from macromicro.robustness.words import About
+from macromicro.settings import Settings
+
+PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
+FILES = (PAGE, JSON, SAMPLES, *(f"{name}.png" for name in figures.FIGURES))
+BYTES = 4_000_000
+
+
+def write(out: Path, study: Study, about: About) -> None:
+    """Write everything to `out`, all of it or nothing; an earlier study there is replaced.
+
+    Raises OSError where the disk refuses.
+    """
+    with folder.staged(out, remove=_earlier(out)) as place:
+        (place / JSON).write_text(as_json(study, about), encoding="utf-8")
+        (place / SAMPLES).write_text(as_csv(study), encoding="utf-8", newline="")
+        for found in worst(study):
+            (place / words.file_name(found)).write_text(
+                as_toml(study, found, about), encoding="utf-8"
+            )
+        pictures = []
+        for drawn in figures.draw(study):
+            data = style.png(drawn.figure)
+            (place / f"{drawn.name}.png").write_bytes(data)
+            pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
+        (place / PAGE).write_text(page(study, about, pictures, str(out)), encoding="utf-8")
+
+
+def _earlier(out: Path) -> list[str]:
+    """Files of an earlier study in `out`."""
+    return [*FILES, *(p.name for p in out.glob("worst-*.toml"))]
+
+
+def as_toml(study: Study, found: Worst, about: About) -> str:
+    """The settings of a worst case as a file that `macromicro run --config` takes.
+
+    It holds all that differs from the defaults, to the last bit.
+    """
+    metric = found.requirement.metric
+    tree = settings_at(
+        study.request.settings, study.request.uncertain, study.sample.amounts[found.sample]
+    )
+    lines = [
+        f"# Sample {found.sample} of {len(study.rows)}: the worst for {metric.name},",
+        f"# {metric.meaning}: {words.number(found.value, metric.unit)}"
+        f" (required: {found.requirement.text}). Repeat it with",
+        f"#   {words.replay(study, found, about, '')}",
+        "",
+    ]
+    tables: dict[str, list[str]] = {}
+    for path, text in config.difference(tree, Settings()).items():
+        table, _, name = path.rpartition(".")
+        tables.setdefault(table, []).append(f"{name} = {text}")
+    for table, settings in tables.items():
+        lines += [f"[{table}]", *settings, ""]
+    return "\n".join(lines)
+
+
+def as_csv(study: Study) -> str:
+    """A line for each machine of the sample: seed, parameters on their scales, metrics.
+
+    Empty: not known; inf: never settled.
+    """
+    names = [u.name for u in study.request.uncertain]
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["sample", "seed", *names, *NAMES])
+    for i, row in enumerate(study.rows):
+        cells = [_cell(v) for v in (*study.sample.amounts[i], *row)]
+        writer.writerow([str(i), str(study.request.seed + i), *cells])
+    return text.getvalue()
+
+
+def _cell(value: float) -> str:
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def as_json(study: Study, about: About) -> str:
+    """Everything but the pictures. null: not known; "inf": never."""
+    return json.dumps(_plain(dict(_content(study, about))), indent=2, allow_nan=False) + "\n"
+
+
+def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
+    request, whole = study.request, overall(study)
+    yield "version", macromicro.__version__
+    yield "programme", about.programme
+    yield "fan", about.fan
+    yield "started", about.started
+    yield "seconds", about.seconds
+    yield "overrides", about.overrides
+    yield "seed", request.seed
+    yield "samples", request.samples
+    yield "samples_done", len(study.rows)
+    yield "interrupted", study.interrupted
+    yield "remarks", words.remarks(study)
+    yield "interval", f"Clopper-Pearson, {CONFIDENCE:.0%}"
+    yield "parameters", [u._asdict() for u in request.uncertain]
+    yield (
+        "requirements",
+        [
+            {
+                "metric": y.requirement.metric.name,
+                "unit": y.requirement.metric.unit,
+                "limit": y.requirement.limit,
+                "source": y.requirement.source,
+                "nominal": y.nominal,
+                "yield": _share(y.all),
+                "yield_where_known": _share(y.known),
+            }
+            for y in yields(study)
+        ],
+    )
+    yield "overall", _share(whole)
+    yield (
+        "metrics",
+        {
+            m.name: {
+                "unit": m.unit,
+                "meaning": m.meaning,
+                "nominal": study.nominal[k],
+                **_spread(study, k),
+                "influences": [
+                    {
+                        "parameter": i.parameter.name,
+                        "low": i.low,
+                        "high": i.high,
+                        "effect": i.effect,
+                        "rank_correlation": i.correlation,
+                    }
+                    for i in influences(study, m.name)
+                ],
+            }
+            for k, m in enumerate(QUANTITIES)
+        },
+    )
+    yield (
+        "worst",
+        [
+            {
+                "metric": w.requirement.metric.name,
+                "value": w.value,
+                "unit": w.requirement.metric.unit,
+                "sample": w.sample,
+                "seed": request.seed + w.sample,
+                "fault_code": w.fault,
+                "file": words.file_name(w),
+            }
+            for w in worst(study)
+        ],
+    )
+
+
+def _share(found: Share) -> dict[str, Any]:
+    return found._asdict()
+
+
+def _spread(study: Study, column: int) -> dict[str, Any]:
+    found = spread(study.rows[:, column])
+    levels = dict(zip((f"{level:g}" for level in LEVELS), found.quantiles, strict=True))
+    return {**found._asdict(), "quantiles": levels}
+
+
+def _plain(value: Any) -> Any:
+    """`value` as JSON has it."""
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float):
+        value = float(value)
+        if math.isnan(value):
+            return None
+        return "inf" if math.isinf(value) else value
+    return value

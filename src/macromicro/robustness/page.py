@@ -1,0 +1,104 @@
+"""One self-contained HTML file of a study: tables and figures, no network, no script."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import macromicro
+from macromicro.robustness import words
+from macromicro.robustness.metrics import METRICS, NAMES
+from macromicro.robustness.statistics import rank_correlation
+from macromicro.robustness.study import Study, overall, worst
+from macromicro.robustness.words import About
+
+TEMPLATE = Path(__file__).parent / "templates" / "robust.html.j2"
+
+
+class Picture(NamedTuple):
+    """A drawn figure as a PNG file's bytes, with title and caption."""
+
+    name: str
+    title: str
+    caption: str
+    png: bytes
+
+    @property
+    def uri(self) -> str:
+        """The picture inlined."""
+        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
+
+
+def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> str:
+    """The study as HTML. All text is escaped."""
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    whole = overall(study)
+    return template.render(
+        about=about,
+        request=study.request,
+        done=len(study.rows),
+        whole=whole,
+        share=words.percent(whole.share),
+        interval=words.interval(whole),
+        remarks=words.remarks(study),
+        yield_headings=words.YIELD_HEADINGS,
+        yields=words.yield_rows(study, whole),
+        influences=[
+            (METRICS[NAMES.index(name)].meaning, words.influence(study, name))
+            for name in words.MAIN
+        ],
+        spread_headings=words.SPREAD_HEADINGS,
+        spreads=words.spread_rows(study),
+        correlation_headings=words.MAIN,
+        correlations=_correlations(study),
+        worst=_worst(study, about, out),
+        parameters=_parameters(study),
+        pictures=pictures,
+        version=macromicro.__version__,
+        out=out,
+    )
+
+
+def _correlations(study: Study) -> list[tuple[str, ...]]:
+    """Parameter and its rank correlation with each main metric."""
+    lines = []
+    for k, each in enumerate(study.request.uncertain):
+        x = study.sample.amounts[: len(study.rows), k]
+        found = (rank_correlation(x, study.rows[:, NAMES.index(m)]) for m in words.MAIN)
+        lines.append((each.name, *("-" if math.isnan(v) else f"{v:+.2f}" for v in found)))
+    return lines
+
+
+def _worst(study: Study, about: About, out: str) -> list[tuple[str, str, str, str]]:
+    """Metric, value, limit and the command that repeats it."""
+    return [
+        (
+            w.requirement.metric.meaning,
+            words.number(w.value, w.requirement.metric.unit),
+            w.requirement.text,
+            words.replay(study, w, about, out),
+        )
+        for w in worst(study)
+    ]
+
+
+def _parameters(study: Study) -> list[tuple[str, str, str, str, str]]:
+    """Name, range, meaning, what of the settings it moves, source."""
+    return [
+        (
+            u.name,
+            f"{words.amount(u, u.low)} to {words.amount(u, u.high)}",
+            u.meaning,
+            ", ".join(path for path, _ in u.parts),
+            u.source,
+        )
+        for u in study.request.uncertain
+    ]

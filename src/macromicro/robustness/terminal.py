@@ -1,0 +1,83 @@
+"""A study in the terminal: a bar while it runs, then yields, influences and worst cases."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from macromicro.robustness import words
+from macromicro.robustness.metrics import METRICS, NAMES
+from macromicro.robustness.study import Study, overall, worst
+from macromicro.robustness.words import About
+
+Report = Callable[[int, int], None]
+_PIPED, _LEAST = 120, 80
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Report]:
+    """A bar with the time left on stderr; a line every tenth where that is no terminal."""
+    if not sys.stderr.isatty():
+        told = 0
+
+        def tell(done: int, total: int) -> None:
+            nonlocal told
+            if 10 * done // total > told:
+                told = 10 * done // total
+                print(f"{title}: {done} of {total} runs", file=sys.stderr, flush=True)
+
+        yield tell
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    from rich.progress import TimeRemainingColumn as Left
+
+    bar = Progress(
+        MofNCompleteColumn(),
+        BarColumn(),
+        TextColumn("runs,"),
+        Left(),
+        TextColumn("left"),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task("", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def show(study: Study, about: About, out: str) -> None:
+    """Everything a person asks first, on stdout."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_PIPED)
+    elif console.width < _LEAST:
+        console = Console(highlight=False, width=_LEAST)
+
+    def say(text: str, style: str = "") -> None:
+        console.print(Text(text, style=style), soft_wrap=True)
+
+    for remark in words.remarks(study):
+        say(remark, "bold red")
+    say(f"{about.title}: {len(study.rows)} machines, seed {study.request.seed}")
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for k, heading in enumerate(words.YIELD_HEADINGS):
+        table.add_column(heading, justify="left" if k < 2 else "right", overflow="fold")
+    for row in words.yield_rows(study, overall(study)):
+        table.add_row(*(Text(cell) for cell in row))
+    console.print(table)
+    console.print()
+    say("largest influences, one parameter at a time:")
+    for name in words.MAIN:
+        say(f"  {METRICS[NAMES.index(name)].meaning}: {words.influence(study, name)}")
+    console.print()
+    say("worst cases, and how to repeat them:")
+    for found in worst(study):
+        metric = found.requirement.metric
+        say(f"  {metric.meaning}: {words.number(found.value, metric.unit)}, sample {found.sample}")
+        say(f"    {words.replay(study, found, about, out)}")

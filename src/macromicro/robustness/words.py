@@ -1,0 +1,152 @@
+"""The study in words: the same lines for terminal, page and files."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.robustness.metrics import METRICS, QUANTITIES
+from macromicro.robustness.statistics import LEVELS, Share, spread
+from macromicro.robustness.study import Influence, Study, Worst, Yield, influences, yields
+from macromicro.robustness.uncertain import FACTOR, VALUE, Uncertain
+
+# What a tornado is drawn of, in this order.
+MAIN = ("macro_settling", "macro_overshoot", "micro_error", "contraction", "extension", "vibration")
+_BY_NAME = {m.name: m for m in METRICS}
+YIELD_HEADINGS = ("requirement", "limit", "nominal", "met", "yield", "95 % interval", "where known")
+
+
+class About(NamedTuple):
+    """How a study was asked for. `programme`: as on the command line; `overrides`: the
+    settings that are not the defaults; `software`: name and value."""
+
+    programme: str
+    title: str
+    fan: bool
+    started: str
+    seconds: float
+    overrides: dict[str, str]
+    software: tuple[tuple[str, str], ...]
+
+
+def number(value: float, unit: str = "") -> str:
+    """A metric's value with its unit: "never" for infinity, "-" where there is none."""
+    if math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "never"
+    return f"{round(value, 3):.4g}{f' {unit}' if unit else ''}"
+
+
+def percent(value: float) -> str:
+    """A share, to a tenth of a percent."""
+    return "-" if math.isnan(value) else f"{100.0 * value:.1f} %"
+
+
+def interval(found: Share) -> str:
+    """A share's confidence interval."""
+    return f"{percent(found.low)} to {percent(found.high)}" if found.total else "-"
+
+
+def yield_rows(study: Study, whole: Share) -> list[tuple[str, ...]]:
+    """A line for each requirement, under `YIELD_HEADINGS`, and one for all together."""
+    lines = [_yield(y) for y in yields(study)]
+    met = f"{whole.passed} of {whole.total}"
+    return [*lines, ("all together", "", "", met, percent(whole.share), interval(whole), "")]
+
+
+def _yield(y: Yield) -> tuple[str, ...]:
+    metric = y.requirement.metric
+    return (
+        metric.meaning,
+        y.requirement.text,
+        number(y.nominal, metric.unit),
+        f"{y.all.passed} of {y.all.total}",
+        percent(y.all.share),
+        interval(y.all),
+        f"{percent(y.known.share)} of {y.known.total}" if y.known.total < y.all.total else "",
+    )
+
+
+def top_influences(study: Study, metric: str, count: int) -> list[Influence]:
+    """The parameters that alone change the metric most, those with no effect left out."""
+    return [i for i in influences(study, metric) if i.effect > 0.0][:count]
+
+
+def influence(study: Study, metric: str, count: int = 3) -> str:
+    """The largest influences on a metric, in words."""
+    unit = _BY_NAME[metric].unit
+    parts = [
+        f"{i.parameter.name} ({amount(i.parameter, i.parameter.low)}: {_end(i, i.low, unit)}, "
+        f"{amount(i.parameter, i.parameter.high)}: {_end(i, i.high, unit)})"
+        for i in top_influences(study, metric, count)
+    ]
+    return ", ".join(parts) or "nothing in the table moves it"
+
+
+def _end(i: Influence, value: float, unit: str) -> str:
+    """The metric at one end; an end without a value, of an infinite effect, was stopped."""
+    return "stopped" if math.isnan(value) and math.isinf(i.effect) else number(value, unit)
+
+
+def amount(each: Uncertain, value: float) -> str:
+    """Where a parameter stands on its scale: "+30 %", "-10 K", "35 degC"."""
+    if each.kind == FACTOR:
+        return f"{100.0 * (value - 1.0):+.3g} %"
+    return f"{value:.3g} {each.unit}" if each.kind == VALUE else f"{value:+.3g} {each.unit}"
+
+
+def file_name(found: Worst) -> str:
+    """The file that a worst case is written to."""
+    return f"worst-{found.requirement.metric.name}.toml"
+
+
+def replay(study: Study, found: Worst, about: About, folder: str) -> str:
+    """The command that repeats a worst case."""
+    seed = study.request.seed + found.sample
+    place = f"{folder}/{file_name(found)}" if folder else file_name(found)
+    fan = " --fan" if about.fan else ""
+    return f"macromicro run {_quoted(about.programme)} --config {_quoted(place)} --seed {seed}{fan}"
+
+
+def _quoted(text: str) -> str:
+    import shlex
+
+    return shlex.quote(text)
+
+
+def remarks(study: Study) -> list[str]:
+    """What must be known beside the numbers, a sentence each."""
+    asked, done = study.request.samples, len(study.rows)
+    found = []
+    if study.interrupted:
+        found.append(f"INCOMPLETE: interrupted after {done} of {asked} machines of the sample")
+    sample = study.sample
+    if sample.refused:
+        found.append(
+            f"{sample.refused} combinations were drawn that no machine can be, and replaced; "
+            f"the first: {sample.reason}"
+        )
+    found += [f"not run: {name}: {why}" for name, why in study.impossible.items()]
+    return found
+
+
+SPREAD_HEADINGS = (
+    "metric",
+    "known",
+    "never",
+    "least",
+    *(f"{100 * level:g} %" for level in LEVELS),
+    "most",
+)
+
+
+def spread_rows(study: Study) -> list[tuple[str, ...]]:
+    """Every metric's distribution over the sample, under `SPREAD_HEADINGS`."""
+    lines = []
+    for column, metric in enumerate(QUANTITIES):
+        s = spread(study.rows[:, column])
+        values = [number(v) for v in (s.least, *s.quantiles, s.most)]
+        unit = f" [{metric.unit}]" if metric.unit else ""
+        lines.append((f"{metric.meaning}{unit}", str(s.known), str(s.never), *values))
+    return lines

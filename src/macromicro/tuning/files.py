@@ -1,0 +1,132 @@
+"""The folder of a tuning: settings for ``macromicro run --config``, numbers, figures."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import macromicro
+from macromicro import config
+from macromicro.experiments import folder
+from macromicro.settings import Settings
+from macromicro.textfile import printable
+from macromicro.tuning import pictures, tables
+from macromicro.tuning.objectives import OVER, SATURATED
+from macromicro.tuning.tune import Tuning
+
+SETTINGS, NUMBERS = "tuned.toml", "tuning.json"
+FILES = (SETTINGS, NUMBERS, pictures.RESPONSE, pictures.BODE)
+_BYTES = 2_000_000
+
+
+def check(out: Path, *, overwrite: bool) -> None:
+    """InputError unless the results can go to `out`."""
+    folder.check(out, _BYTES, overwrite=overwrite, names=FILES)
+
+
+def write(out: Path, found: Tuning) -> None:
+    """All files, or none."""
+    with folder.staged(out, remove=FILES) as place:
+        (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
+        (place / NUMBERS).write_text(as_json(found), encoding="utf-8")
+        for name, data in pictures.drawn(found):
+            (place / name).write_bytes(data)
+
+
+def as_toml(found: Tuning) -> str:
+    """The tuned law with its gains, and whatever else the start set otherwise than the
+    defaults."""
+    plan, tuned = found.plan, found.tuned
+    wanted = set(config.difference(tuned, Settings()))
+    wanted |= {f"controller.{plan.request.stage}_law", *plan.law.paths}
+    lines: dict[str, list[str]] = {}
+    for path in sorted(wanted):
+        text = config.as_toml(tuned, path).splitlines()  # the table's head, then the line
+        lines.setdefault(text[0], []).append(text[1])
+    ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
+    head = [
+        f"# {plan.request.stage} law {plan.law.name}, tuned by {ways} for {plan.objective.name}",
+        f"# {found.evaluations} evaluations on {plan.engine}, seed {plan.request.seed}, "
+        f"macromicro {macromicro.__version__}",
+        *(f"# {printable(line, 300)}" for line in tables.remarks(found)),
+    ]
+    parts = ["\n".join(head)]
+    parts += ["\n".join([table, *rows]) for table, rows in sorted(lines.items())]
+    return "\n\n".join(parts) + "\n"
+
+
+def as_json(found: Tuning) -> str:
+    """Everything but the recordings; NaN and infinity as null and "inf"."""
+    plan, request = found.plan, found.plan.request
+    record: dict[str, Any] = {
+        "version": macromicro.__version__,
+        "stage": request.stage,
+        "law": plan.law.name,
+        "route": request.route,
+        "objective": {
+            "name": plan.objective.name,
+            "unit": plan.objective.unit,
+            "formula": plan.objective.formula,
+            "saturation_penalised": not request.saturate,
+            "seconds_per_count_over": OVER,
+            "seconds_per_saturated_sample": 0.0 if request.saturate else SATURATED,
+        }
+        if request.stage == "macro"
+        else {
+            "name": plan.objective.name,
+            "unit": plan.objective.unit,
+            "formula": plan.objective.formula,
+        },
+        "engine": plan.engine,
+        "seed": request.seed,
+        "evaluations": found.evaluations,
+        "search": [k._asdict() for k in plan.law.knobs],
+        "gains": _pairs(tables.gains(found)),
+        "engine_cost": _pair(found.engine_costs),
+        "bench": _pairs(tables.measured(found)),
+        "bench_metrics": _pair([shown.metrics for shown in found.bench]),
+        "better_on_the_bench": found.better,
+        "remarks": list(tables.remarks(found)),
+        "margins": None if found.margins is None else _pair([m._asdict() for m in found.margins]),
+        "ripple_margin": None if found.ripple_margins is None else _pair(found.ripple_margins),
+        "ensemble": _ensemble(found),
+        "history": found.history,
+        "trials": found.trials,
+        "overrides": config.difference(found.tuned, Settings()),
+    }
+    return json.dumps(_plain(record), indent=2, allow_nan=False) + "\n"
+
+
+def _ensemble(found: Tuning) -> dict[str, Any] | None:
+    ensemble = found.plan.ensemble
+    if ensemble is None:
+        return None
+    return {
+        "aggregate": ensemble.aggregate,
+        "seed": ensemble.seed,
+        "ranges": [s._asdict() for s in ensemble.spreads],
+        "draws": ensemble.draws.tolist(),
+        "bench_cost": None if found.robust_costs is None else _pair(found.robust_costs),
+    }
+
+
+def _pair(values: Any) -> dict[str, Any]:
+    before, after = values
+    return {"before": before, "after": after}
+
+
+def _pairs(lines: list[tables.Line]) -> list[dict[str, Any]]:
+    return [line._asdict() for line in lines]
+
+
+def _plain(value: Any) -> Any:
+    """Numbers that JSON has; the rest as text or null."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else str(value)
+    return value

@@ -1,0 +1,129 @@
+"""A tuning in words and numbers: the table before and after, and what to say of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from macromicro.parameters import entries
+from macromicro.tuning.loops import MOST
+from macromicro.tuning.tune import Tuning
+
+_MACRO = (
+    ("settling_time", "settling into 2 %", "s"),
+    ("rise_time", "rise to 98 %", "s"),
+    ("overshoot", "overshoot", "counts"),
+    ("reversals", "reversals after arrival", ""),
+    ("iae", "integral of |error|", "counts s"),
+    ("final_error", "error at the end", "counts"),
+    ("peak_effort", "peak effort asked for", "V"),
+    ("saturated", "samples saturated", ""),
+)
+_MICRO = (
+    ("settle_up", "settling up into 10 um", "s"),
+    ("settle_down", "settling down into 10 um", "s"),
+    ("overshoot", "overshoot", "um"),
+    ("worst_error", "worst error at rest", "um"),
+    ("iae", "integral of |error|", "mm s"),
+    ("saturated", "share saturated", "1"),
+)
+_MARGINS = (
+    ("gain", "gain margin (factor)", "1"),
+    ("phase", "phase margin", "deg"),
+    ("crossover", "at", "rad/s"),
+    ("delay", "delay margin", "s"),
+    ("disk", "disk margin alpha", "1"),
+    ("disk_gain", "its gain margin (factor)", "1"),
+    ("disk_phase", "its phase margin", "deg"),
+)
+
+
+class Line(NamedTuple):
+    """A row of the table: what, before, after, unit."""
+
+    name: str
+    before: float
+    after: float
+    unit: str
+
+
+def measured(found: Tuning) -> list[Line]:
+    """The metrics on the bench, and the cost there."""
+    first, last = (shown.metrics for shown in found.bench)
+    names = _MACRO if found.plan.request.stage == "macro" else _MICRO
+    lines = [Line(words, first[key], last[key], unit) for key, words, unit in names]
+    objective = found.plan.objective
+    lines.append(Line(f"cost ({objective.name})", *found.bench_costs, objective.unit))
+    if found.robust_costs is not None and found.plan.ensemble is not None:
+        words = "worst" if found.plan.ensemble.aggregate == "worst" else "95 %"
+        name = f"cost, {words} of {len(found.plan.ensemble.draws)} benches"
+        lines.append(Line(name, *found.robust_costs, objective.unit))
+    return lines
+
+
+def bounds(found: Tuning) -> list[Line]:
+    """Margins with the linear model; for the micro-stage the one that was measured."""
+    if found.margins is not None:
+        first, last = found.margins
+        return [
+            Line(words, getattr(first, k), getattr(last, k), unit) for k, words, unit in _MARGINS
+        ]
+    assert found.ripple_margins is not None
+    return [Line("ripple margin (factor)", *found.ripple_margins, "1")]
+
+
+def gains(found: Tuning) -> list[Line]:
+    """The law's gains."""
+    law, pair = found.plan.law, (found.plan.start, found.tuned)
+    sets = [getattr(s.controller, law.field) for s in pair]
+    units = {e.path: e.par.unit for e in entries(sets[0])}
+    return [Line(g, getattr(sets[0], g), getattr(sets[1], g), units[g]) for g in law.gains]
+
+
+def text(found: Tuning) -> Iterator[str]:
+    """Lines of plain text."""
+    blocks = (
+        ("gains", gains(found)),
+        ("on the bench", measured(found)),
+        ("margins", bounds(found)),
+    )
+    for title, lines in blocks:
+        yield f"{title:34}{'before':>14}{'after':>14}"
+        for each in lines:
+            yield f"  {each.name:32}{_number(each.before):>14}{_number(each.after):>14} {each.unit}"
+    yield ""
+    yield from remarks(found)
+
+
+def remarks(found: Tuning) -> Iterator[str]:
+    """Sentences: the search, and whether it was any good."""
+    plan = found.plan
+    before, after = found.engine_costs
+    yield (
+        f"{found.evaluations} {'trials' if plan.request.route == 'thesis' else 'evaluations'} on "
+        f"{plan.engine}: cost {_number(before)} to {_number(after)} {plan.objective.unit}"
+    )
+    if plan.request.stage == "micro":
+        yield (
+            "The micro-stage has no linear model, so gain, phase and disk margins are not "
+            "defined. Its ripple margin is the largest factor on all gains at which a hold at "
+            f"2 mm stays within 10 um on the bench; {MOST:g} is the largest tried."
+        )
+    first, last = found.robust_costs or found.bench_costs
+    where = "on the ensemble of benches" if found.robust_costs else "on the bench"
+    if found.better:
+        yield f"The tuned law is better {where}: cost {_number(first)} to {_number(last)}."
+    elif last == first:
+        yield f"The tuned law is no better {where}: it costs the same, {_number(first)}."
+    else:
+        yield f"The tuned law is NOT better {where}: cost {_number(first)} to {_number(last)}."
+    if found.robust_costs and found.bench_costs[1] > found.bench_costs[0]:
+        one, two = found.bench_costs
+        yield f"On the bench as it is it costs more: {_number(one)} to {_number(two)}."
+
+
+def _number(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return "inf" if math.isinf(value) else f"{value:.5g}"

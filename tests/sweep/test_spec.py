@@ -1,0 +1,179 @@
+"""What a spec file may say, and what is said of everything else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sweep_fake
+
+from macromicro.errors import InputError
+from macromicro.sweep.sampling import Sampler
+from macromicro.sweep.spec import Spec, load
+
+HEAD = 'job = "fake"\nmethod = "random"\nsamples = 5\n'
+GRID = 'job = "fake"\n'
+
+
+def loaded(tmp_path: Path, text: str, name: str = "s.toml") -> Spec:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return load(path, sweep_fake.job)[0]
+
+
+def test_a_grid_in_stored_units(tmp_path: Path) -> None:
+    """Steps, values, one value and a plain value; nested tables and dotted keys."""
+    text = """
+job = "fake"
+[parameters]
+gain = [1, 2.5]
+"part.force" = { low = "-20 mN", high = "40 mN", steps = 4 }
+[parameters.part.mass]
+low = "10 g"
+high = "1 kg"
+steps = 3
+scale = "log"
+[parameters.teeth]
+value = 7
+"""
+    spec = loaded(tmp_path, text)
+    assert [a.path for a in spec.axes] == ["gain", "part.force", "part.mass", "teeth"]
+    assert spec.axes[0].levels == (1.0, 2.5)
+    assert spec.axes[1].levels == pytest.approx((-0.02, 0.0, 0.02, 0.04), abs=1e-15)
+    assert spec.axes[2].levels == pytest.approx((0.01, 0.1, 1.0), rel=1e-14)
+    assert (spec.axes[2].levels[0], spec.axes[2].levels[-1]) == (0.01, 1.0)
+    assert spec.axes[3].levels == (7.0,)
+    assert spec.variants == 24
+    assert np.array_equal(Sampler(spec).values(23, 1)[0][[0, 3]], [2.5, 7.0])
+
+
+def test_all_metrics_or_the_chosen_ones(tmp_path: Path) -> None:
+    tail = "[parameters]\ngain = { low = 1, high = 2 }\n"
+    every = loaded(tmp_path, HEAD + tail)
+    assert every.metrics == ("product", "noise", "often") and every.columns == (0, 1, 2)
+    some = loaded(tmp_path, HEAD + 'metrics = ["often", "product"]\n' + tail)
+    assert some.metrics == ("often", "product") and some.columns == (2, 0)
+
+
+def test_the_digest_is_of_what_decides_the_results(tmp_path: Path) -> None:
+    """Not of words, spelling and units; but of each value, and of the parameters' order."""
+    text = HEAD + '[parameters]\npart.mass = { low = "1 kg", high = "2 kg" }\ngain = [1]\n'
+    same = HEAD.replace("job", "# a word\njob") + (
+        '[parameters]\n"part.mass" = { high = "2000 g", low = "1 kg" }\ngain.values = [1.0]\n'
+    )
+    digest = loaded(tmp_path, text).digest
+    assert loaded(tmp_path, same, "other.toml").digest == digest
+    for old, new in (("2 kg", "3 kg"), ("samples = 5", "samples = 6"), ("[1]", "[1, 2]")):
+        assert loaded(tmp_path, text.replace(old, new)).digest != digest
+    turned = HEAD + '[parameters]\ngain = [1]\npart.mass = { low = "1 kg", high = "2 kg" }\n'
+    assert loaded(tmp_path, turned).digest != digest
+
+
+P = "[parameters]\n"
+CASES = {
+    "unknown key": ("jobs = 1\n" + HEAD, "s.toml, jobs: 'unknown key'", "such as job"),
+    "no job": ("method = 'grid'\n", "s.toml, job: 'nothing'", "name of a job"),
+    "unknown job": ("job = 'fak'\n", "s.toml, job: 'fak'", "fake"),
+    "unknown option": (HEAD + "[options]\nwidth = 1\n", "s.toml, options", "job 'fake' has"),
+    "bad option": (HEAD + "[options]\nlog = [1]\n", "s.toml, options.log", "text or a number"),
+    "unknown method": ("job='fake'\nmethod='lhc'\n", "s.toml, method: 'lhc'", "lhs"),
+    "no method": ("job='fake'\nsamples=2\n", "s.toml, method: 'nothing'", "grid, random"),
+    "no parameters": (HEAD, "s.toml, parameters: 'no parameters'", "[parameters.NAME]"),
+    "empty table": (HEAD + P, "s.toml, parameters: 'no parameters'", "[parameters.NAME]"),
+    "no samples": (
+        "job='fake'\nmethod='lhs'\n[parameters]\ngain=[1]",
+        "s.toml, samples: 'nothing'",
+        "whole number from 1",
+    ),
+    "zero samples": (
+        HEAD.replace("5", "0") + P + "gain=[1]",
+        "s.toml, samples: '0'",
+        "a whole number from 1",
+    ),
+    "grid with samples": (
+        GRID + "method='grid'\nsamples = 3\n" + P + "gain=[1]",
+        "s.toml, samples: '3'",
+        "a grid has its steps",
+    ),
+    "negative seed": (HEAD + "seed=-1\n" + P + "gain=[1]", "s.toml, seed: '-1'", "from 0"),
+    "unknown metric": (
+        HEAD + "metrics=['prodct']\n",
+        "s.toml, metrics: 'prodct'",
+        "such as product",
+    ),
+    "metric twice": (HEAD + "metrics=['noise','noise']\n", "s.toml, metrics", "once"),
+    "no metrics": (HEAD + "metrics=[]\n", "s.toml, metrics", "a list of product"),
+    "unknown parameter": (
+        HEAD + P + "part.mas = ['1 kg']",
+        "s.toml, parameters.part.mas: 'unknown parameter'",
+        "such as part.mass (`macromicro sweep fake --list` lists all)",
+    ),
+    "parameter in no table": (
+        HEAD + P + "force = ['1 N']",
+        "s.toml, parameters.force: 'unknown parameter'",
+        "such as part.force",
+    ),
+    "a set": (HEAD + P + "part = 3", "s.toml, parameters.part: 'unknown parameter'", "part."),
+    "parameter twice": (
+        HEAD + P + "part.mass=['1 kg']\n'part.mass'=['1 kg']",
+        "s.toml, parameters.part.mass: 'stands twice'",
+        "once",
+    ),
+    "text": (HEAD + P + "law=['a']", "s.toml, parameters.law: 'a'", "one number"),
+    "no unit": (HEAD + P + "part.mass=[1]", "parameters.part.mass.values, item 1: '1'", "kg"),
+    "wrong unit": (HEAD + P + "part.mass='3 N'", "part.mass.value: '3 N'", "kg"),
+    "above its bound": (HEAD + P + "part.mass='11 kg'", "'11 kg'", "above zero and at most 10 kg"),
+    "shown bound": (HEAD + P + "part.force='6 N'", "'6 N'", "at least -5000 mN and at most"),
+    "no range": (HEAD + P + "gain={}", "parameters.gain: 'nothing'", "value, values, or low"),
+    "two ways": (HEAD + P + "gain={value=1,low=2}", "gain: 'value and low'", "one of value"),
+    "no high": (HEAD + P + "gain={low=1}", "parameters.gain.high: 'nothing'", "plain number"),
+    "reversed": (HEAD + P + "gain={low=2,high=1}", "gain.high: '1'", "more than low (2)"),
+    "equal": (HEAD + P + "gain={low=2,high=2}", "gain.high: '2'", "more than low (2)"),
+    "log of zero": (
+        HEAD + P + "gain={low=0,high=1,scale='log'}",
+        "gain.low: '0'",
+        "above zero for scale 'log'",
+    ),
+    "scale": (HEAD + P + "gain={low=0,high=1,scale='ln'}", "gain.scale: 'ln'", "'linear' or 'log'"),
+    "sample with steps": (
+        HEAD + P + "gain={low=0,high=1,steps=3}",
+        "gain.steps: '3'",
+        "nothing beside low",
+    ),
+    "grid without steps": (GRID + P + "gain={low=0,high=1}", "gain.steps: 'nothing'", "from 2"),
+    "one step": (GRID + P + "gain={low=0,high=1,steps=1}", "gain.steps: '1'", "from 2"),
+    "values and steps": (GRID + P + "gain={values=[1],steps=3}", "gain.steps", "nothing beside"),
+    "no values": (GRID + P + "gain=[]", "gain.values: '[]'", "a list of 1"),
+    "typing slip": (GRID + P + "gain={low=0,hihg=1}", "gain.hihg: 'unknown key'", "such as high"),
+    "half a tooth": (GRID + P + "teeth={low=1,high=4,steps=3}", "teeth.steps: 3", "whole numbers"),
+    "broken teeth": (GRID + P + "teeth=1.5", "teeth.value: '1.5'", "a whole number"),
+    "range of teeth": (HEAD + P + "teeth={low=1,high=4}", "teeth: 'a range'", "whole numbers"),
+    "not TOML": ("job =", "s.toml", "TOML"),
+}
+
+
+@pytest.mark.parametrize("text, found, accepted", CASES.values(), ids=list(CASES))
+def test_one_message_names_file_key_value_and_what_is_accepted(
+    tmp_path: Path, text: str, found: str, accepted: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        loaded(tmp_path, text)
+    message = str(caught.value)
+    assert str(tmp_path / "s.toml") in message
+    assert found in message and accepted in message.partition("accepted: ")[2], message
+
+
+def test_a_grid_beyond_all_bounds(tmp_path: Path) -> None:
+    text = GRID + P + "gain={low=1,high=2,steps=10000}\n"
+    text += "part.mass={low='1 kg',high='2 kg',steps=10000}\n"
+    text += "part.force={low='1 N',high='2 N',steps=10000}\nteeth={low=1,high=99,steps=99}\n"
+    with pytest.raises(InputError, match="99000000000000 variants"):
+        loaded(tmp_path, text)
+
+
+def test_no_file_and_another_kind_of_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        load(tmp_path / "none.toml", sweep_fake.job)
+    with pytest.raises(InputError, match=r"suffix \.csv"):
+        load(tmp_path / "none.csv", sweep_fake.job)
