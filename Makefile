@@ -6,7 +6,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-all browser lint format bench bench-peers docs clean
+.PHONY: help run test test-slow test-all browser lint format bench bench-peers docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
@@ -16,6 +16,9 @@ run: $(VENV)/.core ## run the thesis' integrated test; results in results/thesis
 
 test: $(VENV)/.dev ## run the tests
 	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+test-slow: $(VENV)/.dev ## run the slow tests alone
+	$(BIN)/python -m pytest -m slow
 
 test-all: $(VENV)/.dev ## run the tests, slow ones too, and print the coverage
 	$(BIN)/python -m pytest -n 2 --cov
@@ -56,6 +59,7 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 
 clean: ## delete the virtual environment and all caches; results stay
 	@if [ -e "$(VENV)/.made" ]; then rm -rf "$(VENV)"; fi
+	rm -rf .venv-peers
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .coverage* build dist
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 

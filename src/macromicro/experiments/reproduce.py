@@ -58,7 +58,7 @@ def _said(error: BaseException) -> str:
 
 
 def failed(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
-    """The result of a procedure that gave nothing: its claims, not measured."""
+    """The result of a procedure that gave nothing: its claims, not measured, of no kind."""
     seconds = 0.0 if began is None else time.perf_counter() - began
     claims = [
         Claim(
@@ -70,6 +70,7 @@ def failed(procedure: Procedure, why: str, trace: str = "", began: float | None 
             "",
             NOT_MEASURED,
             f"the procedure {procedure.name} failed: {why}",
+            kind="",
         )
         for name in procedure.ids
     ]

@@ -108,7 +108,9 @@ def dead_zone(width: float, volts: float) -> float:
 @kernel
 def jump_zone(width: float, a0: float, delta: float, volts: float) -> float:
     """Dead zone with a jump (Figure 4.14): none up to `width` [V], (4.5) of the rest beyond."""
-    return jump(a0, delta, dead_zone(width, volts))
+    # `jump` of `dead_zone` in one expression, which a batch computes in vector registers.
+    rest = abs(volts) - width
+    return math.copysign(a0 + delta * rest, volts) if rest > 0.0 else 0.0
 
 
 @kernel

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from macromicro.hysteresis import Everett, from_density
 from macromicro.parameters import Par
 
-_CAL = "calibrated to S2, S4, S6, S8, S13, I3"
+_CAL = "calibrated to S2, S4, S6, S8, S13a, S13b, I3"
 
 
 class Phase(NamedTuple):

@@ -13,7 +13,7 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
 from macromicro.robustness.metrics import METRICS, NAMES
 from macromicro.robustness.study import Influence, Study, overall, strongest, yields
-from macromicro.robustness.uncertain import FACTOR
+from macromicro.robustness.uncertain import FACTOR, Uncertain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,10 +63,10 @@ def _yields(study: Study) -> Drawn:
     ax.set_xticks(range(0, 101, 20))
     return Drawn(
         "yields",
-        "Yields",
+        "Yields and their intervals",
         f"{len(study.rows)} machines of a Latin hypercube over the uncertain parameters. Bars: "
         "the share that meets the requirement; lines: its exact (Clopper-Pearson) 95 % interval. "
-        "A machine that its guard stopped meets none of what it did not come to.",
+        "A machine that its guard stopped fails whatever cannot be known of it.",
         figure,
     )
 
@@ -156,9 +156,12 @@ def _distributions(study: Study) -> Drawn:
             va="top",
             fontsize=7.5,
             color=_FAINT,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5},
         )
         unit = f" [{metric.unit}]" if metric.unit else ""
         style.finish(ax, f"({letter}) {name.replace('_', ' ')}", f"{metric.meaning}{unit}")
+        if metric.unit == "count":
+            ax.xaxis.get_major_locator().set_params(integer=True)
         ax.xaxis.label.set_fontsize(7.5)
         ax.set_ylim(0.0, 1.3 * ax.get_ylim()[1])  # room for the counts
         if letter in "ad":
@@ -212,8 +215,8 @@ def _scatter(study: Study) -> Drawn:
             ax.scatter(
                 x[chosen], y[chosen], s=16, c=colour, marker=marker, label=label, linewidths=1.0
             )
-        style.finish(ax, title, _axis(first.meaning, first.kind, first.unit))
-        ax.set_ylabel(_axis(second.meaning, second.kind, second.unit), fontsize=8.5)
+        style.finish(ax, title, _axis(first))
+        ax.set_ylabel(_axis(second), fontsize=8.5)
         ax.margins(0.03)
         ax.legend(
             fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False
@@ -229,5 +232,5 @@ def _scatter(study: Study) -> Drawn:
     )
 
 
-def _axis(meaning: str, kind: str, unit: str) -> str:
-    return f"{meaning} [{'of nominal' if kind == FACTOR else unit}]"
+def _axis(each: Uncertain) -> str:
+    return f"{each.name} [{'of nominal' if each.kind == FACTOR else each.unit}]"

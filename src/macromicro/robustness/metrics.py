@@ -42,6 +42,7 @@ METRICS: tuple[Metric, ...] = (
     Metric("contraction", "s", "mean settling of contracting micro moves"),
     Metric("extension", "s", "mean settling of extending micro moves"),
     Metric("micro_error", "um", "largest final micro error, by the laser"),
+    Metric("true_micro_error", "um", "largest final micro error, by the bench's truth"),
     Metric("micro_overshoot", "um", "largest micro overshoot, by the laser"),
     Metric("return_to_zero", "s", "slowest return to zero before a macro move"),
     Metric("vibration", "um", "largest vibration after a macro move"),
@@ -79,6 +80,7 @@ def measure(
         "contraction": _mean(_settling(up)),
         "extension": _mean(_settling(down)),
         "micro_error": _largest([m.final_error for m in fine]),
+        "true_micro_error": _largest([m.true_error for m in fine]),
         "micro_overshoot": _largest([m.overshoot for m in fine]),
         "return_to_zero": max(
             (math.inf if r.time_s is None else r.time_s for r in extension(recording)),

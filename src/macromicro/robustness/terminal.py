@@ -65,7 +65,7 @@ def show(study: Study, about: About, out: str) -> None:
     for remark in words.remarks(study):
         say(remark, "bold red")
     say(f"{about.title}: {len(study.rows)} machines, seed {study.request.seed}")
-    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for k, heading in enumerate(words.YIELD_HEADINGS):
         table.add_column(heading, justify="left" if k < 2 else "right", overflow="fold")
     for row in words.yield_rows(study, overall(study)):

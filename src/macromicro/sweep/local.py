@@ -72,6 +72,7 @@ class _Pool:
         self._size = 0
         self._block = 1
         self._stillborn = 0
+        self._dismissed = False
         self._names = itertools.count(next_number(folder))
 
     def start(self) -> None:
@@ -94,11 +95,19 @@ class _Pool:
         """Take what workers say within these seconds."""
         ready = wait([w.pipe for w in self.workers], seconds)
         for worker in [w for w in self.workers if w.pipe in ready]:
-            try:
-                while worker.pipe.poll():
-                    self._hear(worker, worker.pipe.recv())
-            except (EOFError, OSError):
+            if not self._heard(worker, 0.0):
                 self._bury(worker)
+
+    def _heard(self, worker: _Worker, seconds: float) -> bool:
+        """Hear all that the worker says; false when it has ended."""
+        while True:
+            try:
+                if not worker.pipe.poll(seconds):
+                    return True
+                told = worker.pipe.recv()
+            except (EOFError, OSError):
+                return False
+            self._hear(worker, told)
 
     def _hear(self, worker: _Worker, told: tuple[Any, ...]) -> None:
         match told:
@@ -108,7 +117,8 @@ class _Pool:
                 self._report(count, impossible)
             case ("ready", block):
                 self._block = block
-                self._next(worker)
+                if not self._dismissed:
+                    self._next(worker)
             case ("failed", words):
                 raise SweepError(words)
 
@@ -164,17 +174,13 @@ class _Pool:
 
     def dismiss(self) -> None:
         """Ask all to end after the portion they are at, and hear them out."""
+        self._dismissed = True
         for worker in self.workers:
             self._send(worker, None)
         end = time.monotonic() + _PATIENCE
         while self.workers and time.monotonic() < end:
             for worker in list(self.workers):
-                try:
-                    while worker.pipe.poll(_POLL):
-                        told = worker.pipe.recv()
-                        if told[0] != "ready":
-                            self._hear(worker, told)
-                except (EOFError, OSError):
+                if not self._heard(worker, _POLL):
                     worker.process.join()
                     self.workers.remove(worker)
 

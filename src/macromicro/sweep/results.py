@@ -201,7 +201,9 @@ class _Tally:
         self._impossible += len(block.errors)
         if block.errors and not self._words:
             place = min(block.errors)
-            self._words = f"variant {block.first + place}: {block.errors[place]}"
+            words = block.errors[place]
+            named = words.startswith("variant ")  # a job may say itself which
+            self._words = words if named else f"variant {block.first + place}: {words}"
 
     def written(self) -> Written:
         ranges = {}

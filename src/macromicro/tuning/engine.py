@@ -13,10 +13,7 @@ Array = npt.NDArray[np.float64]
 
 class Engine:
     """A job of `macromicro.batch` whose gains at `paths` are varied, on one bench or on
-    `members`, each with its `values` (members, k) at `member_paths`.
-
-    `evaluations` counts the variants that were computed.
-    """
+    `members`, each with its `values` (members, k) at `member_paths`."""
 
     def __init__(
         self,
@@ -28,7 +25,6 @@ class Engine:
         self.job = job
         self.names = tuple(metric.name for metric in job.metrics)
         self.members = np.empty((1, 0)) if values is None else values
-        self.variants = 0
         self._paths = (*paths, *member_paths)
 
     def metrics(self, gains: Array) -> dict[str, Array]:
@@ -39,7 +35,10 @@ class Engine:
         rows = np.concatenate(
             (np.repeat(gains, each, axis=0), np.tile(self.members, (count, 1))), axis=1
         )
-        blocks = [block for _, block in batch.run(self.job, batch.Variants(self._paths, rows))]
-        self.variants += len(rows)
-        found = np.concatenate(blocks).reshape(count, each, len(self.names))
+        variants = batch.Variants(self._paths, rows)
+        if len(rows) <= self.job.block:  # no threads for a single block
+            found = self.job.evaluate(variants)
+        else:
+            found = np.concatenate([block for _, block in batch.run(self.job, variants)])
+        found = found.reshape(count, each, len(self.names))
         return {name: found[:, :, k] for k, name in enumerate(self.names)}

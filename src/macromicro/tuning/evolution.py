@@ -16,17 +16,21 @@ Array = npt.NDArray[np.float64]
 Costs = Callable[[Array], Array]
 
 PER_KNOB = 10
+KEPT = 200
 FEWEST = 5  # members that differential evolution needs
 
 
 class Found(NamedTuple):
     """The best design (k,) and its cost; `evaluations` made; `history`: the least cost after
-    each generation."""
+    each generation; `ranked`: the best designs tried (m, k), best first, `KEPT` at most, with
+    their costs (m,)."""
 
     design: Array
     cost: float
     evaluations: int
     history: tuple[float, ...]
+    ranked: Array
+    costs: Array
 
 
 def members(evaluations: int, knobs: int, block: int = 1) -> int:
@@ -55,15 +59,15 @@ def minimise(
     drawn = latin(knobs, size, seed)
     drawn[0] = start
     history: list[float] = []
-    best = [drawn[0], np.inf]
+    kept = [np.empty((0, knobs)), np.empty(0)]
 
     def asked(designs: Array) -> Array:
         found = costs(designs)
-        k = int(np.argmin(found))
-        if found[k] < best[1]:
-            best[:] = [designs[k].copy(), float(found[k])]
-        history.append(best[1])
-        tell(size * len(history), best[1])
+        every = (np.concatenate((kept[0], designs)), np.concatenate((kept[1], found)))
+        order = np.argsort(every[1], kind="stable")[:KEPT]
+        kept[:] = [each[order] for each in every]
+        history.append(float(kept[1][0]))
+        tell(size * len(history), history[-1])
         return found
 
     generations = evaluations // size
@@ -71,7 +75,7 @@ def minimise(
         asked(drawn)
     else:
         _evolve(asked, drawn, generations, seed)
-    return Found(best[0], best[1], size * len(history), tuple(history))
+    return Found(kept[0][0], history[-1], size * len(history), tuple(history), *kept)
 
 
 def latin(columns: int, rows: int, seed: int) -> Array:

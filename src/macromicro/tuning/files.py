@@ -43,16 +43,17 @@ def as_toml(found: Tuning) -> str:
     wanted |= {f"controller.{plan.request.stage}_law", *plan.law.paths}
     lines: dict[str, list[str]] = {}
     for path in sorted(wanted):
-        text = config.as_toml(tuned, path).splitlines()  # the table's head, then the line
-        lines.setdefault(text[0], []).append(text[1])
+        head, line = config.as_toml(tuned, path).splitlines()
+        # The comment names the source of the default, which a tuned value no longer has.
+        lines.setdefault(head, []).append(line.partition("  # ")[0])
     ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
-    head = [
+    about = [
         f"# {plan.request.stage} law {plan.law.name}, tuned by {ways} for {plan.objective.name}",
         f"# {found.evaluations} evaluations on {plan.engine}, seed {plan.request.seed}, "
         f"macromicro {macromicro.__version__}",
         *(f"# {printable(line, 300)}" for line in tables.remarks(found)),
     ]
-    parts = ["\n".join(head)]
+    parts = ["\n".join(about)]
     parts += ["\n".join([table, *rows]) for table, rows in sorted(lines.items())]
     return "\n\n".join(parts) + "\n"
 
@@ -92,6 +93,7 @@ def as_json(found: Tuning) -> str:
         "margins": None if found.margins is None else _pair([m._asdict() for m in found.margins]),
         "ripple_margin": None if found.ripple_margins is None else _pair(found.ripple_margins),
         "ensemble": _ensemble(found),
+        "passed_over": found.rejected,
         "history": found.history,
         "trials": found.trials,
         "overrides": config.difference(found.tuned, Settings()),

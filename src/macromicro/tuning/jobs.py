@@ -2,36 +2,47 @@
 
 from __future__ import annotations
 
+from macromicro.control import settings as control_settings
 from macromicro.settings import Settings
 from macromicro.tuning.engine import Engine
 from macromicro.tuning.ensemble import Ensemble
 from macromicro.tuning.laws import Law
 
+MODEL = "macro-model"
 MODELLED = ("pd-initial", "pd-tuned")
 MODELLED_WORDS = "the PD laws alone"
 MODEL_GAINS = ("controller.now", "controller.before")
 MODEL_PLANT = ("model.a", "model.b", "model.width")
 
 
-def block(name: str) -> int:
-    """Variants that the job computes together."""
-    from macromicro import batch
+def unit(name: str) -> int:
+    """Variants that one pass of the job computes at no more cost than one."""
+    if name != MODEL:
+        return 1
+    from macromicro.batch.lanes import UNIT
 
-    return int(batch.job(name).block)
+    return UNIT
 
 
 def engine(name: str, settings: Settings, law: Law, ensemble: Ensemble | None) -> Engine:
-    """The engine of a job on the settings' bench, or on an ensemble of such benches."""
-    from macromicro import batch
+    """The engine of a job on the settings' bench, or on an ensemble of such benches.
 
-    if name == "macro-model":
-        job = batch.job(name)
+    The thesis' model has none of the bench's settings: it takes the dead-zone inverse and
+    the limit of the settings' law, and its own parameters as printed.
+    """
+    from macromicro import batch
+    from macromicro.batch.macro_model import MacroLoop
+
+    if name != MODEL:
+        job = batch.job(name, settings=settings)
         if ensemble is None:
-            return Engine(job, MODEL_GAINS)
-        model = job.base().model
-        members = ensemble.on_model(model.a, model.b, model.width)
-        return Engine(job, MODEL_GAINS, MODEL_PLANT, members)
-    job = batch.job(name, settings=settings)
+            return Engine(job, law.paths)
+        return Engine(job, law.paths, *ensemble.on_bench(settings))
+    chosen = control_settings.prepare(settings.controller).macro
+    tree = MacroLoop()
+    lifted = tree.controller._replace(dead_zone=chosen.dead_zone, limit=chosen.limit)
+    job = batch.job(name, tree=tree._replace(controller=lifted))
     if ensemble is None:
-        return Engine(job, law.paths)
-    return Engine(job, law.paths, *ensemble.on_bench(settings))
+        return Engine(job, MODEL_GAINS)
+    members = ensemble.on_model(tree.model.a, tree.model.b, tree.model.width)
+    return Engine(job, MODEL_GAINS, MODEL_PLANT, members)

@@ -19,12 +19,14 @@ from macromicro.experiments.micro_runs import BAND_UM
 from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.models.macro import Linear, position_transfer
 from macromicro.settings import Settings
-from macromicro.tuning.laws import Law, gains_of, with_gains
+from macromicro.tuning import laws
+from macromicro.tuning.laws import Law
 
 Array = npt.NDArray[np.float64]
 
-_LEVEL, _HOLD, _LATE = 2.0, 6.0, 2.0  # mm, s, s
+_LEVEL, _HOLD, _LATE = 2.0, 8.0, 4.0  # mm, s, s
 MOST = 64.0
+LEAST = 1.5
 _PER_DOUBLING = 4
 _MEAN = 21  # samples
 
@@ -48,14 +50,30 @@ def macro_margins(control: Control) -> Margins:
 
 
 def ripple(settings: Settings, seed: int = 0) -> float:
-    """Peak to peak [um] of the laser's centred mean over the last 2 s of a hold of 6 s at
-    2 mm, less a straight line; inf where the guard ended the run."""
+    """Peak to peak [um] of the laser's centred mean over the last 4 s of a hold of 8 s at
+    2 mm, less a straight line; inf where the stage reached its stop in that time, or the
+    guard ended the run."""
     recording = on_twin(micro_steps([_LEVEL], _HOLD), settings, seed)
     if not recording.attributes.get("finished", 1):
         return math.inf
-    late = smoothed(recording["laser"], _MEAN)[-round(_LATE / recording.dt) - _MEAN : -_MEAN]
+    rows = slice(-round(_LATE / recording.dt) - _MEAN, -_MEAN)
+    if recording["contract"][rows].any():
+        return math.inf
+    late = smoothed(recording["laser"], _MEAN)[rows]
     at = np.arange(len(late))
     return float(np.ptp(late - np.polyval(np.polyfit(at, late, 1), at)))
+
+
+def holds(settings: Settings, law: Law, seed: int = 0) -> bool:
+    """Whether a hold is quiet (`ripple_margin`) with the micro law's gains and up to 1.5 times
+    as large ones: of 1, 1.25 and 1.5 times each."""
+    gains = laws.gains_of(settings.controller, law)
+    return all(_quiet(settings, law, times * gains, seed) for times in (1.0, 1.25, LEAST))
+
+
+def _quiet(settings: Settings, law: Law, gains: Array, seed: int) -> bool:
+    control = laws.with_gains(settings.controller, law, gains)
+    return ripple(settings._replace(controller=control), seed) <= BAND_UM
 
 
 def ripple_margin(settings: Settings, law: Law, seed: int = 0) -> float:
@@ -64,12 +82,11 @@ def ripple_margin(settings: Settings, law: Law, seed: int = 0) -> float:
 
     NaN where the hold is not quiet with the gains as they are; `MOST` is the last one tried.
     """
-    gains = gains_of(settings.controller, law)
+    gains = laws.gains_of(settings.controller, law)
     quiet = math.nan
     for k in range(round(math.log2(MOST)) * _PER_DOUBLING + 1):
         factor = 2.0 ** (k / _PER_DOUBLING)
-        control = with_gains(settings.controller, law, factor * gains)
-        if not ripple(settings._replace(controller=control), seed) <= BAND_UM:
+        if not _quiet(settings, law, factor * gains, seed):
             break
         quiet = factor
     return quiet

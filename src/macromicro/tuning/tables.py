@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from macromicro.parameters import entries
-from macromicro.tuning.loops import MOST
+from macromicro.tuning.loops import LEAST, MOST
 from macromicro.tuning.tune import Tuning
 
 _MACRO = (
@@ -110,6 +110,11 @@ def remarks(found: Tuning) -> Iterator[str]:
             "defined. Its ripple margin is the largest factor on all gains at which a hold at "
             f"2 mm stays within 10 um on the bench; {MOST:g} is the largest tried."
         )
+    if found.rejected:
+        yield (
+            f"{found.rejected} designs that cost less were passed over: a hold was not quiet at "
+            f"up to {LEAST:g} times their gains."
+        )
     first, last = found.robust_costs or found.bench_costs
     where = "on the ensemble of benches" if found.robust_costs else "on the bench"
     if found.better:
@@ -118,9 +123,10 @@ def remarks(found: Tuning) -> Iterator[str]:
         yield f"The tuned law is no better {where}: it costs the same, {_number(first)}."
     else:
         yield f"The tuned law is NOT better {where}: cost {_number(first)} to {_number(last)}."
-    if found.robust_costs and found.bench_costs[1] > found.bench_costs[0]:
-        one, two = found.bench_costs
-        yield f"On the bench as it is it costs more: {_number(one)} to {_number(two)}."
+    worse = [line for line in measured(found) if abs(line.after) > abs(line.before)]
+    if worse:
+        each = (f"{x.name} {_number(x.before)} to {_number(x.after)} {x.unit}" for x in worse)
+        yield f"Worse on the bench than before: {'; '.join(s.strip() for s in each)}."
 
 
 def _number(value: float) -> str:

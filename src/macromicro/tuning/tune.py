@@ -68,7 +68,8 @@ class Tuning(NamedTuple):
     `engine_costs`: on the engine, aggregated over its benches; `bench`: runs on the full
     bench, `bench_costs` what they cost; `robust_costs`: aggregated over the ensemble of
     full benches. `margins` with the linear model (macro), `ripple_margins`: measured (micro).
-    `history`: the least cost after each generation; `trials`: the thesis' route's sweeps.
+    `history`: the least cost after each generation; `trials`: the thesis' route's sweeps;
+    `rejected`: cheaper designs that were passed over (micro), see `loops.holds`.
     """
 
     plan: Plan
@@ -82,6 +83,7 @@ class Tuning(NamedTuple):
     ripple_margins: tuple[float, float] | None
     history: tuple[float, ...]
     trials: tuple[dict[str, float | str], ...]
+    rejected: int
 
     @property
     def better(self) -> bool:
@@ -152,6 +154,7 @@ class Searched(NamedTuple):
     engine_costs: tuple[float, float]
     history: tuple[float, ...]
     trials: tuple[dict[str, float | str], ...]
+    rejected: int = 0
 
 
 def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
@@ -170,18 +173,25 @@ def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
         law.present(),
         request.evaluations,
         request.seed,
-        jobs.block(plan.engine) if plan.ensemble is None else 1,
+        jobs.unit(plan.engine) if plan.ensemble is None else 1,
         tell,
     )
-    gains = law.decoded(found.design[None, :])[0] if found.cost < before else present
-    return Searched(
-        plan,
-        gains,
-        found.evaluations,
-        (before, min(found.cost, before)),
-        found.history,
-        (),
-    )
+    gains, cost, rejected = present, before, 0
+    for design, least in zip(found.ranked, found.costs, strict=True):
+        if not least < before:
+            break
+        tried = law.decoded(design[None, :])[0]
+        if request.stage == "macro" or _holds(plan, tried):
+            gains, cost = tried, float(least)
+            break
+        rejected += 1
+    return Searched(plan, gains, found.evaluations, (before, cost), found.history, (), rejected)
+
+
+def _holds(plan: Plan, gains: Array) -> bool:
+    """Whether the micro-stage keeps still with these gains."""
+    control = laws.with_gains(plan.start.controller, plan.law, gains)
+    return loops.holds(plan.start._replace(controller=control), plan.law)
 
 
 def engine_costs(plan: Plan, engine: str | None = None) -> Callable[[Array], Array]:
@@ -238,6 +248,7 @@ def judge(found: Searched) -> Tuning:
         ripples,
         found.history,
         found.trials,
+        found.rejected,
     )
 
 

@@ -1,0 +1,71 @@
+"""Many variants of a run at once: the step functions of single runs, over lanes and threads.
+
+    job = batch.job("macro-model")
+    gains = batch.Variants(("controller.now", "controller.before"), values)
+    for first, metrics in batch.run(job, gains):
+        ...
+
+A job turns variants, values at dotted paths of its parameter tree, into metrics; no
+recording is kept. Each variant gives the same bits as a single run with its parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from macromicro.batch.engine import cores, run, trajectories
+from macromicro.batch.variants import SEED, Job, Metric, Trajectories, Variants
+from macromicro.errors import InputError
+
+__all__ = [
+    "JOBS",
+    "SEED",
+    "Job",
+    "Metric",
+    "Trajectories",
+    "Variants",
+    "cores",
+    "job",
+    "run",
+    "trajectories",
+]
+
+
+def _macro_model(**options: Any) -> Job:
+    from macromicro.batch.macro_model import MacroModelJob
+
+    return MacroModelJob(**options)
+
+
+def _macro_bench(**options: Any) -> Job:
+    from macromicro.batch.macro_bench import MacroBenchJob
+
+    return MacroBenchJob(**options)
+
+
+def _micro_bench(**options: Any) -> Job:
+    from macromicro.batch.micro_bench import MicroBenchJob
+
+    return MicroBenchJob(**options)
+
+
+def _programme(**options: Any) -> Job:
+    from macromicro.batch.whole_bench import ProgrammeJob
+
+    return ProgrammeJob(**options)
+
+
+JOBS: dict[str, Callable[..., Job]] = {
+    "macro-model": _macro_model,
+    "macro-bench": _macro_bench,
+    "micro-bench": _micro_bench,
+    "programme": _programme,
+}
+
+
+def job(name: str, **options: Any) -> Job:
+    """The job `name` of `JOBS` with its options. `InputError` for an unknown name."""
+    if name not in JOBS:
+        raise InputError("job", name, " or ".join(JOBS))
+    return JOBS[name](**options)

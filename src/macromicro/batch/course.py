@@ -1,0 +1,137 @@
+"""What a macro-stage's step response is judged by, gathered sample by sample.
+
+One form for a single run and for a lane of many: `follow` has no branch that a vector
+register could not take, and keeps no sample.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.batch.variants import Array, Metric
+from macromicro.kernel import kernel
+
+BAND = 0.02  # share of the step within which it has settled
+RISEN = 0.98  # share of the step after which it has risen
+ARRIVED = 2.0  # counts; turns of the position count from the first error within it
+SMALLEST = 10.0  # counts; a smaller step has no 2 % and begins where it ends
+
+METRICS = (
+    Metric("settling_time", "s", "from then on the error stays within 2 % of the step"),
+    Metric("rise_time", "s", "98 % of the step lie behind for the first time"),
+    Metric("overshoot", "count", "farthest beyond the target"),
+    Metric("iae", "count*s", "integral of the absolute error"),
+    Metric("final_error", "count", "target minus position at the end"),
+    Metric("peak_effort", "V", "largest effort asked for after the first sample"),
+    Metric("saturated", "", "samples after the first whose effort the limit cuts"),
+    Metric("reversals", "", "turns of the position once within 2 counts of the target"),
+)
+
+
+class Task(NamedTuple):
+    """`sign` of the step; `band` [counts] of the error; `risen` [counts]: least way, whole,
+    that has the share `RISEN` of the step behind it."""
+
+    sign: float
+    band: float
+    risen: float
+
+
+class Course(NamedTuple):
+    """So far: samples up to the last one outside the band; samples before it has risen;
+    greatest way in the step's direction [counts], at least 0; sum of |error| [counts]; largest
+    |effort| asked for [V]; samples with a cut effort; turns; last move [counts], 0: none."""
+
+    outside: float
+    early: float
+    far: float
+    sum: float
+    peak: float
+    saturated: float
+    turns: float
+    move: float
+
+
+def task(target: float) -> Task:
+    """How a step from 0 to `target` [counts] is judged."""
+    size, sign = abs(target), math.copysign(1.0, target)
+    risen = math.floor(RISEN * size) - 1.0
+    while risen / size < RISEN:
+        risen += 1.0
+    return Task(sign, BAND * size, risen)
+
+
+def begun() -> Course:
+    """Before the first sample."""
+    return Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def gathered(total: float, error: float) -> float:
+    """Sum of |error| [counts] after one more sample."""
+    return total + abs(error)
+
+
+@kernel
+def farther(far: float, sign: float, seen: float) -> float:
+    """Greatest way [counts] in the step's direction after one more sample at `seen`."""
+    # abs() changes nothing, as in `follow`.
+    return abs(max(far, sign * seen))
+
+
+@kernel
+def follow(  # noqa: PLR0913
+    p: Task,
+    s: Course,
+    number: float,
+    seen: float,
+    error: float,
+    last: float,
+    asked: float,
+    sent: float,
+) -> Course:
+    """After the sample `number`, from 1: position `seen`, its `error`, the `last` one before
+    [counts], effort `asked` for and `sent` within the limit [V]."""
+    far = farther(s.far, p.sign, seen)
+    went = last - error
+    size = abs(error)
+    turned = went * s.move
+    begins = went if size <= ARRIVED else 0.0
+    # abs() changes nothing, but keeps the compiler from storing by mask, for which the next
+    # sample's load would have to wait.
+    return Course(
+        abs(number if size > p.band else s.outside),
+        abs(number if far < p.risen else s.early),
+        far,
+        gathered(s.sum, error),
+        abs(max(s.peak, abs(asked))),
+        s.saturated + (1.0 if asked != sent else 0.0),
+        s.turns + (1.0 if turned < 0.0 else 0.0),
+        # Without a product, one of the two is 0: it stands, or has not arrived before.
+        went if turned != 0.0 else s.move + begins,
+    )
+
+
+@kernel
+def first(s: Course) -> Course:
+    """The course after the first sample, whose kick and whose move from nowhere do not count."""
+    return Course(s.outside, s.early, s.far, s.sum, 0.0, 0.0, 0.0, 0.0)
+
+
+def measured(
+    rows: Array, error: Array, target: Array, samples: int, dt: Array | float
+) -> Array:
+    """The values of `METRICS`, (n, 8), after all `samples` of `dt` [s], the last with this
+    `error` (n,): `rows` (8, n) as in `Course`, target (n,) [counts]. NaN: not reached."""
+    s = Course(*rows)  # type: ignore[arg-type]
+    out = np.empty((len(error), len(METRICS)))
+    out[:, 0] = np.where(s.outside < samples, s.outside * dt, math.nan)
+    out[:, 1] = np.where(s.early < samples, s.early * dt, math.nan)
+    out[:, 2] = np.maximum(0.0, s.far - np.abs(target))
+    out[:, 3] = s.sum * dt
+    out[:, 4] = error
+    out[:, 5:] = np.stack((s.peak, s.saturated, s.turns), axis=1)
+    return out

@@ -1,0 +1,97 @@
+"""Variants through a job, in pieces over threads: results stream out in order.
+
+Kernels hold no lock of the interpreter, so threads are as good as processes and share all
+tables. How the variants are divided changes no bit of any result.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+
+import numpy as np
+
+from macromicro.batch.variants import Array, Job, Trajectories, Variants
+from macromicro.errors import InputError
+
+AHEAD = 2  # pieces a thread that may wait for their turn to be given
+_BLOCKS = 4  # most blocks in a piece: enough work to pay for handing it to a thread
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    try:
+        return max(1, len(os.sched_getaffinity(0)))
+    except AttributeError:  # a system without affinities
+        return max(1, os.cpu_count() or 1)
+
+
+def run(
+    job: Job, variants: Variants | Iterable[Variants], threads: int | None = None
+) -> Iterator[tuple[int, Array]]:
+    """Evaluate all variants: (number of the first, metrics (m, k)) of one piece after another.
+
+    `variants`: one set, or an iterable of sets, taken only as far ahead as the threads need,
+    so that memory stays bounded however many there are. `threads`: None for all cores. The
+    metrics are the same bits whatever the division and the number of threads. Raises
+    `InputError` for a number of threads below 1 and whatever the job refuses, once the
+    results before it have been given.
+    """
+    count = cores() if threads is None else threads
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise InputError("threads", threads, "a whole number from 1, or None for all cores")
+    sets = [variants] if isinstance(variants, Variants) else variants
+    pieces = _pieces(sets, job.block, count)
+    return _serial(job, pieces) if count == 1 else _parallel(job, pieces, count)
+
+
+def _pieces(
+    sets: Iterable[Variants], block: int, threads: int
+) -> Iterator[tuple[int, Variants]]:
+    """The variants in pieces of whole blocks, with the number of each piece's first one."""
+    first = 0
+    for paths, values in sets:
+        if np.ndim(values) != 2:
+            raise InputError("variants, shape of the values", np.shape(values), "(n, paths)")
+        n = len(values)
+        share = -(-n // (threads * block))  # blocks each thread would get
+        size = block * max(1, min(_BLOCKS, share))
+        for k in range(0, n, size):
+            yield first + k, Variants(paths, values[k : k + size])
+        first += n
+
+
+def _serial(job: Job, pieces: Iterable[tuple[int, Variants]]) -> Iterator[tuple[int, Array]]:
+    for first, piece in pieces:
+        yield first, job.evaluate(piece, first)
+
+
+def _parallel(
+    job: Job, pieces: Iterable[tuple[int, Variants]], threads: int
+) -> Iterator[tuple[int, Array]]:
+    """The same on `threads` threads. What is not begun is dropped when the caller stops."""
+    waiting: deque[tuple[int, Future[Array]]] = deque()
+    pool = ThreadPoolExecutor(threads, "macromicro-batch")
+    try:
+        for first, piece in pieces:
+            waiting.append((first, pool.submit(job.evaluate, piece, first)))
+            if len(waiting) > AHEAD * threads:
+                number, done = waiting.popleft()
+                yield number, done.result()
+        while waiting:
+            number, done = waiting.popleft()
+            yield number, done.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def trajectories(job: Job, variants: Variants, every: int = 10) -> Trajectories:
+    """Each run's course, every `every`-th sample of it, in memory: for few variants.
+
+    Raises `InputError` for an `every` below 1 and whatever the job refuses.
+    """
+    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+        raise InputError("every", every, "a whole number from 1")
+    return job.trace(variants, every)

@@ -1,0 +1,117 @@
+"""The macro-stage's model under its PD law, many variants in step: time outside, lanes inside.
+
+The values of a block of variants lie in one array, a row of `WIDE` lanes a quantity. All its
+rows have fixed places, so that the compiler knows that they do not overlap and puts
+neighbouring lanes into one vector register. Each lane goes through the very step functions
+of a single run (`models.macro.rollout`), so it gives the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from macromicro.batch import course
+from macromicro.batch.course import Course, Task
+from macromicro.batch.variants import Array
+from macromicro.control import macro as control
+from macromicro.control.macro import LAWS, MacroLaw, MacroMemory
+from macromicro.control.pd import PdInitial, PdTuned
+from macromicro.control.pid import Pid
+from macromicro.kernel import kernel
+from macromicro.models import macro
+from macromicro.models.macro import TUNED, Linear, MacroModel, MacroModelState
+
+WIDE = 64  # places of a row
+UNIT = 8  # lanes come in multiples of this: the doubles of the widest register
+
+# What is given, by row, then state and course.
+GIVEN = (
+    *("now", "before", "dead_zone", "limit", "a", "b", "width", "a0", "delta", "rail"),
+    *("target", "dt", "sign", "band", "risen"),
+)
+NOW, BEFORE, ZONE, LIMIT, A, B, WIDTH, A0, DELTA, RAIL, TARGET, DT, SIGN, BAND, RISEN = (
+    WIDE * i for i in range(len(GIVEN))
+)
+_STATE = WIDE * len(GIVEN)
+X, V, ERROR = (_STATE + WIDE * i for i in range(3))
+OUTSIDE, EARLY, FAR, SUM, PEAK, SATURATED, TURNS, MOVE = (_STATE + WIDE * (3 + i) for i in range(8))
+ROWS = len(GIVEN) + 3 + 8
+FIRST_OF_COURSE = len(GIVEN) + 3
+
+_LAW = LAWS.index("pd-tuned")
+_NO_PID, _NO_PD = Pid(0.0, 0.0, 0.0), PdInitial(0.0, 0.0)
+
+
+def place() -> Array:
+    """An empty block, (ROWS * WIDE,), at the start of a cache line."""
+    raw = np.zeros(ROWS * WIDE + 8)
+    skipped = -(raw.ctypes.data // 8) % 8
+    return raw[skipped : skipped + ROWS * WIDE]
+
+
+@kernel
+def counted(x: float) -> float:
+    """The whole counts of a position: `models.macro.whole`, for vectors one instruction."""
+    return float(np.floor(x))
+
+
+@kernel
+def _law(s: Array, j: int, limit: float) -> MacroLaw:
+    taps = PdTuned(s[NOW + j], s[BEFORE + j])
+    return MacroLaw(_LAW, s[ZONE + j], limit, _NO_PID, _NO_PD, taps)
+
+
+@kernel
+def _period(s: Array, j: int) -> tuple[float, float, float, float]:
+    """Lane `j` one period on: its counts, its error, the effort asked for and the one sent.
+
+    The new error is not put down yet: the course still needs the last one.
+    """
+    linear = Linear(s[A + j], s[B + j], s[DT + j])
+    model = MacroModel(linear, TUNED, s[WIDTH + j], s[A0 + j], s[DELTA + j], s[RAIL + j])
+    state = MacroModelState(s[X + j], s[V + j])
+    memory = MacroMemory(0.0, s[ERROR + j])
+    seen = counted(state.x)
+    error = s[TARGET + j] - seen
+    _, sent = control.step(_law(s, j, s[LIMIT + j]), memory, error, linear.dt)
+    _, asked = control.step(_law(s, j, math.inf), memory, error, linear.dt)
+    state = macro.step(model, state, sent)
+    s[X + j] = state.x
+    s[V + j] = state.v
+    return seen, error, asked, sent
+
+
+@kernel
+def run(s: Array, lanes: int, samples: int) -> None:
+    """`samples` periods of the first `lanes` lanes of a block, all of `Course` gathered."""
+    for k in range(samples):
+        number = k + 1.0
+        for j in range(lanes):
+            seen, error, asked, sent = _period(s, j)
+            judged = Task(s[SIGN + j], s[BAND + j], s[RISEN + j])
+            so_far = Course(
+                s[OUTSIDE + j], s[EARLY + j], s[FAR + j], s[SUM + j],
+                s[PEAK + j], s[SATURATED + j], s[TURNS + j], s[MOVE + j],
+            )  # fmt: skip
+            now = course.follow(judged, so_far, number, seen, error, s[ERROR + j], asked, sent)
+            s[ERROR + j] = error
+            s[OUTSIDE + j], s[EARLY + j] = now.outside, now.early
+            s[FAR + j], s[SUM + j] = now.far, now.sum
+            s[PEAK + j], s[SATURATED + j] = now.peak, now.saturated
+            s[TURNS + j], s[MOVE + j] = now.turns, now.move
+        if k == 0:  # as `course.first`
+            for j in range(lanes):
+                s[PEAK + j] = s[SATURATED + j] = s[TURNS + j] = s[MOVE + j] = 0.0
+
+
+@kernel
+def run_errors(s: Array, lanes: int, samples: int) -> None:
+    """`run`, gathering `far` and `sum` of `Course` alone, which takes two thirds of the time."""
+    for _ in range(samples):
+        for j in range(lanes):
+            seen, error, _, _ = _period(s, j)
+            s[ERROR + j] = error
+            s[FAR + j] = course.farther(s[FAR + j], s[SIGN + j], seen)
+            s[SUM + j] = course.gathered(s[SUM + j], error)

@@ -1,0 +1,149 @@
+"""The job "macro-bench": the macro-stage of the bench under any of its laws."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.batch import course
+from macromicro.batch.course import METRICS, SMALLEST, Course, Task
+from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named
+from macromicro.control import macro as control
+from macromicro.control import settings as control_settings
+from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.errors import InputError
+from macromicro.kernel import compiled, kernel
+from macromicro.loop import PERIOD
+from macromicro.plant import amplifier, carriage, encoder
+from macromicro.plant.amplifier import Amplifier
+from macromicro.plant.carriage import Macro, MacroState
+from macromicro.plant.encoder import Encoder
+from macromicro.settings import Settings
+
+REFERENCE = "reference"  # beside the tree's paths: the step [counts]
+
+
+class Stage(NamedTuple):
+    """What of the bench a macro-stage alone needs, and its law."""
+
+    amplifier: Amplifier
+    macro: Macro
+    encoder: Encoder
+    substeps: int
+    law: MacroLaw
+
+
+@kernel
+def run(
+    p: Stage, judged: Task, s: MacroState, target: float, samples: int, dt: float, out: Array
+) -> tuple[Course, float]:
+    """A step to `target` [counts] from `s`: its course and the last error.
+
+    The law is always at work, as in a run without a sequence. `out`: (2, m), counts and
+    volts of every sample for m samples at the most; m may be 0.
+    """
+    law = p.law
+    free = MacroLaw(law.law, law.dead_zone, math.inf, law.pid, law.initial, law.tuned)
+    so_far = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    memory = MacroMemory(0.0, 0.0)
+    latched, error = 0.0, 0.0
+    for k in range(samples):
+        seen = encoder.count(p.encoder, s.x)
+        error = target - seen
+        _, asked = control.step(free, memory, error, dt)
+        now, sent = control.step(law, memory, error, dt)
+        so_far = course.follow(judged, so_far, k + 1.0, seen, error, memory.error, asked, sent)
+        if k == 0:
+            so_far = course.first(so_far)
+        memory = now
+        if k < out.shape[1]:
+            out[0, k], out[1, k] = seen, sent
+        drive = amplifier.motor_volts(p.amplifier, latched)
+        s = carriage.advance(p.macro, s, drive, dt, p.substeps)
+        latched = amplifier.convert(p.amplifier, sent)
+    return so_far, error
+
+
+def stage(settings: Settings) -> Stage:
+    """The macro-stage of these settings."""
+    b = settings.bench
+    return Stage(
+        b.amplifier,
+        Macro(b.carriage, b.motor, b.friction, b.belt),
+        settings.sensors.encoder,
+        int(b.steps.macro),
+        control_settings.prepare(settings.controller).macro,
+    )
+
+
+class MacroBenchJob:
+    """A step of `reference` [counts] from rest at 0, `length` [s] at 1 kHz, nothing parked.
+
+    A variant's own step stands at the path "reference", beside those of the settings.
+    """
+
+    name = "macro-bench"
+    metrics = METRICS
+    block = 1
+
+    def __init__(
+        self,
+        settings: Settings | None = None,
+        reference: float = 2800.0,
+        length: float = 10.0,
+    ) -> None:
+        self._settings = Settings() if settings is None else settings
+        self._reference = float(reference)
+        if not 2.0 * PERIOD <= length <= 3600.0:
+            raise InputError("length", f"{length} s", "from 2 ms to an hour")
+        self._samples = round(length / PERIOD)
+        _step(self._reference, "reference")
+
+    def base(self) -> Settings:
+        """The settings that variants start from."""
+        return self._settings
+
+    def evaluate(self, variants: Variants, first: int = 0) -> Array:
+        """(n, metrics)."""
+        values = checked(self._settings, variants, first, (REFERENCE,))
+        rows, errors, targets = np.empty((8, len(values))), *np.empty((2, len(values)))
+        nothing = np.empty((2, 0))
+        for k, row in enumerate(values):
+            found, errors[k], targets[k] = self._run(variants.paths, row, first + k, nothing)
+            rows[:, k] = found
+        return course.measured(rows, errors, targets, self._samples, PERIOD)
+
+    def _run(
+        self, paths: tuple[str, ...], row: Array, number: int, out: Array
+    ) -> tuple[Course, float, float]:
+        """Course, last error and target of one variant."""
+        settings = applied(self._settings, paths, row, number, (REFERENCE,))
+        target = self._reference
+        if REFERENCE in paths:
+            target = _step(float(row[paths.index(REFERENCE)]), named(number, REFERENCE))
+        p = stage(settings)
+        rest = carriage.at_rest(0.5 * p.encoder.pitch)
+        judged = course.task(target)
+        found, error = compiled(run)(p, judged, rest, target, self._samples, PERIOD, out)
+        return found, error, target
+
+    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
+        """Position [counts] and effort sent [V], each `every`-th sample."""
+        values = checked(self._settings, variants, first, (REFERENCE,))
+        t = (np.arange(self._samples) * PERIOD)[::every]
+        shown, out = np.empty((2, len(values), len(t))), np.empty((2, self._samples))
+        for k, row in enumerate(values):
+            self._run(variants.paths, row, first + k, out)
+            shown[:, k] = out[:, ::every]
+        columns = {"macro_position": shown[0], "motor": shown[1]}
+        return Trajectories(t, columns, {"macro_position": "count", "motor": "V"})
+
+
+def _step(target: float, where: str) -> float:
+    """The step, or `InputError` where it is none."""
+    if not SMALLEST <= abs(target) <= 1e6:
+        accepted = f"{SMALLEST:g} to 1e6 counts in either direction"
+        raise InputError(where, f"{target:g} count", accepted)
+    return target

@@ -1,0 +1,195 @@
+"""The job "macro-model": the thesis' model of the macro-stage under its PD law, in lanes."""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from macromicro.batch import course, lanes
+from macromicro.batch.course import METRICS, SMALLEST
+from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named
+from macromicro.control import settings
+from macromicro.control.macro import MacroLaw
+from macromicro.control.pd import PdTuned
+from macromicro.control.settings import Control
+from macromicro.errors import InputError
+from macromicro.kernel import compiled
+from macromicro.models import macro
+from macromicro.models.macro import TUNED, Linear, MacroModel, MacroModelState
+from macromicro.parameters import Par, entries
+
+QUICK = ("overshoot", "iae", "final_error")
+_FIXED_WIDE = 4096  # variants whose parameters are laid out at once
+_law = settings.prepare(Control(macro_law="pd-tuned")).macro
+_model = MacroModel()
+
+
+class Pd(NamedTuple):
+    """(4.10) with the dead-zone inverse and the saturation of the D/A board."""
+
+    now: Annotated[float, Par("V/count", "weight of the present error", "(4.10)")] = _law.tuned.now
+    before: Annotated[
+        float, Par("V/count", "weight of the error one period ago", "(4.10), sign corrected")
+    ] = _law.tuned.before
+    dead_zone: Annotated[
+        float, Par("V", "width that the inverse lifts by", "Section 4.2.3", lo=0.0)
+    ] = _law.dead_zone
+    limit: Annotated[float, Par("V", "largest effort", "Section 3.1", positive=True)] = _law.limit
+
+
+class Model(NamedTuple):
+    """(4.3)-(4.5) behind a saturation and a dead zone (Figure 4.14)."""
+
+    a: Annotated[float, Par("1", "pole's coefficient of (4.3)", "(4.3)", lo=-1.0, hi=1.0)] = (
+        _model.linear.a
+    )
+    b: Annotated[float, Par("count/(V*s)", "gain's coefficient of (4.3)", "(4.3)")] = (
+        _model.linear.b
+    )
+    width: Annotated[float, Par("V", "width of the dead zone", "Figure 4.14", lo=0.0)] = (
+        _model.width
+    )
+    a0: Annotated[float, Par("V", "jump at the dead zone's edge", "(4.5)", lo=0.0)] = _model.a0
+    delta: Annotated[float, Par("1", "slope beyond it", "(4.5)", lo=0.0)] = _model.delta
+    limit: Annotated[float, Par("V", "saturation of the model", "Section 4.2.1", positive=True)] = (
+        _model.limit
+    )
+
+
+class MacroLoop(NamedTuple):
+    """The loop: a step of `reference` from rest at 0, for `length`, a sample each `dt`."""
+
+    controller: Pd = Pd()
+    model: Model = Model()
+    reference: Annotated[float, Par("count", "step", "whole travel (M16)")] = 2800.0
+    dt: Annotated[float, Par("s", "sample time", "Section 3.3", shown="ms", positive=True)] = (
+        _model.linear.dt
+    )
+    length: Annotated[float, Par("s", "length of the run", positive=True, hi=3600.0)] = 10.0
+
+
+_PATHS = tuple(e.path for e in entries(MacroLoop()))
+_TARGET, _DT, _LENGTH = (_PATHS.index(p) for p in ("reference", "dt", "length"))
+_SCRATCH = threading.local()
+
+
+class MacroModelJob:
+    """Steps of the model, `lanes.WIDE` variants at a time.
+
+    `quick`: overshoot, iae and final_error alone, in about two thirds of the time.
+    """
+
+    name = "macro-model"
+    block = lanes.WIDE
+
+    def __init__(self, quick: bool = False, tree: MacroLoop | None = None) -> None:
+        self._tree = MacroLoop() if tree is None else tree
+        self._quick = quick
+        names = QUICK if quick else tuple(m.name for m in METRICS)
+        self._columns = [i for i, m in enumerate(METRICS) if m.name in names]
+        self.metrics = tuple(METRICS[i] for i in self._columns)
+
+    def base(self) -> MacroLoop:
+        """The parameter tree that variants start from."""
+        return self._tree
+
+    def evaluate(self, variants: Variants, first: int = 0) -> Array:
+        """(n, metrics). The same bits as `models.macro.closed_loop`, counted, gives."""
+        values = checked(self._tree, variants, first)
+        out = np.empty((len(values), len(self.metrics)))
+        for k in range(0, len(values), _FIXED_WIDE):
+            part = slice(k, min(k + _FIXED_WIDE, len(values)))
+            self._fill(out[part], self._laid_out(variants.paths, values[part], first + k))
+        return out
+
+    def _laid_out(self, paths: tuple[str, ...], values: Array, first: int) -> Array:
+        """All parameters, (`_PATHS`, n)."""
+        every = np.empty((len(_PATHS), len(values)))
+        every[:] = np.array([[e.value] for e in entries(self._tree)])
+        for path, column in zip(paths, values.T, strict=True):
+            every[_PATHS.index(path)] = column
+        small = np.abs(every[_TARGET]) < SMALLEST
+        if small.any():
+            row = int(np.argmax(small))
+            accepted = f"{SMALLEST:g} counts or more in either direction"
+            where = named(first + row, "reference")
+            raise InputError(where, f"{every[_TARGET, row]:g} count", accepted)
+        few = every[_LENGTH] / every[_DT] < 1.5
+        if few.any():
+            row = int(np.argmax(few))
+            accepted = f"at least two samples of {every[_DT, row]:g} s"
+            raise InputError(named(first + row, "length"), f"{every[_LENGTH, row]:g} s", accepted)
+        return every
+
+    def _fill(self, out: Array, every: Array) -> None:
+        """The metrics of the variants `every` into `out`, those of one length together."""
+        samples = np.rint(every[_LENGTH] / every[_DT]).astype(np.int64)
+        for length in np.unique(samples):
+            chosen = np.flatnonzero(samples == length)
+            for k in range(0, len(chosen), lanes.WIDE):
+                at = chosen[k : k + lanes.WIDE]
+                out[at] = self._together(every[:, at], int(length))
+
+    def _together(self, every: Array, samples: int) -> Array:
+        """The metrics of one block, at most `lanes.WIDE` variants."""
+        rows = _block()
+        n, target = every.shape[1], every[_TARGET]
+        wide = -(-n // lanes.UNIT) * lanes.UNIT
+        given = len(lanes.GIVEN)
+        rows[: given - 3, :n] = every[: given - 3]
+        rows[given - 3 : given, :n] = _judged(target)
+        rows[:given, n:wide] = rows[:given, n - 1 : n]  # lanes without a variant: the last one
+        rows[given:, :wide] = 0.0
+        kernel = lanes.run_errors if self._quick else lanes.run
+        compiled(kernel)(rows.reshape(-1), wide, samples)
+        error = rows[lanes.ERROR // lanes.WIDE, :n]
+        found = course.measured(
+            rows[lanes.FIRST_OF_COURSE :, :n], error, target, samples, every[_DT]
+        )
+        return found[:, self._columns]
+
+    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
+        """Position [counts] and effort sent [V], each `every`-th sample."""
+        values = checked(self._tree, variants, first)
+        laid = self._laid_out(variants.paths, values, first)
+        lengths = laid[_LENGTH] / laid[_DT]
+        if np.ptp(laid[_DT]) != 0.0 or np.ptp(np.rint(lengths)) != 0.0:
+            raise InputError("trajectories, dt and length", "several", "the same for all variants")
+        aim = np.empty(round(lengths[0]))
+        shown, out = np.empty((2, len(values), len(aim[::every]))), np.empty((2, len(aim)))
+        for row, variant in enumerate(values):
+            tree = applied(self._tree, variants.paths, variant, first + row)
+            aim[:] = tree.reference
+            model, law = single(tree)
+            rest = MacroModelState(0.0, 0.0)
+            compiled(macro.rollout)(model, law, rest, aim, True, out)
+            shown[:, row] = out[:, ::every]
+        t = np.arange(len(aim))[::every] * float(laid[_DT, 0])
+        columns = {"macro_position": shown[0], "motor": shown[1]}
+        return Trajectories(t, columns, {"macro_position": "count", "motor": "V"})
+
+
+def single(tree: MacroLoop) -> tuple[MacroModel, MacroLaw]:
+    """The model and the law of a single run of the loop."""
+    m, c = tree.model, tree.controller
+    model = MacroModel(Linear(m.a, m.b, tree.dt), TUNED, m.width, m.a0, m.delta, m.limit)
+    law = _law._replace(dead_zone=c.dead_zone, limit=c.limit, tuned=PdTuned(c.now, c.before))
+    return model, law
+
+
+def _judged(target: Array) -> Array:
+    """`course.task` of each target, (3, n)."""
+    if len(target) and (target == target[0]).all():
+        return np.repeat(np.array([course.task(float(target[0]))]).T, len(target), axis=1)
+    return np.array([course.task(float(t)) for t in target]).T
+
+
+def _block() -> Array:
+    """This thread's block, (ROWS, WIDE)."""
+    if not hasattr(_SCRATCH, "block"):
+        _SCRATCH.block = lanes.place()
+    rows: Array = _SCRATCH.block.reshape(lanes.ROWS, lanes.WIDE)
+    return rows

@@ -1,0 +1,161 @@
+"""Variants of a job: values at dotted paths of its parameter tree, checked and applied."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.config import check
+from macromicro.errors import InputError
+from macromicro.parameters import Entry, Par, entries, replaced
+from macromicro.units import shown
+
+Array = npt.NDArray[np.float64]
+
+SEED = "seed"  # beside the tree's paths: the seed of the measurement noise
+MAX_SEED = 2.0**53
+
+
+class Variants(NamedTuple):
+    """`paths`: k dotted paths; `values`: (n, k), in the units that the parameters are stored in."""
+
+    paths: tuple[str, ...]
+    values: Array
+
+
+class Metric(NamedTuple):
+    """A number that a run gives; `unit` as in `macromicro.units`, "" for none."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+class Trajectories(NamedTuple):
+    """`t`: (rows,) [s]; `columns`: by name, each (n, rows); `units`: by the same names. A run
+    that ended early is NaN from there on."""
+
+    t: Array
+    columns: dict[str, Array]
+    units: dict[str, str]
+
+
+class Job(Protocol):
+    """What turns variants into metrics. `block`: how many variants are computed together."""
+
+    name: str
+    metrics: tuple[Metric, ...]
+    block: int
+
+    def base(self) -> Any:
+        """The parameter tree (`parameters.entries` describe it) that variants start from."""
+
+    def evaluate(self, variants: Variants, first: int = 0) -> Array:
+        """(n, metrics); `first`: the number of the first variant, for seeds and errors.
+
+        Raises `InputError` that names the variant and the key of an impossible value. Any
+        division into calls gives the same bits; threads may call it at the same time.
+        """
+
+    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
+        """Every `every`-th sample of each run."""
+
+
+def known(tree: Any, paths: tuple[str, ...], extra: tuple[str, ...] = ()) -> dict[str, Entry]:
+    """The tree's parameters at `paths`, by path.
+
+    Raises `InputError` for an unknown path (`extra` are known, too), a path named twice, a
+    parameter that is no number.
+    """
+    found = {}
+    every = {e.path: e for e in entries(tree)}
+    for path in paths:
+        if paths.count(path) > 1:
+            raise InputError("variants, paths", path, "each path once")
+        if path in extra:
+            continue
+        if path not in every:
+            raise InputError("variants, paths", path, f"a number's path in {type(tree).__name__}")
+        value = every[path].value
+        if isinstance(value, bool | str | tuple):
+            raise InputError(f"variants, {path}", str(value), "a path whose value is one number")
+        found[path] = every[path]
+    return found
+
+
+def checked(tree: Any, variants: Variants, first: int, extra: tuple[str, ...] = ()) -> Array:
+    """The values as (n, k) float64, each within its parameter's bounds; else `InputError`."""
+    values = np.asarray(variants.values, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != len(variants.paths):
+        accepted = f"(n, {len(variants.paths)}), a column a path"
+        raise InputError("variants, shape of the values", values.shape, accepted)
+    for path, entry in known(tree, variants.paths, extra).items():
+        column = values[:, variants.paths.index(path)]
+        par = entry.par
+        good = np.isfinite(column) & (par.lo <= column) & (column <= par.hi)
+        if par.positive:
+            good &= column > 0.0
+        if isinstance(entry.value, int):
+            good &= column == np.floor(column)
+        if not good.all():
+            row = int(np.argmin(good))
+            whole = isinstance(entry.value, int)
+            raise InputError(
+                named(first + row, path), _spoken(par, float(column[row])), _range(par, whole)
+            )
+    return values
+
+
+def named(number: int, path: str) -> str:
+    """How a variant's parameter is called in an error; variants are counted from 0."""
+    return f"variant {number}, {path}"
+
+
+def seeds(variants: Variants, values: Array, seed: int, first: int) -> list[int]:
+    """The noise seed of each variant: its own column `seed`, or `seed` for all."""
+    if SEED not in variants.paths:
+        return [seed] * len(values)
+    column = values[:, variants.paths.index(SEED)]
+    good = (column >= 0.0) & (column <= MAX_SEED) & (column == np.floor(column))
+    if not good.all():
+        row = int(np.argmin(good))
+        accepted = f"a whole number from 0 to {MAX_SEED:.0f}"
+        raise InputError(named(first + row, SEED), float(column[row]), accepted)
+    return [int(v) for v in column]
+
+
+def applied(
+    tree: Any, paths: tuple[str, ...], row: Array, number: int, extra: tuple[str, ...] = ()
+) -> Any:
+    """The tree of one variant; `InputError` with its number for what is impossible together."""
+    for path, value in zip(paths, row, strict=True):
+        if path not in extra:
+            tree = replaced(tree, path, _typed(tree, path, float(value)))
+    check(tree, f"variant {number}")
+    return tree
+
+
+def _typed(tree: Any, path: str, value: float) -> float | int:
+    """`value` as the type that stands at `path`."""
+    for name in path.split("."):
+        tree = getattr(tree, name)
+    return int(value) if isinstance(tree, int) else value
+
+
+def _spoken(par: Par, value: float) -> str:
+    return shown(value, par.unit, par.shown, 6) if math.isfinite(value) else str(value)
+
+
+def _range(par: Par, whole: bool) -> str:
+    """The bounds in words."""
+    words = ["a whole number" if whole else "a finite number"]
+    if par.positive:
+        words.append("above 0")
+    elif par.lo > -math.inf:
+        words.append(f"of at least {shown(par.lo, par.unit, par.shown, 6)}")
+    if par.hi < math.inf:
+        words.append(f"of at most {shown(par.hi, par.unit, par.shown, 6)}")
+    return ", ".join(words)

@@ -1,0 +1,239 @@
+"""What the live positioner is asked, what it answers and what it tells.
+
+Requests are NamedTuples; each carries the name of the client that sent it (for the
+events only). Positions of the whole positioner are metres, macro positions counts in the
+homed frame, micro positions millimetres of contraction. All messages pickle.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from macromicro.control.supervisor import Plan
+
+(
+    DISABLED,
+    HOMING,
+    READY,
+    MOVING_MACRO,
+    SETTLING,
+    MOVING_MICRO,
+    HOLDING,
+    FAULT,
+    STOPPED,
+) = range(9)
+MODES = (
+    "disabled",
+    "homing",
+    "ready",
+    "moving macro",
+    "settling",
+    "moving micro",
+    "holding",
+    "fault",
+    "stopped",
+)
+MOVING = (HOMING, MOVING_MACRO, SETTLING, MOVING_MICRO)
+
+DONE = "done"  # on target and settled; the only success
+STOPPED_BY_REQUEST = "stopped"
+EMERGENCY = "emergency"
+FAULTED = "fault"
+LIMIT = "limit"
+STALLED = "stalled"
+LOST = "lost"
+SUPERSEDED = "superseded"
+OUTCOMES = (DONE, STOPPED_BY_REQUEST, EMERGENCY, FAULTED, LIMIT, STALLED, LOST, SUPERSEDED)
+
+MACRO, MICRO = "macro", "micro"
+STAGES = (MACRO, MICRO)
+
+Evidence = dict[str, Any]  # numbers and words by name; the unit is in the name ("error_mm")
+
+
+class Enable(NamedTuple):
+    """Disabled to ready. Nothing moves."""
+
+    client: str = ""
+
+
+class Disable(NamedTuple):
+    """Motor and micro-stage off at once; a motion under way ends as "stopped"."""
+
+    client: str = ""
+
+
+class Home(NamedTuple):
+    """Find the low end stop and give the place a known coordinate."""
+
+    client: str = ""
+
+
+class MoveTo(NamedTuple):
+    """The whole positioner to `position` [m]: macro, wait, micro; or the micro-stage alone."""
+
+    position: float
+    client: str = ""
+
+
+class MoveBy(NamedTuple):
+    """`distance` [m] from the target that is being held, else from the present place."""
+
+    distance: float
+    client: str = ""
+
+
+class MoveMacro(NamedTuple):
+    """The macro-stage to `counts` (homed frame, a whole number); the micro-stage goes off."""
+
+    counts: float
+    client: str = ""
+
+
+class MoveMicro(NamedTuple):
+    """The micro-stage to a contraction of `position` [mm]; the macro-stage stands."""
+
+    position: float
+    client: str = ""
+
+
+class Jog(NamedTuple):
+    """One stage ("macro" or "micro") at `speed` [m/s] until told otherwise; 0 ends it.
+
+    A jog of the same stage under way takes the new speed and keeps its id.
+    """
+
+    stage: str
+    speed: float
+    client: str = ""
+
+
+class Stop(NamedTuple):
+    """Decelerate. The micro-stage stops where it is and is held there."""
+
+    client: str = ""
+
+
+class EmergencyStop(NamedTuple):
+    """All outputs safe from the very next step; leaves the positioner disabled."""
+
+    client: str = ""
+
+
+class Zero(NamedTuple):
+    """Set the laser and the relative reading to zero here. Absolute coordinates stay."""
+
+    client: str = ""
+
+
+class Fan(NamedTuple):
+    """Fan on or off."""
+
+    on: bool
+    client: str = ""
+
+
+class Programme(NamedTuple):
+    """Run a plan; its macro targets are in the homed frame."""
+
+    plan: Plan
+    client: str = ""
+
+
+class SetGains(NamedTuple):
+    """New values of settings of `control.settings.Control`, all or none of them.
+
+    `changes`: pairs of a dotted path ("pd_tuned.now", "sequence.wait") and its value.
+    """
+
+    changes: tuple[tuple[str, float | int | str], ...]
+    client: str = ""
+
+
+class ClearFault(NamedTuple):
+    """Fault to disabled. `gone`: the caller has renewed the guard, the cause is away."""
+
+    gone: bool = False
+    client: str = ""
+
+
+class LinkLost(NamedTuple):
+    """The client in control is gone. `action` "stop": come to rest, micro-stage off;
+    "hold": come to rest, the micro-stage is held where it is. Motion ends as "lost"."""
+
+    action: str = "stop"
+    client: str = ""
+
+
+Request = (
+    Enable
+    | Disable
+    | Home
+    | MoveTo
+    | MoveBy
+    | MoveMacro
+    | MoveMicro
+    | Jog
+    | Stop
+    | EmergencyStop
+    | Zero
+    | Fan
+    | Programme
+    | SetGains
+    | ClearFault
+    | LinkLost
+)
+
+
+class Change(NamedTuple):
+    """A setting that was changed."""
+
+    path: str
+    old: float | int | str
+    new: float | int | str
+
+
+class Accepted(NamedTuple):
+    """The request is being done. `id`: of the motion it began (1, 2, ...), else 0."""
+
+    id: int = 0
+    changes: tuple[Change, ...] = ()
+
+
+class Refused(NamedTuple):
+    """Nothing was changed and nothing moves: why, and what would help."""
+
+    reason: str
+    remedy: str
+
+
+Reply = Accepted | Refused
+
+
+class Event(NamedTuple):
+    """Something happened at `time` [s, of the samples]; modes by name.
+
+    `kind`: "mode" (a transition), "move" (a programme's next move), "trust", "gains",
+    "zero", "fan". `cause`: a word or two, for "mode" one of the table's.
+    """
+
+    time: float
+    kind: str
+    from_mode: str
+    to_mode: str
+    cause: str
+    evidence: Evidence
+
+
+class Finished(NamedTuple):
+    """The one end of the accepted motion `id`: outcome (one of `OUTCOMES`), where the whole
+    positioner is then [m] and how well that is known [m]; infinite where never homed."""
+
+    id: int
+    outcome: str
+    position: float
+    uncertainty: float
+    evidence: Evidence
+
+
+Notice = Event | Finished

@@ -1,0 +1,1 @@
+"""The positioner live: a process that does nothing but control, and what talks to it."""

@@ -1,0 +1,127 @@
+"""What a user may set about the live machine's process, its clients and its recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from macromicro.config import load_overrides
+from macromicro.control.settings import Control
+from macromicro.parameters import Par
+from macromicro.plant.bench import Bench, Sensors
+from macromicro.rig.limits import Limits
+
+CHOICE = "service choice"
+STOP, HOLD, GO_ON = "stop", "hold", "go on"
+AUTO, OFF = "auto", "off"
+
+
+class ServeSettings(NamedTuple):
+    """Table [serve] of a settings file: heartbeats, deadlines, recorder."""
+
+    parent_timeout: Annotated[
+        float,
+        Par(
+            "s",
+            "silence of the serving process after which the loop goes safe and ends",
+            CHOICE,
+            shown="ms",
+            lo=0.05,
+            hi=10.0,
+        ),
+    ] = 0.5
+    client_timeout: Annotated[
+        float,
+        Par(
+            "s",
+            "silence of the client that holds control after which it counts as lost",
+            CHOICE,
+            lo=0.2,
+            hi=3600.0,
+        ),
+    ] = 5.0
+    lost_client: Annotated[
+        str,
+        Par(
+            "",
+            "when that client is lost: decelerate (stop), or let the position be held (hold)",
+            CHOICE,
+            choices=(STOP, HOLD),
+        ),
+    ] = STOP
+    reply_timeout: Annotated[
+        float,
+        Par("s", "longest wait for the loop's answer to a request", CHOICE, lo=0.05, hi=60.0),
+    ] = 1.0
+    miss_share: Annotated[
+        float,
+        Par(
+            "",
+            "share of missed periods in the window above which the machine stops; 1 for never",
+            CHOICE,
+            positive=True,
+            hi=1.0,
+        ),
+    ] = 0.1
+    miss_window: Annotated[
+        float, Par("s", "window in which missed periods are counted", CHOICE, lo=0.05, hi=60.0)
+    ] = 1.0
+    realtime: Annotated[
+        str,
+        Par(
+            "",
+            "real-time priority of the loop: where permitted (auto), or never (off)",
+            CHOICE,
+            choices=(AUTO, OFF),
+        ),
+    ] = AUTO
+    priority: Annotated[
+        int, Par("", "SCHED_FIFO priority of the loop, where permitted", CHOICE, lo=1, hi=90)
+    ] = 50
+    core: Annotated[
+        int, Par("", "processor core that the loop is bound to; -1 for any", CHOICE, lo=-1, hi=4095)
+    ] = -1
+    recorder_failure: Annotated[
+        str,
+        Par(
+            "",
+            "when the recording cannot be written: go on without it, or stop the machine",
+            CHOICE,
+            choices=(GO_ON, STOP),
+        ),
+    ] = GO_ON
+    recorder_capacity: Annotated[
+        float,
+        Par(
+            "s",
+            "time for which a recording's disk space is reserved at first; it doubles as needed",
+            CHOICE,
+            shown="min",
+            lo=1.0,
+            hi=86400.0,
+        ),
+    ] = 300.0
+
+
+class LiveSettings(NamedTuple):
+    """The tree behind ``--config`` of the commands that run the machine live: everything
+    that `macromicro.settings.Settings` has, and [serve]."""
+
+    bench: Bench = Bench()
+    sensors: Sensors = Sensors()
+    controller: Control = Control()
+    guard: Limits = Limits()
+    serve: ServeSettings = ServeSettings()
+
+    def problems(self) -> list[tuple[str, Any, str]]:
+        """What cannot work: (parameter, value, what is accepted)."""
+        serve = self.serve
+        window = round(serve.miss_window / 1e-3)
+        if serve.miss_share * window < 1.0:
+            return [("serve.miss_share", serve.miss_share, "at least one period of the window")]
+        return []
+
+
+def load(path: Path | None) -> LiveSettings:
+    """The defaults, overridden by the TOML file at `path`; raises as `load_overrides` does."""
+    return LiveSettings() if path is None else load_overrides(path, LiveSettings())

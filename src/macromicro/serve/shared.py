@@ -1,0 +1,163 @@
+"""Memory that the serving process and the loop process share: flags, status, telemetry.
+
+It is anonymous (a memfd, handed on as a file descriptor), so it has no name that could be
+taken, and the system frees it with the last of the two processes, however they end: no
+stale segment can be left behind.
+
+Each cell has one writer. A 64-bit cell is written and read in one piece; a row of the ring
+is complete before the count that makes it visible (on x86-64 stores become visible in
+order). Times are nanoseconds of the monotonic clock, which both processes share.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.recording_format import Column
+
+PERIOD = 1e-3
+RING_S = 60.0
+ROWS = round(RING_S / PERIOD)
+
+COLUMNS = (
+    Column("t", "s", "time since the start"),
+    Column("macro_reference", "count", "set point of the macro-stage"),
+    Column("macro_position", "count", "encoder reading"),
+    Column("motor", "V", "motor output at the D/A"),
+    Column("macro_integral", "V", "integral effort of the macro controller"),
+    Column("micro_reference", "mm", "set point of the micro-stage"),
+    Column("hall_voltage", "V", "Hall sensor at the A/D"),
+    Column("hall_position", "mm", "contraction by the Hall calibration"),
+    Column("ctrl", "V", "CTRL output at the D/A"),
+    Column("micro_integral", "V", "integral effort of the micro controller"),
+    Column("laser", "um", "stage position by the laser since its last reset"),
+    Column("temperature_estimate", "degC", "wire temperature estimated from CTRL by the guard"),
+    Column("mode", "1", "mode of the live machine, as its attribute `modes` lists them", "i1"),
+    Column("motion", "1", "number of the motion under way, 0 for none", "i4"),
+    Column("extend", "1", "EXTEND signal of the actuator (NaN of a rig without it: -1)", "i1"),
+    Column("contract", "1", "CONTRACT signal of the actuator (NaN of a rig without it: -1)", "i1"),
+    Column("fan", "1", "fan output", "i1"),
+    Column("laser_reset", "1", "laser reset output", "i1"),
+    Column("position", "mm", "absolute position of the whole system"),
+    Column("uncertainty", "um", "half width of the interval that holds this position"),
+    Column("trusted", "1", "is the position known since homing? 0 or 1", "i1"),
+    Column("fault", "1", "code of the latched fault, 0 for none", "i2"),
+    Column("late", "us", "how late this period began"),
+    Column("work", "us", "time the period before took to compute"),
+)
+NAMES = tuple(c.name for c in COLUMNS)
+INDEX = {name: k for k, name in enumerate(NAMES)}
+
+# Cells, and who writes each.
+(
+    WRITTEN,  # loop: rows of telemetry written so far
+    STATUS_TURN,  # loop: odd while the status is being written
+    SAFE_SINCE,  # loop: time at which the last emergency stop had made the outputs safe
+    SEEN,  # loop: stamp of the last emergency stop that it honoured
+    EMERGENCY,  # serving process: stamp of the last emergency stop asked for, 0 for none
+    COMMANDS,  # serving process: messages sent so far
+    HEARTBEAT,  # serving process: counts up while it lives
+    LEAVE,  # serving process: 1 orders the loop to go safe and end
+) = range(8)
+_CELLS = 64
+
+
+class Status(NamedTuple):
+    """What the loop tells beside the telemetry. `fault` with what was measured, its limit
+    and the time [s] of it, as in `rig.guard.Watch`; times of the pacing in us."""
+
+    periods: float = 0.0
+    missed: float = 0.0
+    share: float = 0.0
+    latest: float = 0.0
+    longest: float = 0.0
+    fault: float = 0.0
+    value: float = 0.0
+    limit: float = 0.0
+    time: float = 0.0
+
+
+class Shared:
+    """The shared memory, mapped; `fd` is what the other process needs to map it too.
+
+    `cells` int64[...]: see the names above; `ring` float64[columns, rows].
+    """
+
+    def __init__(self, fd: int, rows: int = ROWS) -> None:
+        self.fd = fd
+        self.rows = rows
+        status = len(Status._fields)
+        size = 8 * (_CELLS + _CELLS + len(COLUMNS) * rows)
+        if os.fstat(fd).st_size != size:
+            os.ftruncate(fd, size)
+        memory = np.frombuffer(mmap.mmap(fd, size), np.int64)
+        self.cells = memory[:_CELLS]
+        floats = memory[_CELLS:].view(np.float64)
+        self._status = floats[:status]
+        self.ring: NDArray[np.float64] = floats[_CELLS:].reshape(len(COLUMNS), rows)
+
+    @classmethod
+    def create(cls, rows: int = ROWS) -> Shared:
+        """Fresh memory, all zero."""
+        return cls(os.memfd_create("macromicro"), rows)
+
+    def close(self) -> None:
+        """Give the descriptor back; the mapping lives as long as its arrays are in use."""
+        if self.fd >= 0:
+            os.close(self.fd)
+            self.fd = -1
+
+    def put(self, row: Sequence[float]) -> None:
+        """Append a row of telemetry (loop process only)."""
+        written = int(self.cells[WRITTEN])
+        self.ring[:, written % self.rows] = row
+        self.cells[WRITTEN] = written + 1
+
+    def set_status(self, status: Sequence[float]) -> None:
+        """Replace the status (loop process only)."""
+        self.cells[STATUS_TURN] += 1
+        self._status[:] = status
+        self.cells[STATUS_TURN] += 1
+
+    def status(self) -> Status:
+        """The status, all of one instant."""
+        while True:
+            turn = int(self.cells[STATUS_TURN])
+            values = self._status.tolist()
+            if turn % 2 == 0 and turn == int(self.cells[STATUS_TURN]):
+                return Status(*values)
+
+    def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]:
+        """Rows of telemetry behind the first `count` ones: (rows lost, new count, block).
+
+        The block is float64[columns, rows], a copy. Rows are lost when more of them came
+        than the ring holds; those that are about to be overwritten are counted as lost.
+        """
+        written = int(self.cells[WRITTEN])
+        margin = min(self.rows // 4, 1000)
+        first = max(count, written - self.rows + margin)
+        while True:
+            block = self._block(first, written)
+            oldest = int(self.cells[WRITTEN]) - self.rows + 1
+            if first >= oldest or first >= written:
+                return first - count, written, block
+            first = min(oldest + margin, written)  # overtaken while copying
+
+    def last(self) -> NDArray[np.float64] | None:
+        """The newest row of telemetry, float64[columns]; None before the first."""
+        written = int(self.cells[WRITTEN])
+        return self.ring[:, (written - 1) % self.rows].copy() if written else None
+
+    def _block(self, first: int, stop: int) -> NDArray[np.float64]:
+        start, end = first % self.rows, stop % self.rows
+        if first >= stop:
+            return np.empty((len(COLUMNS), 0))
+        if start < end:
+            return self.ring[:, start:end].copy()
+        return np.concatenate([self.ring[:, start:], self.ring[:, :end]], axis=1)

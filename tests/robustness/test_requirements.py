@@ -1,0 +1,83 @@
+"""Limits: the defaults, a user's own, and what is wrong with a file of them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.robustness.metrics import NAMES
+from macromicro.robustness.requirements import DEFAULTS, load
+
+
+def written(folder: Path, text: str, name: str = "limits.toml") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_defaults() -> None:
+    limits = {r.metric.name: r.limit for r in DEFAULTS}
+    assert limits["micro_error"] == 5.0
+    assert limits["fault"] == 0.0
+    assert all(r.source for r in DEFAULTS)
+
+
+def test_a_file_changes_adds_and_removes(tmp_path: Path) -> None:
+    path = written(
+        tmp_path, 'macro_settling = "800 ms"\nvibration = "0.026 mm"\nmicro_overshoot = false\n'
+    )
+    found = {r.metric.name: r for r in load(path)}
+    assert found["macro_settling"].limit == 0.8
+    assert found["macro_settling"].source == "limits.toml"
+    assert found["vibration"].limit == pytest.approx(26.0)
+    assert "micro_overshoot" not in found
+    assert found["micro_error"] in DEFAULTS
+    assert list(found) == [n for n in NAMES if n in found]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('macro_setling = "1 s"', "macro_settling"),
+        ('macro_settling = "1 mm"', "min"),
+        ("macro_settling = 1", "macro_settling"),
+        ('macro_settling = "-1 s"', "zero or more"),
+        ("macro_settling = true", '"5 s"'),
+        ("macro_settling = [1]", "false for none"),
+        ("fault_code = 1", "unknown metric"),
+        ('macro_settling = "nan s"', "macro_settling"),
+        ("", "empty"),
+        ("# nothing", "sets nothing"),
+        ("macro_settling = ", "TOML"),
+        ("\n".join(f"{r.metric.name} = false" for r in DEFAULTS), "no requirement"),
+    ],
+)
+def test_slips_are_named(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load(written(tmp_path, text))
+    assert words in str(caught.value)
+    assert "limits.toml" in str(caught.value)
+
+
+def test_other_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"suffix '?\.txt"):
+        load(written(tmp_path, "fault = 0", "limits.txt"))
+    with pytest.raises(InputError, match="no such file"):
+        load(tmp_path / "none.toml")
+
+
+def test_the_limit_itself_is_met_and_what_is_unknown_is_not() -> None:
+    requirement = next(r for r in DEFAULTS if r.metric.name == "micro_error")
+    rows = np.zeros((5, len(NAMES)))
+    rows[:, NAMES.index("micro_error")] = [5.0, 5.0 + 1e-9, math.inf, math.nan, 0.0]
+    assert requirement.met(rows).tolist() == [True, False, False, False, True]
+
+
+def test_limits_in_words() -> None:
+    words = {r.metric.name: r.text for r in DEFAULTS}
+    assert words["macro_settling"] == "at most 0.95 s"
+    assert words["fault"] == "none"

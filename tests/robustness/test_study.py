@@ -1,0 +1,151 @@
+"""What a study says of a machine whose answers are known."""
+
+from __future__ import annotations
+
+import math
+import threading
+
+import numpy as np
+import pytest
+
+from macromicro.parameters import replaced
+from macromicro.robustness import job as jobs
+from macromicro.robustness import study
+from macromicro.robustness.job import Job, Task
+from macromicro.robustness.metrics import NAMES
+from macromicro.robustness.study import Request, Study, influences, overall, worst, yields
+from macromicro.robustness.uncertain import UNCERTAIN
+from macromicro.settings import Settings
+
+ORDER = [u.name for u in UNCERTAIN]
+
+
+def amounts(done: Study, name: str) -> np.ndarray:
+    return done.sample.amounts[:, ORDER.index(name)]
+
+
+def column(done: Study, name: str) -> np.ndarray:
+    return done.rows[:, NAMES.index(name)]
+
+
+def test_yields_count_what_the_machine_does(done: Study) -> None:
+    found = {y.requirement.metric.name: y for y in yields(done)}
+    coulomb, ambient = amounts(done, "coulomb"), amounts(done, "ambient")
+    running = coulomb <= 1.25
+    assert found["fault"].all.passed == running.sum()
+    assert found["macro_settling"].all.passed == (coulomb <= 1.15).sum()
+    good = running & (ambient <= 31.0)
+    assert found["micro_error"].all[:2] == (good.sum(), 40)
+    assert found["micro_error"].known[:2] == (good.sum(), running.sum())
+    assert found["micro_error"].nominal == 2.0
+    assert overall(done).passed == ((coulomb <= 1.15) & (ambient <= 31.0)).sum()
+
+
+def test_each_run_of_the_sample_has_its_own_noise_and_the_tornado_one(done: Study) -> None:
+    vibration = column(done, "vibration")
+    known = ~np.isnan(vibration)
+    assert (vibration[known] == 7.0 + np.arange(40)[known]).all()
+    single = done.single[:, :, NAMES.index("vibration")]
+    assert (single[~np.isnan(single)] == 7.0).all()
+
+
+def test_influences_are_sorted_by_effect(done: Study) -> None:
+    found = influences(done, "micro_error")
+    assert [i.parameter.name for i in found[:2]] == ["coulomb", "ambient"]
+    assert (found[0].low, found[0].effect) == (2.0, math.inf)
+    assert math.isnan(found[0].high)
+    assert (found[1].low, found[1].high, found[1].effect) == (2.0, 9.0, 7.0)
+    assert found[1].correlation > 0.5
+    assert all(i.effect == 0.0 for i in found[2:])
+
+
+def test_infinite_settling_is_the_largest_effect(done: Study, machine: Job) -> None:
+    narrow = [u if u.name != "coulomb" else u._replace(high=1.2) for u in UNCERTAIN]
+    again = study.run(done.request._replace(uncertain=tuple(narrow)), machine)
+    first = influences(again, "macro_settling")[0]
+    assert (first.parameter.name, first.high, first.effect) == ("coulomb", math.inf, math.inf)
+
+
+def test_worst_is_the_largest_and_of_equals_the_nearest(done: Study) -> None:
+    found = {w.requirement.metric.name: w for w in worst(done)}
+    error = column(done, "micro_error")
+    assert found["micro_error"].value == np.nanmax(error)
+    assert error[found["micro_error"].sample] == np.nanmax(error)
+    fault = found["fault"]
+    assert (fault.value, fault.fault) == (1.0, 2)
+    spans = np.array([u.high - u.low for u in UNCERTAIN])
+    middle = np.array(
+        [25.0 if u.name == "ambient" else float(u.kind == "factor") for u in UNCERTAIN]
+    )
+    away = np.abs((done.sample.amounts - middle) / spans).sum(axis=1)
+    stopped = column(done, "fault") == 1.0
+    assert away[fault.sample] == away[stopped].min()
+
+
+def test_strongest_takes_the_hardest_requirement(done: Study) -> None:
+    name, ranked = study.strongest(done)
+    shares = {y.requirement.metric.name: y.all.share for y in yields(done)}
+    assert shares[name] == min(shares.values())
+    assert abs(ranked[0].correlation) >= abs(ranked[1].correlation)
+
+
+def test_workers_change_nothing(request_: Request, machine: Job) -> None:
+    one, three = (study.run(request_._replace(workers=n), machine) for n in (1, 3))
+    np.testing.assert_array_equal(one.rows, three.rows)
+    np.testing.assert_array_equal(one.single, three.single)
+
+
+def test_interrupted_keeps_the_first_rows(request_: Request, done: Study, machine: Job) -> None:
+    told: list[int] = []
+    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: len(told) >= 9)
+    assert found.interrupted
+    assert 8 <= len(found.rows) < 40
+    np.testing.assert_array_equal(found.rows, done.rows[: len(found.rows)])
+    assert np.isnan(found.single).all()
+    assert overall(found).total == len(found.rows)
+    assert not done.interrupted
+
+
+def test_interrupted_in_the_tornado_keeps_the_sample(
+    request_: Request, done: Study, machine: Job
+) -> None:
+    told: list[int] = []
+    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: len(told) >= 44)
+    assert found.interrupted
+    np.testing.assert_array_equal(found.rows, done.rows)
+    assert not np.isnan(found.single[0, 0, 0])
+    assert np.isnan(found.single[-1, 1, 0])
+
+
+def test_an_end_that_is_no_machine_is_reported(request_: Request, machine: Job) -> None:
+    """With a ripple of 9 N, 70 % of the kinetic friction is none."""
+    base = replaced(request_.settings, "bench.friction.ripple", 9.0)
+    found = study.run(request_._replace(settings=base), machine)
+    assert list(found.impossible) == ["coulomb low"]
+    assert np.isnan(found.single[0, 0]).all()
+    assert not math.isnan(influences(found, "micro_error")[0].effect)
+
+
+def test_tasks_run_in_order_whoever_is_quicker() -> None:
+    """The first waits for the second."""
+    second = threading.Event()
+
+    def job(task: Task) -> np.ndarray:
+        if task.seed == 0:
+            assert second.wait(30.0)
+        else:
+            second.set()
+        return np.array([float(task.seed)])
+
+    tasks = [Task(Settings(), k) for k in (0, 1, 2)]
+    assert [float(r[0]) for r in jobs.rows(job, tasks, 2)] == [0.0, 1.0, 2.0]
+
+
+def test_a_failing_job_is_not_hidden(request_: Request, machine: Job) -> None:
+    def job(task: Task) -> np.ndarray:
+        if task.seed == 12:
+            raise ZeroDivisionError("sample 5")
+        return machine(task)
+
+    with pytest.raises(ZeroDivisionError, match="sample 5"):
+        study.run(request_, job)

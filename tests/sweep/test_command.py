@@ -1,0 +1,117 @@
+"""``macromicro sweep`` as a person calls it, with the real jobs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from macromicro import batch, cli
+from macromicro.sweep.sampling import Sampler
+from macromicro.sweep.spec import load
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("sweep-*.toml"))
+
+
+def called(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    monkeypatch.setattr(sys, "argv", ["macromicro", "sweep", *map(str, words)])
+    return cli.main()
+
+
+def test_there_are_examples() -> None:
+    assert len(EXAMPLES) >= 2
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
+def test_an_example_gives_what_the_job_gives(
+    example: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """In processes, in chunks: the same bits as one evaluation here, of the last 20 variants."""
+    out = tmp_path / "out"
+    assert called(monkeypatch, example, "--out", out, "--workers", 2) == 0
+    said = capsys.readouterr()
+    spec = load(example, batch.job)[0]
+    assert f"computed: {spec.variants} of {spec.variants} variants" in said.out
+    assert said.out.splitlines()[-1] == f"results: {out}/results.parquet"
+    assert said.err.startswith(f"{spec.variants} variants, 0 finished before")
+    table = pq.read_table(out / "results.parquet")
+    assert table.num_rows == spec.variants
+    first = spec.variants - 20
+    job = batch.job(spec.job, **dict(spec.options))
+    expected = job.evaluate(Sampler(spec).variants(first, 20), first)[:, list(spec.columns)]
+    for k, name in enumerate(spec.metrics):
+        assert np.array_equal(table[name].to_numpy()[first:], expected[:, k], equal_nan=True), name
+    assert called(monkeypatch, example, "--out", out) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert called(monkeypatch, example, "--out", out, "--resume") == 0
+    assert f"computed: 0 of {spec.variants}" in capsys.readouterr().out
+
+
+def test_the_jobs_and_a_job_s_parameters(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called(monkeypatch, "--list") == 0
+    said = capsys.readouterr().out
+    for name in batch.JOBS:
+        assert f"{name}: " in said
+    assert called(monkeypatch, "macro-model", "--list") == 0
+    said = capsys.readouterr().out
+    assert "  controller.limit = 5 V: largest effort" in said
+    assert "  settling_time [s]: " in said
+
+
+@pytest.mark.parametrize(
+    "words, found",
+    [
+        ((), "no spec"),
+        (("none.toml",), "no such file"),
+        (("rocket", "--list"), "rocket"),
+        (("none.toml", "--workers", "0"), "--workers: 0"),
+        (("none.toml", "--resume", "--overwrite"), "beside --overwrite"),
+    ],
+)
+def test_bad_input_is_one_line_and_2(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: tuple[str, ...],
+    found: str,
+) -> None:
+    assert called(monkeypatch, *words) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and found in said[0] and "accepted: " in said[0]
+
+
+def test_impossible_variants_are_counted_and_the_first_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A step of 3 counts has no settling; when all are so, the status is 1."""
+    spec = tmp_path / "steps.toml"
+    spec.write_text('job = "macro-model"\n[parameters]\nreference = ["3 counts", "100 counts"]\n')
+    assert called(monkeypatch, spec, "--out", tmp_path / "a", "--workers", 1) == 0
+    assert "impossible: 1 of 2; variant 0, reference" in capsys.readouterr().out
+    spec.write_text('job = "macro-model"\n[parameters]\nreference = ["3 counts", "4 counts"]\n')
+    assert called(monkeypatch, spec, "--out", tmp_path / "b", "--workers", 1) == 1
+    assert "every variant is impossible" in capsys.readouterr().err
+
+
+HEAVY = ("dask", "distributed", "numba", "pyarrow", "scipy")
+
+
+def test_help_loads_nothing_heavy() -> None:
+    script = (
+        "import sys\nfrom macromicro.cli import main\nsys.argv = ['macromicro', 'sweep', '--help']"
+        f"\nmain()\nprint([n for n in {HEAVY!r} if n in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "--scheduler" in done.stdout and done.stdout.splitlines()[-1] == "[]"

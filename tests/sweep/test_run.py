@@ -1,0 +1,232 @@
+"""What is refused before the first variant, and what the folder says of a sweep."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from macromicro import __version__
+from macromicro.errors import InputError
+from macromicro.sweep import folder, run
+
+Make = Callable[..., Path]
+
+
+def checked(spec: Path, out: Path | None = None, **how: object) -> run.Ready:
+    return run.check(run.Request(spec, out, factory="sweep_fake:job", **how))  # type: ignore[arg-type]
+
+
+def swept(spec: Path, out: Path, **how: object) -> run.Outcome:
+    ready = checked(spec, out, workers=1, **how)
+    return run.execute(ready, lambda *_: None, lambda *_: None, lambda: False, [("a", "b")])
+
+
+def files(out: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(out)): p.read_bytes() for p in out.rglob("*") if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished sweep of 10 variants beside its spec."""
+    place = tmp_path_factory.mktemp("done")
+    (place / "spec.toml").write_text(
+        'job = "fake"  # a word\nmethod = "lhs"\nsamples = 10\n[options]\nleast = 3\n'
+        "[parameters]\ngain = { low = 1, high = 5 }\n"
+        'part.force = ["1 mN", "2 mN"]\n',
+        encoding="utf-8",
+    )
+    swept(place / "spec.toml", place / "out")
+    return place
+
+
+def test_the_spec_is_kept_as_it_was_given(done: Path) -> None:
+    assert (done / "out" / "sweep.toml").read_bytes() == (done / "spec.toml").read_bytes()
+
+
+def test_the_summary(done: Path) -> None:
+    told = json.loads((done / "out" / "sweep.json").read_text())
+    assert told["state"] == "complete" and told["version"] == __version__
+    assert told["spec"]["parameters.gain"] == [1.0, 5.0, "linear"]
+    assert told["results"]["rows"] == 10 and told["results"]["impossible"] == 5
+    assert told["results"]["first_impossible"].startswith("variant ")
+    assert told["results"]["metrics"]["product"]["unit"] == "kg"
+    assert told["results"]["metrics"]["noise"]["finite"] == 5
+    assert told["software"] == {"a": "b"}
+
+
+def test_units_stand_in_the_fields(done: Path) -> None:
+    schema = pq.read_schema(done / "out" / "results.parquet")
+    assert schema.names == ["index", "gain", "part.force", "product", "noise", "often", "error"]
+    assert schema.field("part.force").metadata == {b"unit": b"N"}
+    product = schema.field("product").metadata
+    assert product == {b"unit": b"kg", b"meaning": b"all parameters multiplied"}
+    assert json.loads(schema.metadata[b"macromicro.sweep"])["job"] == "fake"
+
+
+def test_chosen_metrics_only(make: Make, tmp_path: Path) -> None:
+    spec = make(5)
+    spec.write_text('metrics = ["often", "product"]\n' + spec.read_text())
+    swept(spec, tmp_path / "out")
+    table = pq.read_table(tmp_path / "out" / "results.parquet")
+    assert table.column_names[3:] == ["often", "product", "error"]
+    assert table["often"].to_pylist()[1:] == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_a_finished_folder_is_not_touched_without_being_asked(done: Path) -> None:
+    before = files(done / "out")
+    with pytest.raises(InputError, match="exists already.*--resume or --overwrite"):
+        swept(done / "spec.toml", done / "out")
+    outcome = swept(done / "spec.toml", done / "out", resume=True)
+    assert outcome.before == 10 and outcome.written is not None
+    assert outcome.written.impossible == 5
+    assert files(done / "out") == before
+
+
+CHANGES = {
+    "parameters.gain": ("high = 5", "high = 6"),
+    "samples": ("samples = 10", "samples = 11"),
+    "method": ('"lhs"', '"sobol"'),
+    "options.least": ("least = 3", "least = 4"),
+    "seed": ("samples = 10", "samples = 10\nseed = 3"),
+    "parameters.part.mass": ("part.force", "part.mass = '1 kg'\npart.force"),
+    "metrics": ("samples = 10", "samples = 10\nmetrics = ['noise']"),
+}
+
+
+@pytest.mark.parametrize("key", CHANGES)
+def test_another_spec_is_not_gone_on_with(done: Path, tmp_path: Path, key: str) -> None:
+    """The message names the key and both values."""
+    before = files(done / "out")
+    other = tmp_path / "other.toml"
+    other.write_text((done / "spec.toml").read_text().replace(*CHANGES[key]))
+    with pytest.raises(InputError) as caught:
+        swept(other, done / "out", resume=True)
+    assert caught.value.where == f"--out {done / 'out'}, {key}"
+    assert "--overwrite" in caught.value.accepted and caught.value.exit_status == 2
+    assert files(done / "out") == before
+
+
+def test_another_version_is_not_gone_on_with(make: Make, tmp_path: Path) -> None:
+    spec, out = make(5), tmp_path / "out"
+    checked(spec, out)
+    told = json.loads((out / "sweep.json").read_text())
+    folder.write_json(out / "sweep.json", {**told, "version": "0.0.1"})
+    with pytest.raises(InputError, match=r"'0\.0\.1'.*install that one to go on, or --overwrite"):
+        checked(spec, out, resume=True)
+
+
+def test_other_sources_of_the_same_version_are_said(make: Make, tmp_path: Path) -> None:
+    spec, out = make(5), tmp_path / "out"
+    assert checked(spec, out).note == ""
+    assert checked(spec, out, resume=True).note == ""
+    told = json.loads((out / "sweep.json").read_text())
+    folder.write_json(out / "sweep.json", {**told, "sources": "abc"})
+    assert "sources changed" in checked(spec, out, resume=True).note
+
+
+def test_overwrite_replaces(done: Path, make: Make, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    swept(make(6), out)
+    (out / "mine.txt").write_text("kept")
+    swept(make(9, "other.toml"), out, overwrite=True)
+    assert pq.read_table(out / "results.parquet").num_rows == 9
+    assert (out / "mine.txt").read_text() == "kept"
+    assert (out / "sweep.toml").read_text() == (tmp_path / "other.toml").read_text()
+
+
+def test_resume_of_nothing_begins(make: Make, tmp_path: Path) -> None:
+    """So that one command line serves the first and every later try."""
+    assert swept(make(6), tmp_path / "out", resume=True).done == 6
+
+
+def test_resume_in_a_folder_of_something_else(make: Make, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.tex").write_text("mine")
+    with pytest.raises(InputError, match="exists already"):
+        checked(make(5), tmp_path / "out", resume=True)
+    (tmp_path / "out" / "sweep.json").write_text("{}")
+    with pytest.raises(InputError, match="not of a sweep"):
+        checked(make(5), tmp_path / "out", resume=True)
+    (tmp_path / "out" / "sweep.json").unlink()
+    (tmp_path / "out" / "journal").write_text("a file")
+    with pytest.raises(InputError, match="not of a sweep"):
+        checked(make(5), tmp_path / "out", overwrite=True)
+    assert (tmp_path / "out" / "thesis.tex").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "how, words",
+    [
+        ({"resume": True, "overwrite": True}, "--resume: 'beside --overwrite'"),
+        ({"workers": 2, "scheduler": "tcp://a:1"}, "--workers: 'beside --scheduler'"),
+        ({"workers": 0}, "--workers: 0; accepted: a whole number from 1"),
+        ({"workers": -3}, "--workers: -3; accepted: a whole number from 1"),
+    ],
+)
+def test_options_that_cannot_be(
+    make: Make, tmp_path: Path, how: dict[str, object], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        checked(make(5), tmp_path / "out", **how)
+    assert not (tmp_path / "out").exists()
+
+
+def test_places_that_cannot_be(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InputError, match="'a file'"):
+        checked(make(5), tmp_path / "file")
+    with pytest.raises(InputError, match="not a file name"):
+        checked(make(5), tmp_path / "a\0b")
+    with pytest.raises(InputError, match="MB free"):
+        checked(make(10**11), tmp_path / "big")
+    monkeypatch.chdir(tmp_path)
+    assert checked(make(5)).out == Path("results/spec")
+
+
+def test_without_pyarrow_the_extra_is_named(
+    make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [n for n in sys.modules if n.startswith("pyarrow")]:
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match=r"pip install 'macromicro\[sweep\]'"):
+        checked(make(5), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_groups_of_rows_are_of_one_size(
+    make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So memory stays bounded, and the file does not depend on who computed what."""
+    from macromicro.sweep import results
+
+    monkeypatch.setattr(results, "GROUP", 16)
+    swept(make(50, block=7, least=20.0), tmp_path / "out")
+    file = pq.ParquetFile(tmp_path / "out" / "results.parquet")
+    sizes = [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)]
+    assert sizes == [16, 16, 16, 2]
+    table = file.read()
+    assert table["index"].to_pylist() == list(range(50))
+    impossible = [g < 20.0 for g in table["gain"].to_pylist()]
+    assert [w is not None for w in table["error"].to_pylist()] == impossible
+
+
+def test_a_stop_while_the_results_are_written(make: Make, tmp_path: Path) -> None:
+    """Nothing half is left, nothing is computed again."""
+    spec, out = make(20, block=4), tmp_path / "out"
+    ready, seen = checked(spec, out, workers=1), 0
+
+    def report(variants: int, impossible: int) -> None:
+        nonlocal seen
+        seen += variants
+
+    outcome = run.execute(ready, lambda *_: None, report, lambda: seen == 20)
+    assert (outcome.done, outcome.written) == (20, None)
+    assert sorted(p.name for p in out.iterdir()) == ["journal", "sweep.json", "sweep.toml"]
+    again = swept(spec, out, resume=True)
+    assert again.before == 20 and again.written is not None

@@ -1,0 +1,70 @@
+"""Ensembles of benches."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.models import macro
+from macromicro.models.macro import Linear, MacroModel, Motor
+from macromicro.parameters import entries
+from macromicro.settings import Settings
+from macromicro.tuning.ensemble import SPREADS, draw
+
+
+@pytest.mark.parametrize("stage", ["macro", "micro"])
+def test_the_first_bench_is_the_one_that_is(stage: str) -> None:
+    found = draw(stage, Settings(), 12, "worst", 5)
+    paths, values = found.on_bench(Settings())
+    known = {e.path: e for e in entries(Settings())}
+    np.testing.assert_allclose(values[0], [known[p].value for p in paths])
+    for path, column in zip(paths, values.T, strict=True):
+        par = known[path].par
+        assert np.all((column >= par.lo) & (column <= par.hi))
+
+
+def test_draws_stay_within_their_ranges_and_repeat() -> None:
+    found = draw("micro", Settings(), 40, "worst", 5)
+    for spread, column in zip(SPREADS["micro"], found.draws[1:].T, strict=True):
+        width = spread.high - spread.low
+        assert spread.low <= column.min() < spread.low + 0.05 * width
+        assert spread.high - 0.05 * width < column.max() <= spread.high
+    assert np.array_equal(found.draws, draw("micro", Settings(), 40, "worst", 5).draws)
+    assert not np.array_equal(found.draws, draw("micro", Settings(), 40, "worst", 6).draws)
+
+
+def test_aggregation() -> None:
+    costs = np.array([[1.0, 3.0, 2.0], [0.0, 0.0, 0.5]])
+    worst, high = (draw("macro", Settings(), 3, how, 0).total(costs) for how in ("worst", "q95"))
+    np.testing.assert_allclose(worst, [3.0, 0.5])
+    np.testing.assert_allclose(high, [2.9, 0.45])
+
+
+def test_the_mass_on_the_model() -> None:
+    """As (4.2) has it: twice the inertia, half the gain and half the pole."""
+    motor = Motor(4.0, 15.0, 0.065, 0.065, 1e-5, 7.2e-6, 56.0)
+    plain = macro.discretised(*macro.transfer(motor), 1e-3)
+    heavy = macro.discretised(*macro.transfer(motor._replace(j=2.0 * motor.j)), 1e-3)
+    found = draw("macro", Settings(), 2, "worst", 0)
+    factors = np.array([[1.0, 1.0, 1.0, 1.0, 1.0], [1.2, 1.0, 2.0, 1.0, 1.0]])
+    values = found._replace(draws=factors).on_model(plain.a, plain.b, 3.0)
+    np.testing.assert_allclose(values[0], [plain.a, plain.b, 3.0])
+    np.testing.assert_allclose(values[1], [heavy.a, heavy.b, 3.6])
+
+
+def test_the_gain_on_the_model() -> None:
+    found = draw("macro", Settings(), 2, "worst", 0)
+    factors = np.array([[1.0, 1.1, 1.0, 1.0, 1.0]])
+    a, b, width = found._replace(draws=factors).on_model(Linear().a, Linear().b, 3.0)[0]
+    speeds = [macro.steady_speed(MacroModel(Linear(a, x), width=width), 1.0) for x in (b, b / 1.1)]
+    assert speeds[0] / speeds[1] == pytest.approx(1.1)
+    assert not math.isnan(speeds[0])
+
+
+@pytest.mark.parametrize(("benches", "how"), [(1, "worst"), (0, "worst"), (10**6, "q95"), (5, "x")])
+def test_bad_requests(benches: int, how: str) -> None:
+    with pytest.raises(InputError, match=r"--benches|--aggregate"):
+        draw("macro", Settings(), benches, how, 0)

@@ -1,0 +1,82 @@
+"""The search: budget, seed, one call for each generation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.tuning.evolution import latin, members, minimise
+
+AIM = np.array([0.3, 0.8])
+
+
+def bowl(designs: np.ndarray) -> np.ndarray:
+    return ((designs - AIM) ** 2).sum(axis=1)
+
+
+def test_finds_the_least() -> None:
+    found = minimise(bowl, np.array([0.9, 0.1]), 600, seed=1)
+    np.testing.assert_allclose(found.design, AIM, atol=0.01)
+    assert found.cost == pytest.approx(bowl(found.design[None, :])[0])
+    assert list(found.history) == sorted(found.history, reverse=True)
+
+
+@pytest.mark.parametrize("evaluations", [1, 2, 4, 5, 9, 21, 100, 300, 301])
+def test_keeps_its_budget(evaluations: int) -> None:
+    """A generation is one call, all of one size, and the calls add up to what is reported."""
+    calls: list[int] = []
+
+    def counted(designs: np.ndarray) -> np.ndarray:
+        calls.append(len(designs))
+        assert designs.shape[1] == 2
+        assert np.all((designs >= 0.0) & (designs <= 1.0))
+        return bowl(designs)
+
+    found = minimise(counted, np.array([0.5, 0.5]), evaluations, seed=0, block=16)
+    assert sum(calls) == found.evaluations <= evaluations
+    assert len(set(calls)) == 1
+    assert len(found.history) == len(calls)
+    assert found.evaluations > evaluations - calls[0]
+
+
+def test_generations_fill_blocks() -> None:
+    assert members(300, 2, 16) == 32
+    assert members(300, 3, 8) == 32
+    assert members(10_000, 2) == 20
+
+
+def test_the_start_is_tried() -> None:
+    """So the result is never worse, even of a single evaluation."""
+    for evaluations in (1, 6, 30):
+        assert minimise(bowl, AIM, evaluations, seed=3).cost == 0.0
+
+
+def test_a_seed_repeats_the_search() -> None:
+    runs = [minimise(bowl, np.array([0.5, 0.5]), 100, seed=s) for s in (1, 1, 2)]
+    assert np.array_equal(runs[0].design, runs[1].design)
+    assert not np.array_equal(runs[0].design, runs[2].design)
+
+
+def test_flat_costs_do_not_end_it() -> None:
+    found = minimise(lambda d: np.full(len(d), 7.0), np.array([0.5]), 100, seed=0)
+    assert found.evaluations > 80
+
+
+def test_progress_and_stopping() -> None:
+    heard: list[tuple[int, float]] = []
+    found = minimise(bowl, AIM, 100, 0, tell=lambda done, best: heard.append((done, best)))
+    assert [h[0] for h in heard][-1] == found.evaluations
+
+    def stop(done: int, best: float) -> None:
+        if done > 40:
+            raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        minimise(bowl, AIM, 100, 0, tell=stop)
+
+
+def test_latin_hypercube() -> None:
+    """Each column has one value in each of its strata."""
+    drawn = latin(3, 50, seed=4)
+    for column in drawn.T:
+        assert sorted(np.floor(50.0 * column).astype(int)) == list(range(50))
