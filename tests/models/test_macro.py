@@ -103,3 +103,14 @@ def test_bad_motor() -> None:
         macro.transfer(MOTOR._replace(j=0.0))
     with pytest.raises(InputError, match="above 0"):
         macro.discretised(1.0, -1.0, 1e-3)
+
+
+@given(width=st.floats(0.0, 5.0), a0=st.floats(0.0, 2.0), delta=st.floats(0.0, 2.0), volts=VOLTS)
+def test_jump_zone_is_the_jump_beyond_the_dead_zone(
+    width: float, a0: float, delta: float, volts: float
+) -> None:
+    """Bit for bit, on the edges, too."""
+    for v in (volts, width, -width, 0.0, -0.0):
+        assert macro.jump_zone(width, a0, delta, v) == macro.jump(
+            a0, delta, macro.dead_zone(width, v)
+        )

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-import threading
 
 import numpy as np
 import pytest
 
+from macromicro.batch import SEED, Job, Variants
 from macromicro.parameters import replaced
-from macromicro.robustness import job as jobs
 from macromicro.robustness import study
-from macromicro.robustness.job import Job, Task
+from macromicro.robustness.job import variants
 from macromicro.robustness.metrics import NAMES
+from macromicro.robustness.sampling import latin_hypercube, settings_at
 from macromicro.robustness.study import Request, Study, influences, overall, worst, yields
 from macromicro.robustness.uncertain import UNCERTAIN
-from macromicro.settings import Settings
 
 ORDER = [u.name for u in UNCERTAIN]
 
@@ -97,7 +96,7 @@ def test_workers_change_nothing(request_: Request, machine: Job) -> None:
 
 def test_interrupted_keeps_the_first_rows(request_: Request, done: Study, machine: Job) -> None:
     told: list[int] = []
-    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: len(told) >= 9)
+    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: max(told) >= 9)
     assert found.interrupted
     assert 8 <= len(found.rows) < 40
     np.testing.assert_array_equal(found.rows, done.rows[: len(found.rows)])
@@ -110,7 +109,7 @@ def test_interrupted_in_the_tornado_keeps_the_sample(
     request_: Request, done: Study, machine: Job
 ) -> None:
     told: list[int] = []
-    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: len(told) >= 44)
+    found = study.run(request_, machine, lambda k, _: told.append(k), lambda: max(told) >= 50)
     assert found.interrupted
     np.testing.assert_array_equal(found.rows, done.rows)
     assert not np.isnan(found.single[0, 0, 0])
@@ -126,26 +125,26 @@ def test_an_end_that_is_no_machine_is_reported(request_: Request, machine: Job) 
     assert not math.isnan(influences(found, "micro_error")[0].effect)
 
 
-def test_tasks_run_in_order_whoever_is_quicker() -> None:
-    """The first waits for the second."""
-    second = threading.Event()
-
-    def job(task: Task) -> np.ndarray:
-        if task.seed == 0:
-            assert second.wait(30.0)
-        else:
-            second.set()
-        return np.array([float(task.seed)])
-
-    tasks = [Task(Settings(), k) for k in (0, 1, 2)]
-    assert [float(r[0]) for r in jobs.rows(job, tasks, 2)] == [0.0, 1.0, 2.0]
-
-
 def test_a_failing_job_is_not_hidden(request_: Request, machine: Job) -> None:
-    def job(task: Task) -> np.ndarray:
-        if task.seed == 12:
-            raise ZeroDivisionError("sample 5")
-        return machine(task)
+    def evaluate(variants: Variants, first: int = 0) -> np.ndarray:
+        if len(variants.values):
+            raise ZeroDivisionError(f"variant {first}")
+        return np.empty((0, len(NAMES)))
 
-    with pytest.raises(ZeroDivisionError, match="sample 5"):
-        study.run(request_, job)
+    machine.evaluate = evaluate  # type: ignore[method-assign]
+    with pytest.raises(ZeroDivisionError, match="variant 0"):
+        study.run(request_, machine)
+
+
+def test_variants_are_the_settings(request_: Request) -> None:
+    """Every path that is varied, in SI, and the seed."""
+    sample = latin_hypercube(request_.settings, UNCERTAIN, 10, 0)
+    trees = [settings_at(request_.settings, UNCERTAIN, a) for a in sample.amounts]
+    found = variants(UNCERTAIN, trees, range(10))
+    for row, tree, seed in zip(found.values, trees, range(10), strict=True):
+        again = request_.settings
+        for path, value in zip(found.paths, row, strict=True):
+            if path != SEED:
+                again = replaced(again, path, float(value))
+        assert again == tree
+        assert row[found.paths.index(SEED)] == seed

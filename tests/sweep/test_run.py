@@ -79,7 +79,7 @@ def test_chosen_metrics_only(make: Make, tmp_path: Path) -> None:
 
 def test_a_finished_folder_is_not_touched_without_being_asked(done: Path) -> None:
     before = files(done / "out")
-    with pytest.raises(InputError, match="exists already.*--resume or --overwrite"):
+    with pytest.raises(InputError, match=r"exists already.*--resume or --overwrite"):
         swept(done / "spec.toml", done / "out")
     outcome = swept(done / "spec.toml", done / "out", resume=True)
     assert outcome.before == 10 and outcome.written is not None

@@ -8,9 +8,18 @@ import numpy as np
 import pytest
 import sweep_fake
 
+from macromicro import batch
 from macromicro.errors import InputError
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec, load
+from macromicro.sweep.work import Bench, Task
+
+
+def real(tmp_path: Path, text: str) -> Spec:
+    path = tmp_path / "s.toml"
+    path.write_text(text, encoding="utf-8")
+    return load(path, batch.job)[0]
+
 
 HEAD = 'job = "fake"\nmethod = "random"\nsamples = 5\n'
 GRID = 'job = "fake"\n'
@@ -75,8 +84,12 @@ CASES = {
     "unknown key": ("jobs = 1\n" + HEAD, "s.toml, jobs: 'unknown key'", "such as job"),
     "no job": ("method = 'grid'\n", "s.toml, job: 'nothing'", "name of a job"),
     "unknown job": ("job = 'fak'\n", "s.toml, job: 'fak'", "fake"),
-    "unknown option": (HEAD + "[options]\nwidth = 1\n", "s.toml, options", "job 'fake' has"),
-    "bad option": (HEAD + "[options]\nlog = [1]\n", "s.toml, options.log", "text or a number"),
+    "unknown option": (
+        HEAD + "[options]\nwidth = 1\n",
+        "options.width: 'unknown key'",
+        "one of block, log",
+    ),
+    "bad option": (HEAD + "[options]\nlog = [1]\n", "s.toml, options.log: '[1]'", "text"),
     "unknown method": ("job='fake'\nmethod='lhc'\n", "s.toml, method: 'lhc'", "lhs"),
     "no method": ("job='fake'\nsamples=2\n", "s.toml, method: 'nothing'", "grid, random"),
     "no parameters": (HEAD, "s.toml, parameters: 'no parameters'", "[parameters.NAME]"),
@@ -148,7 +161,10 @@ CASES = {
     "typing slip": (GRID + P + "gain={low=0,hihg=1}", "gain.hihg: 'unknown key'", "such as high"),
     "half a tooth": (GRID + P + "teeth={low=1,high=4,steps=3}", "teeth.steps: 3", "whole numbers"),
     "broken teeth": (GRID + P + "teeth=1.5", "teeth.value: '1.5'", "a whole number"),
-    "range of teeth": (HEAD + P + "teeth={low=1,high=4}", "teeth: 'a range'", "whole numbers"),
+    "log of teeth": (HEAD + P + "teeth={low=1,high=4,scale='log'}", "teeth.scale", "'linear'"),
+    "option's kind": (HEAD + "[options]\ndelay = true\n", "options.delay: 'True'", "a number"),
+    "no seed to vary": (HEAD + P + "seed=[1]", "parameters.seed: 'unknown parameter'", "gain"),
+    "config": (HEAD + "config = 3\n" + P + "gain=[1]", "s.toml, config: '3'", "settings file"),
     "not TOML": ("job =", "s.toml", "TOML"),
 }
 
@@ -177,3 +193,40 @@ def test_no_file_and_another_kind_of_file(tmp_path: Path) -> None:
         load(tmp_path / "none.toml", sweep_fake.job)
     with pytest.raises(InputError, match=r"suffix \.csv"):
         load(tmp_path / "none.csv", sweep_fake.job)
+
+
+def test_whole_numbers_are_drawn_evenly(tmp_path: Path) -> None:
+    """Of a Latin hypercube over 4 of them each gets a quarter."""
+    spec = loaded(
+        tmp_path,
+        HEAD.replace("5", "400").replace("random", "lhs")
+        + P
+        + """
+teeth = { low = 3, high = 6 }""",
+    )
+    drawn = Sampler(spec).values(0, 400)[:, 0]
+    assert [int((drawn == n).sum()) for n in (3, 4, 5, 6)] == [100] * 4
+
+
+def test_settings_and_seeds_of_the_real_jobs(tmp_path: Path) -> None:
+    """A settings file beside the spec changes what all variants start from, and the digest."""
+    (tmp_path / "mine.toml").write_text("[controller]\nmacro_law = 'pid'\n")
+    text = (
+        'job = "macro-bench"\n[options]\nlength = 1\n[parameters]\nbench.friction.coulomb = "9 N"\n'
+    )
+    (tmp_path / "plain.toml").write_text(text)
+    (tmp_path / "law.toml").write_text('config = "mine.toml"\n' + text)
+    plain, law = (load(tmp_path / f"{n}.toml", batch.job)[0] for n in ("plain", "law"))
+    assert law.settings == (("controller.macro_law", '"pid"'),)
+    assert law.canonical["config controller.macro_law"] == '"pid"'
+    assert law.digest != plain.digest
+    rows = [Bench(Task(spec)).block(0, 1).rows for spec in (plain, law)]
+    assert not np.array_equal(*rows, equal_nan=True)
+    noisy = 'job = "micro-bench"\n[parameters]\nseed = { low = 0, high = 4, steps = 5 }\n'
+    assert real(tmp_path, noisy).axes[0].levels == (0.0, 1.0, 2.0, 3.0, 4.0)
+
+
+def test_what_a_real_job_says_of_its_options(tmp_path: Path) -> None:
+    text = 'job = "macro-bench"\n[options]\nlength = -1\n'
+    with pytest.raises(InputError, match=r"s\.toml, options\.length.*from 2 ms"):
+        real(tmp_path, text)

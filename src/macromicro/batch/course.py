@@ -19,7 +19,7 @@ RISEN = 0.98  # share of the step after which it has risen
 ARRIVED = 2.0  # counts; turns of the position count from the first error within it
 SMALLEST = 10.0  # counts; a smaller step has no 2 % and begins where it ends
 
-METRICS = (
+METRICS: tuple[Metric, ...] = (
     Metric("settling_time", "s", "from then on the error stays within 2 % of the step"),
     Metric("rise_time", "s", "98 % of the step lie behind for the first time"),
     Metric("overshoot", "count", "farthest beyond the target"),
@@ -83,7 +83,7 @@ def farther(far: float, sign: float, seen: float) -> float:
 
 
 @kernel
-def follow(  # noqa: PLR0913
+def follow(
     p: Task,
     s: Course,
     number: float,
@@ -121,12 +121,10 @@ def first(s: Course) -> Course:
     return Course(s.outside, s.early, s.far, s.sum, 0.0, 0.0, 0.0, 0.0)
 
 
-def measured(
-    rows: Array, error: Array, target: Array, samples: int, dt: Array | float
-) -> Array:
+def measured(rows: Array, error: Array, target: Array, samples: int, dt: Array | float) -> Array:
     """The values of `METRICS`, (n, 8), after all `samples` of `dt` [s], the last with this
     `error` (n,): `rows` (8, n) as in `Course`, target (n,) [counts]. NaN: not reached."""
-    s = Course(*rows)  # type: ignore[arg-type]
+    s = Course(*rows)
     out = np.empty((len(error), len(METRICS)))
     out[:, 0] = np.where(s.outside < samples, s.outside * dt, math.nan)
     out[:, 1] = np.where(s.early < samples, s.early * dt, math.nan)

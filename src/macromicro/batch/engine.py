@@ -47,9 +47,7 @@ def run(
     return _serial(job, pieces) if count == 1 else _parallel(job, pieces, count)
 
 
-def _pieces(
-    sets: Iterable[Variants], block: int, threads: int
-) -> Iterator[tuple[int, Variants]]:
+def _pieces(sets: Iterable[Variants], block: int, threads: int) -> Iterator[tuple[int, Variants]]:
     """The variants in pieces of whole blocks, with the number of each piece's first one."""
     first = 0
     for paths, values in sets:
@@ -76,6 +74,8 @@ def _parallel(
     pool = ThreadPoolExecutor(threads, "macromicro-batch")
     try:
         for first, piece in pieces:
+            if first == 0:  # none of them: the job gets its kernels ready, by one thread
+                job.evaluate(Variants(piece.paths, piece.values[:0]))
             waiting.append((first, pool.submit(job.evaluate, piece, first)))
             if len(waiting) > AHEAD * threads:
                 number, done = waiting.popleft()

@@ -38,7 +38,8 @@ _STATE = WIDE * len(GIVEN)
 X, V, ERROR = (_STATE + WIDE * i for i in range(3))
 OUTSIDE, EARLY, FAR, SUM, PEAK, SATURATED, TURNS, MOVE = (_STATE + WIDE * (3 + i) for i in range(8))
 ROWS = len(GIVEN) + 3 + 8
-FIRST_OF_COURSE = len(GIVEN) + 3
+TASK = GIVEN.index("sign")  # first row of what the course is judged by
+SHOWN = 1 + 8  # last rows: error, course
 
 _LAW = LAWS.index("pd-tuned")
 _NO_PID, _NO_PD = Pid(0.0, 0.0, 0.0), PdInitial(0.0, 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.batch import course
 from macromicro.batch.course import METRICS, SMALLEST, Course, Task
-from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named
+from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named, table
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw, MacroMemory
@@ -95,6 +95,7 @@ class MacroBenchJob:
         length: float = 10.0,
     ) -> None:
         self._settings = Settings() if settings is None else settings
+        self._known = table(self._settings)
         self._reference = float(reference)
         if not 2.0 * PERIOD <= length <= 3600.0:
             raise InputError("length", f"{length} s", "from 2 ms to an hour")
@@ -107,7 +108,8 @@ class MacroBenchJob:
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
         """(n, metrics)."""
-        values = checked(self._settings, variants, first, (REFERENCE,))
+        values = checked(self._known, variants, first, (REFERENCE,))
+        compiled(run)  # once, before threads ask for it
         rows, errors, targets = np.empty((8, len(values))), *np.empty((2, len(values)))
         nothing = np.empty((2, 0))
         for k, row in enumerate(values):
@@ -131,8 +133,8 @@ class MacroBenchJob:
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         """Position [counts] and effort sent [V], each `every`-th sample."""
-        values = checked(self._settings, variants, first, (REFERENCE,))
-        t = (np.arange(self._samples) * PERIOD)[::every]
+        values = checked(self._known, variants, first, (REFERENCE,))
+        t = np.arange(self._samples, step=every, dtype=np.float64) * PERIOD
         shown, out = np.empty((2, len(values), len(t))), np.empty((2, self._samples))
         for k, row in enumerate(values):
             self._run(variants.paths, row, first + k, out)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from typing import Annotated, NamedTuple
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from macromicro.batch import course, lanes
 from macromicro.batch.course import METRICS, SMALLEST
-from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named
+from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named, table
 from macromicro.control import settings
 from macromicro.control.macro import MacroLaw
 from macromicro.control.pd import PdTuned
@@ -87,7 +86,9 @@ class MacroModelJob:
 
     def __init__(self, quick: bool = False, tree: MacroLoop | None = None) -> None:
         self._tree = MacroLoop() if tree is None else tree
-        self._quick = quick
+        self._known = table(self._tree)
+        self._base = np.array([[e.value] for e in self._known.values()])
+        self._kernel = lanes.run_errors if quick else lanes.run
         names = QUICK if quick else tuple(m.name for m in METRICS)
         self._columns = [i for i, m in enumerate(METRICS) if m.name in names]
         self.metrics = tuple(METRICS[i] for i in self._columns)
@@ -98,7 +99,8 @@ class MacroModelJob:
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
         """(n, metrics). The same bits as `models.macro.closed_loop`, counted, gives."""
-        values = checked(self._tree, variants, first)
+        compiled(self._kernel)  # once, before threads ask for it
+        values = checked(self._known, variants, first)
         out = np.empty((len(values), len(self.metrics)))
         for k in range(0, len(values), _FIXED_WIDE):
             part = slice(k, min(k + _FIXED_WIDE, len(values)))
@@ -108,7 +110,7 @@ class MacroModelJob:
     def _laid_out(self, paths: tuple[str, ...], values: Array, first: int) -> Array:
         """All parameters, (`_PATHS`, n)."""
         every = np.empty((len(_PATHS), len(values)))
-        every[:] = np.array([[e.value] for e in entries(self._tree)])
+        every[:] = self._base
         for path, column in zip(paths, values.T, strict=True):
             every[_PATHS.index(path)] = column
         small = np.abs(every[_TARGET]) < SMALLEST
@@ -127,33 +129,31 @@ class MacroModelJob:
     def _fill(self, out: Array, every: Array) -> None:
         """The metrics of the variants `every` into `out`, those of one length together."""
         samples = np.rint(every[_LENGTH] / every[_DT]).astype(np.int64)
+        given = np.concatenate((every[: lanes.TASK], _judged(every[_TARGET])))
         for length in np.unique(samples):
             chosen = np.flatnonzero(samples == length)
+            seen = np.empty((lanes.SHOWN, len(chosen)))
             for k in range(0, len(chosen), lanes.WIDE):
-                at = chosen[k : k + lanes.WIDE]
-                out[at] = self._together(every[:, at], int(length))
+                part = slice(k, k + lanes.WIDE)
+                self._together(given[:, chosen[part]], int(length), seen[:, part])
+            target, dt = every[_TARGET, chosen], every[_DT, chosen]
+            found = course.measured(seen[1:], seen[0], target, int(length), dt)
+            out[chosen] = found[:, self._columns]
 
-    def _together(self, every: Array, samples: int) -> Array:
-        """The metrics of one block, at most `lanes.WIDE` variants."""
-        rows = _block()
-        n, target = every.shape[1], every[_TARGET]
+    def _together(self, given: Array, samples: int, seen: Array) -> None:
+        """Run one block, at most `lanes.WIDE` variants; last errors and courses into `seen`."""
+        rows, n = _block(), given.shape[1]
         wide = -(-n // lanes.UNIT) * lanes.UNIT
-        given = len(lanes.GIVEN)
-        rows[: given - 3, :n] = every[: given - 3]
-        rows[given - 3 : given, :n] = _judged(target)
-        rows[:given, n:wide] = rows[:given, n - 1 : n]  # lanes without a variant: the last one
-        rows[given:, :wide] = 0.0
-        kernel = lanes.run_errors if self._quick else lanes.run
-        compiled(kernel)(rows.reshape(-1), wide, samples)
-        error = rows[lanes.ERROR // lanes.WIDE, :n]
-        found = course.measured(
-            rows[lanes.FIRST_OF_COURSE :, :n], error, target, samples, every[_DT]
-        )
-        return found[:, self._columns]
+        fixed = len(lanes.GIVEN)
+        rows[:fixed, :n] = given
+        rows[:fixed, n:wide] = given[:, -1:]  # lanes without a variant go with the last one
+        rows[fixed:, :wide] = 0.0
+        compiled(self._kernel)(rows.reshape(-1), wide, samples)
+        seen[:] = rows[-lanes.SHOWN :, :n]
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         """Position [counts] and effort sent [V], each `every`-th sample."""
-        values = checked(self._tree, variants, first)
+        values = checked(self._known, variants, first)
         laid = self._laid_out(variants.paths, values, first)
         lengths = laid[_LENGTH] / laid[_DT]
         if np.ptp(laid[_DT]) != 0.0 or np.ptp(np.rint(lengths)) != 0.0:
@@ -167,7 +167,7 @@ class MacroModelJob:
             rest = MacroModelState(0.0, 0.0)
             compiled(macro.rollout)(model, law, rest, aim, True, out)
             shown[:, row] = out[:, ::every]
-        t = np.arange(len(aim))[::every] * float(laid[_DT, 0])
+        t = np.arange(len(aim), step=every, dtype=np.float64) * float(laid[_DT, 0])
         columns = {"macro_position": shown[0], "motor": shown[1]}
         return Trajectories(t, columns, {"macro_position": "count", "motor": "V"})
 

@@ -64,21 +64,28 @@ class Job(Protocol):
         """Every `every`-th sample of each run."""
 
 
-def known(tree: Any, paths: tuple[str, ...], extra: tuple[str, ...] = ()) -> dict[str, Entry]:
-    """The tree's parameters at `paths`, by path.
+Known = dict[str, Entry]
+
+
+def table(tree: Any) -> Known:
+    """All parameters of a tree by path: made once a job, because it takes a while."""
+    return {e.path: e for e in entries(tree)}
+
+
+def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Known:
+    """The parameters at `paths`, by path.
 
     Raises `InputError` for an unknown path (`extra` are known, too), a path named twice, a
     parameter that is no number.
     """
     found = {}
-    every = {e.path: e for e in entries(tree)}
     for path in paths:
         if paths.count(path) > 1:
             raise InputError("variants, paths", path, "each path once")
         if path in extra:
             continue
         if path not in every:
-            raise InputError("variants, paths", path, f"a number's path in {type(tree).__name__}")
+            raise InputError("variants, paths", path, "the path of one of the job's parameters")
         value = every[path].value
         if isinstance(value, bool | str | tuple):
             raise InputError(f"variants, {path}", str(value), "a path whose value is one number")
@@ -86,13 +93,16 @@ def known(tree: Any, paths: tuple[str, ...], extra: tuple[str, ...] = ()) -> dic
     return found
 
 
-def checked(tree: Any, variants: Variants, first: int, extra: tuple[str, ...] = ()) -> Array:
-    """The values as (n, k) float64, each within its parameter's bounds; else `InputError`."""
+def checked(every: Known, variants: Variants, first: int, extra: tuple[str, ...] = ()) -> Array:
+    """The values as (n, k) float64, each within its parameter's bounds; else `InputError`.
+
+    `extra`: paths beside those of the job's tree, which the job checks itself.
+    """
     values = np.asarray(variants.values, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != len(variants.paths):
         accepted = f"(n, {len(variants.paths)}), a column a path"
         raise InputError("variants, shape of the values", values.shape, accepted)
-    for path, entry in known(tree, variants.paths, extra).items():
+    for path, entry in _chosen(every, variants.paths, extra).items():
         column = values[:, variants.paths.index(path)]
         par = entry.par
         good = np.isfinite(column) & (par.lo <= column) & (column <= par.hi)

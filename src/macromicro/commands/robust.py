@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from datetime import datetime
@@ -18,14 +17,25 @@ if TYPE_CHECKING:
     from macromicro.robustness.study import Request
 
 SAMPLES = 200
-MAX_SEED = 2**63 - 1
+MAX_SEED = 2**53
 MAX_WORKERS = 256
 
 
+def _whole(text: str | int) -> int:
+    """A whole number; the message names the value, which typer's own does not."""
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r}; accepted: a whole number") from None
+
+
 def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
-    samples: Annotated[int, typer.Option(metavar="N", help="Machines to try.")] = SAMPLES,
+    samples: Annotated[
+        int, typer.Option(parser=_whole, metavar="N", help="Machines to try.")
+    ] = SAMPLES,
     seed: Annotated[
-        int, typer.Option(metavar="N", help="Seed of the sample and the sensors' noise.")
+        int,
+        typer.Option(parser=_whole, metavar="N", help="Seed of the sample and the sensors' noise."),
     ] = 0,
     config: Annotated[
         Path | None,
@@ -45,7 +55,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
     workers: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Threads.", show_default="one for each core"),
+        typer.Option(parser=_whole, metavar="N", help="Threads.", show_default="one for each core"),
     ] = None,
     out: Annotated[
         Path | None,
@@ -81,6 +91,7 @@ def _request(
     """Everything that can be wrong is said here, before anything is computed."""
     from macromicro import config as configs
     from macromicro import programme as programmes
+    from macromicro.batch import cores
     from macromicro.errors import InputError
     from macromicro.experiments.run import load
     from macromicro.robustness import requirements as limits
@@ -97,11 +108,7 @@ def _request(
     settings = Settings() if config is None else configs.load_overrides(config, Settings())
     wanted = limits.DEFAULTS if requirements is None else limits.load(requirements)
     plan = load(programmes.find(programme), settings)
-    return Request(settings, wanted, samples, seed, workers or _cores()), plan
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    return Request(settings, wanted, samples, seed, workers or cores()), plan
 
 
 def _robust(
@@ -111,19 +118,22 @@ def _robust(
     out: Path,
     signals: Signals,
 ) -> None:
+    import numpy as np
+
+    from macromicro.batch import Variants
     from macromicro.config import difference
     from macromicro.experiments.run import is_compiled
     from macromicro.report.provenance import software
     from macromicro.robustness import files, study, terminal
-    from macromicro.robustness.job import ProgrammeJob
+    from macromicro.robustness.job import RobustJob
     from macromicro.robustness.words import About
     from macromicro.settings import Settings
 
     programme, fan, as_json = asked
     if not is_compiled():
         print("compiling the bench, once, about 10 s", file=sys.stderr)
-    job = ProgrammeJob(plan, fan)
-    job.compile(request.settings)
+    job = RobustJob(programme, fan, request.settings)
+    job.evaluate(Variants((), np.empty((0, 0))))  # compiles
     started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()
     with terminal.progress(plan.title) as report:

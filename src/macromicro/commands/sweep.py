@@ -125,7 +125,7 @@ def _show(ready: Ready, outcome: Outcome) -> None:
 
 def _list(name: str | None) -> None:
     from macromicro import batch
-    from macromicro.parameters import entries
+    from macromicro.sweep.subject import parameters, plain_options
     from macromicro.units import shown
 
     for each in [name] if name is not None else list(batch.JOBS):
@@ -135,8 +135,11 @@ def _list(name: str | None) -> None:
             continue
         for metric in job.metrics:
             print(f"  {metric.name} [{metric.unit or '-'}]: {metric.meaning}")
+        print("options:")
+        for option, default in plain_options(job).items():
+            print(f"  {option} = {default}")
         print("parameters:")
-        for entry in entries(job.base()):
+        for entry in parameters(job).values():
             if isinstance(entry.value, bool | str | tuple):
                 continue
             value = shown(entry.value, entry.par.unit, entry.par.shown, 6)

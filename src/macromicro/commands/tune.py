@@ -85,8 +85,9 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
 
 def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
     from macromicro.tuning import files, tables
-    from macromicro.tuning.tune import judge, search
+    from macromicro.tuning.tune import judge, prepare, search
 
+    prepare(plan)
     signals.later()
     try:
         with _progress(plan.request) as report:

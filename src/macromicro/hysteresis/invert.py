@@ -102,9 +102,16 @@ def maximum_for(table: Everett, u: float, target: float) -> float:
 
 @kernel
 def follow(
-    table: Everett, memory: Memory, inputs: Array, outputs: Array, first: int
+    table: Everett,
+    memory: Memory,
+    inputs: Array,
+    outputs: Array,
+    first: int,
+    scale: float,
+    offset: float,
 ) -> tuple[Memory, int]:
-    """Outputs [0..1] along `inputs` from sample `first` on; stops before a full stack.
+    """Outputs, `scale` and `offset` applied, along `inputs` from sample `first` on; stops
+    before a full stack.
 
     Returns the memory and the number of the first sample that is not done.
     """
@@ -112,7 +119,7 @@ def follow(
         if memory.pairs >= memory.corners.shape[0] - 1:
             return memory, t
         memory, f = advance(table, memory, float(inputs[t]))
-        outputs[t] = f
+        outputs[t] = f * scale + offset
     return memory, inputs.shape[0]
 
 

@@ -131,10 +131,10 @@ class Preisach:
             return outputs
         done = 0
         while done < inputs.size:
-            memory, done = compiled(follow)(self._arrays, self._memory(), inputs, outputs, done)
+            memory, done = compiled(follow)(
+                self._arrays, self._memory(), inputs, outputs, done, self._scale, self._offset
+            )
             self._pairs, self._u = memory.pairs, memory.u
-        outputs *= self._scale
-        outputs += self._offset
         return outputs
 
     def peek(self, u: float) -> float:
@@ -268,7 +268,8 @@ def _vector(where: str, values: npt.ArrayLike) -> Array:
         raise InputError(where, type(values).__name__, "a list of numbers") from None
     if vector.ndim != 1:
         raise InputError(where, f"shape {vector.shape}", "one dimension")
-    if np.isnan(vector).any():
+    # The least value is NaN if any is, and finding it makes no array of its own.
+    if vector.size and np.isnan(vector.min()):
         first = int(np.argmax(np.isnan(vector)))
         raise InputError(where, f"NaN at [{first}]", "numbers without NaN")
     return vector

@@ -163,6 +163,7 @@ def _distributions(study: Study) -> Drawn:
         if metric.unit == "count":
             ax.xaxis.get_major_locator().set_params(integer=True)
         ax.xaxis.label.set_fontsize(7.5)
+        ax.yaxis.get_major_locator().set_params(integer=True)
         ax.set_ylim(0.0, 1.3 * ax.get_ylim()[1])  # room for the counts
         if letter in "ad":
             ax.set_ylabel("machines", fontsize=8)

@@ -1,99 +1,55 @@
-"""A programme on the whole bench, from parameters to metrics, for many variants."""
+"""A programme on the whole bench, judged by this study's metrics instead of a sweep's."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from typing import NamedTuple, Protocol
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from macromicro import loop, simulate
-from macromicro.columns import COLUMNS
+from macromicro.batch import SEED, Variants
+from macromicro.batch.scratch import Scratch
+from macromicro.batch.whole_bench import BenchJob, ProgrammeJob
 from macromicro.experiments import hall_calibration
-from macromicro.kernel import compiled
-from macromicro.loop import PERIOD
-from macromicro.plant.bench import NOISES
 from macromicro.programme import Programme
-from macromicro.recording import Recording
-from macromicro.robustness.metrics import measure
+from macromicro.robustness.metrics import COLUMNS, METRICS, measure
+from macromicro.robustness.uncertain import Uncertain, value_at
 from macromicro.settings import Settings
-
-POLL = 0.2  # how often an interruption is looked for [s]
-
-Array = NDArray[np.float64]
+from macromicro.simulate import Outcome
 
 
-class Task(NamedTuple):
-    """One run: its settings and the seed of the sensors' noise."""
+class RobustJob(BenchJob):
+    """The same runs as `macromicro run`, bit for bit, on the batch engine.
 
-    settings: Settings
-    seed: int
-
-
-class Job(Protocol):
-    """Whatever turns a task into a row of `metrics.METRICS`."""
-
-    def __call__(self, task: Task) -> Array:
-        """The metrics of one run."""
-
-
-class ProgrammeJob(NamedTuple):
-    """A programme under supervisor and guard, as `macromicro run` runs it, in memory."""
-
-    programme: Programme
-    fan: bool = False
-
-    def __call__(self, task: Task) -> Array:
-        """The metrics of one run: the same recording, bit for bit, as a run writes."""
-        blocks: list[Array] = []
-        outcome = simulate.simulate(
-            task.settings,
-            self.programme,
-            _Blocks(blocks),
-            seed=task.seed,
-            fan=self.fan,
-            table=hall_calibration.for_bench(task.settings),
-        )
-        rows = np.concatenate(blocks, axis=1)
-        recording = Recording.from_arrays(COLUMNS, rows, PERIOD, {})
-        return measure(recording, self.programme, task.settings, outcome.watch.fault)
-
-    def compile(self, settings: Settings) -> None:
-        """Compile the bench, or load it from the cache, before threads ask for it."""
-        rolled = simulate.prepare(settings, self.programme, self.fan)
-        nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
-        compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
-
-
-class _Blocks(NamedTuple):
-    """A sink in memory."""
-
-    blocks: list[Array]
-
-    def append(self, block: Array) -> None:
-        """Keep the block."""
-        self.blocks.append(block)
-
-
-def rows(
-    job: Job, tasks: Sequence[Task], workers: int, stop: Callable[[], bool] = lambda: False
-) -> Iterator[Array]:
-    """The metrics of `tasks`, in order, computed by `workers` threads.
-
-    The simulation holds no lock of the interpreter, so threads are as good as processes.
-    When `stop` turns true no further task is begun; those at work are still given.
+    A bench with another Hall sensor is calibrated first, as `macromicro run` does it.
     """
-    with ThreadPoolExecutor(workers) as pool:
-        queue: list[Future[Array]] = []
-        following = 0
-        while following < len(tasks) or queue:
-            if stop():
-                following = len(tasks)
-                queue = [f for f in queue if not f.cancel()]
-            while following < len(tasks) and len(queue) < 2 * workers:
-                queue.append(pool.submit(job, tasks[following]))
-                following += 1
-            if queue and wait(queue[:1], POLL, FIRST_COMPLETED).done:
-                yield queue.pop(0).result()
+
+    name = "robust"
+    metrics = METRICS
+    columns = COLUMNS
+
+    def __init__(self, programme: str, fan: bool = False, settings: Settings | None = None) -> None:
+        super().__init__(settings, fan=fan, table=hall_calibration.for_bench)
+        self._planned = ProgrammeJob(programme, settings=settings)
+
+    def programme(self, settings: Settings) -> Programme:
+        """What the bench of these settings is to do."""
+        return self._planned.programme(settings)
+
+    def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
+        """`metrics.METRICS` of one run."""
+        found = measure(
+            place.recording(), self.programme(settings), settings, int(outcome.watch.fault)
+        )
+        return [float(v) for v in found]
+
+
+def variants(
+    uncertain: Sequence[Uncertain], trees: Sequence[Settings], seeds: Sequence[int]
+) -> Variants:
+    """The settings `trees`, which differ where `uncertain` says, as a batch takes them."""
+    paths = tuple(path for each in uncertain for path, _ in each.parts)
+    values = [
+        [*(value_at(tree, path) for path in paths), float(seed)]
+        for tree, seed in zip(trees, seeds, strict=True)
+    ]
+    return Variants((*paths, SEED), np.array(values))

@@ -11,26 +11,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.batch import Metric
 from macromicro.design.extension import extension
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import vibration
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 from macromicro.settings import Settings
-
-
-class Metric(NamedTuple):
-    """A number that a run gives; `unit` as in `macromicro.units`, "" for none."""
-
-    name: str
-    unit: str
-    meaning: str
-
 
 METRICS: tuple[Metric, ...] = (
     Metric("fault", "", "stops by the guard"),
@@ -53,6 +44,11 @@ METRICS: tuple[Metric, ...] = (
 NAMES = tuple(m.name for m in METRICS)
 # A code is a name, not a quantity: nothing is ranked or limited by it.
 QUANTITIES = METRICS[:-1]
+# What `measure` reads of a recording.
+COLUMNS = (
+    *("t", "move", "phase", "macro_position", "laser", "laser_reset", "hall_position"),
+    *("true_carriage", "true_micro", "true_wire"),
+)
 _KNOWN_OF_STOPPED = {"fault", "macro_missed", "micro_missed", "hottest", "fault_code"}
 
 

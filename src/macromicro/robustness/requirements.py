@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.batch import Metric
 from macromicro.errors import InputError
-from macromicro.robustness.metrics import NAMES, QUANTITIES, Metric
+from macromicro.robustness.metrics import NAMES, QUANTITIES
 from macromicro.textfile import printable, read_toml
 from macromicro.units import quantity, shown
 
@@ -51,6 +52,11 @@ _DEFAULTS: tuple[tuple[str, float, str], ...] = (
     ("contraction", 0.7, f"Section 5.3.2: 0.5 s; up to 0.7 s {_BAND} S13a"),
     ("extension", 1.3, f"Section 5.3.2: 1 s; up to 1.3 s {_BAND} S13b"),
     ("micro_error", 5.0, "Section 5.3.2: 5 um (S13c)"),
+    (
+        "true_micro_error",
+        5.0,
+        "the same of the position itself: the laser's zero may be off (Section 6.3)",
+    ),
     ("micro_overshoot", 10.0, "assumption: the band within which a micro move has settled"),
 )
 _BY_NAME = {m.name: m for m in QUANTITIES}

@@ -12,7 +12,7 @@ from macromicro.errors import InputError
 from macromicro.robustness.uncertain import Uncertain, applied, nominal, refusal
 from macromicro.settings import Settings
 
-LEAST, MOST = 10, 1_000_000
+LEAST, MOST = 10, 100_000
 _ROUNDS = 50
 
 Floats = NDArray[np.float64]

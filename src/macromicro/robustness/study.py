@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.robustness import job as jobs
-from macromicro.robustness.job import Job, Task
+from macromicro import batch
+from macromicro.batch import Job
+from macromicro.robustness.job import variants
 from macromicro.robustness.metrics import NAMES
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.sampling import Sample, centre, latin_hypercube, settings_at
@@ -56,31 +57,31 @@ def run(
     progress: Callable[[int, int], None] = lambda done, total: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Study:
-    """Compute everything. `progress` is told runs done and in all; when `stop` turns true,
-    what is at work is completed and the rest left out."""
+    """Compute everything: `job` is a batch's, on the tree of the settings and with a noise
+    seed for each variant, and gives `metrics.METRICS`.
+
+    `progress` is told runs done and in all; when `stop` turns true, the rest is left out.
+    """
     base, uncertain = request.settings, request.uncertain
     sample = latin_hypercube(base, uncertain, request.samples, request.seed)
     ends, impossible = _ends(request)
-    tasks = [Task(base, request.seed)]
-    tasks += [
-        Task(settings_at(base, uncertain, amounts), request.seed + i)
-        for i, amounts in enumerate(sample.amounts)
-    ]
-    tasks += [Task(tree, request.seed) for tree in ends.values()]
-    # Alone, first: the compiler must not be asked by several threads at once.
-    done = [job(tasks[0])]
-    progress(1, len(tasks))
-    for row in jobs.rows(job, tasks[1:], request.workers, stop):
-        done.append(row)
-        progress(len(done), len(tasks))
-    table = np.array(done)
+    machines = [settings_at(base, uncertain, amounts) for amounts in sample.amounts]
+    trees = [base, *machines, *ends.values()]
+    seeds = [request.seed + i for i in range(len(machines))]
+    seeds = [request.seed, *seeds, *[request.seed] * len(ends)]
+    table = np.empty((0, len(job.metrics)))
+    for _, rows in batch.run(job, variants(uncertain, trees, seeds), request.workers):
+        table = np.concatenate((table, rows))
+        progress(len(table), len(trees))
+        if stop():
+            break
+    nominal = table[0] if len(table) else np.full(len(job.metrics), math.nan)
     single = np.full((len(uncertain), 2, table.shape[1]), math.nan)
     for place, row in zip(ends, table[1 + request.samples :], strict=False):
         single[place] = row
     rows = table[1 : 1 + request.samples]
-    return Study(
-        request, sample, table[0], rows, single, impossible, interrupted=len(done) < len(tasks)
-    )
+    complete = len(table) == len(trees)
+    return Study(request, sample, nominal, rows, single, impossible, not complete)
 
 
 def _ends(request: Request) -> tuple[dict[tuple[int, int], Settings], dict[str, str]]:

@@ -74,7 +74,7 @@ UNCERTAIN: tuple[Uncertain, ...] = (
         35.0,
         "degC",
         "room temperature",
-        "Section 5.2.2: 25 degC, 10 K both ways",
+        "assumption: 10 K both ways of the 25 degC of Section 5.2.2",
     ),
     _factor("hall_noise", 0.5, 2.0, "Hall sensor's noise", _ASSUMED, "sensors.hall.noise"),
     _factor(
@@ -140,7 +140,7 @@ UNCERTAIN: tuple[Uncertain, ...] = (
 def nominal(each: Uncertain, settings: Settings) -> float:
     """Where the settings themselves stand on this parameter's scale."""
     if each.kind == VALUE:
-        return float(_value(settings, each.parts[0][0]))
+        return float(value_at(settings, each.parts[0][0]))
     return 1.0 if each.kind == FACTOR else 0.0
 
 
@@ -148,7 +148,7 @@ def applied(settings: Settings, each: Uncertain, amount: float) -> Settings:
     """The settings with one uncertain parameter at `amount`; not yet checked."""
     tree = settings
     for path, weight in each.parts:
-        now = float(_value(settings, path))
+        now = float(value_at(settings, path))
         new = {FACTOR: now * amount, SHIFT: now + weight * amount, VALUE: amount}[each.kind]
         tree = replaced(tree, path, new)
     return tree
@@ -157,7 +157,7 @@ def applied(settings: Settings, each: Uncertain, amount: float) -> Settings:
 def refusal(tree: Settings) -> str | None:
     """Why these settings cannot be a machine, in words; None where they can be."""
     for path, par in _bounds():
-        value = _value(tree, path)
+        value = value_at(tree, path)
         if not (par.lo <= value <= par.hi and (value > 0.0 or not par.positive)):
             return f"{path}: {value:g} {par.unit} is out of its bounds"
     try:
@@ -174,7 +174,8 @@ def _bounds() -> tuple[tuple[str, Par], ...]:
     return tuple((e.path, e.par) for e in entries(Settings()) if e.path in varied)
 
 
-def _value(settings: Settings, path: str) -> float:
+def value_at(settings: Settings, path: str) -> float:
+    """The number at a dotted path."""
     value: object = settings
     for name in path.split("."):
         value = getattr(value, name)

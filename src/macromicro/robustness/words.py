@@ -92,8 +92,12 @@ def _end(i: Influence, value: float, unit: str) -> str:
 def amount(each: Uncertain, value: float) -> str:
     """Where a parameter stands on its scale: "+30 %", "-10 K", "35 degC"."""
     if each.kind == FACTOR:
-        return f"{100.0 * (value - 1.0):+.3g} %"
-    return f"{value:.3g} {each.unit}" if each.kind == VALUE else f"{value:+.3g} {each.unit}"
+        return f"{_signed(100.0 * (value - 1.0))} %"
+    return f"{value:.3g} {each.unit}" if each.kind == VALUE else f"{_signed(value)} {each.unit}"
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.3g}" if round(value, 9) else "0"
 
 
 def file_name(found: Worst) -> str:

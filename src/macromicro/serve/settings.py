@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.config import load_overrides
+from macromicro.control.live.parameters import Live
 from macromicro.control.settings import Control
 from macromicro.parameters import Par
 from macromicro.plant.bench import Bench, Sensors
@@ -26,10 +27,10 @@ class ServeSettings(NamedTuple):
             "silence of the serving process after which the loop goes safe and ends",
             CHOICE,
             shown="ms",
-            lo=0.05,
+            lo=0.1,
             hi=10.0,
         ),
-    ] = 0.5
+    ] = 1.0
     client_timeout: Annotated[
         float,
         Par(
@@ -105,12 +106,13 @@ class ServeSettings(NamedTuple):
 
 class LiveSettings(NamedTuple):
     """The tree behind ``--config`` of the commands that run the machine live: everything
-    that `macromicro.settings.Settings` has, and [serve]."""
+    that `macromicro.settings.Settings` has, [live] and [serve]."""
 
     bench: Bench = Bench()
     sensors: Sensors = Sensors()
     controller: Control = Control()
     guard: Limits = Limits()
+    live: Live = Live()
     serve: ServeSettings = ServeSettings()
 
     def problems(self) -> list[tuple[str, Any, str]]:

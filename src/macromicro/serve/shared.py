@@ -11,8 +11,10 @@ order). Times are nanoseconds of the monotonic clock, which both processes share
 
 from __future__ import annotations
 
+import math
 import mmap
 import os
+import time
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -60,17 +62,20 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
     STATUS_TURN,  # loop: odd while the status is being written
     SAFE_SINCE,  # loop: time at which the last emergency stop had made the outputs safe
     SEEN,  # loop: stamp of the last emergency stop that it honoured
+    ALIVE,  # loop: time of the newest row
     EMERGENCY,  # serving process: stamp of the last emergency stop asked for, 0 for none
     COMMANDS,  # serving process: messages sent so far
     HEARTBEAT,  # serving process: counts up while it lives
     LEAVE,  # serving process: 1 orders the loop to go safe and end
-) = range(8)
+) = range(9)
 _CELLS = 64
+_TRIES = 10_000
 
 
 class Status(NamedTuple):
     """What the loop tells beside the telemetry. `fault` with what was measured, its limit
-    and the time [s] of it, as in `rig.guard.Watch`; times of the pacing in us."""
+    and the time [s] of it, as in `rig.guard.Watch`; `latest`, `longest` [s]; `offset`
+    [counts]: what the encoder reads at coordinate 0, NaN where that is not known."""
 
     periods: float = 0.0
     missed: float = 0.0
@@ -81,6 +86,7 @@ class Status(NamedTuple):
     value: float = 0.0
     limit: float = 0.0
     time: float = 0.0
+    offset: float = math.nan
 
 
 class Shared:
@@ -117,6 +123,7 @@ class Shared:
         """Append a row of telemetry (loop process only)."""
         written = int(self.cells[WRITTEN])
         self.ring[:, written % self.rows] = row
+        self.cells[ALIVE] = time.monotonic_ns()
         self.cells[WRITTEN] = written + 1
 
     def set_status(self, status: Sequence[float]) -> None:
@@ -126,12 +133,13 @@ class Shared:
         self.cells[STATUS_TURN] += 1
 
     def status(self) -> Status:
-        """The status, all of one instant."""
-        while True:
+        """The status, all of one instant (of a loop that was killed writing it: as it is)."""
+        for _ in range(_TRIES):
             turn = int(self.cells[STATUS_TURN])
             values = self._status.tolist()
             if turn % 2 == 0 and turn == int(self.cells[STATUS_TURN]):
-                return Status(*values)
+                break
+        return Status(*values)
 
     def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]:
         """Rows of telemetry behind the first `count` ones: (rows lost, new count, block).

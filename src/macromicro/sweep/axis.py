@@ -25,7 +25,7 @@ class Axis(NamedTuple):
     """The parameter at the dotted `path`, stored in `unit`.
 
     `levels`: the values that it takes, all of them; empty for the whole range from `low` to
-    `high`, both included, even on the `scale`.
+    `high`, both included, even on the `scale`; "whole" is even over its whole numbers.
     """
 
     path: str
@@ -40,7 +40,9 @@ class Axis(NamedTuple):
         if self.levels:
             row = (share * len(self.levels)).astype(np.int64)
             return np.asarray(self.levels)[np.minimum(row, len(self.levels) - 1)]
-        if self.scale == "log":
+        if self.scale == "whole":
+            values = self.low + np.floor(share * (self.high - self.low + 1.0))
+        elif self.scale == "log":
             low, high = math.log(self.low), math.log(self.high)
             values = np.exp(low + share * (high - low))
         else:
@@ -99,7 +101,10 @@ def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Ax
     if not grid:
         only(table, ("low", "high", "scale"), where)
         if isinstance(entry.value, int):
-            raise InputError(where, "a range", "values: this parameter takes whole numbers")
+            if scale == "log":
+                accepted = "'linear': this parameter takes whole numbers"
+                raise InputError(f"{where}.scale", "log", accepted)
+            scale = "whole"
         return Axis(entry.path, entry.par.unit, (), low, high, scale)
     steps = whole(table.get("steps"), 2, MAX_LEVELS, f"{where}.steps")
     spaced = np.geomspace if scale == "log" else np.linspace

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Report = Callable[[int, int], None]
 Stop = Callable[[], bool]
 
-CHUNK = 0.5  # s of work in one message
+CHUNK = 1.0  # s of work in one message
 GIVE_UP = 3  # workers that one chunk, or the start, may cost
 _POLL = 0.1  # s between looks at `stop`
 _PATIENCE = 30.0  # s that a worker has to finish a portion when it is asked to end

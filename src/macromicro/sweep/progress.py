@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -22,33 +23,40 @@ class Shown(NamedTuple):
 
 
 class Pace:
-    """How far a sweep is, how fast since it began this time, and how long it will take."""
+    """How far a sweep is, how fast, and how long it will take.
+
+    The rate is of this time, from the first finished block on: before it workers start and
+    compile.
+    """
 
     def __init__(self) -> None:
-        self.count = self.before = self.done = self.impossible = 0
-        self._started = time.monotonic()
+        self.count = self.done = self.impossible = 0
+        self._started, self._base = math.nan, 0
 
     def begin(self, count: int, before: int) -> None:
         """`count` variants, of which `before` are finished already."""
-        self.count, self.before, self.done = count, before, before
-        self._started = time.monotonic()
+        self.count, self.done = count, before
 
     def add(self, variants: int, impossible: int) -> None:
         """A block is finished."""
         self.done += variants
         self.impossible += impossible
+        if math.isnan(self._started):
+            self._started, self._base = time.monotonic(), self.done
 
     @property
     def rate(self) -> float:
-        """Variants per second."""
-        return (self.done - self.before) / max(time.monotonic() - self._started, 1e-6)
+        """Variants per second; NaN before there is one to tell."""
+        if self.done == self._base or math.isnan(self._started):
+            return math.nan
+        return (self.done - self._base) / max(time.monotonic() - self._started, 1e-6)
 
     def words(self) -> str:
         """The same for a person."""
         text = f"{self.done} of {self.count}"
         if self.impossible:
             text += f", {self.impossible} impossible"
-        if self.done > self.before:
+        if not math.isnan(self.rate):
             left = (self.count - self.done) / self.rate
             text += f", {_short(self.rate)}/s, {span(left)} left"
         return text

@@ -5,10 +5,10 @@ method = "lhs"                  # grid, random, lhs or sobol
 samples = 1000                  # a grid has its steps instead
 seed = 1
 metrics = ["settling_time"]     # all of the job's without it
+config = "mine.toml"            # settings that all variants start from
 
-[parameters."friction.coulomb"]
-low = "8 N"
-high = "15 N"
+[parameters.bench.friction]
+coulomb = { low = "8 N", high = "15 N" }
 """
 
 from __future__ import annotations
@@ -16,33 +16,34 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, entries
+from macromicro.parameters import Entry
+from macromicro.sweep import subject
 from macromicro.sweep.axis import Axis, nearest, read, unknown_key, whole
+from macromicro.sweep.subject import TREES, Factory
 from macromicro.textfile import printable, read_text, read_toml
 
 if TYPE_CHECKING:
-    from macromicro.batch import Job, Metric
+    from macromicro.batch import Metric
 
 WHAT = "a sweep (.toml)"
 METHODS = ("grid", "random", "lhs", "sobol")
 MAX_VARIANTS = 10**12
 MAX_SEED = 2**63 - 1
 MAX_SOBOL, MAX_WIDTH = 2**30, 21_201  # points and dimensions that scipy's sequence has
-_KEYS = ("job", "method", "samples", "seed", "metrics", "options", "parameters")
-
-Factory = Callable[..., "Job"]
+_KEYS = ("job", "method", "samples", "seed", "metrics", "config", "options", "parameters")
 
 
 class Spec(NamedTuple):
     """A sweep that has been checked: plain values, so that it travels to other processes.
 
-    `options`: of the job, as pairs. `seed`: of the sampling. `metrics`: the names of the
-    chosen ones and `columns` their places among the job's. `variants`: how many.
+    `options`: of the job, as pairs, with the settings that it starts from; `settings`: what
+    these have otherwise than by default, as text. `seed`: of the sampling. `metrics`: the
+    names of the chosen ones and `columns` their places among the job's. `variants`: how many.
     """
 
     job: str
@@ -53,6 +54,7 @@ class Spec(NamedTuple):
     columns: tuple[int, ...]
     axes: tuple[Axis, ...]
     variants: int
+    settings: tuple[tuple[str, str], ...] = ()
 
     @property
     def canonical(self) -> dict[str, Any]:
@@ -65,7 +67,8 @@ class Spec(NamedTuple):
         }
         if self.method != "grid":
             told["seed"] = self.seed
-        told |= {f"options.{name}": value for name, value in sorted(self.options)}
+        told |= {f"options.{name}": v for name, v in self.options if name not in TREES}
+        told |= {f"config {path}": text for path, text in self.settings}
         for axis in self.axes:
             one = list(axis.levels) if axis.levels else [axis.low, axis.high, axis.scale]
             told[f"parameters.{axis.path}"] = one
@@ -91,37 +94,24 @@ def load(path: Path, factory: Factory) -> tuple[Spec, str]:
         found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
         raise InputError(file, found, WHAT)
     raw = read_toml(path, WHAT)
-    return _checked(raw, file, factory), read_text(path, WHAT)
+    return _checked(raw, path, factory), read_text(path, WHAT)
 
 
-def _checked(raw: dict[str, Any], file: str, factory: Factory) -> Spec:
+def _checked(raw: dict[str, Any], path: Path, factory: Factory) -> Spec:
+    file = printable(path, 300)
     unknown_key(raw, _KEYS, f"{file}, ")
-    options = _options(raw.get("options", {}), f"{file}, options")
-    name = raw.get("job")
-    if not isinstance(name, str):
-        raise InputError(f"{file}, job", _found(name), "the name of a job, as text")
-    job = _made(name, options, file, factory)
+    job, options, settings, known = subject.read(raw, path, factory)
     method = raw.get("method", "grid" if "samples" not in raw else None)
     if method not in METHODS:
         raise InputError(f"{file}, method", _found(method), f"one of {', '.join(METHODS)}")
     metrics = _metrics(raw.get("metrics"), job.metrics, f"{file}, metrics")
-    axes = tuple(_axes(raw.get("parameters"), job, f"{file}, parameters", grid=method == "grid"))
+    where, grid = f"{file}, parameters", method == "grid"
+    axes = tuple(_axes(raw.get("parameters"), known, job.name, where, grid=grid))
     count = _count(raw, method, axes, file)
     seed = whole(raw.get("seed", 0), 0, MAX_SEED, f"{file}, seed")
     names = [m.name for m in job.metrics]
     columns = tuple(names.index(m) for m in metrics)
-    return Spec(name, options, method, seed, metrics, columns, axes, count)
-
-
-def _made(name: str, options: tuple[tuple[str, Any], ...], file: str, factory: Factory) -> Job:
-    """The job, or the file's name before what is wrong with its name or options."""
-    try:
-        return factory(name, **dict(options))
-    except InputError as error:
-        raise InputError(f"{file}, {error.where}", error.value, error.accepted) from None
-    except TypeError as error:  # an option that the job has not
-        accepted = f"options that the job {name!r} has"
-        raise InputError(f"{file}, options", printable(error, 200), accepted) from None
+    return Spec(raw["job"], options, method, seed, metrics, columns, axes, count, settings)
 
 
 def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) -> int:
@@ -140,15 +130,6 @@ def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) 
     return whole(raw.get("samples"), 1, most, f"{file}, samples")
 
 
-def _options(raw: object, where: str) -> tuple[tuple[str, Any], ...]:
-    if not isinstance(raw, dict):
-        raise InputError(where, printable(raw), "a table [options]")
-    for key, value in raw.items():
-        if not isinstance(value, bool | int | float | str):
-            raise InputError(f"{where}.{printable(key)}", printable(value), "text or a number")
-    return tuple(sorted(raw.items()))
-
-
 def _metrics(raw: object, known: tuple[Metric, ...], where: str) -> tuple[str, ...]:
     names = tuple(m.name for m in known)
     if raw is None:
@@ -163,13 +144,14 @@ def _metrics(raw: object, known: tuple[Metric, ...], where: str) -> tuple[str, .
     return tuple(raw)
 
 
-def _axes(raw: object, job: Job, where: str, *, grid: bool) -> Iterator[Axis]:
-    known = {entry.path: entry for entry in entries(job.base())}
+def _axes(
+    raw: object, known: dict[str, Entry], job: str, where: str, *, grid: bool
+) -> Iterator[Axis]:
     if not isinstance(raw, dict) or not raw:
         found = "no parameters" if raw in (None, {}) else printable(raw)
         raise InputError(where, found, "one table [parameters.NAME] or more")
     seen: set[str] = set()
-    for path, table in _leaves(raw, "", known, where, job.name):
+    for path, table in _leaves(raw, "", known, where, job):
         if path in seen:
             raise InputError(f"{where}.{path}", "stands twice", "each parameter once")
         seen.add(path)

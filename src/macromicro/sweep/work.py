@@ -12,10 +12,11 @@ import numpy as np
 from macromicro.errors import MacromicroError
 from macromicro.sweep.journal import Array, Block
 from macromicro.sweep.sampling import Sampler
-from macromicro.sweep.spec import Factory, Spec
+from macromicro.sweep.spec import Spec
+from macromicro.sweep.subject import Factory
 
 FACTORY = "macromicro.batch:job"
-PORTION = 0.02  # s; blocks that are quicker are computed and journaled several at once
+PORTION = 0.1  # s of a core; blocks that are quicker are computed and journaled several at once
 _MAX_WORDS = 500  # of an error's text
 
 
@@ -53,10 +54,10 @@ class Bench:
         while first < last:
             # Portions end where the job's blocks do, so that no lane stays empty.
             end = min(last, first + self._portion - first % self.job.block)
-            started = time.perf_counter()
+            # Of this thread: where others share the core, portions must not get smaller.
+            started = time.thread_time()
             block = self.block(first, end - first)
-            taken = time.perf_counter() - started
-            self._resize(taken / (end - first))
+            self._resize((time.thread_time() - started) / (end - first))
             yield block
             first = end
 
@@ -80,7 +81,7 @@ class Bench:
         return np.concatenate([self._computed(*part, errors) for part in parts])
 
     def _resize(self, each: float) -> None:
-        """Towards `PORTION` seconds, in whole blocks; doubled at most, for the first is slow."""
+        """Towards `PORTION` seconds, in whole blocks; doubled at most at a time."""
         block = self.job.block
         wanted = int(PORTION / max(each, 1e-9)) // block * block
         self._portion = max(block, min(wanted, 2 * self._portion))

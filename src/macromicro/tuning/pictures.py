@@ -3,12 +3,13 @@ margins."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from macromicro.design.margins import crossovers, frequencies, responses
+from macromicro.design.margins import Array, Complex, crossovers, frequencies, responses
 from macromicro.design.response import smoothed
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, png
 from macromicro.models.macro import Linear
@@ -87,17 +88,20 @@ def _bode(found: Tuning) -> bytes:
     figure, axes = new(5.6, 2, sharex=True)
     dt = Linear().dt
     w = frequencies(dt, 600)
-    marks = []
-    settings = (found.plan.start, found.tuned)
+    marks, sizes = [], []
+    assert found.margins is not None
+    margins, settings = found.margins, (found.plan.start, found.tuned)
     for k, (colour, name, style) in enumerate(_COLOURS):
         loop = loops.macro_loop(settings[k].controller)
         at = responses(*loop, w, dt)
         phase = np.degrees(np.unwrap(np.angle(at)))
         phase -= 360.0 * round((phase[0] + 90.0) / 360.0)
-        axes[0, 0].plot(w, 20.0 * np.log10(np.abs(at)), colour, label=name, linestyle=style)
+        sizes.append(20.0 * np.log10(np.abs(at)))
+        axes[0, 0].plot(w, sizes[k], colour, label=name, linestyle=style)
         axes[1, 0].plot(w, phase, colour, linestyle=style)
         for each in crossovers(*loop, dt):
             marks.append((each.frequency, each.phase_margin, colour))
+        _mark_gain(axes[0, 0], w, at, margins[k].gain, colour, k)
     for row, (frequency, margin, colour) in enumerate(sorted(marks)):
         _mark(axes, frequency, margin, colour, row)
     lowest = min((frequency for frequency, _, _ in marks), default=1.0)
@@ -106,8 +110,11 @@ def _bode(found: Tuning) -> bytes:
     for ax in axes.flat:
         ax.set_xscale("log")
         ax.set_xlim(lowest / 30.0, w[-1])
-    axes[0, 0].set_ylim(-120.0, 60.0)
-    finish(axes[0, 0], "(a) Open loop with the linear model (4.4): gain", "", "[dB]", legend=True)
+    shown = w > lowest / 30.0
+    every = np.concatenate([size[shown] for size in sizes])
+    axes[0, 0].set_ylim(float(every.min()) - 10.0, max(float(every.max()), 20.0) + 10.0)
+    title = "(a) Open loop with the linear model (4.4): gain, with the gain margins"
+    finish(axes[0, 0], title, "", "[dB]", legend=True)
     finish(
         axes[1, 0],
         "(b) Phase, with the phase margins at the gain crossovers",
@@ -119,7 +126,7 @@ def _bode(found: Tuning) -> bytes:
 
 def _mark(axes: Any, frequency: float, margin: float, colour: str, row: int) -> None:
     """A crossover in both panels; the margin as an upright line from -180 deg. The slowest
-    has its text to the left, the others to the right, each higher than the one before."""
+    has its text to the left, the others to the right, each lower than the one before."""
     axes[0, 0].plot([frequency], [0.0], "o", color=colour, markersize=4)
     axes[1, 0].plot(
         [frequency] * 2, [-180.0, margin - 180.0], color=colour, linewidth=2.0, alpha=0.6
@@ -127,9 +134,28 @@ def _mark(axes: Any, frequency: float, margin: float, colour: str, row: int) -> 
     axes[1, 0].annotate(
         f"{margin:.1f} deg at {frequency:.3g} rad/s",
         (frequency, -180.0),
-        xytext=(6, 12 * row - 4) if row else (-6, 8),
+        xytext=(6, 2 - 12 * row) if row else (-6, -10),
         textcoords="offset points",
         ha="left" if row else "right",
         fontsize=7.5,
         color=colour,
+    )
+
+
+def _mark_gain(ax: Any, w: Array, at: Complex, factor: float, colour: str, row: int) -> None:
+    """The gain margin as an upright line from 0 dB, where the loop is nearest to -1/factor."""
+    if not math.isfinite(factor):
+        return
+    frequency = w[int(np.argmin(np.abs(at + 1.0 / factor)))]
+    ax.plot(
+        [frequency] * 2, [0.0, -20.0 * math.log10(factor)], color=colour, linewidth=2.0, alpha=0.6
+    )
+    ax.annotate(
+        f"{20.0 * math.log10(factor):.1f} dB",
+        (frequency, 0.0),
+        xytext=(0, 6 + 11 * row),
+        textcoords="offset points",
+        fontsize=7.5,
+        color=colour,
+        ha="center",
     )

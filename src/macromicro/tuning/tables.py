@@ -26,15 +26,15 @@ _MICRO = (
     ("overshoot", "overshoot", "um"),
     ("worst_error", "worst error at rest", "um"),
     ("iae", "integral of |error|", "mm s"),
-    ("saturated", "share saturated", "1"),
+    ("saturated", "share saturated", ""),
 )
 _MARGINS = (
-    ("gain", "gain margin (factor)", "1"),
+    ("gain", "gain margin (factor)", ""),
     ("phase", "phase margin", "deg"),
     ("crossover", "at", "rad/s"),
     ("delay", "delay margin", "s"),
-    ("disk", "disk margin alpha", "1"),
-    ("disk_gain", "its gain margin (factor)", "1"),
+    ("disk", "disk margin alpha", ""),
+    ("disk_gain", "its gain margin (factor)", ""),
     ("disk_phase", "its phase margin", "deg"),
 )
 
@@ -50,16 +50,19 @@ class Line(NamedTuple):
 
 def measured(found: Tuning) -> list[Line]:
     """The metrics on the bench, and the cost there."""
-    first, last = (shown.metrics for shown in found.bench)
-    names = _MACRO if found.plan.request.stage == "macro" else _MICRO
-    lines = [Line(words, first[key], last[key], unit) for key, words, unit in names]
-    objective = found.plan.objective
+    lines, objective = _metrics(found), found.plan.objective
     lines.append(Line(f"cost ({objective.name})", *found.bench_costs, objective.unit))
     if found.robust_costs is not None and found.plan.ensemble is not None:
         words = "worst" if found.plan.ensemble.aggregate == "worst" else "95 %"
         name = f"cost, {words} of {len(found.plan.ensemble.draws)} benches"
         lines.append(Line(name, *found.robust_costs, objective.unit))
     return lines
+
+
+def _metrics(found: Tuning) -> list[Line]:
+    first, last = (shown.metrics for shown in found.bench)
+    names = _MACRO if found.plan.request.stage == "macro" else _MICRO
+    return [Line(words, first[key], last[key], unit) for key, words, unit in names]
 
 
 def bounds(found: Tuning) -> list[Line]:
@@ -70,7 +73,7 @@ def bounds(found: Tuning) -> list[Line]:
             Line(words, getattr(first, k), getattr(last, k), unit) for k, words, unit in _MARGINS
         ]
     assert found.ripple_margins is not None
-    return [Line("ripple margin (factor)", *found.ripple_margins, "1")]
+    return [Line("ripple margin (factor)", *found.ripple_margins, "")]
 
 
 def gains(found: Tuning) -> list[Line]:
@@ -112,8 +115,8 @@ def remarks(found: Tuning) -> Iterator[str]:
         )
     if found.rejected:
         yield (
-            f"{found.rejected} designs that cost less were passed over: a hold was not quiet at "
-            f"up to {LEAST:g} times their gains."
+            f"Cheaper designs passed over: {found.rejected}, whose ripple margin was below "
+            f"{LEAST:g}."
         )
     first, last = found.robust_costs or found.bench_costs
     where = "on the ensemble of benches" if found.robust_costs else "on the bench"
@@ -123,7 +126,7 @@ def remarks(found: Tuning) -> Iterator[str]:
         yield f"The tuned law is no better {where}: it costs the same, {_number(first)}."
     else:
         yield f"The tuned law is NOT better {where}: cost {_number(first)} to {_number(last)}."
-    worse = [line for line in measured(found) if abs(line.after) > abs(line.before)]
+    worse = [line for line in _metrics(found) if abs(line.after) > abs(line.before)]
     if worse:
         each = (f"{x.name} {_number(x.before)} to {_number(x.after)} {x.unit}" for x in worse)
         yield f"Worse on the bench than before: {'; '.join(s.strip() for s in each)}."

@@ -157,6 +157,11 @@ class Searched(NamedTuple):
     rejected: int = 0
 
 
+def prepare(plan: Plan) -> None:
+    """Compile what the search needs, or load it from the cache, so that it need not wait."""
+    engine_costs(plan)
+
+
 def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
     """The best gains by the plan's route."""
     costs = engine_costs(plan)

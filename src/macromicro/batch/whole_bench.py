@@ -1,0 +1,219 @@
+"""The job "programme": the whole bench with supervisor and guard on a motion programme."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from macromicro import loop, simulate
+from macromicro import programme as programmes
+from macromicro.batch.scratch import Scratch, scratch
+from macromicro.batch.variants import (
+    SEED,
+    Array,
+    Metric,
+    Trajectories,
+    Variants,
+    applied,
+    checked,
+    seeds,
+)
+from macromicro.batch.variants import table as parameters
+from macromicro.columns import COLUMNS
+from macromicro.control.calibration import Calibration
+from macromicro.design.extension import extension
+from macromicro.design.response import MoveResult, moves
+from macromicro.design.vibration import vibration
+from macromicro.errors import InputError
+from macromicro.kernel import compiled
+from macromicro.loop import PERIOD
+from macromicro.programme import Limits, Programme
+from macromicro.settings import Settings
+from macromicro.simulate import Outcome
+
+MACRO_TRAVEL, MICRO_TRAVEL = 2800.0, 3.9e-3  # counts, m
+
+METRICS: tuple[Metric, ...] = (
+    Metric("arrived", "", "1: the run ended by itself and every move arrived"),
+    Metric("fault", "", "which fault of the guard stopped the run, 0 for none"),
+    Metric("macro_settling", "s", "slowest macro move's settling"),
+    Metric("macro_overshoot", "count", "largest macro overshoot"),
+    Metric("settle_up", "s", "mean settling of micro moves that contract"),
+    Metric("settle_down", "s", "mean settling of micro moves that extend"),
+    Metric("hold_error", "um", "largest final error of a micro hold, by the laser"),
+    Metric("extension", "s", "slowest return to zero before a macro move"),
+    Metric("vibration", "um", "largest vibration after a macro move"),
+    Metric("hottest", "degC", "highest wire temperature, by the bench's truth"),
+)
+_MEASURED = (
+    *("t", "move", "phase", "macro_position", "laser", "laser_reset", "hall_position"),
+    "true_wire",
+)
+TRACED = (
+    *("macro_reference", "macro_position", "motor", "micro_reference", "hall_position"),
+    *("ctrl", "laser", "phase"),
+)
+
+
+class BenchJob:
+    """A programme on the whole bench, as `simulate.simulate` runs it, no recording kept.
+
+    A variant's own noise seed stands at the path "seed", beside those of the settings; the
+    others share the job's, so that variants differ by their parameters alone.
+    """
+
+    name: str
+    metrics: tuple[Metric, ...]
+    columns: tuple[str, ...]
+    block = 1
+
+    def __init__(
+        self,
+        settings: Settings | None = None,
+        seed: int = 0,
+        fan: bool = False,
+        table: Callable[[Settings], Calibration | None] | None = None,
+    ) -> None:
+        """`table`: the Hall calibration in use on a variant's bench; default: the shipped one."""
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise InputError("seed", seed, "a whole number from 0")
+        self._settings = Settings() if settings is None else settings
+        self._known = parameters(self._settings)
+        self._seed, self._fan, self._table = seed, fan, table
+
+    def base(self) -> Settings:
+        """The settings that variants start from."""
+        return self._settings
+
+    def programme(self, settings: Settings) -> Programme:
+        """What the bench of these settings is to do."""
+        raise NotImplementedError
+
+    def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
+        """The metrics of one run."""
+        raise NotImplementedError
+
+    def evaluate(self, variants: Variants, first: int = 0) -> Array:
+        """(n, metrics)."""
+        compiled(loop.rollout)  # once, before threads ask for it
+        values = checked(self._known, variants, first, (SEED,))
+        noise = seeds(variants, values, self._seed, first)
+        out = np.empty((len(values), len(self.metrics)))
+        for k, row in enumerate(values):
+            settings = applied(self._settings, variants.paths, row, first + k, (SEED,))
+            place = scratch(self.columns)
+            out[k] = self.measure(place, settings, self._run(settings, noise[k], place))
+        return out
+
+    def _run(self, settings: Settings, seed: int, place: Scratch) -> Outcome:
+        table = None if self._table is None else self._table(settings)
+        what = self.programme(settings)
+        return simulate.simulate(settings, what, place, seed=seed, fan=self._fan, table=table)
+
+    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
+        """The columns `TRACED` of a recording, each `every`-th row; NaN after a run's end."""
+        values = checked(self._known, variants, first, (SEED,))
+        noise = seeds(variants, values, self._seed, first)
+        runs: list[Array] = []
+        for k, row in enumerate(values):
+            settings = applied(self._settings, variants.paths, row, first + k, (SEED,))
+            place = scratch(("t", *TRACED))
+            self._run(settings, noise[k], place)
+            seen = place.recording()
+            runs.append(np.array([seen[name][::every] for name in TRACED], dtype=np.float64))
+        rows = max((run.shape[1] for run in runs), default=0)
+        shown = np.full((len(TRACED), len(runs), rows), math.nan)
+        for k, run in enumerate(runs):
+            shown[:, k, : run.shape[1]] = run
+        units = {c.name: c.unit for c in COLUMNS if c.name in TRACED}
+        t = np.arange(rows * every, step=every) * PERIOD
+        return Trajectories(t, dict(zip(TRACED, shown, strict=True)), units)
+
+
+class ProgrammeJob(BenchJob):
+    """`programme`: a file or an example's name, `cycles` times in a row; `fan`: on or off."""
+
+    name = "programme"
+    metrics = METRICS
+    columns = _MEASURED
+
+    def __init__(
+        self,
+        programme: str = "thesis",
+        cycles: int = 1,
+        fan: bool = False,
+        seed: int = 0,
+        settings: Settings | None = None,
+        table: Callable[[Settings], Calibration | None] | None = None,
+    ) -> None:
+        super().__init__(settings, seed, fan, table)
+        path = programmes.find(str(programme))
+
+        @cache
+        def loaded(pitch: float) -> Programme:
+            limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, 1.0 / pitch)
+            return programmes.load(path, limits).repeated(cycles)
+
+        self._loaded = loaded
+        self.programme(self._settings)  # what is wrong with the file is said at once
+
+    def programme(self, settings: Settings) -> Programme:
+        """The programme; lengths become counts by the bench's encoder."""
+        return self._loaded(settings.sensors.encoder.pitch)
+
+    def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
+        """`METRICS`; NaN for what a run that was stopped, or a move, does not show."""
+        seen = place.recording()
+        hottest = float(seen["true_wire"].max())
+        if not outcome.finished:
+            fault = float(outcome.watch.fault)
+            return [0.0, fault, *[math.nan] * (len(METRICS) - 3), hottest]
+        pitch, band = settings.sensors.encoder.pitch, settings.controller.sequence.tolerance
+        done = moves(seen, self.programme(settings), pitch=pitch, macro_band=band)
+        coarse = [m for m in done if m.stage == "macro"]
+        fine = [m for m in done if m.stage == "micro"]
+        shaken = [v.amplitude_um for m in coarse if (v := vibration(seen, m)) is not None]
+        beyond = [m.overshoot for m in coarse]
+        up, down = directions(done)
+        return [
+            float(all(m.arrived_s is not None for m in done)),
+            0.0,
+            worst([m.settling_s for m in coarse]),
+            worst(beyond) / (1e3 * pitch),
+            mean([m.settling_s for m in up]),
+            mean([m.settling_s for m in down]),
+            worst([m.final_error for m in fine]),
+            worst([e.time_s for e in extension(seen)]),
+            worst(list(shaken)),
+            hottest,
+        ]
+
+
+def worst(values: list[float | None]) -> float:
+    """Largest size; NaN without any, or where one is not known."""
+    sizes = [math.nan if v is None else abs(v) for v in values]
+    return float(np.max(sizes)) if sizes else math.nan
+
+
+def mean(values: list[float | None]) -> float:
+    """Mean; NaN without any, or where one is not known."""
+    return float(np.mean([math.nan if v is None else v for v in values])) if values else math.nan
+
+
+def directions(done: list[MoveResult]) -> tuple[list[MoveResult], list[MoveResult]]:
+    """Micro moves that contract and those that extend, from the place before; a macro move
+    puts the micro-stage back to 0."""
+    up: list[MoveResult] = []
+    down: list[MoveResult] = []
+    before = 0.0
+    for move in done:
+        if move.stage == "macro":
+            before = 0.0
+            continue
+        if move.target != before:
+            (up if move.target > before else down).append(move)
+        before = move.target
+    return up, down

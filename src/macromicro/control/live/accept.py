@@ -1,0 +1,273 @@
+"""What is asked of the machine: accepted or refused at once, with reason and remedy.
+
+`accept` moves nothing itself: it changes what the next `step` does. Stop, LinkLost,
+Disable and EmergencyStop are accepted in every mode; they cannot fail.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from macromicro.control.live import brake, gains, homing, jog, moves, programme, targets
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions as t
+from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import Jogged, LiveState, Motion
+
+Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
+
+_RUNNING = (m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)
+_OK = Accepted(0)
+
+
+def accept(p: LiveParameters, s: LiveState, request: Any) -> Answer:
+    """The machine with the request taken on, the reply, and what happened at once."""
+    handle = _HANDLERS.get(type(request))
+    if handle is None:
+        return s, Refused(f"{type(request).__name__} is no request", "see the messages"), ()
+    return handle(p, s, request)
+
+
+def _enable(p: LiveParameters, s: LiveState, request: m.Enable) -> Answer:
+    if s.mode == m.FAULT:
+        return s, _FAULT, ()
+    if s.mode != m.DISABLED:
+        return s, Refused("the positioner is enabled", "go on, or disable it first"), ()
+    if math.isnan(s.seen.position):
+        return s, _NO_SAMPLE, ()
+    s, event = t.go(s, m.READY, t.ENABLE, {"client": request.client})
+    return s, _OK, (event,)
+
+
+def _disable(p: LiveParameters, s: LiveState, request: m.Disable) -> Answer:
+    return _off(p, s, m.STOPPED_BY_REQUEST, t.DISABLE, request.client)
+
+
+def _emergency(p: LiveParameters, s: LiveState, request: m.EmergencyStop) -> Answer:
+    s = s._replace(fan=0.0, drive=t.idle(s.drive))
+    if s.motion is not None:
+        s = s._replace(frame=s.frame._replace(trusted=False))
+    return _off(p, s, m.EMERGENCY, t.EMERGENCY, request.client)
+
+
+def _off(p: LiveParameters, s: LiveState, outcome: str, cause: str, client: str) -> Answer:
+    if s.mode in (m.DISABLED, m.FAULT):
+        return s, _OK, ()
+    s, notices = t.conclude(p, s, m.DISABLED, (outcome, cause), {"client": client})
+    return s, _OK, notices
+
+
+def _stop(p: LiveParameters, s: LiveState, request: m.Stop) -> Answer:
+    if s.mode == m.MOVING_MICRO:
+        s, notices = moves.stay(p, s, m.STOPPED_BY_REQUEST, t.STOP)
+        return s, _OK, notices
+    if s.mode in m.MOVING:
+        s, notices = brake.start(p, s, m.STOPPED_BY_REQUEST, t.STOP)
+        return s, _OK, notices
+    return s, _OK, ()  # at rest, or coming to rest
+
+
+def _lost(p: LiveParameters, s: LiveState, request: m.LinkLost) -> Answer:
+    if request.action not in ("stop", "hold"):
+        return s, Refused(f"{request.action!r:.80} is no action", '"stop" or "hold"'), ()
+    notices: tuple[Notice, ...] = ()
+    if s.mode in (m.MOVING_MICRO, m.HOLDING) and request.action == "stop":
+        s, notices = t.conclude(p, s, m.STOPPED, (m.LOST, t.LINK_LOST), {})
+    elif s.mode == m.MOVING_MICRO:
+        s, notices = moves.stay(p, s, m.LOST, t.LINK_LOST)
+    elif s.mode in m.MOVING:
+        s, notices = brake.start(p, s, m.LOST, t.LINK_LOST)
+    return s, _OK, notices
+
+
+def _zero(p: LiveParameters, s: LiveState, request: m.Zero) -> Answer:
+    if s.mode == m.FAULT:
+        return s, _FAULT, ()
+    if math.isnan(s.seen.position):
+        return s, _NO_SAMPLE, ()
+    if s.motion is not None:
+        return s, _BUSY, ()
+    here = s.seen.position
+    frame, drive = s.frame._replace(zero=here), s.drive._replace(reset=True)
+    s = s._replace(frame=frame, drive=drive)
+    return s, _OK, (t.told(s, "zero", "zero", {"zero_m": here, "client": request.client}),)
+
+
+def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
+    if s.mode == m.FAULT:
+        return s, _FAULT, ()
+    on: Any = request.on
+    if on is not True and on is not False:
+        return s, Refused(f"{request.on!r:.80} is neither on nor off", "True or False"), ()
+    s = s._replace(fan=1.0 if request.on else 0.0)
+    return s, _OK, (t.told(s, "fan", "fan", {"on": request.on, "client": request.client}),)
+
+
+def _gains(p: LiveParameters, s: LiveState, request: m.SetGains) -> Answer:
+    return gains.change(p, s, request.changes)
+
+
+def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
+    if s.mode != m.FAULT or s.fault is None:
+        return s, Refused("there is no fault", "nothing to clear"), ()
+    if request.gone is not True:
+        return s, Refused(f"the cause is not gone: {s.fault.words}", "remove it, then clear"), ()
+    evidence = {"words": s.fault.words, "client": request.client}
+    s, event = t.go(s._replace(fault=None), m.DISABLED, t.FAULT_CLEARED, evidence)
+    return s, _OK, (event,)
+
+
+def _obstacle(p: LiveParameters, s: LiveState, jogging: str = "") -> Refused | None:
+    """Why no motion can begin now, whichever it is."""
+    if s.mode == m.FAULT:
+        return _FAULT
+    if s.mode == m.DISABLED:
+        return Refused("the positioner is disabled", "enable it first")
+    if s.motion is None or (isinstance(s.work, Jogged) and s.motion.kind == jogging):
+        return None
+    if s.mode == m.STOPPED:
+        return Refused("the carriage is still coming to rest", "wait until it has")
+    return _BUSY if s.mode == m.HOMING or p.settings.supersede != 1 else None
+
+
+def _begin(
+    p: LiveParameters,
+    s: LiveState,
+    motion: Motion | Refused,
+    start: Callable[[LiveState, Motion], tuple[LiveState, tuple[Notice, ...]]],
+) -> Answer:
+    """Begin a motion, in place of one under way if there is one."""
+    if isinstance(motion, Refused):
+        return s, motion, ()
+    s, ends = t.finished(p, s, m.SUPERSEDED, {"by": motion.kind})
+    s, notices = start(s._replace(given=motion.id), motion)
+    return s, Accepted(motion.id), (*ends, *notices)
+
+
+def _home(p: LiveParameters, s: LiveState, request: m.Home) -> Answer:
+    motion: Motion | Refused = Motion(s.given + 1, "home", math.nan, math.nan, math.nan, s.time)
+    if s.motion is not None and s.mode in _RUNNING:
+        motion = _BUSY  # homing never replaces a motion
+    return _begin(p, s, _obstacle(p, s) or motion, homing.start)
+
+
+def _rests(s: LiveState) -> bool:
+    """Does the carriage stand?"""
+    return s.mode not in (m.MOVING_MACRO, m.SETTLING)
+
+
+def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str) -> Answer:
+    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+    motion = refusal or targets.whole(p, s, position, kind, _rests(s))
+
+    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+        facts = {"target_m": motion.target}
+        if math.isnan(motion.coarse):
+            return moves.start_micro(s, motion, t.MICRO_MOVE, {**facts, "micro_mm": motion.fine})
+        facts["target_counts"] = motion.coarse - s.frame.offset
+        return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
+
+    return _begin(p, s, motion, start)
+
+
+def _move_to(p: LiveParameters, s: LiveState, request: m.MoveTo) -> Answer:
+    return _whole(p, s, request.position, "move to")
+
+
+def _move_by(p: LiveParameters, s: LiveState, request: m.MoveBy) -> Answer:
+    refusal = targets.number(request.distance, "distance", "m")
+    if refusal:
+        return s, _obstacle(p, s) or refusal, ()
+    here = s.seen.position if math.isnan(s.target) else s.target
+    return _whole(p, s, here + request.distance, "move by")
+
+
+def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer:
+    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+
+    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+        facts = {"target_counts": motion.coarse - s.frame.offset}
+        return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
+
+    return _begin(p, s, refusal or targets.coarse(p, s, request.counts), start)
+
+
+def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer:
+    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+    if refusal is None and not _rests(s):
+        refusal = Refused("the carriage is moving", "stop it first")
+
+    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+        return moves.start_micro(s, motion, t.MICRO_MOVE, {"micro_mm": motion.fine})
+
+    return _begin(p, s, refusal or targets.contraction(p, s, request.position), start)
+
+
+def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
+    refusal = _obstacle(p, s, f"jog {request.stage}")
+    motion = refusal or targets.jog(p, s, request.stage, request.speed)
+    if isinstance(motion, Refused):
+        return s, motion, ()
+    under_way = s.motion if isinstance(s.work, Jogged) else None
+    if under_way is not None and under_way.kind == motion.kind:
+        return _other_speed(p, s, under_way, request)
+    if request.speed == 0.0:
+        return s, Refused(f"no jog of the {request.stage}-stage is under way", "give a speed"), ()
+    if request.stage == m.MICRO and not _rests(s):
+        return s, Refused("the carriage is moving", "stop it first"), ()
+
+    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+        if request.stage == m.MACRO:
+            return jog.start_macro(p, s, motion, request.speed)
+        return jog.start_micro(s, motion, request.speed)
+
+    return _begin(p, s, motion, start)
+
+
+def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog) -> Answer:
+    """A jog under way goes on at another speed, or ends."""
+    fine = request.stage == m.MICRO
+    if request.speed == 0.0:
+        end = moves.stay if fine else brake.start
+        s, notices = end(p, s, m.STOPPED_BY_REQUEST, t.JOG_ENDED)
+        return s, Accepted(motion.id), notices
+    if isinstance(s.work, Jogged):
+        goal = request.speed * 1e3 if fine else request.speed / p.settings.pitch
+        s = s._replace(work=s.work._replace(goal=goal))
+    return s, Accepted(motion.id), ()
+
+
+def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
+    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+
+    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+        return programme.start(s, motion, request.plan)
+
+    return _begin(p, s, refusal or targets.plan(p, s, request.plan), start)
+
+
+_FAULT = Refused("a fault is latched", "remove its cause and clear it first")
+_BUSY = Refused("a motion is under way", "wait for its end, or stop it")
+_NO_SAMPLE = Refused("the sensors have not answered yet", "try again")
+
+_HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
+    m.Enable: _enable,
+    m.Disable: _disable,
+    m.Home: _home,
+    m.MoveTo: _move_to,
+    m.MoveBy: _move_by,
+    m.MoveMacro: _move_macro,
+    m.MoveMicro: _move_micro,
+    m.Jog: _jog,
+    m.Stop: _stop,
+    m.EmergencyStop: _emergency,
+    m.Zero: _zero,
+    m.Fan: _fan,
+    m.Programme: _programme,
+    m.SetGains: _gains,
+    m.ClearFault: _clear,
+    m.LinkLost: _lost,
+}

@@ -1,0 +1,78 @@
+"""Bringing the macro-stage to rest.
+
+The reference starts at the present place with the present speed and slows down at
+`brake.deceleration`; the macro law follows it. When it stands the motor goes off and
+friction holds the carriage. The carriage ends within speed^2 / (2 deceleration) + margin.
+"""
+
+from __future__ import annotations
+
+import math
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.effort import Efforts, macro_effort
+from macromicro.control.live.messages import Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import REST, TICK, Braking, LiveState, Motion
+from macromicro.control.live.transitions import finished, go
+from macromicro.types import Sample
+
+
+def distance(p: LiveParameters, speed: float) -> float:
+    """The way [counts] within which a carriage of `speed` [count/s] comes to rest."""
+    q = p.settings.brake
+    return speed * speed * p.settings.pitch / (2.0 * q.deceleration) + q.margin
+
+
+def start(
+    p: LiveParameters, s: LiveState, outcome: str, cause: str
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """Begin to brake; the motion ends with `outcome` once the carriage has come to rest."""
+    q = p.settings.brake
+    speed = min(max(s.seen.speed, -q.fastest), q.fastest)
+    allowed = distance(p, speed)
+    until = s.time + abs(speed) * p.settings.pitch / q.deceleration + q.patience
+    work = Braking(s.time, until, speed, outcome, cause, s.seen.encoder, allowed)
+    drive = s.drive._replace(
+        macro_reference=s.seen.encoder, micro_reference=0.0, memory=REST, integral=0.0, reset=False
+    )
+    evidence = {"speed_counts_per_s": speed, "allowed_counts": allowed}
+    s, event = go(s._replace(work=work, drive=drive), m.STOPPED, cause, evidence)
+    return s, (event,)
+
+
+def step(
+    p: LiveParameters, s: LiveState, motion: Motion, work: Braking, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of braking."""
+    if work.speed != 0.0:
+        return _slow_down(p, s, work, sample, dt)
+    late = s.time >= work.until - TICK
+    if not late and (math.isnan(sample.encoder) or s.seen.standing < p.settings.brake.rest - TICK):
+        return s, Efforts()
+    way = s.seen.encoder - work.origin
+    evidence = {"way_counts": way, "allowed_counts": work.allowed, "cause": work.cause}
+    rested = s.seen.standing >= p.settings.brake.rest - TICK
+    if not rested:
+        evidence["rest"] = "did not come to rest in time"
+    s, notices = finished(p, s, work.outcome if rested else m.STALLED, evidence)
+    return s, Efforts(notices=notices)
+
+
+def _slow_down(
+    p: LiveParameters, s: LiveState, work: Braking, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """The reference still moves: the law follows it."""
+    less = p.settings.brake.deceleration / p.settings.pitch * dt
+    speed = math.copysign(max(abs(work.speed) - less, 0.0), work.speed)
+    # No less than a count in the end; a carriage that stands has nothing left to brake.
+    stands = s.seen.standing >= p.settings.brake.rest
+    if abs(speed) < less or stands:
+        speed = 0.0
+    reference = s.drive.macro_reference + speed * dt
+    q = p.settings.limits
+    if s.frame.trusted:
+        low, high = q.macro_low + s.frame.offset, q.macro_high + s.frame.offset
+        reference = min(max(reference, min(low, work.origin)), max(high, work.origin))
+    drive, motor = macro_effort(s, sample.encoder, reference, dt)
+    return s._replace(drive=drive, work=work._replace(speed=speed)), Efforts(motor, 0.0, 1.0)

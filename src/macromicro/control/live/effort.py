@@ -1,0 +1,88 @@
+"""What moving modes share: the two control laws with missing readings, windows of the Hall."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.control import macro, pi
+from macromicro.control.live.messages import Notice
+from macromicro.control.live.parameters import Fine
+from macromicro.control.live.state import EMPTY, TICK, Drive, LiveState, Window
+from macromicro.types import Sample
+
+
+class Efforts(NamedTuple):
+    """Outputs [V], whether each stage is under control, and what is to be told."""
+
+    motor: float = 0.0
+    ctrl: float = 0.0
+    macro_active: float = 0.0
+    micro_active: float = 0.0
+    notices: tuple[Notice, ...] = ()
+
+
+NONE = Efforts()
+
+
+def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> tuple[Drive, float]:
+    """The macro law [V] towards `reference` [raw counts].
+
+    A missing reading gives no effort and leaves the memory.
+    """
+    d = s.drive
+    if math.isnan(encoder):
+        return d._replace(macro_reference=reference), 0.0
+    memory, motor = macro.step(s.laws.macro, d.memory, reference - encoder, dt)
+    return d._replace(macro_reference=reference, memory=memory), motor
+
+
+def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tuple[Drive, float]:
+    """The micro law [V] towards `reference` [mm]; a missing reading as above."""
+    d = s.drive
+    if math.isnan(hall):
+        return d._replace(micro_reference=reference), 0.0
+    integral, ctrl = pi.step(s.laws.micro, d.integral, reference - s.seen.fine, dt)
+    return d._replace(micro_reference=reference, integral=integral), ctrl
+
+
+def parked_effort(s: LiveState, sample: Sample, dt: float) -> tuple[Drive, float, float]:
+    """The macro-stage while the micro-stage has its turn: off if it is parked, else held.
+
+    Returns the drive, the motor's effort [V] and whether the stage is under control.
+    """
+    if s.laws.sequence.park == 1:
+        return s.drive, 0.0, 0.0
+    drive, motor = macro_effort(s, sample.encoder, s.drive.macro_reference, dt)
+    return drive, motor, 1.0
+
+
+def fine_efforts(
+    s: LiveState, sample: Sample, reference: float, dt: float
+) -> tuple[LiveState, Efforts]:
+    """Micro-stage under control, macro-stage parked or held."""
+    drive, ctrl = micro_effort(s, sample.hall, reference, dt)
+    s = s._replace(drive=drive)
+    drive, motor, active = parked_effort(s, sample, dt)
+    return s._replace(drive=drive), Efforts(motor, ctrl, active, 1.0)
+
+
+def limited(volts: float, most: float) -> float:
+    """`volts` within +-`most`."""
+    return min(max(volts, -most), most)
+
+
+def observe(p: Fine, w: Window, hall: float, error: float, dt: float) -> Window:
+    """The window after one more reading; a missing one is left out.
+
+    `error` [mm]; when a window is full, its mean tells whether the stage has been on target.
+    """
+    if math.isnan(hall):
+        return w
+    total, number = w.total + error, w.number + 1
+    span = number * dt
+    if span < p.window - TICK:
+        return Window(total, number, w.mean, w.held)
+    mean = total / number
+    held = w.held + span if abs(mean) <= p.band else 0.0
+    return EMPTY._replace(mean=mean, held=held)

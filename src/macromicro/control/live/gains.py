@@ -1,0 +1,93 @@
+"""New gains for a running machine: checked against the bounds of the settings, all or none."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from macromicro.control import settings
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions as t
+from macromicro.control.live.messages import Accepted, Change, Notice, Refused, Reply
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import LiveState, busy
+from macromicro.control.settings import Control
+from macromicro.parameters import Entry, Par, entries, replaced
+
+LIST = "`macromicro config show controller` lists all settings and their bounds"
+
+
+def change(
+    p: LiveParameters, s: LiveState, changes: Any
+) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
+    """Take new values of settings: dotted paths within `Control` and their values."""
+    if busy(s) and p.settings.gains_while_moving != 1:
+        return s, Refused("a motion is under way", "wait for its end, or stop it"), ()
+    new: Control = s.control
+    known = {e.path: e for e in entries(s.control)}
+    done: list[Change] = []
+    pairs = changes if isinstance(changes, tuple) and changes else (None,)
+    for pair in pairs:
+        taken = _taken(known, pair)
+        if isinstance(taken, Refused):
+            return s, taken, ()
+        new = replaced(new, taken.path, taken.new)
+        done.append(taken)
+    for path, value, accepted in new.problems():
+        return s, Refused(f"{path}: {value!r} does not fit the others", f"accepted: {accepted}"), ()
+    if busy(s) and (new.macro_law, new.micro_law) != (s.control.macro_law, s.control.micro_law):
+        return s, Refused("a motion is under way", "change the law when it has ended"), ()
+    s = _put(p, s, new)
+    told = t.told(s, "gains", "set gains", {c.path: {"old": c.old, "new": c.new} for c in done})
+    return s, Accepted(0, tuple(done)), (told,)
+
+
+def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
+    """Settings in force; the micro effort of this moment stays, where the law integrates."""
+    laws = settings.prepare(new, False, p.calibration)
+    old = s.laws.micro
+    integral = s.drive.integral
+    if s.mode in (m.HOLDING, m.MOVING_MICRO) and not math.isnan(s.seen.fine):
+        error = s.drive.micro_reference - s.seen.fine
+        integral += (old.kp - laws.micro.kp) * error
+    if laws.micro.ki == 0.0:  # a law without an integral has no such memory
+        integral = 0.0
+    return s._replace(control=new, laws=laws, drive=s.drive._replace(integral=integral))
+
+
+def _taken(known: dict[str, Entry], pair: Any) -> Change | Refused:
+    """One change, checked."""
+    if not isinstance(pair, tuple) or len(pair) != 2:
+        return Refused("this names no setting and its value", LIST)
+    path, value = pair
+    entry = known.get(path) if isinstance(path, str) else None
+    if entry is None:
+        return Refused(f"{path!r:.80} is no setting of the controller", LIST)
+    problem = _problem(entry, value)
+    if problem:
+        return Refused(f"{path}: {value!r:.80} is {problem}", LIST)
+    return Change(path, entry.value, float(value) if isinstance(entry.value, float) else value)
+
+
+def _problem(entry: Entry, value: Any) -> str:
+    """What is wrong with a value, "" if nothing is."""
+    par, kind = entry.par, type(entry.value)
+    if kind is str:
+        return "" if value in par.choices else "none of " + ", ".join(par.choices)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return "no number"
+    if not math.isfinite(value):
+        return "not finite"
+    if kind is int and not isinstance(value, int):
+        return "no whole number"
+    return _bound(par, value)
+
+
+def _bound(par: Par, value: float) -> str:
+    if par.positive and value <= 0.0:
+        return "not above zero"
+    if value < par.lo:
+        return f"below {par.lo:g} {par.unit}"
+    if value > par.hi:
+        return f"above {par.hi:g} {par.unit}"
+    return ""

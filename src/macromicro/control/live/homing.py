@@ -1,0 +1,113 @@
+"""Homing without a switch: feel for the low end stop, back off, name that place.
+
+The macro law follows a slow reference downwards. Where the carriage lags by the whole
+lead and stands, the motor pushes with the full homing effort - below what the guard takes
+for stuck - and a carriage that stands under it has met the stop.
+"""
+
+from __future__ import annotations
+
+import math
+
+from macromicro.control.live import brake
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions as t
+from macromicro.control.live.effort import Efforts, limited, macro_effort
+from macromicro.control.live.messages import Notice
+from macromicro.control.live.parameters import Homing, LiveParameters
+from macromicro.control.live.state import NAN, REST, TICK, Frame, LiveState, Motion, Search
+from macromicro.types import Sample
+
+SEARCH, PUSH, BACK = range(3)
+GIVE = 20.0  # counts that a stop's rubber may give under the push
+
+
+def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+    """Begin to search; the place is not trusted until it is found again."""
+    trust = t.told(s, "trust", "homing", {"trusted": False})
+    drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
+    s = s._replace(
+        motion=motion,
+        work=Search(SEARCH, s.time, s.seen.encoder, NAN),
+        drive=drive,
+        frame=s.frame._replace(trusted=False),
+        target=NAN,
+    )
+    s, event = t.go(s, m.HOMING, t.HOME, {})
+    return s, (trust, event)
+
+
+def step(
+    p: LiveParameters, s: LiveState, motion: Motion, work: Search, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of homing."""
+    q = p.settings.homing
+    patience = q.patience + (s.laws.sequence.patience if work.phase == BACK else 0.0)
+    if s.time - motion.began >= patience - TICK:
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        return s, Efforts(notices=notices)
+    if math.isnan(sample.encoder):
+        return s, Efforts(macro_active=1.0)
+    if work.phase == SEARCH:
+        return _search(q, s, work, sample, dt)
+    if work.phase == PUSH:
+        return _push(p, s, work, sample)
+    return _back(p, s, work, sample, dt)
+
+
+def _slow(q: Homing, s: LiveState, motor: float) -> float:
+    """The effort within homing's volts, none above its speed."""
+    return 0.0 if abs(s.seen.speed) > q.fastest else limited(motor, q.volts)
+
+
+def _search(
+    q: Homing, s: LiveState, work: Search, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    floor = sample.encoder - q.lead
+    reference = max(s.drive.macro_reference - q.speed * dt, floor)
+    drive, motor = macro_effort(s, sample.encoder, reference, dt)
+    if reference <= floor and s.seen.standing >= q.stand - TICK:
+        work = Search(PUSH, s.time, sample.encoder, NAN)
+    return s._replace(drive=drive, work=work), Efforts(_slow(q, s, motor), 0.0, 1.0)
+
+
+def _push(
+    p: LiveParameters, s: LiveState, work: Search, sample: Sample
+) -> tuple[LiveState, Efforts]:
+    q = p.settings.homing
+    if abs(sample.encoder - work.origin) > GIVE:  # it had only stuck
+        drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
+        return s._replace(work=Search(SEARCH, s.time, NAN, NAN), drive=drive), Efforts(
+            0.0, 0.0, 1.0
+        )
+    stood = min(s.seen.standing, s.time - work.since)
+    if stood < q.stand - TICK:
+        return s, Efforts(_slow(q, s, -q.volts), 0.0, 1.0)
+    drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
+    event = t.told(s, "move", "end stop found", {"stop_raw_counts": sample.encoder})
+    s = s._replace(work=Search(BACK, NAN, NAN, sample.encoder), drive=drive)
+    return s, Efforts(0.0, 0.0, 1.0, 0.0, (event,))
+
+
+def _back(
+    p: LiveParameters, s: LiveState, work: Search, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """Back off; `since`: within the tolerance since then, or NaN."""
+    q, sequence = p.settings.homing, s.laws.sequence
+    goal = work.stop + q.back_off
+    reference = min(s.drive.macro_reference + q.speed * dt, goal, sample.encoder + q.lead)
+    since = NAN
+    if abs(goal - sample.encoder) <= sequence.tolerance:
+        since = s.time if math.isnan(work.since) else work.since
+    if not math.isnan(since) and s.time - since >= sequence.dwell - TICK:
+        offset = goal - q.coordinate
+        s = s._replace(frame=Frame(offset, 0.0, True, s.frame.zero))
+        place = (sample.encoder - offset) * p.settings.pitch + s.seen.fine * 1e-3
+        s = s._replace(seen=s.seen._replace(position=place))
+        found = {"offset_raw_counts": offset, "stop_raw_counts": work.stop}
+        trust = t.told(s, "trust", "homed", {"trusted": True, **found})
+        s, notices = t.conclude(p, s, m.READY, (m.DONE, t.HOMED), found)
+        return s, Efforts(notices=(trust, *notices))
+    drive, motor = macro_effort(s, sample.encoder, reference, dt)
+    s = s._replace(drive=drive, work=work._replace(since=since))
+    return s, Efforts(_slow(q, s, motor), 0.0, 1.0)

@@ -1,0 +1,110 @@
+"""Jogs: a reference that runs at the speed asked for, until told otherwise or at a limit."""
+
+from __future__ import annotations
+
+import math
+
+from macromicro.control.live import brake, moves
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions as t
+from macromicro.control.live.effort import Efforts, fine_efforts, limited, macro_effort, observe
+from macromicro.control.live.messages import Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import EMPTY, TICK, Jogged, LiveState, Motion, Settle
+from macromicro.types import Sample
+
+
+def start_macro(
+    p: LiveParameters, s: LiveState, motion: Motion, speed: float
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """Begin to jog the carriage at `speed` [m/s]; the micro-stage goes off."""
+    found = {"speed_m_per_s": speed}
+    here = motion._replace(coarse=s.seen.encoder)
+    s, notices = moves.start_macro(s, here, t.MACRO_JOG, found)
+    settle = Settle(s.time, s.seen.encoder, EMPTY)
+    return s._replace(work=Jogged(speed / p.settings.pitch, 0.0, 0.0, settle)), notices
+
+
+def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, tuple[Notice, ...]]:
+    """Begin to jog the micro-stage at `speed` [m/s] from where it is held, else where it is."""
+    holding = s.mode in (m.HOLDING, m.MOVING_MICRO)
+    here = s.drive.micro_reference if holding else s.seen.fine
+    s, notices = moves.start_micro(
+        s, motion._replace(fine=here), t.MICRO_JOG, {"speed_m_per_s": speed}
+    )
+    settle = Settle(s.time, s.seen.encoder, EMPTY)
+    return s._replace(work=Jogged(speed * 1e3, 0.0, 0.0, settle)), notices
+
+
+def step(
+    p: LiveParameters, s: LiveState, motion: Motion, work: Jogged, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of a jog."""
+    if s.mode == m.MOVING_MACRO:
+        return macro(p, s, work, sample, dt)
+    return micro(p, s, work, sample, dt)
+
+
+def macro(
+    p: LiveParameters, s: LiveState, work: Jogged, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of a macro jog: it slows down towards its limit, and ends there."""
+    q, pitch = p.settings, p.settings.pitch
+    most = q.brake.deceleration / pitch
+    goal, reference = work.goal, s.drive.macro_reference
+    limit = math.inf
+    if s.frame.trusted:
+        bound = q.limits.macro_high if goal > 0.0 else q.limits.macro_low
+        limit = max(math.copysign(1.0, goal) * (bound + s.frame.offset - reference), 0.0)
+        goal = math.copysign(min(abs(goal), math.sqrt(2.0 * most * limit)), goal)
+    speed = work.speed + limited(goal - work.speed, most * dt)
+    if limit <= abs(speed) * dt:  # at the limit within this period
+        reference, speed = reference + math.copysign(limit, work.goal), 0.0
+        limit = 0.0
+    else:
+        reference += speed * dt
+    lead = q.homing.lead
+    held_back = work.held_back
+    if not math.isnan(sample.encoder):
+        ahead = reference - sample.encoder
+        held_back = held_back + dt if abs(ahead) >= lead and s.seen.standing > 0.0 else 0.0
+        reference = sample.encoder + limited(ahead, lead)
+    if held_back >= q.jogging.patience - TICK:
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        return s, Efforts(notices=notices)
+    drive, motor = macro_effort(s, sample.encoder, reference, dt)
+    s = s._replace(drive=drive, work=work._replace(speed=speed, held_back=held_back))
+    arrived = abs(reference - sample.encoder) <= s.laws.sequence.tolerance
+    if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
+        s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
+        return s, Efforts(notices=notices)
+    return s, Efforts(limited(motor, q.homing.volts), 0.0, 1.0)
+
+
+def micro(
+    p: LiveParameters, s: LiveState, work: Jogged, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of a micro jog; at the limit it ends once the stage is there."""
+    q = p.settings
+    bound = q.limits.micro_high if work.goal > 0.0 else q.limits.micro_low
+    sign = math.copysign(1.0, work.goal)
+    reference = s.drive.micro_reference + work.goal * dt
+    if not math.isnan(sample.hall):
+        reference = s.seen.fine + limited(reference - s.seen.fine, q.jogging.micro_lead)
+    at_limit = sign * (reference - bound) >= 0.0
+    if at_limit:
+        reference = bound
+    s, efforts = fine_efforts(s, sample, reference, dt)
+    settle = work.settle
+    if not at_limit:
+        settle = Settle(s.time, settle.base, EMPTY)
+    window = observe(q.fine, settle.window, sample.hall, reference - s.seen.fine, dt)
+    s = s._replace(work=work._replace(settle=settle._replace(window=window)))
+    if at_limit and window.held >= q.fine.dwell - TICK:
+        found = {"micro_mm": reference, "error_mm": window.mean}
+        s, notices = t.conclude(p, s, m.HOLDING, (m.LIMIT, t.LIMIT), found)
+        return s, efforts._replace(notices=notices)
+    if at_limit and s.time - settle.entered >= q.fine.patience - TICK:
+        s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), {"micro_mm": reference})
+        return s, Efforts(notices=notices)
+    return s, efforts

@@ -1,0 +1,181 @@
+"""Moves to a target: macro, the wait, micro, and holding (Section 6.1, Figure 6.1).
+
+"Done" needs the carriage within its tolerance for the dwell and after the wait, and the
+means of the Hall reading within the band for their dwell. What takes longer than its
+patience has stalled.
+"""
+
+from __future__ import annotations
+
+import math
+
+from macromicro.control.live import brake
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions as t
+from macromicro.control.live.effort import (
+    Efforts,
+    fine_efforts,
+    macro_effort,
+    observe,
+    parked_effort,
+)
+from macromicro.control.live.messages import Evidence, Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import (
+    EMPTY,
+    NAN,
+    REST,
+    TICK,
+    Approach,
+    LiveState,
+    Motion,
+    Settle,
+)
+from macromicro.types import Sample
+
+
+def start_macro(
+    s: LiveState, motion: Motion, cause: str, evidence: Evidence
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """Begin the coarse part; the micro-stage goes off."""
+    drive = t.idle(s.drive)._replace(macro_reference=motion.coarse)
+    s = s._replace(motion=motion, work=Approach(NAN, NAN), drive=drive, target=NAN)
+    s, event = t.go(s, m.MOVING_MACRO, cause, evidence)
+    return s, (event,)
+
+
+def start_micro(
+    s: LiveState, motion: Motion, cause: str, evidence: Evidence
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """Begin the fine part; the laser is reset where the micro-stage was off."""
+    off = s.mode not in (m.HOLDING, m.MOVING_MICRO)
+    drive = s.drive._replace(micro_reference=motion.fine)
+    if off:
+        drive = drive._replace(integral=0.0, reset=True)
+        if s.laws.sequence.park == 1:
+            drive = drive._replace(memory=REST)
+        if s.mode != m.SETTLING:
+            drive = drive._replace(macro_reference=s.seen.encoder)
+    work = Settle(s.time, s.seen.encoder, EMPTY)
+    s = s._replace(motion=motion, work=work, drive=drive, target=NAN)
+    s, event = t.go(s, m.MOVING_MICRO, cause, evidence)
+    return s, (event,)
+
+
+def _macro_error(s: LiveState, motion: Motion, sample: Sample) -> float:
+    return motion.coarse - sample.encoder
+
+
+def coarse(
+    p: LiveParameters, s: LiveState, motion: Motion, work: Approach, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of the coarse part: the way, or the wait after it."""
+    step = approach if math.isnan(work.entered) else settle
+    return step(p, s, motion, work, sample, dt)
+
+
+def approach(
+    p: LiveParameters, s: LiveState, motion: Motion, work: Approach, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of the coarse part, before arrival."""
+    q = s.laws.sequence
+    error = _macro_error(s, motion, sample)
+    # A missing reading (NaN) fails the comparison: it is no arrival.
+    inside = NAN
+    if abs(error) <= q.tolerance:
+        inside = s.time if math.isnan(work.inside) else work.inside
+    if not math.isnan(inside) and s.time - inside >= q.dwell - TICK:
+        found = {"error_counts": error, "seconds": s.time - motion.began}
+        s, event = t.go(s._replace(work=Approach(inside, s.time)), m.SETTLING, t.ARRIVED, found)
+        s, efforts = _parked(s, sample, dt)
+        return s, efforts._replace(notices=(event,))
+    if s.time - motion.began >= q.patience - TICK:
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        return s, Efforts(notices=notices)
+    drive, motor = macro_effort(s, sample.encoder, motion.coarse, dt)
+    s = s._replace(drive=drive, work=Approach(inside, NAN))
+    return s, Efforts(motor, 0.0, 1.0)
+
+
+def _parked(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
+    drive, motor, active = parked_effort(s, sample, dt)
+    return s._replace(drive=drive), Efforts(motor, 0.0, active)
+
+
+def settle(
+    p: LiveParameters, s: LiveState, motion: Motion, work: Approach, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of the wait for the belt; at its end the carriage must still be there."""
+    q = s.laws.sequence
+    s, efforts = _parked(s, sample, dt)
+    if math.isnan(sample.encoder) or s.time - work.entered < q.wait - TICK:
+        return s, efforts
+    error = _macro_error(s, motion, sample)
+    found: Evidence = {"error_counts": error}
+    if abs(error) > q.tolerance:
+        if s.time - motion.began >= q.patience - TICK:
+            s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+            return s, Efforts(notices=notices)
+        drive = s.drive._replace(memory=REST) if q.park == 1 else s.drive
+        s, event = t.go(
+            s._replace(work=Approach(NAN, NAN), drive=drive), m.MOVING_MACRO, t.DRIFTED, found
+        )
+        return s, efforts._replace(notices=(event,))
+    if math.isnan(motion.target):
+        s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
+        return s, Efforts(notices=notices)
+    rest = remaining(p, s, motion.target)
+    if not p.settings.limits.micro_low <= rest <= p.settings.fine.bias_high:
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        return s, Efforts(notices=notices)
+    s, notices = start_micro(s, motion._replace(fine=rest), t.SETTLED, {**found, "micro_mm": rest})
+    return s, efforts._replace(notices=notices)
+
+
+def remaining(p: LiveParameters, s: LiveState, target: float) -> float:
+    """Contraction [mm] that takes the whole from the present count to `target` [m]."""
+    return (target - (s.seen.encoder - s.frame.offset) * p.settings.pitch) * 1e3
+
+
+def fine(
+    p: LiveParameters, s: LiveState, motion: Motion, work: Settle, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period of the fine part."""
+    s, efforts = fine_efforts(s, sample, motion.fine, dt)
+    q = p.settings.fine
+    window = observe(q, work.window, sample.hall, motion.fine - s.seen.fine, dt)
+    s = s._replace(work=work._replace(window=window))
+    found: Evidence = {"error_mm": window.mean, "window_s": q.window}
+    # A window in progress is no end: what is reported is what full windows have shown.
+    if window.held >= q.dwell - TICK and window.number == 0 and not math.isnan(sample.encoder):
+        if s.seen.encoder == work.base or math.isnan(motion.target):
+            s, notices = t.conclude(p, s, m.HOLDING, (m.DONE, t.ON_TARGET), found)
+            return s, efforts._replace(notices=notices)
+        # The carriage is not where it was: aim anew from where it is now.
+        again = motion._replace(fine=remaining(p, s, motion.target))
+        s = s._replace(motion=again, work=Settle(work.entered, s.seen.encoder, EMPTY))
+        if p.settings.limits.micro_low <= again.fine <= p.settings.limits.micro_high:
+            return s, efforts
+        return _gives_up(p, s, {**found, "micro_mm": again.fine})
+    if s.time - work.entered >= q.patience - TICK:
+        return _gives_up(p, s, found)
+    return s, efforts
+
+
+def _gives_up(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveState, Efforts]:
+    s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found)
+    return s, Efforts(notices=notices)
+
+
+def hold(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
+    """One period of holding what was reached."""
+    return fine_efforts(s, sample, s.drive.micro_reference, dt)
+
+
+def stay(
+    p: LiveParameters, s: LiveState, outcome: str, cause: str
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """End a motion of the micro-stage where it is, and hold it there."""
+    here = min(max(s.seen.fine, 0.0), p.settings.limits.micro_high)
+    s = s._replace(drive=s.drive._replace(micro_reference=here))
+    return t.conclude(p, s, m.HOLDING, (outcome, cause), {"micro_mm": here})

@@ -1,0 +1,96 @@
+"""The table of transitions, and the only functions that change the mode.
+
+`TRANSITIONS` is complete: (from, to, cause). "fault" and "emergency stop" may come in any
+mode; a positioner at rest keeps its outputs at zero in disabled, ready, fault, and in
+stopped once it has come to rest. Holding means: the micro-stage under control, the
+carriage parked.
+"""
+
+from __future__ import annotations
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Event, Evidence, Finished, Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import NAN, REST, Drive, LiveState, uncertainty
+
+_AT_REST = (m.READY, m.HOLDING, m.STOPPED)
+_STARTS = (*_AT_REST, m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)  # the latter superseded
+_ENDS_BY_BRAKING = (m.HOMING, m.MOVING_MACRO, m.SETTLING)
+_RUNNING = (m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)
+_ON = tuple(k for k in range(len(m.MODES)) if k not in (m.DISABLED, m.FAULT))
+
+ENABLE, DISABLE, FAULT_CLEARED = "enable", "disable", "fault cleared"
+EMERGENCY, FAULT = "emergency stop", "fault"
+STOP, LINK_LOST, JOG_ENDED = "stop", "link lost", "jog ended"
+HOME, HOMED, STALLED, LIMIT = "home", "homed", "stalled", "limit reached"
+MACRO_MOVE, MICRO_MOVE = "macro move", "micro move"
+MACRO_JOG, MICRO_JOG, PROGRAMME = "macro jog", "micro jog", "programme"
+ARRIVED, SETTLED, DRIFTED, ON_TARGET = "arrived", "settled", "drifted", "on target"
+NEXT_MOVE, PROGRAMME_DONE = "next move", "programme done"
+
+
+def _table() -> tuple[tuple[int, int, str], ...]:
+    rows = [(m.DISABLED, m.READY, ENABLE), (m.FAULT, m.DISABLED, FAULT_CLEARED)]
+    rows += [(a, m.FAULT, FAULT) for a in range(len(m.MODES)) if a != m.FAULT]
+    rows += [(a, m.DISABLED, cause) for a in _ON for cause in (DISABLE, EMERGENCY)]
+    rows += [(a, m.HOMING, HOME) for a in _AT_REST]
+    for a in _STARTS:
+        rows += [(a, m.MOVING_MACRO, cause) for cause in (MACRO_MOVE, MACRO_JOG, PROGRAMME)]
+    for a in (*_AT_REST, m.MOVING_MICRO):
+        rows += [(a, m.MOVING_MICRO, cause) for cause in (MICRO_MOVE, MICRO_JOG)]
+    for a in _ENDS_BY_BRAKING:
+        rows += [(a, m.STOPPED, cause) for cause in (STOP, LINK_LOST, STALLED)]
+    rows += [(m.MOVING_MACRO, m.STOPPED, cause) for cause in (JOG_ENDED, LIMIT)]
+    rows += [(m.HOMING, m.READY, HOMED), (m.SETTLING, m.READY, SETTLED)]
+    rows += [(m.MOVING_MACRO, m.SETTLING, ARRIVED), (m.SETTLING, m.MOVING_MACRO, DRIFTED)]
+    rows += [(m.SETTLING, m.MOVING_MICRO, SETTLED)]
+    rows += [(m.MOVING_MICRO, m.HOLDING, ON_TARGET)]
+    rows += [(m.MOVING_MICRO, m.HOLDING, c) for c in (STOP, LINK_LOST, JOG_ENDED, LIMIT)]
+    rows += [(m.MOVING_MICRO, m.STOPPED, cause) for cause in (LINK_LOST, STALLED)]
+    rows += [(m.HOLDING, m.STOPPED, LINK_LOST)]
+    rows += [(a, b, NEXT_MOVE) for a in _RUNNING for b in _RUNNING if a != b]
+    rows += [(a, m.READY, PROGRAMME_DONE) for a in _RUNNING]
+    return tuple(rows)
+
+
+TRANSITIONS = _table()
+
+
+def go(s: LiveState, mode: int, cause: str, evidence: Evidence) -> tuple[LiveState, Event]:
+    """The machine in another mode, and the event that tells it."""
+    event = Event(s.time, "mode", m.MODES[s.mode], m.MODES[mode], cause, evidence)
+    return s._replace(mode=mode), event
+
+
+def told(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
+    """An event that is no transition."""
+    return Event(s.time, kind, m.MODES[s.mode], m.MODES[s.mode], cause, evidence)
+
+
+def idle(d: Drive) -> Drive:
+    """Both stages off, memories empty."""
+    return Drive(d.macro_reference, 0.0, REST, 0.0, False)
+
+
+def finished(
+    p: LiveParameters, s: LiveState, outcome: str, evidence: Evidence
+) -> tuple[LiveState, tuple[Finished, ...]]:
+    """End the motion under way, if any, with this outcome; the mode stays."""
+    if s.motion is None:
+        return s._replace(work=None), ()
+    facts = {"kind": s.motion.kind, "seconds": s.time - s.motion.began, **evidence}
+    end = Finished(s.motion.id, outcome, s.seen.position, uncertainty(p, s), facts)
+    target = s.motion.target if outcome == m.DONE else NAN
+    return s._replace(motion=None, work=None, target=target), (end,)
+
+
+def conclude(
+    p: LiveParameters, s: LiveState, mode: int, how: tuple[str, str], evidence: Evidence
+) -> tuple[LiveState, tuple[Notice, ...]]:
+    """End the motion and change the mode; `how`: outcome and cause."""
+    outcome, cause = how
+    s, ends = finished(p, s, outcome, evidence)
+    s, event = go(s, mode, cause, evidence)
+    if mode != m.HOLDING:
+        s = s._replace(drive=idle(s.drive), target=NAN)
+    return s, (*ends, event)

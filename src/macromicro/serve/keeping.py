@@ -1,0 +1,112 @@
+"""Keeping the position file true: "moving" before anything moves, the place once at rest."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from macromicro.errors import MacromicroError
+from macromicro.serve import persist
+from macromicro.serve.persist import Kept
+
+FLICKER = 1.0  # counts: a carriage at rest may stand on an encoder's edge
+
+
+class Place(NamedTuple):
+    """What the loop shows now: row number, encoder [counts], offset [counts], trust and why,
+    and whether a motion is under way."""
+
+    row: int
+    count: float
+    offset: float
+    trusted: bool
+    why: str
+    moving: bool
+
+
+class Keeper:
+    """Writes the file. Thread-safe; `look` tells the present place, None where none is known.
+
+    `begin_motion` must return before the request goes to the loop, `answered` follows its
+    reply, `update` is called now and then.
+    """
+
+    def __init__(
+        self, path: Path, rig: str, look: Callable[[], Place | None], report: Callable[[str], None]
+    ) -> None:
+        self._path, self._rig = path, rig
+        self._look, self._report = look, report
+        self._lock = threading.Lock()
+        self._pending = 0
+        self._barrier = -1
+        self._moving = False
+        self._saved: Kept | None = None
+
+    def begin_motion(self) -> None:
+        """A motion may begin: the file says so when this returns.
+
+        Where it cannot be written it is removed, which the next start takes for "not known".
+        Raises MacromicroError where that fails, too: then nothing may move.
+        """
+        with self._lock:
+            self._pending += 1
+            if self._moving:
+                return
+            place = self._look()
+            nan = math.nan
+            known = place or Place(0, nan, nan, False, "not known", True)
+            try:
+                self._save(known._replace(moving=True))
+            except MacromicroError:
+                self._pending -= 1
+                raise
+            self._moving = True
+
+    def answered(self, row: int) -> None:
+        """The loop has answered; its rows behind number `row` show what came of it."""
+        with self._lock:
+            self._pending -= 1
+            self._barrier = max(self._barrier, row)
+
+    def update(self) -> None:
+        """Write the place if the machine rests and the file says otherwise, or if the position
+        came to be known or unknown."""
+        with self._lock:
+            place = self._look()
+            if place is None or not math.isfinite(place.count):
+                return
+            if self._pending or place.row <= self._barrier:
+                return
+            saved = self._saved
+            if saved is not None and saved.moving == place.moving:
+                same = saved.trusted == place.trusted and saved.offset == place.offset
+                near = place.moving or abs(saved.count - place.count) <= FLICKER
+                if near and (same or not (saved.trusted or place.trusted)):
+                    return
+            self._save(place)
+            self._moving = place.moving
+
+    def _save(self, place: Place) -> None:
+        kept = Kept(
+            self._rig,
+            place.count,
+            place.offset,
+            place.trusted,
+            place.why,
+            place.moving,
+            time.time(),
+        )
+        self._saved = kept
+        try:
+            persist.save(self._path, kept)
+        except OSError as error:
+            text = f"{self._path}: the position cannot be kept: {error.strerror}"
+            try:
+                self._path.unlink(missing_ok=True)
+            except OSError:
+                raise MacromicroError(f"{text}, nor this file be removed") from None
+            self._report(f"{text}; the next start will have to home")

@@ -1,0 +1,65 @@
+"""The live machine of `control.live` as the loop drives it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from macromicro.control.calibration import Calibration
+from macromicro.control.live import accept, machine, state
+from macromicro.control.live.messages import Notice, Reply
+from macromicro.control.live.parameters import LiveParameters, prepare
+from macromicro.serve.machine import View
+from macromicro.serve.persist import Restored
+from macromicro.serve.settings import LiveSettings
+from macromicro.types import Command, Outputs, Sample
+
+
+class Live:
+    """A `serve.machine.Machine`: parameters and state of `control.live` in one place."""
+
+    def __init__(self, parameters: LiveParameters) -> None:
+        self._p = parameters
+        self._s = state.begin(parameters)
+
+    def begin(self, sample: Sample, restored: Restored) -> None:
+        """The carriage stands at the coordinate that it was left at, if that is known."""
+        coordinate = sample.encoder - restored.offset
+        known = coordinate if math.isfinite(coordinate) else None
+        self._s = state.begin(self._p, known, trusted=restored.trusted)
+
+    def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
+        """One control period."""
+        self._s, command, outputs, notices = machine.step(self._p, self._s, sample, dt)
+        return command, outputs, notices
+
+    def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
+        """A request, between two periods."""
+        self._s, reply, notices = accept.accept(self._p, self._s, request)
+        return reply, tuple(notices)
+
+    def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
+        """Latch a fault."""
+        self._s, notices = machine.fault(
+            self._p, self._s, words, evidence, position_lost=position_lost
+        )
+        return notices
+
+    def view(self) -> View:
+        """The present state, for the telemetry."""
+        s = self._s
+        return View(
+            s.mode,
+            s.motion.id if s.motion is not None else 0,
+            s.drive.memory.integral,
+            s.drive.integral,
+            s.seen.position,
+            state.uncertainty(self._p, s),
+            1.0 if s.frame.trusted else 0.0,
+            s.frame.offset,
+        )
+
+
+def make(settings: LiveSettings, table: Calibration) -> Live:
+    """The live machine of these settings, with this calibration of the Hall sensor."""
+    return Live(prepare(settings.live, settings.controller, table))

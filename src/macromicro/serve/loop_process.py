@@ -1,0 +1,169 @@
+"""The loop process: opens the rig, drives it, and never leaves it but with outputs safe.
+
+It is started as ``python -c "from macromicro.serve.loop_process import main; main()" FDS``
+in a session of its own, so that Ctrl-C in the terminal reaches only the serving process.
+It ends when told to, and by itself when that process is dead: the kernel's death signal
+(PR_SET_PDEATHSIG), and a heartbeat that no longer counts up.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import gc
+import importlib
+import math
+import os
+import signal
+import socket
+import sys
+import traceback
+from types import FrameType
+from typing import Any, NamedTuple
+
+from macromicro.control import calibration
+from macromicro.errors import MacromicroError
+from macromicro.rig import guard
+from macromicro.rig.guarded import Guarded
+from macromicro.rig.opening import TWIN, open_rig
+from macromicro.rig.session import BENCH, Session
+from macromicro.rig.twin import Twin, VirtualClock
+from macromicro.serve import faults, pacing
+from macromicro.serve.link import Outbox, receive
+from macromicro.serve.loop_spec import Spec
+from macromicro.serve.machine import Machine
+from macromicro.serve.persist import Kept
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.shared import PERIOD, Shared
+from macromicro.serve.ticking import Loop
+from macromicro.serve.warming import warm
+
+_PR_SET_PDEATHSIG = 1
+_DEATH = signal.SIGUSR2
+NEEDED = ("encoder", "hall")
+
+
+class Opened(NamedTuple):
+    """A rig to drive: the rig itself, its guard, the table of its Hall sensor, and whether
+    its own clock waits."""
+
+    rig: Any
+    guard: guard.Guard
+    table: calibration.Calibration
+    paced: bool
+
+
+def main() -> None:
+    """Run the loop process; its arguments are the descriptors of socket, memory and lock."""
+    ends, memory, _lock = (int(text) for text in sys.argv[1:4])
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end = socket.socket(fileno=ends)
+    spec: Spec = receive(end)
+    outbox = Outbox(end)
+    shared = Shared(memory)
+    try:
+        opened = open_machine(spec)
+        maker = importlib.import_module(spec.machine.partition(":")[0])
+        make = getattr(maker, spec.machine.partition(":")[2])
+        machine: Machine = make(spec.settings, opened.table)
+        warm(lambda: make(spec.settings, opened.table), opened.guard, spec.settings)
+    except MacromicroError as error:
+        outbox.send(("failed", str(error)))
+        sys.exit(1)
+    except Exception:
+        outbox.send(("failed", traceback.format_exc(limit=-3)))
+        sys.exit(1)
+    status = drive(spec, opened, machine, shared, outbox)
+    outbox.flush()
+    sys.exit(status)
+
+
+def open_machine(spec: Spec) -> Opened:
+    """The rig that `spec` names; nothing is switched on. Raises InputError."""
+    settings = spec.settings
+    if spec.rig == TWIN:
+        rig = twin(settings, spec.seed, spec.kept)
+        table = calibration.shipped()
+        return Opened(rig, guard.prepare(settings.guard, table), table, False)
+    fixture = open_rig(spec.rig, spec.seed)
+    if fixture.kind != BENCH:
+        found = f"{fixture.name} is a {fixture.kind}"
+        raise MacromicroError(f"--rig: {found}; only a bench with both stages can be served")
+    fixture.need("the live machine", *NEEDED)
+    table = calibration.shipped() if fixture.table is None else fixture.table
+    rig = fixture.make(spec.seed)
+    limits = guard.prepare(fixture.limits or settings.guard, table)
+    return Opened(rig, limits, table, not isinstance(rig.clock, VirtualClock))
+
+
+def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
+    """The virtual bench of these settings, compiled and called once; its carriage stands
+    where it was left."""
+    from macromicro.kernel import compiled
+    from macromicro.plant import bench
+
+    plant = bench.prepare(settings.bench, settings.sensors)
+    measure, advance = compiled(bench.measure), compiled(bench.advance)
+    first = Twin(plant, 0, measure=measure, advance=advance)
+    for _ in range(3):
+        first.read()
+        first.advance()
+    pitch, carriage = plant.encoder.pitch, plant.macro.carriage
+    left = 0.0
+    if isinstance(kept, Kept) and kept.rig == TWIN and math.isfinite(kept.count):
+        left = min(max(kept.count * pitch, carriage.stop_low), carriage.stop_high - pitch)
+    state = bench.initial(plant, left)
+    return Twin(plant, seed, state=state, measure=measure, advance=advance)
+
+
+def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: Outbox) -> int:
+    """Loop until told to end; returns the exit status. Outputs are safe on every way out."""
+    session = Session(opened.rig, PERIOD)
+    rig = Guarded(session, opened.guard, PERIOD)
+    loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced)
+    _die_with(spec.parent, loop)
+    privileges = pacing.prepare(spec.settings.serve)
+    shared.ring[:] = 0.0  # every page is there before the first period
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        with rig:
+            outbox.send(("ready", privileges, tuple(session.channels)))
+            loop.run(spec.kept, spec.rig)
+    except KeyboardInterrupt:
+        outbox.send(("ended", "told to end by a signal"))
+        return 0
+    except Exception as error:
+        from_rig = _inside_rig(error)
+        code = faults.RIG_FAILED if from_rig else faults.CONTROL_FAILED
+        text = f"{type(error).__name__}: {error}"
+        outbox.send(("trouble", faults.failed(code, f"{text}; all outputs are safe")))
+        if not from_rig:
+            traceback.print_exc()
+        return 1
+    return 0
+
+
+def _inside_rig(error: Exception) -> bool:
+    """Did the rig, or what it calls, raise it? (A session is between the loop and any rig.)"""
+    names = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
+    return any(name.endswith(os.path.join("rig", "session.py")) for name in names)
+
+
+def _die_with(parent: int, loop: Loop) -> None:
+    """Let the kernel tell when the serving process dies.
+
+    It tells of the death of the thread that started this process, which may be another
+    one; so only a changed parent counts.
+    """
+
+    def told(number: int, frame: FrameType | None) -> None:
+        if os.getppid() != parent:
+            loop.orphaned = True
+
+    signal.signal(_DEATH, told)
+    with contextlib.suppress(OSError, AttributeError):  # without it the heartbeat tells, later
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(_DEATH), 0, 0, 0)
+    if os.getppid() != parent:
+        loop.orphaned = True

@@ -1,0 +1,23 @@
+"""What the serving process tells the loop process at its start."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from macromicro.serve.persist import Kept
+from macromicro.serve.settings import LiveSettings
+
+LIVE = "macromicro.serve.live:make"
+
+
+class Spec(NamedTuple):
+    """What the loop process is to run. `kept`: the position as it was left, or why there is
+    none; `machine`: MODULE:FUNCTION that makes the machine from settings and calibration,
+    `parent`: number of the serving process."""
+
+    rig: str
+    seed: int
+    settings: LiveSettings
+    kept: Kept | str
+    machine: str
+    parent: int

@@ -1,0 +1,46 @@
+"""What the loop process drives: a machine that answers samples and requests."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+from macromicro.control.live.messages import Notice, Reply
+from macromicro.serve.persist import Restored
+from macromicro.types import Command, Outputs, Sample
+
+
+class View(NamedTuple):
+    """What the telemetry shows of a machine. `mode`: index into `messages.MODES`; `motion`:
+    number under way, or 0; integrals [V]; `position`, `uncertainty` [m]; `trusted` 0 or 1;
+    `offset` [counts]: what the encoder reads at coordinate 0."""
+
+    mode: float
+    motion: float
+    macro_integral: float
+    micro_integral: float
+    position: float
+    uncertainty: float
+    trusted: float
+    offset: float
+
+
+class Machine(Protocol):
+    """A live machine, its state inside. It never waits, and uses no clock and no file."""
+
+    def begin(self, sample: Sample, restored: Restored) -> None:
+        """The loop starts: the first sample, and what is known from before."""
+
+    def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
+        """One control period."""
+
+    def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
+        """A request, between two periods."""
+
+    def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
+        """The loop has made the outputs safe (the guard tripped, periods were missed): latch.
+
+        `position_lost`: counts may have been missed.
+        """
+
+    def view(self) -> View:
+        """The present state, for the telemetry."""

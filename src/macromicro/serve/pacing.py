@@ -1,0 +1,173 @@
+"""Keeping the period: absolute deadlines, how late each was met, how many were missed."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.serve.settings import OFF, ServeSettings
+
+_PR_SET_TIMERSLACK = 29
+BINS_US = 1  # width of a bin of the histograms
+BINS = 5000
+
+
+class Histogram:
+    """Times in bins of 1 us; the last bin takes all from 5 ms on. No allocation to add one."""
+
+    def __init__(self) -> None:
+        self._counts = [0] * BINS
+        self.largest = 0.0
+
+    def add(self, seconds: float) -> None:
+        """Count a time [s]; a negative one counts as 0."""
+        k = int(seconds * 1e6)
+        self._counts[k if 0 <= k < BINS else (BINS - 1 if k > 0 else 0)] += 1
+        self.largest = max(self.largest, seconds)
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """Times counted in each bin, int64[bins]."""
+        return np.array(self._counts, np.int64)
+
+    def quantile(self, share: float) -> float:
+        """Time [s] that `share` (0..1) of the counted ones do not exceed (the bin's upper
+        end, or the largest); NaN where none was counted."""
+        total = sum(self._counts)
+        wanted = max(math.ceil(share * total), 1)
+        reached = 0
+        for k, count in enumerate(self._counts[:-1]):
+            reached += count
+            if reached >= wanted:
+                return min((k + 1) * BINS_US * 1e-6, self.largest)
+        return self.largest if total else math.nan
+
+
+class Pacer:
+    """Absolute deadlines, `dt` [s] apart; a missed one is left out, the grid stays.
+
+    `window` [periods]: in which missed periods are counted for `share`. A period is missed
+    when it has not begun by its end.
+    """
+
+    def __init__(self, dt: float, window: int) -> None:
+        self.dt = dt
+        self.periods = 0
+        self.missed = 0
+        self.lateness = Histogram()
+        self.work = Histogram()
+        self.late = 0.0
+        self.worked = 0.0
+        self._recent = bytearray(max(window, 1))
+        self._place = 0
+        self._in_window = 0
+        self._deadline = self._woke = time.monotonic()
+
+    def start(self) -> None:
+        """The first period begins now."""
+        self._deadline = self._woke = time.monotonic()
+
+    @property
+    def share(self) -> float:
+        """Missed periods in the last window (0..1)."""
+        return self._in_window / len(self._recent)
+
+    def wait(self) -> int:
+        """Sleep until the next period begins; returns how many were missed before it."""
+        now = time.monotonic()
+        self._end_work(now)
+        self._deadline += self.dt
+        left = self._deadline - now
+        if left > 0.0:
+            time.sleep(left)
+        return self._begin(time.monotonic())
+
+    def begun(self, began: float) -> int:
+        """The rig's own clock has waited, from `began` (monotonic, when the work was done);
+        the next period begins now. Returns how many were missed before it.
+
+        Its period is measured from one beginning to the next: another clock runs at its own
+        rate, and deadlines of ours would drift away from it.
+        """
+        self._end_work(began)
+        self._deadline = self._woke + self.dt
+        return self._begin(time.monotonic())
+
+    def _end_work(self, now: float) -> None:
+        self.worked = now - self._woke
+        self.work.add(self.worked)
+
+    def _begin(self, now: float) -> int:
+        self._woke = now
+        self.late = now - self._deadline
+        self.lateness.add(self.late)
+        missed = int(self.late / self.dt) if self.late >= self.dt else 0
+        self._deadline += missed * self.dt
+        for _ in range(min(missed, len(self._recent))):
+            self._note(1)
+        self._note(0)
+        self.missed += missed
+        self.periods += missed + 1
+        return missed
+
+    def _note(self, missed: int) -> None:
+        place = self._place
+        self._in_window += missed - self._recent[place]
+        self._recent[place] = missed
+        self._place = (place + 1) % len(self._recent)
+
+    def forget(self) -> None:
+        """Empty the window (a fault for too many misses was cleared)."""
+        self._recent = bytearray(len(self._recent))
+        self._in_window = 0
+
+
+class Privileges(NamedTuple):
+    """What the system granted: scheduling policy, core (-1: any), timer slack [us], in words."""
+
+    realtime: bool
+    core: int
+    words: str
+
+
+def prepare(settings: ServeSettings) -> Privileges:
+    """Make this process wake up on time, as far as permitted: SCHED_FIFO, one core, least
+    timer slack. What is not permitted is left, and said."""
+    words = []
+    try:
+        ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+    except (OSError, AttributeError):
+        words.append("timer slack as it was")
+    realtime = False
+    if settings.realtime != OFF:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(settings.priority))
+            realtime = True
+            words.append(f"SCHED_FIFO priority {settings.priority}")
+        except (OSError, AttributeError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            words.append(f"no real-time priority ({reason}; `macromicro doctor` says how)")
+    else:
+        words.append("real-time priority switched off")
+    core = -1
+    if settings.core >= 0:
+        try:
+            os.sched_setaffinity(0, {settings.core})
+            core = settings.core
+            words.append(f"bound to core {core}")
+        except (OSError, AttributeError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            words.append(f"not bound to core {settings.core} ({reason})")
+    return Privileges(realtime, core, ", ".join(words))
+
+
+def quantiles(histogram: Histogram, shares: Sequence[float]) -> list[float]:
+    """Several quantiles [s] of a histogram."""
+    return [histogram.quantile(share) for share in shares]

@@ -1,0 +1,159 @@
+"""What is known of the position when nothing runs: a small file, replaced as a whole.
+
+It says `moving` from before a motion begins until the machine is at rest again. So a
+process killed on the way leaves "moving" behind, and the next start knows that what the
+file says of the position is not to be trusted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import math
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+from macromicro.errors import MacromicroError
+from macromicro.textfile import printable
+
+FORMAT = "macromicro position 1"
+NEAR = 2.0  # counts between what was left and what is found that count as the same place
+
+
+class Kept(NamedTuple):
+    """The position as it was left. `count`: encoder reading [counts], as the encoder gives
+    it; `offset` [counts]: what the encoder reads at coordinate 0; `trusted`: was the position
+    known? `why`: in words; `moving`: was a motion under way? `saved`:
+    when, seconds since 1970."""
+
+    rig: str
+    count: float
+    offset: float
+    trusted: bool
+    why: str
+    moving: bool
+    saved: float
+
+
+class Restored(NamedTuple):
+    """What a start may assume: trust, what the encoder reads at coordinate 0 [counts]
+    (NaN: nothing is known of it), and why."""
+
+    trusted: bool
+    offset: float
+    why: str
+
+
+def default_path(rig: str) -> Path:
+    """The file for a rig in the user's state folder (XDG_STATE_HOME, ~/.local/state)."""
+    home = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
+    name = "".join(c if c.isalnum() or c in "._-" else "_" for c in rig)
+    return Path(home) / "macromicro" / f"{name}.json"
+
+
+def save(path: Path, kept: Kept) -> None:
+    """Replace the file, so that at any instant the old or the new text is there, on the disk.
+
+    Raises OSError.
+    """
+    text = json.dumps({"format": FORMAT, **kept._asdict()}, indent=1)
+    part = path.with_name(f"{path.name}.part")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with part.open("w", encoding="utf-8") as file:
+        file.write(text + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(part, path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def load(path: Path) -> Kept | str:
+    """What the file says, or why it says nothing (no such file, damaged)."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return "no position was kept"
+    except (OSError, ValueError) as error:
+        return f"the kept position cannot be read ({printable(error, 80)})"
+    try:
+        if found.pop("format") != FORMAT:
+            raise ValueError
+        kept = Kept(**found)
+        numbers = (kept.count, kept.offset, kept.saved)
+        flags = (kept.trusted, kept.moving)
+        if not all(isinstance(x, int | float) for x in numbers):
+            raise ValueError
+        if not all(isinstance(x, bool) for x in flags) or not isinstance(kept.why, str):
+            raise ValueError
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return "the kept position cannot be read (not written by this version)"
+    return kept
+
+
+def restore(kept: Kept | str, rig: str, count: float) -> Restored:
+    """May the kept position be trusted on a rig whose encoder now reads `count`?
+
+    Only where it was known, at rest, on the same rig, and the encoder still reads what it
+    was left at.
+    """
+    nan = math.nan
+    if isinstance(kept, str):
+        return Restored(False, nan, kept)
+    if kept.rig != rig:
+        return Restored(False, nan, f"the kept position is of another rig, {kept.rig}")
+    if kept.moving:
+        return Restored(False, nan, "a motion was interrupted when the last run ended")
+    if not kept.trusted or not math.isfinite(kept.offset):
+        return Restored(False, nan, f"untrusted when the last run ended: {kept.why}")
+    if not abs(count - kept.count) <= NEAR:
+        found = f"it reads {count:.0f}, was left at {kept.count:.0f}"
+        return Restored(False, nan, f"the encoder was moved or reset since the last run ({found})")
+    return Restored(True, kept.offset, "restored; the encoder reads what it was left at")
+
+
+class Lock:
+    """The state file's lock: a file beside it that holds the process that serves.
+
+    The lock is of the open file, so the loop process that inherits `fd` keeps it too: as
+    long as one of both lives no other server can take the same machine. The system drops it
+    with the last of them; a file that is left behind locks nothing.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path.with_name(f"{path.name}.lock")
+        self.fd = -1
+
+    def take(self) -> None:
+        """Lock. Raises MacromicroError that names the process that has it."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        fd = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            text = os.pread(fd, 200, 0).decode("utf-8", "replace")
+            os.close(fd)
+            raise MacromicroError(
+                f"this machine is being served already, by {printable(text.strip(), 80)} "
+                f"({self.path} is locked); end that one first (kill it where it does not "
+                "answer), or name another state file"
+            ) from None
+        self.fd = fd
+        self.write(f"process {os.getpid()}")
+
+    def write(self, text: str) -> None:
+        """Who has it, in words, for the message of whoever comes second."""
+        os.ftruncate(self.fd, 0)
+        os.pwrite(self.fd, text.encode(), 0)
+
+    def drop(self) -> None:
+        """Unlock (where the loop process has ended, too)."""
+        if self.fd >= 0:
+            with contextlib.suppress(OSError):
+                os.close(self.fd)
+            self.fd = -1

@@ -1,0 +1,5 @@
+"""The positioner as an SCPI instrument on a TCP socket (IEEE 488.2, SCPI-99)."""
+
+from __future__ import annotations
+
+

@@ -1,0 +1,97 @@
+"""A message to the commands it holds; all of it is read before any of it is done."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+from macromicro.serve.scpi.command import ALWAYS, CONTROL, Command
+from macromicro.serve.scpi.data import blank, elements, shown
+from macromicro.serve.scpi.errors import ScpiError
+from macromicro.serve.scpi.header import Tree
+from macromicro.serve.scpi.parameters import read
+
+MOST_UNITS = 1000
+_HEADER = re.compile(rb"\*[A-Za-z]+\??|:?[A-Za-z][A-Za-z0-9_]*(?::[A-Za-z][A-Za-z0-9_]*)*\??")
+
+
+class Unit(NamedTuple):
+    """One command with its values, ready to be done."""
+
+    command: Command
+    values: tuple[Any, ...]
+    suffixes: tuple[int, ...]
+
+
+class Message(NamedTuple):
+    """The commands of a message. With an `error` nothing of it is done, except for stops
+    and emergency stops that stand in it: those are its only units then."""
+
+    units: tuple[Unit, ...]
+    error: ScpiError | None = None
+
+    @property
+    def urgent(self) -> bool:
+        """Does it hold nothing but stops?"""
+        return bool(self.units) and all(u.command.access == ALWAYS for u in self.units)
+
+    @property
+    def drives(self) -> bool:
+        """Does it hold something that needs control?"""
+        return any(u.command.access == CONTROL for u in self.units)
+
+    @property
+    def cost(self) -> int:
+        """In simple commands."""
+        return max(1, sum(u.command.cost for u in self.units))
+
+
+def parse(tree: Tree, message: bytes) -> Message:
+    """The commands of a message (a line without its newline). Raises nothing."""
+    units: list[Unit] = []
+    error: ScpiError | None = None
+    path: tuple[str, ...] = ()
+    place = 0
+    while place < len(message):
+        start = blank(message, place)
+        if start >= len(message):
+            break
+        if message[start : start + 1] == b";":
+            place = start + 1
+            continue
+        try:
+            unit, path, place = _unit(tree, message, start, path)
+            units.append(unit)
+            if len(units) > MOST_UNITS:
+                raise ScpiError(-363, f"at most {MOST_UNITS} commands in a message")
+        except ScpiError as found:
+            error = error or found
+            if len(units) > MOST_UNITS:
+                break
+            # Where a broken unit ends is not known for sure; a stop behind it is still heard.
+            place, path = _behind(message, max(place, start)), ()
+    if error is not None:
+        units = [u for u in units if u.command.access == ALWAYS]
+    return Message(tuple(units), error)
+
+
+def _behind(message: bytes, place: int) -> int:
+    end = message.find(b";", place)
+    return len(message) if end < 0 else end + 1
+
+
+def _unit(
+    tree: Tree, message: bytes, place: int, path: tuple[str, ...]
+) -> tuple[Unit, tuple[str, ...], int]:
+    """The unit at `place`, the path behind it and where it ends."""
+    header = _HEADER.match(message, place)
+    if header is None:
+        number = -102 if message[place] < 0x7F else -101
+        raise ScpiError(number, f"{shown(message[place:])}; a header was expected")
+    found = tree.find(header[0].decode(), path)
+    end = header.end()
+    if message[end : end + 1] not in (b"", b";", b" ", b"\t", b"\r"):
+        raise ScpiError(-102, f"{shown(message[end:])} behind {shown(header[0])}")
+    given, end = elements(message, end)
+    values = read(found.command.parameters, given)
+    return Unit(found.command, values, found.suffixes), found.path, min(end + 1, len(message))

@@ -1,0 +1,101 @@
+"""SCPI's status registers, and which bit of them says what (SCPI-99, volume 1, 20)."""
+
+from __future__ import annotations
+
+from macromicro.rig import guard
+from macromicro.serve.snapshot import Snapshot
+
+ERRORS, QUESTIONABLE, MESSAGE, EVENT, MASTER, OPERATION = 4, 8, 16, 32, 64, 128
+
+OPERATION_BITS = {
+    1: "settling: the wait between the macro- and the micro-stage",
+    8: "macro-stage moving",
+    9: "micro-stage moving",
+    10: "homing",
+    11: "holding: the micro-stage is under control",
+    12: "recording",
+    13: "enabled",
+}
+QUESTIONABLE_BITS = {
+    2: "time: too many control periods were missed (fault)",
+    4: "temperature: actuator too hot, or heated without motion (fault)",
+    8: "calibration: the position is not trusted; home",
+    9: "macro-stage: following error, stuck, encoder silent (fault)",
+    10: "micro-stage: following error, Hall sensor silent, frozen or off the scale (fault)",
+    11: "any fault is latched; FAULt? has it in words",
+    12: "the loop process does not run, or has told nothing for a second",
+}
+_MODES = {
+    "settling": 1 << 1,
+    "moving-macro": 1 << 8,
+    "moving-micro": 1 << 9,
+    "homing": 1 << 10,
+    "holding": 1 << 11,
+}
+_OFF = ("off", "disabled", "fault")
+_LATE = 100  # serve.faults
+_FAULTS = {
+    guard.MACRO_LOST: 9,
+    guard.ENCODER_SILENT: 9,
+    guard.STUCK: 9,
+    guard.MICRO_LOST: 10,
+    guard.HALL_SILENT: 10,
+    guard.HALL_FROZEN: 10,
+    guard.HALL_RANGE: 10,
+    guard.TOO_HOT: 4,
+    guard.NO_MOTION: 4,
+    _LATE: 2,
+}
+
+
+def of_mode(mode: str) -> int:
+    """Bits of the operation register that follow from a mode alone."""
+    return _MODES.get(mode, 0) | (0 if mode in _OFF else 1 << 13)
+
+
+def operation(now: Snapshot) -> int:
+    """Condition of the operation register."""
+    return of_mode(now.mode) | (1 << 12 if now.recording.active else 0)
+
+
+def questionable(now: Snapshot) -> int:
+    """Condition of the questionable register."""
+    bits = 0 if now.trusted else 1 << 8
+    if now.fault is not None:
+        bits |= 1 << 11
+        if now.fault.code in _FAULTS:
+            bits |= 1 << _FAULTS[now.fault.code]
+    if not now.running or not now.age_s <= 1.0:
+        bits |= 1 << 12
+    return bits
+
+
+class Register:
+    """Condition, transition filters, event and enable of one register, 15 bits each."""
+
+    def __init__(self) -> None:
+        self.condition = 0
+        self.event = 0
+        self.preset()
+
+    def preset(self) -> None:
+        """As STATus:PRESet sets it: every rising bit is an event, none is enabled."""
+        self.enable = 0
+        self.positive = 0x7FFF
+        self.negative = 0
+
+    def see(self, condition: int) -> None:
+        """Take a new condition; what changed becomes an event where the filters let it."""
+        rising, falling = condition & ~self.condition, self.condition & ~condition
+        self.event |= (rising & self.positive) | (falling & self.negative)
+        self.condition = condition
+
+    def read(self) -> int:
+        """The event register, which reading clears."""
+        event, self.event = self.event, 0
+        return event
+
+    @property
+    def summary(self) -> bool:
+        """Is an enabled event set?"""
+        return bool(self.event & self.enable)

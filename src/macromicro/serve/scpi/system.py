@@ -1,0 +1,171 @@
+"""SYSTem: errors, control, the token; what happened."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from macromicro.control.live.messages import Refused
+from macromicro.serve.scpi.answers import block, number
+from macromicro.serve.scpi.command import CHANGE, Answer, Call, Command
+from macromicro.serve.scpi.errors import ScpiError, quoted
+from macromicro.serve.scpi.parameters import Number, Text
+
+VERSION = "1999.0"
+MOST_FAILURES = 5
+_EVENT_TEXT = 2000
+
+
+def _all_errors(call: Call) -> Answer:
+    errors = call.session.errors
+    found = [errors.get().shown()]
+    while len(errors):
+        found.append(errors.get().shown())
+    return ",".join(found)
+
+
+def _request(call: Call) -> Answer:
+    session = call.session
+    reply = session.device.station.acquire(session.client)
+    if isinstance(reply, Refused):
+        session.fail(ScpiError(-203, f"{reply.reason}; {reply.remedy}"))
+        return "0"
+    return "1"
+
+
+def _release(call: Call) -> Answer:
+    reply = call.session.device.station.release(call.session.client)
+    if isinstance(reply, Refused):
+        raise ScpiError(-203, f"{reply.reason}; {reply.remedy}")
+    return None
+
+
+def _watchdog(call: Call) -> Answer:
+    call.session.watchdog = call.values[0]
+    return None
+
+
+def _authenticate(call: Call) -> Answer:
+    session = call.session
+    if session.device.open:
+        return None
+    if session.device.admits(call.values[0]):
+        session.authenticated = True
+        return None
+    session.authenticated = False
+    session.failures += 1
+    raise ScpiError(-203, "this is not the token")
+
+
+def _event(call: Call) -> Answer:
+    session = call.session
+    last, events = session.device.station.events(session.event_place)
+    if not events:
+        return '0,0,"none","","","",""'
+    first = last - len(events) + 1
+    session.event_place = first
+    event = events[0]
+    evidence = json.dumps(event.evidence, default=_plain)[:_EVENT_TEXT]
+    words = (event.kind, event.from_mode, event.to_mode, event.cause, evidence)
+    return f"{first + 1},{number(event.time)}," + ",".join(map(quoted, words))
+
+
+def _plain(value: Any) -> str:
+    return str(value)
+
+
+def _events(call: Call) -> Answer:
+    session = call.session
+    return str(len(session.device.station.events(session.event_place)[1]))
+
+
+def _headers(call: Call) -> Answer:
+    from macromicro.serve.scpi.tree import COMMANDS
+
+    return block("".join(f"{c.header}\n" for c in COMMANDS).encode())
+
+
+COMMANDS = (
+    Command(
+        "SYSTem:ERRor[:NEXT]?",
+        lambda call: call.session.errors.get().shown(),
+        "Take the oldest error out of this connection's queue.",
+        answer='number, "text"; 0, "No error" if there is none',
+    ),
+    Command(
+        "SYSTem:ERRor:ALL?",
+        _all_errors,
+        "Take all errors out of the queue.",
+        answer='number, "text", and so on',
+    ),
+    Command(
+        "SYSTem:ERRor:COUNt?",
+        lambda call: str(len(call.session.errors)),
+        "Errors in the queue.",
+        answer="number",
+    ),
+    Command(
+        "SYSTem:VERSion?", lambda call: VERSION, "Version of SCPI.", answer=VERSION
+    ),
+    Command(
+        "SYSTem:HELP:HEADers?",
+        _headers,
+        "The headers of all commands.",
+        answer="block of text, a line each",
+        cost=5,
+    ),
+    Command(
+        "SYSTem:AUTHenticate",
+        _authenticate,
+        "Give the token, where the server asks for one. A wrong one costs a second, the fifth "
+        "the connection.",
+        (Text("token", 200),),
+        cost=20,
+    ),
+    Command(
+        "SYSTem:LOCK:REQuest?",
+        _request,
+        "Ask for control, which one client at a time holds.",
+        answer="1, or 0 where another client holds it",
+        access=CHANGE,
+    ),
+    Command(
+        "SYSTem:LOCK:RELease",
+        _release,
+        "Give control back. A motion under way goes on to its end.",
+        access=CHANGE,
+    ),
+    Command(
+        "SYSTem:LOCK:OWNer?",
+        lambda call: quoted(call.session.snapshot().holder),
+        "Who holds control.",
+        answer='"client", or "" where nobody does',
+    ),
+    Command(
+        "SYSTem:LOCK:WATChdog",
+        _watchdog,
+        "Silence of this client after which it counts as lost even though it is connected; "
+        "0 for never. Not counted while *OPC? or *WAI wait.",
+        (Number("time", "s", lo=0, hi=3600),),
+    ),
+    Command(
+        "SYSTem:LOCK:WATChdog?",
+        lambda call: number(call.session.watchdog),
+        "This time.",
+        answer="s",
+    ),
+    Command(
+        "SYSTem:CLIent?",
+        lambda call: quoted(call.session.client),
+        "The name under which this connection is known.",
+        answer='"client"',
+    ),
+    Command(
+        "EVENt[:NEXT]?",
+        _event,
+        "The oldest event since this client connected that it has not read yet.",
+        answer='number, time s, "kind", "from mode", "to mode", "cause", "evidence" (JSON); '
+        "number 0 if there is none",
+    ),
+    Command("EVENt:COUNt?", _events, "Events not read yet.", answer="number"),
+)

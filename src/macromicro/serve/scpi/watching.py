@@ -1,0 +1,117 @@
+"""What is asked of the machine without changing it."""
+
+from __future__ import annotations
+
+from macromicro.serve.scpi.answers import flag, number, numbers
+from macromicro.serve.scpi.command import Answer, Call, Command
+from macromicro.serve.scpi.errors import quoted
+
+_STAGE = "STAGe<n=1..2>"
+
+
+def _position(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return f"{numbers(now.position_m * 1e3, now.uncertainty_m * 1e3)},{flag(now.trusted)}"
+
+
+def _trust(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return f"{flag(now.trusted)},{quoted(now.trust)}"
+
+
+def _stage_position(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return number(now.macro_count if call.suffixes[0] == 1 else now.micro_mm)
+
+
+def _stage_target(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return number(now.macro_reference if call.suffixes[0] == 1 else now.micro_reference_mm)
+
+
+def _stage_output(call: Call) -> Answer:
+    now = call.session.snapshot()
+    return number(now.motor_v if call.suffixes[0] == 1 else now.ctrl_v)
+
+
+def _fault(call: Call) -> Answer:
+    fault = call.session.snapshot().fault
+    if fault is None:
+        return '0,"none","","",""'
+    words = (fault.name, fault.message, fault.evidence, fault.remedy)
+    return f"{fault.code}," + ",".join(map(quoted, words))
+
+
+def _pace(call: Call) -> Answer:
+    pace = call.session.snapshot().pace
+    shares = numbers(pace.share, pace.latest_s * 1e6, pace.longest_s * 1e6)
+    return f"{pace.periods},{pace.missed},{shares}"
+
+
+COMMANDS = (
+    Command(
+        "MODE?",
+        lambda call: quoted(call.session.snapshot().mode),
+        "What the machine does.",
+        answer='"disabled", "homing", "ready", "moving-macro", "settling", "moving-micro", '
+        '"holding", "fault", "stopped"; "off" without a loop process',
+    ),
+    Command(
+        "POSition[:ABSolute]?",
+        _position,
+        "Where the whole positioner is, and how well that is known.",
+        answer="position mm, uncertainty mm (half width), 1 if it is trusted else 0",
+    ),
+    Command(
+        "POSition:TRUSt?",
+        _trust,
+        "Is the position trusted, and why (not)?",
+        answer='1 or 0, "why"',
+    ),
+    Command(
+        f"{_STAGE}:POSition?",
+        _stage_position,
+        "Reading of one stage: 1 macro, 2 micro.",
+        answer="counts, or mm of contraction",
+    ),
+    Command(
+        f"{_STAGE}:TARGet?",
+        _stage_target,
+        "Set point of one stage.",
+        answer="counts, or mm of contraction",
+    ),
+    Command(f"{_STAGE}:OUTPut?", _stage_output, "Output to one stage.", answer="V at the D/A"),
+    Command(
+        "TEMPerature?",
+        lambda call: number(call.session.snapshot().temperature_c),
+        "Temperature of the wires, estimated from their control voltage.",
+        answer="deg C",
+    ),
+    Command(
+        "FAN?", lambda call: flag(call.session.snapshot().fan), "Is the fan on?", answer="1 or 0"
+    ),
+    Command(
+        "ENABle?",
+        lambda call: flag(call.session.snapshot().mode not in ("off", "disabled", "fault")),
+        "Is the positioner enabled?",
+        answer="1 or 0",
+    ),
+    Command(
+        "FAULt?",
+        _fault,
+        "The latched fault in words.",
+        answer='code, "name", "message", "evidence", "remedy"; code 0 for none',
+    ),
+    Command(
+        "DIAGnostic:PACE?",
+        _pace,
+        "How well the loop keeps its period of 1 ms.",
+        answer="periods, missed, share missed of late, greatest lateness us, longest work us",
+    ),
+    Command(
+        "DIAGnostic:ABORt?",
+        lambda call: number(call.session.snapshot().emergency_s * 1e3),
+        "Time from the last emergency stop until the outputs were safe.",
+        answer="ms",
+    ),
+)

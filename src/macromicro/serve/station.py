@@ -1,0 +1,286 @@
+"""`Station`: the machine as every client sees it, whatever it speaks."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Event, Finished, Refused, Reply
+from macromicro.errors import MacromicroError
+from macromicro.rig.opening import TWIN
+from macromicro.serve import watching
+from macromicro.serve.connection import Connection
+from macromicro.serve.holders import Holders
+from macromicro.serve.loop_spec import LIVE
+from macromicro.serve.recording import Recording
+from macromicro.serve.settings import STOP, LiveSettings
+from macromicro.serve.shared import NAMES, PERIOD
+from macromicro.serve.snapshot import RecordingState, Snapshot
+
+REST_S = 5.0  # longest wait for rest at the end
+_FREE = (m.Stop, m.EmergencyStop)
+
+
+class Station:
+    """Starts the loop process and speaks with it; thread-safe.
+
+    One client at a time holds control; all may watch, stop and make an emergency stop. A
+    client is a name of the caller's choice ("scpi 127.0.0.1:40112"). Nothing moves on
+    `start`. As a context manager it starts and stops.
+
+    `rig`: "twin" or MODULE:FACTORY as in docs/rigs.md; `seed`: of a virtual rig's noise;
+    `settings`: as `serve.settings.load` gives them; `state`: file that keeps position and
+    trust between runs, by default one for each rig in the user's state folder; `machine`:
+    MODULE:FUNCTION that makes what the loop drives, by default the live machine.
+    """
+
+    def __init__(
+        self,
+        rig: str = TWIN,
+        *,
+        seed: int = 0,
+        settings: LiveSettings | None = None,
+        state: Path | None = None,
+        machine: str = LIVE,
+    ) -> None:
+        self.settings = settings or LiveSettings()
+        self.rig = rig
+        self._seed = seed
+        self._serve = self.settings.serve
+        self._holders = Holders(self._serve.client_timeout)
+        self._connection = Connection(rig, seed, self.settings, state, machine)
+        self._recording: Recording | None = None
+        self._recording_lock = threading.Lock()
+        self._minder: threading.Thread | None = None
+        self._ended = threading.Event()
+
+    @property
+    def realtime(self) -> str:
+        """What the system granted the loop (priority, core), in words."""
+        return self._connection.realtime
+
+    def start(self) -> None:
+        """Start the loop process; returns when it runs, all kernels compiled, outputs safe.
+
+        Raises `MacromicroError` if another server has the state file (the message names its
+        process and the remedy) or the loop process cannot start; `InputError` for the rig.
+        Numbers of motions count from 1 again. Does nothing where it is running.
+        """
+        if self._connection.running:
+            return
+        self.stop()  # what is left of a loop that died
+        self._connection.start()
+        self._ended.clear()
+        self._minder = threading.Thread(target=self._mind, name="minder", daemon=True)
+        self._minder.start()
+
+    def stop(self) -> None:
+        """Decelerate, make the outputs safe, end the loop process and the recording.
+
+        Motions under way end as "stopped". Does nothing where it is not running.
+        """
+        if self._connection.running:
+            self._connection.ask(m.Stop(client="shutdown"))
+            deadline = time.monotonic() + REST_S
+            while time.monotonic() < deadline and self.snapshot().motion:
+                time.sleep(0.01)
+        self._ended.set()
+        if self._minder is not None and self._minder is not threading.current_thread():
+            self._minder.join()
+            self._minder = None
+        self._connection.stop()
+        self.end_recording()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    # Clients
+
+    def connect(self, client: str) -> None:
+        """From now on the client is listed as one that watches."""
+        self._holders.connect(client)
+
+    def disconnect(self, client: str) -> None:
+        """The client is gone; if it held control, this is a lost client (`heartbeat`)."""
+        if self._holders.disconnect(client):
+            self._lost(client, "disconnected")
+
+    def acquire(self, client: str) -> Reply:
+        """Give control to the client: Accepted, or Refused where another one holds it."""
+        before = self._holders.holder
+        reply = self._holders.acquire(client)
+        if isinstance(reply, Accepted) and before != client:
+            self._tell("control", "acquired", {"client": client})
+        return reply
+
+    def release(self, client: str) -> Reply:
+        """Give control back: Accepted, or Refused where this client does not hold it.
+
+        A motion under way goes on to its end.
+        """
+        reply = self._holders.release(client)
+        if isinstance(reply, Accepted):
+            self._tell("control", "released", {"client": client})
+        return reply
+
+    def heartbeat(self, client: str) -> None:
+        """The client is alive; so does `request` say. A holder that is silent for
+        serve.client_timeout is lost: control is free, and the machine stops or holds as
+        serve.lost_client says."""
+        self._holders.heartbeat(client)
+
+    # Orders
+
+    def request(self, client: str, request: Any) -> Reply:
+        """Pass a request of `control.live.messages` to the machine and wait for its reply.
+
+        Refused at once, and not passed on, where the client does not hold control (Stop and
+        EmergencyStop need no control), or where no loop answers. Never raises for what a
+        client can cause.
+        """
+        if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
+            found = type(request).__name__
+            return Refused(f"{found} is no request of a client", "a request of control.live")
+        if isinstance(request, m.EmergencyStop):
+            if math.isnan(self.emergency()):
+                return Refused("the loop did not answer", "switch the machine's supply off")
+            return Accepted()
+        if not isinstance(request, _FREE):
+            refusal = self._holders.refusal(client)
+            if refusal is not None:
+                return refusal
+        else:
+            self._holders.heartbeat(client)
+        return self._connection.ask(request._replace(client=client))
+
+    def emergency(self) -> float:
+        """Emergency stop: outputs safe before the loop's next control step.
+
+        Needs no control, takes no lock, passes through no queue. Returns the seconds from
+        this call until the outputs were safe, measured by the loop; NaN where it did not
+        answer within a second: then the loop process is told to end, which makes them safe
+        as far as the rig still answers it.
+        """
+        return self._connection.emergency()
+
+    # Watching
+
+    def snapshot(self) -> Snapshot:
+        """The machine now."""
+        connection, recording = self._connection, self._recording
+        return watching.snapshot(
+            connection.shared,
+            connection.running,
+            connection.trust,
+            connection.trouble,
+            recording.state if recording is not None else watching.NO_RECORDING,
+            self._holders.holder,
+            self._holders.clients,
+        )
+
+    def telemetry(self, since: int = -1) -> tuple[int, NDArray[np.float64], Sequence[str]]:
+        """Rows of telemetry behind row number `since`: (number of the last one, block, names).
+
+        The block is float64[columns, rows], one row a millisecond, at most the last minute;
+        pass the returned number as the next `since`. The names are those of
+        `serve.shared.COLUMNS`, which has units and meaning too.
+        """
+        shared = self._connection.shared
+        if shared is None:
+            return -1, np.empty((len(NAMES), 0)), NAMES
+        _, count, block = shared.since(since + 1)
+        return count - 1, block, NAMES
+
+    def events(self, since: int = -1) -> tuple[int, list[Event]]:
+        """Events behind event number `since`: (number of the last one, events)."""
+        return self._connection.ledger.events(since)
+
+    def finished(self, motion: int, timeout: float | None = None) -> Finished | None:
+        """How an accepted motion ended; waits for it up to `timeout` [s] (None: for ever).
+
+        None where it is still under way, or no motion of that number was accepted.
+        """
+        return self._connection.ledger.finished(motion, timeout)
+
+    # Recording
+
+    def record(self, path: Path, *, overwrite: bool = False) -> None:
+        """Record telemetry from now on into an HDF5 file; raises as `Recorder` does, and
+        `MacromicroError` where a recording is under way or nothing runs."""
+        with self._recording_lock:
+            shared = self._connection.shared
+            if shared is None or not self._connection.running:
+                raise MacromicroError("nothing runs that could be recorded; start it first")
+            if self._recording is not None and self._recording.state.active:
+                found = self._recording.state.path
+                raise MacromicroError(f"a recording is under way, into {found}; end it first")
+            self._recording = Recording(
+                shared,
+                path,
+                round(self._serve.recorder_capacity / PERIOD),
+                {"rig": self.rig, "seed": self._seed, "modes": ", ".join(m.MODES)},
+                self._recording_failed,
+                overwrite=overwrite,
+            )
+        self._tell("recording", "begun", {"path": self._recording.state.path})
+
+    def end_recording(self) -> RecordingState:
+        """Complete the file and close it; what it holds now."""
+        with self._recording_lock:
+            recording = self._recording
+            if recording is None:
+                return watching.NO_RECORDING
+            active = recording.state.active
+            state = recording.end()
+        if active:
+            facts = {"path": state.path, "rows": state.rows, "lost": state.lost}
+            self._tell("recording", "ended", facts)
+        return state
+
+    def _recording_failed(self, reason: str) -> None:
+        self._tell("recording", "failed", {"reason": reason})
+        if self._serve.recorder_failure == STOP:
+            self._connection.ask(m.Stop(client="recorder"))
+
+    # What goes on by itself
+
+    def _mind(self) -> None:
+        """Look after lost clients and the position file."""
+        while not self._ended.wait(0.05):
+            lost = self._holders.lost()
+            if lost:
+                self._lost(lost, f"silent for {self._serve.client_timeout:g} s")
+            self._guarded(self._connection.keep)
+        self._guarded(self._connection.keep)
+
+    def _lost(self, client: str, cause: str) -> None:
+        action = self._serve.lost_client
+        self._tell("control", "client lost", {"client": client, "why": cause, "action": action})
+        self._connection.ask(m.LinkLost(action, client))
+
+    def _guarded(self, do: Callable[[], None]) -> None:
+        try:
+            do()
+        except MacromicroError as error:
+            self._tell("position", "not kept", {"reason": str(error)})
+
+    def _tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
+        self._connection.tell(kind, cause, evidence)

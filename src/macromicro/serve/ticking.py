@@ -1,0 +1,220 @@
+"""The 1 kHz loop: one control period after the other, and what may end it.
+
+It does no file and no network access, and never waits for the serving process. Each period:
+read; emergency stop, requests; control; guard; write; telemetry; wait.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from macromicro.control.live.messages import ClearFault, EmergencyStop
+from macromicro.rig import guard
+from macromicro.rig.faults import describe
+from macromicro.rig.guarded import Guarded
+from macromicro.serve import faults
+from macromicro.serve.link import Outbox
+from macromicro.serve.machine import Machine
+from macromicro.serve.pacing import Pacer
+from macromicro.serve.persist import Kept, restore
+from macromicro.serve.settings import ServeSettings
+from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared
+from macromicro.types import SAFE, Command, Sample
+
+_BLIND = (guard.ENCODER_SILENT,)
+ORDERED, ORPHANED = "ordered", "orphaned"
+
+
+class Loop:
+    """The loop around an opened rig. `paced`: does the rig's own clock wait (a real rig), or
+    must we (the twin)?"""
+
+    def __init__(
+        self,
+        rig: Guarded,
+        machine: Machine,
+        shared: Shared,
+        outbox: Outbox,
+        settings: ServeSettings,
+        dt: float,
+        paced: bool,
+    ) -> None:
+        self.pacer = Pacer(dt, round(settings.miss_window / dt))
+        self.orphaned = False  # set by a signal handler when the serving process dies
+        self._rig, self._machine = rig, machine
+        self._shared, self._cells = shared, shared.cells
+        self._outbox = outbox
+        self._settings = settings
+        self._dt, self._paced = dt, paced
+        self._emergency = self._commands = self._heartbeat = 0
+        self._heard = time.monotonic()
+        self._fault = (0.0, 0.0, 0.0, 0.0)
+
+    def run(self, kept: Kept | str, rig_name: str) -> str:
+        """Loop until ordered to leave, or until the serving process is dead; which of them.
+
+        An exception of the rig or the machine passes through; whoever holds the rig open
+        makes its outputs safe.
+        """
+        self._emergency, self._commands, self._heartbeat, _ = self._flags()
+        first = self._rig.read()
+        restored = restore(kept, rig_name, first.encoder)
+        self._machine.begin(first, restored)
+        self._outbox.send(("begun", restored))
+        self.pacer.start()
+        self._heard = time.monotonic()
+        sample: Sample | None = first
+        while True:
+            ending = self._tick(self._rig.read() if sample is None else sample)
+            if ending:
+                self._rig.stop()
+                return ending
+            sample = None
+            if self._paced:
+                done = time.monotonic()
+                self._rig.clock.wait(self._dt)
+                missed = self.pacer.begun(done)
+            else:
+                self._rig.clock.wait(self._dt)
+                missed = self.pacer.wait()
+            if missed:
+                self._judge()
+
+    def rehearse(self, requests: Sequence[Any], periods: int) -> None:
+        """Every request once, `periods` after each, without waiting. For a bench of its own."""
+        for request in requests:
+            self._answer(0, request)
+            for _ in range(periods):
+                self._tick(self._rig.read())
+                self._rig.clock.wait(self._dt)
+                self._heard = time.monotonic()
+        self._halt(0)
+
+    def _flags(self) -> list[int]:
+        flags: list[int] = self._cells[EMERGENCY : LEAVE + 1].tolist()
+        return flags
+
+    def _tick(self, sample: Sample) -> str:
+        """One period; a word if it was the last."""
+        emergency, commands, heartbeat, leave = self._flags()
+        halted = emergency != self._emergency
+        if halted:
+            self._halt(emergency)
+        now = time.monotonic()
+        if heartbeat != self._heartbeat:
+            self._heartbeat, self._heard = heartbeat, now
+        elif now - self._heard > self._settings.parent_timeout:
+            return ORPHANED
+        if leave or self.orphaned:
+            return ORDERED if leave else ORPHANED
+        while commands != self._commands:
+            self._commands += 1
+            self._take()
+        command, wanted, notices = self._machine.step(sample, self._dt)
+        self._rig.expect(command)
+        self._rig.write(SAFE if halted or self._fault[0] else wanted)
+        watch = self._rig.watch
+        if watch.fault != guard.OK and not self._fault[0]:
+            self._fault = (float(watch.fault), watch.value, watch.limit, watch.time)
+            fault = describe(watch)
+            assert fault is not None
+            facts = {"evidence": fault.evidence}
+            notices += self._machine.fail(fault.name, facts, watch.fault in _BLIND)
+        for notice in notices:
+            self._outbox.send(("notice", notice))
+        self._show(sample, command)
+        self._outbox.flush()
+        return ""
+
+    def _halt(self, stamp: int) -> None:
+        """Emergency stop: outputs safe first, everything else after."""
+        self._rig.stop()
+        self._cells[SAFE_SINCE] = time.monotonic_ns()
+        self._cells[SEEN] = stamp
+        self._emergency = stamp
+        _, notices = self._machine.accept(EmergencyStop())
+        for notice in notices:
+            self._outbox.send(("notice", notice))
+
+    def _take(self) -> None:
+        """Answer one request."""
+        message = self._outbox.receive()
+        if message is None:
+            return
+        self._answer(*message)
+
+    def _answer(self, serial: int, request: Any) -> None:
+        if isinstance(request, EmergencyStop):
+            self._rig.stop()
+        if isinstance(request, ClearFault):
+            self._renew()
+            request = request._replace(gone=True)
+        reply, notices = self._machine.accept(request)
+        self._outbox.send(("reply", serial, reply))
+        for notice in notices:
+            self._outbox.send(("notice", notice))
+
+    def _renew(self) -> None:
+        """Unlatch. The estimated heat stays: clearing a fault cools no wire."""
+        self._rig.watch = guard.fresh()._replace(heat=self._rig.watch.heat._replace(idle=0.0))
+        self._fault = (0.0, 0.0, 0.0, 0.0)
+        self.pacer.forget()
+
+    def _judge(self) -> None:
+        """Were too many periods missed lately?"""
+        share, limit = self.pacer.share, self._settings.miss_share
+        if share <= limit or limit >= 1.0 or self._fault[0]:
+            return
+        self._rig.stop()
+        now = float(self._rig.clock.now())
+        self._fault = (float(faults.LATE), share, limit, now)
+        trouble = faults.late(share, limit, now)
+        for notice in self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False):
+            self._outbox.send(("notice", notice))
+
+    def _show(self, sample: Sample, command: Command) -> None:
+        """Telemetry and status of this period."""
+        rig, pacer, view = self._rig, self.pacer, self._machine.view()
+        given = rig.given
+        self._shared.put(
+            (
+                sample.t,
+                command.macro_reference,
+                sample.encoder,
+                given.motor,
+                view.macro_integral,
+                command.micro_reference,
+                sample.hall,
+                command.micro_position,
+                given.ctrl,
+                view.micro_integral,
+                sample.laser * 1e6,
+                guard.temperature(rig.watch),
+                view.mode,
+                view.motion,
+                -1.0 if math.isnan(sample.extend) else sample.extend,
+                -1.0 if math.isnan(sample.contract) else sample.contract,
+                given.fan,
+                given.laser_reset,
+                view.position * 1e3,
+                view.uncertainty * 1e6,
+                view.trusted,
+                self._fault[0],
+                pacer.late * 1e6,
+                pacer.worked * 1e6,
+            )
+        )
+        self._shared.set_status(
+            (
+                pacer.periods,
+                pacer.missed,
+                pacer.share,
+                pacer.lateness.largest,
+                pacer.work.largest,
+                *self._fault,
+                view.offset,
+            )
+        )

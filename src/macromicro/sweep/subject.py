@@ -1,0 +1,104 @@
+"""What a spec says of its job: the name, options, the settings to start from."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from macromicro.config import difference, load_overrides
+from macromicro.errors import InputError
+from macromicro.parameters import Entry, Par, entries
+from macromicro.sweep.axis import unknown_key
+from macromicro.textfile import printable
+
+if TYPE_CHECKING:
+    from macromicro.batch import Job
+
+Factory = Callable[..., "Job"]
+Options = tuple[tuple[str, Any], ...]
+
+TREES = ("settings", "tree")  # what jobs call the parameters that variants start from
+_KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
+# Beside the tree's parameters, where a job has measurement noise.
+_SEED = Entry("seed", Par("", "seed of the measurement noise", lo=0.0, hi=2.0**53), 0)
+
+
+class Subject(NamedTuple):
+    """The job, the options that make it again (pairs, settings included), what its settings
+    file changes (dotted path and text with unit), and the parameters that can be varied."""
+
+    job: Job
+    options: Options
+    settings: tuple[tuple[str, str], ...]
+    parameters: dict[str, Entry]
+
+
+def read(raw: dict[str, Any], path: Path, factory: Factory) -> Subject:
+    """The job of the spec `raw`, which stands in the file `path`.
+
+    Raises `InputError` that names file and key: no or an unknown job, an unknown option or
+    one of the wrong kind, what is wrong with the settings file.
+    """
+    file = printable(path, 300)
+    name = raw.get("job")
+    if not isinstance(name, str):
+        found = "nothing" if name is None else printable(name)
+        raise InputError(f"{file}, job", found, "the name of a job, as text")
+    try:
+        job = factory(name)
+    except InputError as error:
+        raise InputError(f"{file}, job", printable(name), error.accepted) from None
+    known = plain_options(job)
+    options = _options(raw.get("options", {}), known, f"{file}, options")
+    job = _made(factory, name, options, file)
+    settings: tuple[tuple[str, str], ...] = ()
+    if "config" in raw:
+        tree = _tree(raw["config"], path, job)
+        settings = tuple(sorted(difference(tree, job.base()).items()))
+        place = next(word for word in TREES if word in inspect.signature(type(job)).parameters)
+        options = tuple(sorted((*options, (place, tree)), key=lambda pair: pair[0]))
+        job = _made(factory, name, options, file)
+    return Subject(job, options, settings, parameters(job))
+
+
+def plain_options(job: Job) -> dict[str, Any]:
+    """The options of a job that a file can set, with their defaults."""
+    given = inspect.signature(type(job)).parameters.values()
+    return {p.name: p.default for p in given if isinstance(p.default, bool | int | float | str)}
+
+
+def parameters(job: Job) -> dict[str, Entry]:
+    """The parameters of a job by dotted path, and the seed of its noise if it has one."""
+    known = {entry.path: entry for entry in entries(job.base())}
+    return known | {"seed": _SEED} if "seed" in plain_options(job) else known
+
+
+def _options(raw: object, known: dict[str, Any], where: str) -> Options:
+    if not isinstance(raw, dict):
+        raise InputError(where, printable(raw), "a table [options]")
+    unknown_key(raw, tuple(known), f"{where}.")
+    for key, value in raw.items():
+        kind = type(known[key])
+        right = isinstance(value, int | float) if kind is float else isinstance(value, kind)
+        if not right or (isinstance(value, bool) and kind is not bool):
+            raise InputError(f"{where}.{key}", printable(value), _KINDS[kind])
+    return tuple(sorted(raw.items()))
+
+
+def _made(factory: Factory, name: str, options: Options, file: str) -> Job:
+    """The job; `InputError` with the file's name for what it says of its options."""
+    try:
+        return factory(name, **dict(options))
+    except InputError as error:
+        where = f"{file}, options.{error.where}"
+        raise InputError(where, error.value, error.accepted) from None
+
+
+def _tree(raw: object, path: Path, job: Job) -> Any:
+    """The job's parameters with what the settings file beside the spec says."""
+    if not isinstance(raw, str) or "\0" in raw:
+        where = f"{printable(path, 300)}, config"
+        raise InputError(where, printable(raw), "the name of a settings file (.toml)")
+    return load_overrides(path.parent / raw, job.base())

@@ -1,0 +1,67 @@
+"""The micro-stage's steps: the numbers that a recording of the same run shows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro import batch
+from macromicro.batch import Variants
+from macromicro.batch.micro_bench import LEVELS, TIMES, MicroBenchJob, steps
+from macromicro.experiments import micro_runs, programmed
+from macromicro.parameters import replaced
+from macromicro.settings import Settings
+
+PATHS = ("controller.pi_antiwindup.kp", "bench.thermal.ambient", "seed")
+VALUES = np.array([[3.0, 25.0, 0.0], [2.5, 28.0, 3.0]])
+
+
+def test_metrics_equal_those_of_a_recording() -> None:
+    job = MicroBenchJob()
+    found = job.evaluate(Variants(PATHS, VALUES))
+    names = [m.name for m in job.metrics]
+    for row, values in zip(found, VALUES, strict=True):
+        settings = Settings()
+        for path, value in zip(PATHS[:2], values[:2], strict=True):
+            settings = replaced(settings, path, float(value))
+        what = programmed.micro_steps(LEVELS, 2.0, TIMES)
+        seen = programmed.on_twin(what, settings, int(values[2]))
+        by_name = dict(zip(names, row.tolist(), strict=True))
+        times = micro_runs.settling(seen)
+        assert by_name["settle_up"] == pytest.approx(np.mean(times[:2]), nan_ok=True)
+        assert by_name["settle_down"] == pytest.approx(np.mean(times[2:]), nan_ok=True)
+        done = programmed.moves_of(seen, what, settings)
+        # There the laser's mean is over the raw reading, here over the smoothed one.
+        assert by_name["worst_error"] == pytest.approx(
+            max(abs(m.final_error) for m in done), abs=0.05
+        )
+        low, high = settings.controller.pi_antiwindup[3:]
+        effort = seen["ctrl"][1000:]
+        assert by_name["saturated"] == np.mean((effort == low) | (effort == high) | (effort == 0.0))
+        raw = np.abs(1e3 * seen["micro_reference"] - seen["laser"])[1000:].sum() * 1e-6
+        assert by_name["iae"] == pytest.approx(raw, rel=0.02)
+        assert by_name["overshoot"] >= 0.0
+        assert by_name["fault"] == 0.0
+
+
+def test_the_programme_is_the_procedures() -> None:
+    mine, theirs = steps(), programmed.micro_steps(LEVELS, 2.0, TIMES)
+    for a, b in zip(mine, theirs, strict=True):
+        assert np.array_equal(a, b)
+    assert (LEVELS, TIMES) == (micro_runs.LEVELS, micro_runs.TIMES)
+
+
+def test_a_run_that_the_guard_stops() -> None:
+    row = MicroBenchJob().evaluate(Variants(("guard.hottest",), np.array([[60.0]])))[0]
+    assert all(math.isnan(v) for v in row[:-1])
+    assert row[-1] > 0.0
+
+
+def test_threads_change_nothing() -> None:
+    job = MicroBenchJob()
+    one, two = (
+        np.concatenate([m for _, m in batch.run(job, Variants(PATHS, VALUES), n)]) for n in (1, 2)
+    )
+    assert np.array_equal(one, two, equal_nan=True)

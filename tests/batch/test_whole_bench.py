@@ -1,0 +1,187 @@
+"""Programmes on the whole bench: the numbers that a recording of the same run shows."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from macromicro import batch, simulate
+from macromicro.batch import Variants
+from macromicro.batch.whole_bench import METRICS, ProgrammeJob, directions, mean, worst
+from macromicro.columns import COLUMNS
+from macromicro.control import calibration
+from macromicro.design.extension import extension
+from macromicro.design.response import moves
+from macromicro.design.vibration import vibration
+from macromicro.errors import InputError
+from macromicro.loop import PERIOD
+from macromicro.parameters import replaced
+from macromicro.recording import Recording
+from macromicro.rig import guard
+from macromicro.settings import Settings
+
+SHORT = """
+[[moves]]
+macro = ["20 mm", "5 mm"]
+micro = ["1 mm", "0.3 mm", "2 mm"]
+hold = "1 s"
+"""
+PATHS = ("bench.friction.coulomb", "sensors.laser.noise", "seed")
+VALUES = np.array([[10.485, 0.43e-6, 0.0], [10.0, 0.6e-6, 7.0]])
+ONE = Variants((), np.empty((1, 0)))
+
+
+@pytest.fixture(name="short", scope="module")
+def _short(tmp_path_factory: pytest.TempPathFactory) -> str:
+    place = tmp_path_factory.mktemp("programme") / "short.toml"
+    place.write_text(SHORT, encoding="utf-8")
+    return str(place)
+
+
+class Sink:
+    def __init__(self) -> None:
+        self.blocks: list[np.ndarray] = []
+
+    def append(self, block: np.ndarray) -> None:
+        self.blocks.append(block)
+
+
+def recorded(job: ProgrammeJob, settings: Settings, seed: int) -> Recording:
+    """The run of `simulate` with all its columns."""
+    sink = Sink()
+    simulate.simulate(settings, job.programme(settings), sink, seed=seed)
+    return Recording.from_arrays(COLUMNS, np.concatenate(sink.blocks, axis=1), PERIOD, {})
+
+
+def named(row: np.ndarray) -> dict[str, float]:
+    return dict(zip((m.name for m in METRICS), row.tolist(), strict=True))
+
+
+def test_metrics_equal_those_of_a_recording(short: str) -> None:
+    job = ProgrammeJob(programme=short)
+    found = job.evaluate(Variants(PATHS, VALUES))
+    for row, values in zip(found, VALUES, strict=True):
+        settings = Settings()
+        for path, value in zip(PATHS[:2], values[:2], strict=True):
+            settings = replaced(settings, path, float(value))
+        seen = recorded(job, settings, int(values[2]))
+        done = moves(seen, job.programme(settings))
+        coarse = [m for m in done if m.stage == "macro"]
+        fine = [m for m in done if m.stage == "micro"]
+        by_name = named(row)
+        assert by_name["arrived"] == 1.0
+        assert by_name["fault"] == 0.0
+        assert by_name["macro_settling"] == max(m.settling_s for m in coarse)
+        beyond = max(m.overshoot for m in coarse) * 14.0
+        assert by_name["macro_overshoot"] == pytest.approx(beyond, abs=1e-9)
+        up = [fine[k].settling_s for k in (0, 2, 3, 5)]
+        assert by_name["settle_up"] == np.mean(up)
+        assert by_name["settle_down"] == np.mean([fine[k].settling_s for k in (1, 4)])
+        assert by_name["hold_error"] == max(abs(m.final_error) for m in fine)
+        assert by_name["extension"] == max(e.time_s for e in extension(seen))
+        shaken = [vibration(seen, m) for m in coarse]
+        assert by_name["vibration"] == max(v.amplitude_um for v in shaken if v is not None)
+        assert by_name["hottest"] == seen["true_wire"].max()
+    assert not np.array_equal(found[0], found[1])
+
+
+def test_threads_and_what_ran_before_change_nothing(short: str) -> None:
+    job = ProgrammeJob(programme=short)
+    values = np.tile(VALUES, (2, 1))
+    whole = job.evaluate(Variants(PATHS, values))
+    assert np.array_equal(whole[:2], whole[2:])
+    several = np.concatenate([m for _, m in batch.run(job, Variants(PATHS, values), 3)])
+    assert np.array_equal(several, whole)
+
+
+def test_seed_of_the_job_and_of_a_variant(short: str) -> None:
+    of_variant = ProgrammeJob(programme=short).evaluate(Variants(("seed",), np.array([[5.0]])))
+    of_job = ProgrammeJob(programme=short, seed=5).evaluate(ONE)
+    other = ProgrammeJob(programme=short, seed=6).evaluate(ONE)
+    assert np.array_equal(of_variant, of_job)
+    assert not np.array_equal(of_job, other)
+
+
+def test_a_run_that_the_guard_stops(short: str) -> None:
+    """Nothing is known of it but the fault and the heat."""
+    row = ProgrammeJob(programme=short).evaluate(
+        Variants(("bench.friction.coulomb",), np.array([[60.0]]))
+    )[0]
+    by_name = named(row)
+    assert by_name["arrived"] == 0.0
+    assert by_name["fault"] == guard.MACRO_LOST
+    assert math.isfinite(by_name["hottest"])
+    assert all(math.isnan(v) for v in row[2:-1])
+
+
+def test_calibration_of_a_variant_is_used(short: str) -> None:
+    table = calibration.shipped()
+    wrong = table._replace(position=table.position * 1.1)
+    job = ProgrammeJob(programme=short, table=lambda settings: wrong)
+    assert named(job.evaluate(ONE)[0])["hold_error"] > 20.0
+
+
+def test_cycles_and_fan(short: str) -> None:
+    twice = ProgrammeJob(programme=short, cycles=2)
+    assert len(twice.programme(Settings()).target) == 16
+    one, fan = (ProgrammeJob(programme=short, fan=on).evaluate(ONE) for on in (False, True))
+    assert not np.array_equal(one, fan)
+
+
+def test_an_encoder_of_another_pitch_moves_as_far(short: str) -> None:
+    settings = replaced(Settings(), "sensors.encoder.pitch", 0.1e-3)
+    targets = ProgrammeJob(programme=short).programme(settings).target
+    assert targets[0] == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        ("bench.wire.stop", 5e-3, "variant 2, bench.wire.stop"),
+        ("bench.thermal.ambient", 200.0, "variant 2, bench.thermal.ambient"),
+        ("seed", 0.5, "variant 2, seed"),
+        ("guard.motor", 9.0, "variant 2, guard.motor"),
+    ],
+)
+def test_impossible_values(short: str, path: str, value: float, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        ProgrammeJob(programme=short).evaluate(Variants((path,), np.array([[value]])), 2)
+
+
+def test_impossible_options(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="programme"):
+        ProgrammeJob(programme=str(tmp_path / "none.toml"))
+    with pytest.raises(InputError, match="cycles"):
+        ProgrammeJob(cycles=0)
+    with pytest.raises(InputError, match="seed"):
+        ProgrammeJob(seed=-1)
+
+
+def test_trajectories_are_the_recording_thinned(short: str) -> None:
+    job = ProgrammeJob(programme=short)
+    values = np.array([[10.485], [60.0]])  # the second is stopped early
+    seen = batch.trajectories(job, Variants(("bench.friction.coulomb",), values), 50)
+    whole = recorded(job, Settings(), 0)
+    for name, column in seen.columns.items():
+        assert np.array_equal(column[0], whole[name][::50])
+        assert math.isnan(column[1, -1])
+    assert np.array_equal(seen.t, whole["t"][::50])
+    assert seen.units["laser"] == "um"
+
+
+def test_unknown_values_are_not_left_out() -> None:
+    assert worst([-3.0, 2.0]) == 3.0
+    assert math.isnan(worst([1.0, None]))
+    assert math.isnan(worst([]))
+    assert math.isnan(mean([1.0, None]))
+
+
+def test_directions_start_anew_after_a_macro_move(short: str) -> None:
+    job = ProgrammeJob(programme=short)
+    done = moves(recorded(job, Settings(), 0), job.programme(Settings()))
+    up, down = directions(done)
+    assert [m.move for m in up] == [1, 3, 5, 7]
+    assert [m.move for m in down] == [2, 6]

@@ -1,0 +1,49 @@
+"""A station on the logged rig, and what a test needs to look behind it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.station import Station
+
+# The loop process finds the rig and the machine by name, on the path that it is handed.
+sys.path.insert(0, str(Path(__file__).parent))
+import serve_parts
+
+@pytest.fixture
+def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """What the rig was last told; see `serve_parts`."""
+    path = tmp_path / "outputs"
+    monkeypatch.setenv(serve_parts.LOG, str(path))
+    return serve_parts.log(path, fresh=True)
+
+
+@pytest.fixture
+def station(log: Any, tmp_path: Path) -> Iterator[Callable[..., Station]]:
+    """Makes stations with some of the settings in [serve]; stops them in the end."""
+    made = []
+
+    def make(name: str = "position.json", **serve: Any) -> Station:
+        settings = LiveSettings()
+        # Machines that run tests are busy: nothing stops for lateness unless a test says so.
+        serve = {"miss_share": 1.0, "parent_timeout": 5.0, **serve}
+        settings = settings._replace(serve=settings.serve._replace(**serve))
+        made.append(
+            Station(
+                "serve_parts:logged",
+                settings=settings,
+                state=tmp_path / name,
+                machine="serve_parts:driver",
+            )
+        )
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.stop()

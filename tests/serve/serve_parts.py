@@ -1,0 +1,187 @@
+"""A rig and a machine for the loop process of the tests; both are loaded there by name.
+
+The rig logs every output into a file that the test maps, so that the test sees what the
+loop's last word to the machine was, whatever became of the processes.
+"""
+
+from __future__ import annotations
+
+import math
+import mmap
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from macromicro.control.live import messages as m
+from macromicro.serve.machine import View
+from macromicro.types import SAFE, Command, Outputs, Sample
+
+PATIENCE_S = 60.0
+
+
+def until(what: Callable[[], Any], patience: float = PATIENCE_S) -> Any:
+    """The first true value of `what`; the test fails where it never comes."""
+    deadline = time.monotonic() + patience
+    while time.monotonic() < deadline:
+        found = what()
+        if found:
+            return found
+        time.sleep(0.005)
+    raise AssertionError("what was waited for never came")
+
+
+LOG = "MACROMICRO_TEST_LOG"
+FAIL_AT = "MACROMICRO_TEST_FAIL_AT"
+COUNT_AT_START = "MACROMICRO_TEST_COUNT"
+CELLS = 8
+STEPS, MOTOR, CTRL, PID, ENTERED, LEFT, STOPS, LAST_NS = range(CELLS)
+
+
+def log(path: str | Path, *, fresh: bool = False) -> Any:
+    """The log: float64[CELLS], shared with whoever maps the same file."""
+    if fresh:
+        Path(path).write_bytes(bytes(8 * CELLS))
+    with open(path, "r+b") as file:
+        return np.frombuffer(mmap.mmap(file.fileno(), 8 * CELLS), np.float64)
+
+
+class Logged:
+    """A carriage that stands, a Hall sensor with a little noise, a clock of its own."""
+
+    channels = ("encoder", "hall")
+
+    def __init__(self) -> None:
+        self.clock = self
+        self.steps = 0
+        self.log = log(os.environ[LOG])
+        self.fail_at = int(os.environ.get(FAIL_AT, "-1"))
+        self.count = float(os.environ.get(COUNT_AT_START, "0"))
+        self.next = 0.0
+
+    def now(self) -> float:
+        return self.steps * 1e-3
+
+    def wait(self, dt: float) -> None:
+        self.next = max(self.next + dt, time.monotonic())
+        time.sleep(max(self.next - time.monotonic(), 0.0))
+
+    def read(self) -> Sample:
+        self.steps += 1
+        self.log[STEPS] = self.steps
+        if self.steps == self.fail_at:
+            raise RuntimeError("the A/D board was unplugged")
+        volts = 2.5 + 1e-3 * (self.steps % 2)
+        return Sample(self.now(), self.count, volts, math.nan, math.nan, math.nan)
+
+    def write(self, outputs: Outputs) -> None:
+        self.log[MOTOR], self.log[CTRL] = outputs.motor, outputs.ctrl
+        self.log[LAST_NS] = time.monotonic_ns()
+
+    def stop(self) -> None:
+        self.log[STOPS] += 1
+        self.write(SAFE)
+
+    def __enter__(self) -> Logged:
+        self.log[PID], self.log[ENTERED] = os.getpid(), 1.0
+        self.next = time.monotonic()
+        return self
+
+    def __exit__(self, *what: object) -> None:
+        self.stop()
+        self.log[LEFT] = 1.0
+
+
+def logged(seed: int) -> Logged:
+    return Logged()
+
+
+class Driver:
+    """A machine that gives 1 V to the motor as long as a motion is under way.
+
+    MoveTo(x) begins a motion that lasts x seconds; SetGains asks for an illegal output.
+    """
+
+    def __init__(self) -> None:
+        self.mode, self.motion, self.count, self.left = m.DISABLED, 0, 0, 0.0
+        self.trusted, self.offset, self.illegal = False, 0.0, False
+        self.log: list[str] = []
+
+    def begin(self, sample: Sample, restored: Any) -> None:
+        self.mode, self.motion, self.count = m.DISABLED, 0, 0
+        self.trusted, self.illegal = restored.trusted, False
+        self.offset = 0.0 if math.isnan(restored.offset) else restored.offset
+
+    def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Any, ...]]:
+        self.log.append("step")
+        notices: tuple[Any, ...] = ()
+        if self.motion:
+            self.left -= dt
+            if self.left <= 0.0:
+                notices = self._end(m.DONE)
+        volts = 1.0 if self.motion else 0.0
+        if self.illegal:
+            volts = 99.0
+        command = Command(0.0, 0.0, 0.0, 0.0, 0.0)
+        return command, Outputs(volts, 0.0, 0.0, 0.0), notices
+
+    def accept(self, request: Any) -> tuple[Any, tuple[Any, ...]]:
+        self.log.append(type(request).__name__)
+        if isinstance(request, m.MoveTo):
+            if self.mode == m.FAULT:
+                return m.Refused("a fault is latched", "clear it"), ()
+            self.count += 1
+            self.motion, self.left, self.mode = self.count, request.position, m.MOVING_MACRO
+            return m.Accepted(self.count), ()
+        if isinstance(request, m.Home):
+            self.trusted = True
+            event = m.Event(0.0, "trust", "", "", "homed", {"trusted": True})
+            return m.Accepted(0), (event,)
+        if isinstance(request, m.SetGains):
+            self.illegal = True
+        if isinstance(request, m.ClearFault):
+            self.mode = m.DISABLED if request.gone else self.mode
+        if isinstance(request, m.Stop):
+            return m.Accepted(0), self._end(m.STOPPED_BY_REQUEST)
+        if isinstance(request, m.LinkLost):
+            event = m.Event(0.0, "link", "", "", request.action, {"client": request.client})
+            return m.Accepted(0), (event, *self._end(m.LOST))
+        if isinstance(request, m.EmergencyStop):
+            return m.Accepted(0), self._end(m.EMERGENCY)
+        return m.Accepted(0), ()
+
+    def fail(self, words: str, evidence: dict[str, Any], lost: bool) -> tuple[Any, ...]:
+        self.illegal = False
+        notices = self._end(m.FAULTED)
+        self.mode = m.FAULT
+        return (*notices, m.Event(0.0, "mode", "", "fault", words, evidence))
+
+    def _end(self, outcome: str) -> tuple[Any, ...]:
+        ended, self.motion, self.mode = self.motion, 0, m.READY
+        return (m.Finished(ended, outcome, 0.0, 0.0, {}),) if ended else ()
+
+    def view(self) -> View:
+        trusted = 1.0 if self.trusted else 0.0
+        return View(self.mode, self.motion, 0.0, 0.0, 0.0, 1e-5, trusted, self.offset)
+
+
+def driver(settings: Any, table: Any) -> Driver:
+    return Driver()
+
+
+def serve_until_killed(state: str) -> None:
+    """A serving process of its own: starts, homes, moves for ever."""
+    from macromicro.serve.station import Station
+
+    station = Station(
+        "serve_parts:logged", state=Path(state), machine="serve_parts:driver"
+    )
+    station.start()
+    station.acquire("test")
+    station.request("test", m.Home())
+    station.request("test", m.MoveTo(1e6))
+    print("moving", flush=True)
+    time.sleep(600.0)

@@ -1,0 +1,108 @@
+"""Deadlines stay on their grid; what was late and what was missed is counted."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from macromicro.serve import pacing
+from macromicro.serve.pacing import Histogram, Pacer
+from macromicro.serve.settings import ServeSettings
+
+
+class Time:
+    """A clock that only moves by being told, or slept through; `over` is added to each sleep."""
+
+    def __init__(self) -> None:
+        self.now, self.over, self.slept = 100.0, 0.0, [0.0]
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.slept.append(seconds)
+        self.now += seconds + self.over
+
+
+@pytest.fixture
+def time(monkeypatch: pytest.MonkeyPatch) -> Time:
+    fake = Time()
+    monkeypatch.setattr(pacing, "time", fake)
+    return fake
+
+
+def test_deadlines_are_absolute(time: Time) -> None:
+    pacer = Pacer(1e-3, 100)
+    time.over = 0.2e-3
+    for k in range(1, 51):
+        time.now += 0.3e-3  # work
+        assert pacer.wait() == 0
+        assert time.now == pytest.approx(100.0 + k * 1e-3 + 0.2e-3)
+    assert (pacer.periods, pacer.missed, pacer.share) == (50, 0, 0.0)
+    assert pacer.late == pytest.approx(0.2e-3)
+    assert pacer.lateness.largest == pytest.approx(0.2e-3)
+    assert pacer.work.quantile(0.5) == pytest.approx(0.3e-3, abs=2e-6)
+
+
+def test_missed_periods_are_counted_and_the_grid_stays(time: Time) -> None:
+    pacer = Pacer(1e-3, 10)
+    time.now += 3.4e-3
+    assert pacer.wait() == 2  # periods 1 and 2 passed by; 3 begins 0.4 ms late
+    assert (pacer.periods, pacer.missed) == (3, 2)
+    assert pacer.share == 0.2
+    assert pacer.wait() == 0
+    assert time.now == pytest.approx(100.0 + 4e-3)
+    for _ in range(10):
+        pacer.wait()
+    assert (pacer.share, pacer.missed) == (0.0, 2)
+
+
+def test_a_long_halt_fills_the_window(time: Time) -> None:
+    pacer = Pacer(1e-3, 10)
+    time.now += 1.0
+    assert pacer.wait() >= 999
+    assert 0.8 < pacer.share < 1.0
+    pacer.forget()
+    assert pacer.share == 0.0
+
+
+def test_a_rig_that_waits_by_its_own_clock_is_judged_by_its_beginnings(time: Time) -> None:
+    pacer = Pacer(1e-3, 100)
+    for _ in range(100):  # a clock that is 1 % slow drifts nowhere
+        done = time.now = time.now + 0.2e-3
+        time.now += 0.81e-3
+        assert pacer.begun(done) == 0
+    assert pacer.lateness.largest == pytest.approx(0.01e-3, abs=1e-9)
+    done = time.now
+    time.now += 5.5e-3
+    assert pacer.begun(done) == 4
+
+
+def test_quantiles_of_a_histogram() -> None:
+    histogram = Histogram()
+    assert math.isnan(histogram.quantile(0.5))
+    for k in range(100):
+        histogram.add(k * 10e-6)
+    assert histogram.quantile(0.5) == pytest.approx(491e-6)
+    assert histogram.quantile(1.0) == pytest.approx(990e-6)
+    histogram.add(2.0)
+    histogram.add(-1.0)
+    assert histogram.counts.sum() == 102
+    assert histogram.counts[-1] == 1
+    assert histogram.quantile(1.0) == histogram.largest == 2.0
+
+
+@pytest.mark.parametrize("realtime", ["auto", "off"])
+def test_what_is_not_permitted_is_said(realtime: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    for name in ("sched_setscheduler", "sched_setaffinity"):
+        monkeypatch.setattr(pacing.os, name, refuse)
+    got = pacing.prepare(ServeSettings(realtime=realtime, core=0))
+    assert (got.realtime, got.core) == (False, -1)
+    assert "not bound to core 0 (Operation not permitted)" in got.words
+    wanted = "macromicro doctor" if realtime == "auto" else "switched off"
+    assert wanted in got.words

@@ -1,0 +1,156 @@
+"""The position file: what it says, when it may be trusted, and who may write it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+
+import pytest
+
+from macromicro.errors import MacromicroError
+from macromicro.serve import persist
+from macromicro.serve.keeping import Keeper, Place
+from macromicro.serve.persist import Kept, Lock
+
+KEPT = Kept("twin", 1400.0, 3.0, True, "homed", False, 1.8e9)
+
+
+def test_round_trip(tmp_path: Path) -> None:
+    path = tmp_path / "deeper" / "position.json"
+    persist.save(path, KEPT)
+    assert persist.load(path) == KEPT
+    assert persist.restore(KEPT, "twin", 1401.0) == (True, 3.0, persist.restore(KEPT, "twin", 1400)[2])
+    nan = KEPT._replace(offset=math.nan)
+    persist.save(path, nan)
+    assert math.isnan(persist.load(path).offset)  # type: ignore[union-attr]
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize(
+    ("kept", "count", "why"),
+    [
+        (KEPT._replace(moving=True), 1400.0, "interrupted"),
+        (KEPT._replace(trusted=False, why="never homed"), 1400.0, "never homed"),
+        (KEPT._replace(rig="mylab:bench"), 1400.0, "another rig, mylab:bench"),
+        (KEPT, 0.0, "reads 0, was left at 1400"),
+        (KEPT, math.nan, "encoder"),
+        (KEPT._replace(offset=math.nan), 1400.0, "untrusted"),
+        ("no position was kept", 1400.0, "no position was kept"),
+    ],
+)
+def test_what_is_not_trusted(kept: Kept | str, count: float, why: str) -> None:
+    restored = persist.restore(kept, "twin", count)
+    assert not restored.trusted
+    assert math.isnan(restored.offset)
+    assert why in restored.why
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"format": "other"}', "\x00\xff"])
+def test_a_damaged_file_is_no_position(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "position.json"
+    path.write_text(text, "utf-8")
+    assert isinstance(persist.load(path), str)
+
+
+@pytest.mark.parametrize("field", ["count", "trusted", "moving", "why"])
+def test_a_field_of_another_type_is_no_position(field: str, tmp_path: Path) -> None:
+    path = tmp_path / "position.json"
+    persist.save(path, KEPT)
+    written = json.loads(path.read_text())
+    path.write_text(json.dumps({**written, field: [1]}))
+    assert isinstance(persist.load(path), str)
+
+
+def test_a_failed_write_leaves_the_old_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "position.json"
+    persist.save(path, KEPT)
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(persist.os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        persist.save(path, KEPT._replace(count=0.0))
+    assert persist.load(path) == KEPT
+
+
+def test_the_lock_names_who_has_it(tmp_path: Path) -> None:
+    path = tmp_path / "position.json"
+    one, two = Lock(path), Lock(path)
+    one.take()
+    with pytest.raises(MacromicroError, match=rf"process {os.getpid()}.*end that one first"):
+        two.take()
+    one.drop()
+    two.take()  # a file that is left behind locks nothing
+    inherited = os.dup(two.fd)
+    two.drop()
+    with pytest.raises(MacromicroError):
+        one.take()  # the loop process lives on and keeps it
+    os.close(inherited)
+    one.take()
+    one.drop()
+
+
+class Scene:
+    """A keeper, the place that it is shown, and what it reported."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.place: Place | None = None
+        self.reports: list[str] = []
+        self.keeper = Keeper(path, "twin", lambda: self.place, self.reports.append)
+
+    def show(self, row: int, count: float, moving: bool, trusted: bool = True) -> Kept | str:
+        self.place = Place(row, count, 0.0, trusted, "homed", moving)
+        self.keeper.update()
+        return persist.load(self.path)
+
+
+def test_moving_is_in_the_file_before_anything_moves(tmp_path: Path) -> None:
+    scene = Scene(tmp_path / "position.json")
+    assert scene.show(10, 5.0, False) == KEPT._replace(
+        count=5.0, offset=0.0, saved=persist.load(scene.path).saved  # type: ignore[union-attr]
+    )
+    scene.keeper.begin_motion()
+    assert persist.load(scene.path).moving  # type: ignore[union-attr]
+    # The loop has not answered, and then rows of before the motion still show rest.
+    assert scene.show(11, 5.0, False).moving  # type: ignore[union-attr]
+    scene.keeper.answered(12)
+    assert scene.show(12, 5.0, False).moving  # type: ignore[union-attr]
+    assert scene.show(13, 400.0, True).moving  # type: ignore[union-attr]
+    ended = scene.show(900, 800.0, False)
+    assert (ended.moving, ended.count) == (False, 800.0)  # type: ignore[union-attr]
+
+
+def test_trust_is_written_at_once_and_flicker_is_not(tmp_path: Path) -> None:
+    scene = Scene(tmp_path / "position.json")
+    first = scene.show(1, 5.0, False)
+    assert scene.show(2, 6.0, False) == first
+    assert scene.show(3, 5.0, False, trusted=False).trusted is False  # type: ignore[union-attr]
+    assert scene.show(4, 9.0, False).count == 9.0  # type: ignore[union-attr]
+
+
+def test_where_nothing_can_be_written_the_file_goes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene(tmp_path / "position.json")
+    scene.show(1, 5.0, False)
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(persist.os, "fsync", full)
+    scene.keeper.begin_motion()
+    assert persist.load(scene.path) == "no position was kept"
+    assert "No space left" in scene.reports[0]
+
+    def locked(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    scene.keeper.answered(1)
+    scene.show(5, 5.0, False)
+    monkeypatch.setattr(Path, "unlink", locked)
+    with pytest.raises(MacromicroError, match="nor this file be removed"):
+        scene.keeper.begin_motion()

@@ -1,0 +1,82 @@
+"""The shared memory: rows come out as they went in, and lost ones are counted."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+
+from macromicro.serve.shared import COLUMNS, STATUS_TURN, WRITTEN, Shared, Status
+
+
+def fill(shared: Shared, first: int, count: int) -> None:
+    for k in range(first, first + count):
+        shared.put([k + 0.001 * c for c in range(len(COLUMNS))])
+
+
+def test_rows_come_out_in_order_and_only_once() -> None:
+    shared = Shared.create(100)
+    assert shared.last() is None
+    fill(shared, 0, 30)
+    lost, count, block = shared.since(0)
+    assert (lost, count, block.shape) == (0, 30, (len(COLUMNS), 30))
+    assert block[0].tolist() == list(range(30))
+    assert block[5, 7] == 7.005
+    assert shared.since(count)[2].shape == (len(COLUMNS), 0)
+    fill(shared, 30, 50)  # 80 of 100: no wrap yet
+    fill(shared, 80, 50)  # across the end of the ring
+    lost, count, block = shared.since(65)
+    assert (lost, count) == (0, 130)
+    assert block[0].tolist() == list(range(65, 130))
+    newest = shared.last()
+    assert newest is not None
+    assert newest[0] == 129.0
+
+
+def test_a_slow_reader_is_told_how_many_rows_it_lost() -> None:
+    shared = Shared.create(100)
+    fill(shared, 0, 250)
+    lost, count, block = shared.since(10)
+    assert count == 250
+    assert lost == block[0, 0] - 10
+    assert block[0].tolist() == list(range(10 + lost, 250))
+    assert 100 - 30 < block.shape[1] < 100
+
+
+def test_a_count_from_an_earlier_memory_gives_nothing() -> None:
+    shared = Shared.create(100)
+    fill(shared, 0, 5)
+    lost, count, block = shared.since(4000)
+    assert (lost, count, block.shape[1]) == (0, 5, 0)
+
+
+def test_two_mappings_are_the_same_memory() -> None:
+    one = Shared.create(50)
+    other = Shared(os.dup(one.fd), 50)
+    fill(one, 0, 3)
+    one.set_status(Status(periods=3.0, fault=7.0, offset=-12.0))
+    one.close()
+    assert other.since(0)[1] == 3
+    assert other.status() == Status(periods=3.0, fault=7.0, offset=-12.0)
+
+
+def test_a_status_half_written_by_a_killed_loop_is_shown_all_the_same() -> None:
+    shared = Shared.create(50)
+    shared.set_status(Status(periods=3.0))
+    shared.cells[STATUS_TURN] += 1
+    assert shared.status().periods == 3.0
+
+
+def test_a_row_shows_only_once_it_is_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    shared = Shared.create(50)
+    seen = []
+
+    class Watched(np.ndarray):
+        def __setitem__(self, key: object, value: object) -> None:
+            super().__setitem__(key, value)
+            seen.append(int(shared.cells[WRITTEN]))
+
+    monkeypatch.setattr(shared, "ring", shared.ring.view(Watched))
+    fill(shared, 0, 2)
+    assert seen == [0, 1]

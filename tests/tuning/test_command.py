@@ -1,0 +1,83 @@
+"""``macromicro tune`` as a user meets it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+COMMAND = [sys.executable, "-m", "macromicro"]
+
+
+def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *arguments], capture_output=True, text=True, check=False, cwd=cwd
+    )
+
+
+def test_tune_then_run(tmp_path: Path) -> None:
+    """The settings that it leaves are settings that a run takes."""
+    done = command("tune", "macro", "--evaluations", "48", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "better on the bench" in done.stdout
+    tuned = tmp_path / "results" / "tune-macro" / "tuned.toml"
+    (tmp_path / "one.toml").write_text('[[moves]]\nmacro = "150 mm"\nhold = "0.5 s"\n')
+    ran = command("run", "one.toml", "--config", str(tuned), "--json", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert "pd_tuned.now" in ran.stdout
+    again = command("tune", "macro", "--evaluations", "48", cwd=tmp_path)
+    assert again.returncode == 2
+    assert "exists already" in again.stderr
+
+
+def test_json_alone(tmp_path: Path) -> None:
+    done = command("tune", "macro", "--route", "thesis", "--json", "--out", "o", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert record["route"] == "thesis"
+    assert done.stdout == (tmp_path / "o" / "tuning.json").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["nano"], "stage"),
+        (["macro", "--law", "lqr"], "--law"),
+        (["macro", "--objective", "beauty"], "--objective"),
+        (["macro", "--evaluations", "0"], "--evaluations"),
+        (["macro", "--config", "none.toml"], "none.toml"),
+        (["micro", "--route", "thesis"], "--route"),
+    ],
+)
+def test_bad_input(arguments: list[str], named: str, tmp_path: Path) -> None:
+    done = command("tune", *arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert named in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_leaves_nothing(tmp_path: Path) -> None:
+    """Ctrl-C in a search that would take minutes."""
+    process = subprocess.Popen(
+        [*COMMAND, "tune", "macro", "--on", "bench", "--evaluations", "1000000"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    assert process.stderr is not None
+    assert "tuning the macro-stage" in process.stderr.readline()
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert "interrupted" in said
+    assert not (tmp_path / "results").exists()
