@@ -12,6 +12,8 @@ import typer
 from macromicro import __version__
 from macromicro.commands import identify
 from macromicro.commands.collect import collect
+from macromicro.commands.doctor import doctor
+from macromicro.commands.latency import latency
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.robust import robust
 from macromicro.commands.signals import INTERRUPTED, Signals
@@ -214,6 +216,8 @@ def programmes(
 
 
 app.command()(collect)
+app.command()(doctor)
+app.command()(latency)
 app.command()(reproduce)
 app.command()(robust)
 app.command()(sweep)

@@ -11,6 +11,8 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.robustness.metrics import NAMES
 from macromicro.robustness.requirements import DEFAULTS, load
+from macromicro.robustness.uncertain import UNCERTAIN
+from macromicro.robustness.words import amount
 
 
 def written(folder: Path, text: str, name: str = "limits.toml") -> Path:
@@ -81,3 +83,14 @@ def test_limits_in_words() -> None:
     words = {r.metric.name: r.text for r in DEFAULTS}
     assert words["macro_settling"] == "at most 0.95 s"
     assert words["fault"] == "none"
+
+
+def test_the_page_in_docs_lists_what_the_code_has() -> None:
+    """Every uncertain parameter with its range, settings and source; every limit."""
+    page = (Path(__file__).parents[2] / "docs" / "robustness.md").read_text(encoding="utf-8")
+    for u in UNCERTAIN:
+        paths = ", ".join(f"`{path}`" for path, _ in u.parts)
+        between = f"{amount(u, u.low)} to {amount(u, u.high)}"
+        assert f"| `{u.name}` | {between} | {u.meaning} | {paths} | {u.source} |" in page
+    for r in DEFAULTS:
+        assert f"| `{r.metric.name}` | {r.metric.meaning} | {r.text} | {r.source} |" in page

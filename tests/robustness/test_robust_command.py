@@ -218,6 +218,7 @@ def test_ctrl_c_reports_what_is_done(tmp_path: Path) -> None:
     text, words = process.communicate(timeout=300)
     assert process.returncode == 128 + signal.SIGINT
     assert "INCOMPLETE" in text
+    assert "not run" in text
     assert "interrupted after" in words
     content = json.loads((tmp_path / "out" / files.JSON).read_text())
     assert content["interrupted"]

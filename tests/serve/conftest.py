@@ -16,6 +16,7 @@ from macromicro.serve.station import Station
 sys.path.insert(0, str(Path(__file__).parent))
 import serve_parts
 
+
 @pytest.fixture
 def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """What the rig was last told; see `serve_parts`."""

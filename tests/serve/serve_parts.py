@@ -144,14 +144,15 @@ class Driver:
             self.illegal = True
         if isinstance(request, m.ClearFault):
             self.mode = m.DISABLED if request.gone else self.mode
+        return m.Accepted(0), self._ended_by(request)
+
+    def _ended_by(self, request: Any) -> tuple[Any, ...]:
         if isinstance(request, m.Stop):
-            return m.Accepted(0), self._end(m.STOPPED_BY_REQUEST)
+            return self._end(m.STOPPED_BY_REQUEST)
         if isinstance(request, m.LinkLost):
             event = m.Event(0.0, "link", "", "", request.action, {"client": request.client})
-            return m.Accepted(0), (event, *self._end(m.LOST))
-        if isinstance(request, m.EmergencyStop):
-            return m.Accepted(0), self._end(m.EMERGENCY)
-        return m.Accepted(0), ()
+            return (event, *self._end(m.LOST))
+        return self._end(m.EMERGENCY) if isinstance(request, m.EmergencyStop) else ()
 
     def fail(self, words: str, evidence: dict[str, Any], lost: bool) -> tuple[Any, ...]:
         self.illegal = False
@@ -176,9 +177,7 @@ def serve_until_killed(state: str) -> None:
     """A serving process of its own: starts, homes, moves for ever."""
     from macromicro.serve.station import Station
 
-    station = Station(
-        "serve_parts:logged", state=Path(state), machine="serve_parts:driver"
-    )
+    station = Station("serve_parts:logged", state=Path(state), machine="serve_parts:driver")
     station.start()
     station.acquire("test")
     station.request("test", m.Home())

@@ -21,7 +21,11 @@ def test_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "deeper" / "position.json"
     persist.save(path, KEPT)
     assert persist.load(path) == KEPT
-    assert persist.restore(KEPT, "twin", 1401.0) == (True, 3.0, persist.restore(KEPT, "twin", 1400)[2])
+    assert persist.restore(KEPT, "twin", 1401.0) == (
+        True,
+        3.0,
+        persist.restore(KEPT, "twin", 1400)[2],
+    )
     nan = KEPT._replace(offset=math.nan)
     persist.save(path, nan)
     assert math.isnan(persist.load(path).offset)  # type: ignore[union-attr]
@@ -54,7 +58,7 @@ def test_a_damaged_file_is_no_position(text: str, tmp_path: Path) -> None:
     assert isinstance(persist.load(path), str)
 
 
-@pytest.mark.parametrize("field", ["count", "trusted", "moving", "why"])
+@pytest.mark.parametrize("field", ["encoder", "trusted", "moving", "why"])
 def test_a_field_of_another_type_is_no_position(field: str, tmp_path: Path) -> None:
     path = tmp_path / "position.json"
     persist.save(path, KEPT)
@@ -63,7 +67,9 @@ def test_a_field_of_another_type_is_no_position(field: str, tmp_path: Path) -> N
     assert isinstance(persist.load(path), str)
 
 
-def test_a_failed_write_leaves_the_old_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_leaves_the_old_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "position.json"
     persist.save(path, KEPT)
 
@@ -72,7 +78,7 @@ def test_a_failed_write_leaves_the_old_text(tmp_path: Path, monkeypatch: pytest.
 
     monkeypatch.setattr(persist.os, "fsync", full)
     with pytest.raises(OSError, match="No space"):
-        persist.save(path, KEPT._replace(count=0.0))
+        persist.save(path, KEPT._replace(encoder=0.0))
     assert persist.load(path) == KEPT
 
 
@@ -111,7 +117,9 @@ class Scene:
 def test_moving_is_in_the_file_before_anything_moves(tmp_path: Path) -> None:
     scene = Scene(tmp_path / "position.json")
     assert scene.show(10, 5.0, False) == KEPT._replace(
-        count=5.0, offset=0.0, saved=persist.load(scene.path).saved  # type: ignore[union-attr]
+        encoder=5.0,
+        offset=0.0,
+        saved=persist.load(scene.path).saved,  # type: ignore[union-attr]
     )
     scene.keeper.begin_motion()
     assert persist.load(scene.path).moving  # type: ignore[union-attr]
@@ -121,7 +129,7 @@ def test_moving_is_in_the_file_before_anything_moves(tmp_path: Path) -> None:
     assert scene.show(12, 5.0, False).moving  # type: ignore[union-attr]
     assert scene.show(13, 400.0, True).moving  # type: ignore[union-attr]
     ended = scene.show(900, 800.0, False)
-    assert (ended.moving, ended.count) == (False, 800.0)  # type: ignore[union-attr]
+    assert (ended.moving, ended.encoder) == (False, 800.0)  # type: ignore[union-attr]
 
 
 def test_trust_is_written_at_once_and_flicker_is_not(tmp_path: Path) -> None:
@@ -129,7 +137,7 @@ def test_trust_is_written_at_once_and_flicker_is_not(tmp_path: Path) -> None:
     first = scene.show(1, 5.0, False)
     assert scene.show(2, 6.0, False) == first
     assert scene.show(3, 5.0, False, trusted=False).trusted is False  # type: ignore[union-attr]
-    assert scene.show(4, 9.0, False).count == 9.0  # type: ignore[union-attr]
+    assert scene.show(4, 9.0, False).encoder == 9.0  # type: ignore[union-attr]
 
 
 def test_where_nothing_can_be_written_the_file_goes(

@@ -63,6 +63,12 @@ def test_bad_input(arguments: list[str], named: str, tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_no_number(tmp_path: Path) -> None:
+    done = command("tune", "macro", "--evaluations", "many", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "'many'; accepted: a whole number" in done.stderr
+
+
 def test_an_interrupt_leaves_nothing(tmp_path: Path) -> None:
     """Ctrl-C in a search that would take minutes."""
     process = subprocess.Popen(

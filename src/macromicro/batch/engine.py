@@ -48,14 +48,13 @@ def run(
 
 
 def _pieces(sets: Iterable[Variants], block: int, threads: int) -> Iterator[tuple[int, Variants]]:
-    """The variants in pieces of whole blocks, with the number of each piece's first one."""
+    """The variants in pieces of a few blocks, with the number of each piece's first one."""
     first = 0
     for paths, values in sets:
         if np.ndim(values) != 2:
             raise InputError("variants, shape of the values", np.shape(values), "(n, paths)")
         n = len(values)
-        share = -(-n // (threads * block))  # blocks each thread would get
-        size = block * max(1, min(_BLOCKS, share))
+        size = max(1, min(_BLOCKS * block, -(-n // threads)))  # few: each thread its share
         for k in range(0, n, size):
             yield first + k, Variants(paths, values[k : k + size])
         first += n

@@ -9,7 +9,16 @@ import numpy as np
 
 from macromicro.batch import course
 from macromicro.batch.course import METRICS, SMALLEST, Course, Task
-from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named, table
+from macromicro.batch.variants import (
+    Array,
+    Trajectories,
+    Variants,
+    applied,
+    checked,
+    named,
+    shipped,
+    table,
+)
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw, MacroMemory
@@ -74,7 +83,7 @@ def stage(settings: Settings) -> Stage:
         Macro(b.carriage, b.motor, b.friction, b.belt),
         settings.sensors.encoder,
         int(b.steps.macro),
-        control_settings.prepare(settings.controller).macro,
+        control_settings.prepare(settings.controller, table=shipped()).macro,
     )
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from macromicro.batch.scratch import Scratch
-from macromicro.batch.variants import Array, Metric
+from macromicro.batch.variants import Array, Metric, shipped
 from macromicro.batch.whole_bench import BenchJob
 from macromicro.control import settings as control_settings
 from macromicro.design.response import entry, smoothed
@@ -62,7 +62,7 @@ class MicroBenchJob(BenchJob):
         settled, beyond, left = _steps(laser)
         first = round(TIMES[0] / PERIOD)
         errors = 1e3 * seen["micro_reference"][first:] - laser[first:]
-        law = control_settings.prepare(settings.controller).micro
+        law = control_settings.prepare(settings.controller, table=shipped()).micro
         effort = seen["ctrl"][first:]
         full = (effort <= law.low) | (effort >= law.high)
         return [

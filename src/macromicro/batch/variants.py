@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.config import check
+from macromicro.control import calibration
+from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.parameters import Entry, Par, entries, replaced
 from macromicro.units import shown
@@ -17,6 +20,12 @@ Array = npt.NDArray[np.float64]
 
 SEED = "seed"  # beside the tree's paths: the seed of the measurement noise
 MAX_SEED = 2.0**53
+
+
+@cache
+def shipped() -> Calibration:
+    """The shipped Hall calibration, read once."""
+    return calibration.shipped()
 
 
 class Variants(NamedTuple):

@@ -20,6 +20,7 @@ from macromicro.batch.variants import (
     applied,
     checked,
     seeds,
+    shipped,
 )
 from macromicro.batch.variants import table as parameters
 from macromicro.columns import COLUMNS
@@ -109,7 +110,7 @@ class BenchJob:
         return out
 
     def _run(self, settings: Settings, seed: int, place: Scratch) -> Outcome:
-        table = None if self._table is None else self._table(settings)
+        table = (None if self._table is None else self._table(settings)) or shipped()
         what = self.programme(settings)
         return simulate.simulate(settings, what, place, seed=seed, fan=self._fan, table=table)
 

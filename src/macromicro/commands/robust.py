@@ -118,9 +118,6 @@ def _robust(
     out: Path,
     signals: Signals,
 ) -> None:
-    import numpy as np
-
-    from macromicro.batch import Variants
     from macromicro.config import difference
     from macromicro.experiments.run import is_compiled
     from macromicro.report.provenance import software
@@ -133,7 +130,7 @@ def _robust(
     if not is_compiled():
         print("compiling the bench, once, about 10 s", file=sys.stderr)
     job = RobustJob(programme, fan, request.settings)
-    job.evaluate(Variants((), np.empty((0, 0))))  # compiles
+    job.compile()
     started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()
     with terminal.progress(plan.title) as report:

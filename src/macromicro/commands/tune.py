@@ -20,6 +20,14 @@ class _Stopped(Exception):
     """A signal ended the search."""
 
 
+def _whole(text: str | int) -> int:
+    """A whole number; the message names the value, which typer's own does not."""
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r}; accepted: a whole number") from None
+
+
 def tune(  # noqa: PLR0913, PLR0917 - one for each option
     stage: Annotated[str, typer.Argument(help="macro or micro.")],
     objective: Annotated[
@@ -29,8 +37,10 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         str | None,
         typer.Option(metavar="NAME", help="Control law.", show_default="that of the settings"),
     ] = None,
-    evaluations: Annotated[int, typer.Option(metavar="N", help="Most designs to try.")] = 300,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the search.")] = 0,
+    evaluations: Annotated[
+        int, typer.Option(parser=_whole, metavar="N", help="Most designs to try.")
+    ] = 300,
+    seed: Annotated[int, typer.Option(parser=_whole, metavar="N", help="Seed of the search.")] = 0,
     on: Annotated[
         str | None,
         typer.Option(
@@ -48,7 +58,9 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     aggregate: Annotated[
         str, typer.Option(metavar="HOW", help="Cost of an ensemble: worst or q95.")
     ] = "worst",
-    benches: Annotated[int, typer.Option(metavar="N", help="Benches in the ensemble.")] = 16,
+    benches: Annotated[
+        int, typer.Option(parser=_whole, metavar="N", help="Benches in the ensemble.")
+    ] = 16,
     saturate: Annotated[
         bool, typer.Option("--saturate", help="Let the macro effort saturate at no cost.")
     ] = False,

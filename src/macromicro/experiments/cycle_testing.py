@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.experiments import cycle_runs as testing
-from macromicro.experiments.claim import CALIBRATED, PREDICTED, REPRODUCED, Claim, holds, within
+from macromicro.experiments.claim import REPRODUCED, Claim, holds, within
 from macromicro.experiments.cycle_runs import Array, CycleData, Cycles
+from macromicro.experiments.statements import stated
 
 SECTION = "Appendix D"
 LATE = 10  # cycles at the end that count as settled
@@ -46,56 +47,22 @@ def _times(data: CycleData, mean: Cycles) -> list[Claim]:
         within(fall, 1.0, 1.45) == REPRODUCED and mean.fall[0] < fall,
     )
     return [
-        Claim(
-            "A1",
-            SECTION,
-            "Rise time from the step to 149 of 150 counts falls over the cycles and settles",
-            0.23,
-            t1,
-            "s",
-            holds(good[0]),
-            f"{_course(mean.tau1)}; {spring}. {reading}",
-            CALIBRATED,
-        ),
-        Claim(
-            "A2",
-            SECTION,
-            "Rise time from 0 to 149 counts settles",
-            0.18,
-            t2,
-            "s",
-            holds(good[1]),
-            f"{_course(mean.tau2)}; {spring}",
-            CALIBRATED,
-        ),
-        Claim(
+        stated("A1", t1, holds(good[0]), f"{_course(mean.tau1)}; {spring}. {reading}"),
+        stated("A2", t2, holds(good[1]), f"{_course(mean.tau2)}; {spring}"),
+        stated(
             "A3",
-            SECTION,
-            "Fall time from 150 to 0 counts grows over the cycles and settles",
-            1.2,
             fall,
-            "s",
             holds(good[2]),
             f"{_course(mean.fall)}, still {1e3 * (mean.fall[-1] - mean.fall[-LATE]):.0f} ms more "
             f"over those; {spring}",
-            CALIBRATED,
         ),
     ]
 
 
 def _delay(runs: list[Cycles]) -> Claim:
     least = float(min((run.tau1 - run.tau2).min() for run in runs))
-    return Claim(
-        "A4",
-        SECTION,
-        "tau1 - tau2, the delay before the actuator answers, stays above zero",
-        None,
-        least,
-        "s",
-        holds(least > 0.0),
-        f"least of {len(runs)} runs of {len(runs[0].tau1)} cycles",
-        PREDICTED,
-        "above 0",
+    return stated(
+        "A4", least, holds(least > 0.0), f"least of {len(runs)} runs of {len(runs[0].tau1)} cycles"
     )
 
 
@@ -110,13 +77,9 @@ def _shares(mean: Cycles) -> Claim:
         and bool(np.all(mean.last > mean.first))
     )
     top = [int(np.argmax(v)) + 1 for v in (mean.first, mean.last)]
-    return Claim(
+    return stated(
         "A5",
-        SECTION,
-        "The share of samples at 150 counts grows over the cycles, and is higher late in the hold",
-        None,
         [early[0], late[0], early[1], late[1]],
-        "%",
         holds(good),
         f"first 1000 samples: {mean.first[0]:.0f} % in cycle 1, mean of the first ten "
         f"{early[0]:.0f} %, of the last ten {late[0]:.0f} %; last 1000: {mean.last[0]:.0f}, "
@@ -124,8 +87,6 @@ def _shares(mean: Cycles) -> Claim:
         f"{slopes[1]:.2f} % a cycle. Nearly all of the growth comes in the first cycles: the "
         f"highest shares are {mean.first.max():.0f} % (cycle {top[0]}) and "
         f"{mean.last.max():.0f} % (cycle {top[1]}), and then they fall by some percent",
-        PREDICTED,
-        "grows; slightly higher in the second half",
     )
 
 
@@ -141,17 +102,11 @@ def _total(data: CycleData, runs: list[Cycles], mean: Cycles) -> Claim:
     trend = testing.run_trend(per_run, data.room)
     grows = float(np.polyfit(np.arange(len(total)), total, 1)[0]) > 0.0
     grows = grows and settled(total) > float(total[0])
-    return Claim(
+    return stated(
         "A6",
-        SECTION,
-        "Rise and fall together take longer over the cycles, but not from run to run",
-        None,
         [float(total[0]), settled(total), 1e3 * trend.slope],
-        "s, s, ms a run",
         holds(grows and abs(trend.slope) <= trend.reach),
         f"{_course(total)}; from run to run {1e3 * trend.slope:.2f} +- {1e3 * trend.reach:.2f} ms "
         f"(95 %), {_room(data.room)}. Half an hour is some twenty of the slowest time constants: "
         "nothing is left to tell one run from the next, and the bench has no ageing",
-        PREDICTED,
-        "grows; no trend",
     )

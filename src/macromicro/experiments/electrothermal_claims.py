@@ -7,7 +7,8 @@ import numpy as np
 
 from macromicro.experiments import electrothermal, gain_curve
 from macromicro.experiments.actuator_models import Models
-from macromicro.experiments.claim import CALIBRATED, Claim, holds, within
+from macromicro.experiments.claim import Claim, holds, within
+from macromicro.experiments.statements import stated
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response, transfer
 
@@ -33,30 +34,20 @@ def _gain(models: Models) -> list[Claim]:
     near = 37.86 * 0.7 <= a <= 37.86 * 1.3 or low <= 37.86 <= high
     back = "the driver's heat map between 1.5 and 1.6 V was solved back from (5.5): consistency"
     return [
-        Claim(
+        stated(
             "S5a",
-            "5.2.2",
-            "The steady temperature rises to an asymptote (5.2)-(5.3)",
-            83.0,
             fit.asymptote,
-            "K above ambient",
             within(fit.asymptote, 80.0, 86.0),
             f"95 % interval {fit.asymptote_interval[0]:.1f} to {fit.asymptote_interval[1]:.1f}; "
             f"offset y0 {fit.model.y0:.2f}, B {fit.model.b:.2f} (83 - 57.66 is 25.34, printed is "
             f"25.5); {back}",
-            CALIBRATED,
         ),
-        Claim(
+        stated(
             "S5b",
-            "5.2.2",
-            "Exponent A of the steady-state gain (5.5)",
-            37.86,
             a,
-            "1/V",
             holds(near),
             f"by the linearised route; non-linear least squares give {fit.model.a:.1f}, 95 % "
             f"interval {low:.1f} to {high:.1f}; {back}",
-            CALIBRATED,
         ),
     ]
 
@@ -65,34 +56,24 @@ def _dynamics(models: Models) -> Claim:
     found = models.thesis.heating.modes
     num, den = transfer(found)
     error = against_5_6(found)
-    return Claim(
+    return stated(
         "S7",
-        "5.2.2",
-        "Third-order heating dynamics (5.6) from the 1.575 V step",
-        [-1.375, -0.1052, -0.01062, 1.0098],
         [-found.rate1, -found.rate2, -found.rate3, float(num[-1] / den[-1])],
-        "rad/s, rad/s, rad/s, DC gain",
         within(error, 0.0, 5.0),
         f"step responses differ by {error:.2f} % NRMSE over a minute. Shares of the modes and "
         "their rates can be traded for each other, so poles differ more than responses; the "
         "bench's heat ladder was chosen from (5.6)",
-        CALIBRATED,
     )
 
 
 def _cooling(models: Models) -> Claim:
     cooling = models.thesis.cooling
-    return Claim(
+    return stated(
         "S8",
-        "5.2.2",
-        "Cooling time constant (5.9), from 1.575 V held 10 s to 0 V",
-        1.0,
         cooling.time,
-        "s",
         within(cooling.time, 0.8, 1.3),
         f"63 % of the fall of the inferred temperature; {cooling.fitted:.2f} s by least squares. "
         "1/(z + 1) is read as 1/(s + 1). The cooling thresholds were chosen with it in view",
-        CALIBRATED,
     )
 
 
@@ -100,18 +81,12 @@ def _whole(models: Models) -> Claim:
     steps = models.steps
     steady = 100.0 * max(abs(steps[v].steady) for v in electrothermal.BELOW_STOP)
     ratio = steps[1.8].dynamic / steps[1.575].dynamic
-    return Claim(
+    return stated(
         "S10",
-        "5.2.3",
-        "The full actuator model agrees at steady state and fails dynamically at large inputs",
-        None,
         [steady, ratio],
-        "% of stroke, ratio",
         holds(steady < 5.0 and ratio >= 3.0),
         f"steady error at 1.5-1.6 V at most {steady:.1f} % of the stroke; the dynamic error at "
         f"1.8 V is {ratio:.1f} times that at 1.575 V ({100.0 * steps[1.8].dynamic:.1f} and "
         f"{100.0 * steps[1.575].dynamic:.2f} %). The kiln's 30 g and the stage's load shift the "
         "thresholds against each other; the load was chosen with it in view",
-        CALIBRATED,
-        "good steady state, poor at large inputs",
     )

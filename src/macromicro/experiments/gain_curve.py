@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.experiments.claim import COMPUTED, Claim, holds
+from macromicro.experiments.claim import Claim, holds
+from macromicro.experiments.statements import stated
 from macromicro.models.weighted_gain import Weighted, exponential, weighted
 
 Array = npt.NDArray[np.float64]
@@ -37,17 +38,11 @@ def claims() -> list[Claim]:
     volts, rise = curve(1.3, 1.6, 3001)
     silent = float(volts[rise < 0.05][-1])
     return [
-        Claim(
+        stated(
             "S9",
-            "(5.7)-(5.8)",
-            "the weighted gain at 1.5, 1.6, 1.7 and 1.8 V, and never below 0",
-            None,
             found,
-            "K above ambient",
             holds(close and bool((everywhere >= 0.0).all())),
             f"the equation by itself. It is nothing up to {silent:.2f} V, where the actuator "
             f"already responds, and runs away above ({weighted(Weighted(), 1.9):.0f} K at 1.9 V).",
-            COMPUTED,
-            "equation",
         )
     ]

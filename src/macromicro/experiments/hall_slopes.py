@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from macromicro.design import resolution
 from macromicro.experiments import hall_calibration
-from macromicro.experiments.claim import CALIBRATED, Claim, within
+from macromicro.experiments.claim import Claim, within
 from macromicro.experiments.machine import Machine
-from macromicro.experiments.sensor_design import FEEDBACK, SENSITIVITY, SPAN
+from macromicro.experiments.sensor_design import SENSITIVITY, SPAN
+from macromicro.experiments.statements import stated
 from macromicro.identify.hall import HallFit, calibrated
 
 Array = npt.NDArray[np.float64]
@@ -75,18 +76,13 @@ def claims(data: HallRuns) -> list[Claim]:
     found = data.slopes
     reach = 0.5 * SPAN / SENSITIVITY
     return [
-        Claim(
+        stated(
             "D6",
-            FEEDBACK,
-            "travel worth one bit after calibration against the laser",
-            0.976,
             1e6 * resolution.calibrated(found.step, 1e-3 * found.mean),
-            "um/bit",
             within(found.mean, 0.75, 0.85),
             f"mean slope {found.mean:.3f} um/mV, {found.extended:.3f} at the extended and "
             f"{found.contracted:.3f} at the contracted end; the readings differ by "
             f"{1e3 * found.step:.4f} mV and multiples. The magnets' profile was chosen for the "
             f"mean; its full 5 V would be +-{reach:.0f} G, beyond the +-670 G of the SS94B1.",
-            CALIBRATED,
         )
     ]

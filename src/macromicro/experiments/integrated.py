@@ -17,9 +17,10 @@ from macromicro.control.supervisor import SETTLING
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult
 from macromicro.design.vibration import Vibration, vibration
-from macromicro.experiments.claim import CALIBRATED, PREDICTED, Claim, holds, within
+from macromicro.experiments.claim import Claim, holds, within
 from macromicro.experiments.programmed import Runner, micro_steps, moves_of, on_twin
 from macromicro.experiments.run import load
+from macromicro.experiments.statements import stated
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 from macromicro.settings import Settings
@@ -170,19 +171,13 @@ def _sequence(found: list[Turn]) -> Claim:
     waits = [t.waited for t in found]
     good = all(abs(t.waited - 2.0) < 2e-3 and abs(t.reset) < 2e-3 and t.quiet for t in found)
     moved = [t.moved for t in found]
-    return Claim(
+    return stated(
         "I1",
-        "6.1",
-        "The macro-stage moves, two seconds pass, the laser is reset, the micro-stage runs",
-        None,
         waits,
-        "s",
         holds(good and len(found) > 0),
         f"{len(found)} macro moves of {min(moved):.2f} to {max(moved):.2f} s, arrival included; "
         f"waits of {min(waits):.3f} to {max(waits):.3f} s; laser reset in the period that enables "
         "the micro-stage; CTRL at 0 V until then",
-        PREDICTED,
-        "a wait of 2 s",
     )
 
 
@@ -194,13 +189,9 @@ def _vibration(found: list[Vibration], expected: int) -> Claim:
         and all(14.0 <= a <= 26.0 for a in size)
         and all(1.5 <= t <= 2.5 for t in decay)
     )
-    return Claim(
+    return stated(
         "I2",
-        "6.2",
-        "A macro move leaves a vibration that has gone after about two seconds",
-        [20.0, 2.0],
         [float(np.mean(size)), float(np.mean(decay))] if found else None,
-        "um, s",
         holds(good),
         f"after {len(found)} of {expected} moves: first peak {min(size):.1f} to "
         f"{max(size):.1f} um, down to 2 um in {min(decay):.2f} to {max(decay):.2f} s. Frequency, "
@@ -208,8 +199,6 @@ def _vibration(found: list[Vibration], expected: int) -> Claim:
         "the frequency"
         if found
         else "no vibration stood out of the laser's noise",
-        CALIBRATED,
-        "20 um; 2 s",
     )
 
 
@@ -226,54 +215,38 @@ def _warming(bias: Bias, recording: Recording) -> Claim:
             "the thesis says"
         )
     artefact = last.true_bias_um is None or abs(shown - _number(last.left_um)) < 0.5 * shown
-    return Claim(
+    return stated(
         "I3",
-        "6.3",
-        "After ten cycles the stage extends more slowly and seems to miss its set point",
-        None,
         [slower, shown],
-        "%, um",
         holds(slower >= 25.0 and shown > 5.0 and artefact),
         f"{recording.dt * len(recording) / 60.0:.0f} min; return to zero, to within 20 um, "
         f"{_number(first.extension_s):.2f} s in cycle 1 and {_number(last.extension_s):.2f} s in "
         f"cycle 10; mean error by the laser {_number(first.bias_um):.1f} and {shown:.1f} um (worst "
         f"{bias.worst:.1f}); {why}. The body's resistance was chosen so that it shows",
-        CALIBRATED,
-        "visibly slower, a bias",
     )
 
 
 def _cooling(bias: Bias) -> Claim:
     last = bias.cycles[-1]
     time = _number(last.extension_s)
-    return Claim(
+    return stated(
         "I4",
-        "6.3.1",
-        "With a fan the return takes about a second after ten cycles, and the bias is gone",
-        1.0,
         time,
-        "s",
         holds(0.7 <= time <= 1.3 and bias.worst < 5.0),
         f"mean of cycle 10's returns, slowest {_number(last.slowest_s):.2f} s; errors by the "
         f"laser at most {bias.worst:.1f} um, {_number(last.bias_um):.1f} um on average. What the "
         "fan does to the outer resistances was chosen for it",
-        CALIBRATED,
     )
 
 
 def _bandwidth(time: CycleTime) -> Claim:
     both = time.contraction + time.extension
-    return Claim(
+    return stated(
         "I6",
-        "6.4.2",
-        "The micro-stage's cycle with a fan takes about two seconds",
-        2.0,
         both,
-        "s",
         within(both, 1.6, 2.4),
         f"{1.0 / both:.2f} Hz. Counted: {RANGE_MM[0]:g} to {RANGE_MM[1]:g} mm "
         f"({time.contraction:.2f} s) and back ({time.extension:.2f} s), each until within 10 um by "
         f"the laser, the last of {SQUARES}. To 0 mm it would take longer: the last micrometres of "
         "the full extension only creep",
-        PREDICTED,
     )

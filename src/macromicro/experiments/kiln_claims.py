@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from macromicro.experiments.claim import CALIBRATED, NOT_MEASURED, Claim, holds, within
+from macromicro.experiments.claim import NOT_MEASURED, Claim, holds, within
 from macromicro.experiments.kiln import KilnData
+from macromicro.experiments.statements import stated
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import kiln as kiln_fit
 from macromicro.identify.inference import full_contraction
@@ -83,49 +84,32 @@ def _spikes(s: Spikes) -> Claim:
             f"{done}, by up to {s.largest:.1f} K. What is left cannot be told: it takes the "
             "temperature of the thermocouple itself, which only a virtual kiln knows"
         )
-    return Claim(
+    return stated(
         "S1",
-        "5.2.1",
-        "Smoothing takes the interference spikes out of the kiln's temperatures",
-        None,
         [s.raw_max, s.smooth_rms] if known else None,
-        "degC",
         holds(s.raw_max > 5.0 and s.smooth_rms < 0.5) if known else NOT_MEASURED,
         reason,
-        CALIBRATED,
-        "spikes removed",
     )
 
 
 def _preisach(runs: KilnRuns) -> Claim:
     worst = 100.0 * max(p.share for p in runs.predictions)
-    return Claim(
+    return stated(
         "S2",
-        "5.2.1",
-        "The numerical Preisach model (5.1) predicts new kiln profiles with minor loops",
-        None,
         worst,
-        "% of stroke",
         within(worst, 0.0, 3.0),
         f"worst RMS error of {len(runs.predictions)} profiles. The bench is a sum of relays "
         "itself, so this tests table, smoothing and summation, not whether the alloy obeys them",
-        CALIBRATED,
-        "quite good",
     )
 
 
 def _full(table: FodTable) -> Claim:
     full = full_contraction(table)
-    return Claim(
+    return stated(
         "S6",
-        "5.2.2",
-        "Temperature of full contraction, read from the kiln's table",
-        107.5,
         full,
-        "degC",
         within(full, 106.0, 109.0),
         "where the rising branch is within 5 % of its end; within 1 %: "
         f"{full_contraction(table, 0.01):.1f}. The last heating threshold of the relays "
         "was chosen for it",
-        CALIBRATED,
     )

@@ -12,8 +12,9 @@ from macromicro.columns import COLUMNS as RUN_COLUMNS
 from macromicro.control import pi
 from macromicro.control.pi import PiAntiWindup
 from macromicro.experiments import electrothermal
-from macromicro.experiments.claim import CALIBRATED, PREDICTED, Claim, within
+from macromicro.experiments.claim import Claim, within
 from macromicro.experiments.machine import Machine, play, recorded
+from macromicro.experiments.statements import stated
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
@@ -141,30 +142,20 @@ def claims(runs: LaserRuns | None = None) -> list[Claim]:
     outside = [x for x in both if not 1.5 <= x <= 2.5]
     typical = float(np.mean(rest))
     return [
-        Claim(
+        stated(
             "I5",
-            "6.4.1",
-            "The laser's noise with the system at rest",
-            2.0,
             typical,
-            "um",
             within(outside[0] if outside else typical, 1.5, 2.5),
             f"half peak to peak over 10 s, mean of {len(rest)} records ({min(rest):.2f} to "
             f"{max(rest):.2f} um); the noise is a setting of the bench, chosen for it",
-            CALIBRATED,
         ),
-        Claim(
+        stated(
             "I7",
-            "7",
-            "Best accuracy that feedback by the laser can reach",
-            2.0,
             max(calm),
-            "um",
             within(max(calm), 0.0, 2.5),
             f"worst half peak to peak over 10 s of {len(calm)} holds, {SET_POINTS[0]:g} to "
             f"{SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s, with Ki {CALMER.ki:g}: the air's noise, "
             f"hardly more. With the printed Ki {PRINTED.ki:g} the loop answers the noise and makes "
             f"it {min(printed):.1f} to {max(printed):.1f} um",
-            PREDICTED,
         ),
     ]

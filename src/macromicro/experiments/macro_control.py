@@ -18,7 +18,7 @@ from macromicro.experiments import (
     macro_validation,
     programmed,
 )
-from macromicro.experiments.claim import CALIBRATED, PREDICTED, Claim, holds, within
+from macromicro.experiments.claim import Claim, holds, within
 from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_design import Design
 from macromicro.experiments.macro_drive import (
@@ -34,6 +34,7 @@ from macromicro.experiments.macro_drive import (
 )
 from macromicro.experiments.macro_friction import DT
 from macromicro.experiments.programmed import Runner
+from macromicro.experiments.statements import stated
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, MacroModel
 from macromicro.programme import MACRO, Programme
@@ -175,19 +176,13 @@ def pid(run: Recording) -> Claim:
     x, motor = run["macro_position"], run["motor"]
     rise, still, turns = rise_time(x, TRAVEL), sticking(x, motor, 3.0), sign_changes(motor)
     good = 0.45 <= rise <= 0.9 and still > 2.0 and turns >= 1
-    return Claim(
+    return stated(
         "M9",
-        "4.3.1",
-        "Benchmark PID, 2800-count step: a fast rise (0-98 %), then stiction, while the effort "
-        "ramps, and hunting",
-        0.7,
         rise,
-        "s",
         holds(good),
         f"stands still for {still:.1f} s while the effort grows below 3 V; the effort changes "
         f"sign {turns} time(s) in 60 s; {overshoot(x, TRAVEL):.0f} counts over, where Section "
         "4.3.1 asks for none and reports a limit cycle",
-        PREDICTED,
     )
 
 
@@ -197,19 +192,12 @@ def initial_pd(run: Recording, model: Array) -> Claim:
     over, backs = overshoot(x, TRAVEL), len(swings(x, TRAVEL))
     model_over, model_backs = overshoot(model, TRAVEL), len(swings(model, TRAVEL))
     good = over >= 1.0 and backs >= 2 and model_over < 1.0 and model_backs == 0
-    return Claim(
+    return stated(
         "M10",
-        "Fig 4.20",
-        "Initial PD: the bench overshoots (counts) and chatters (reversals of the position "
-        "after arrival), its own simulation does neither",
-        None,
         [over, float(backs)],
-        "counts, 1",
         holds(good),
         f"the simulation goes {model_over:.2f} counts over and reverses {model_backs} times; the "
         "bench's one period of output delay is there for this claim",
-        CALIBRATED,
-        "overshoot and chatter",
     )
 
 
@@ -218,35 +206,23 @@ def tuned_pd(square: Square) -> Claim:
     x = square.bench["pd-tuned"]
     error, seen = nrmse(square.simulated, x), tracking(x, square.reference)
     model = tracking(square.simulated, square.reference)
-    return Claim(
+    return stated(
         "M13",
-        "Fig 4.24",
-        "Tuned PD on a decaying square: simulation and bench agree (RMS error over the range), "
-        "the bench does not oscillate",
-        None,
         error,
-        "%",
         holds(error < 5.0 and seen.largest <= 1.0),
         f"{seen.reversals} reversals after arrival on the bench, at most {seen.largest:.0f} "
         f"counts; the model, which has no stiction, chatters by up to {model.largest:.2f} counts",
-        PREDICTED,
-        "match extremely well",
     )
 
 
 def full_move(run: Recording) -> Claim:
     """M14 from the tuned PD's step."""
     time = settling_time(run["macro_position"], TRAVEL)
-    return Claim(
+    return stated(
         "M14",
-        "6.4.2",
-        "Move over the full travel in closed loop, to within 2 %",
-        0.75,
         time,
-        "s",
         within(time, 0.6, 0.95),
         f"there and back {0.5 / time:.2f} times a second, against 0.67 Hz",
-        PREDICTED,
     )
 
 
@@ -255,35 +231,23 @@ def ranking(square: Square) -> Claim:
     pid_, initial, tuned = (tracking(square.bench[name], square.reference) for name in LAWS)
     good = tuned.settled <= initial.settled < pid_.settled
     good = good and tuned.reversals < initial.reversals
-    return Claim(
+    return stated(
         "M15",
-        "Fig 4.25",
-        "Order of the three controllers: settled error of tuned PD, initial PD, PID",
-        None,
         [tuned.settled, initial.settled, pid_.settled],
-        "counts",
         holds(good),
         f"reversals after arrival: tuned {tuned.reversals}, initial {initial.reversals}. By the "
         f"integral of the error the initial PD leads ({initial.iae:.0f} counts s, tuned "
         f"{tuned.iae:.0f}, PID {pid_.iae:.0f}): it is the quicker one",
-        PREDICTED,
-        "tuned > initial > PID",
     )
 
 
 def travel(run: Recording) -> Claim:
     """M16 from a full-travel move, by encoder and laser."""
     counts = counts_per_200_mm(run)
-    return Claim(
+    return stated(
         "M16",
-        "4",
-        "Encoder counts in 200 mm of travel, the length by the laser",
-        2800.0,
         counts,
-        "counts",
         within(counts, 2798.0, 2802.0),
         f"{200e3 / counts:.1f} um a count, against the 200 um that Chapter 4 gives as precision; "
         "2800 (full travel) is taken, not 3000 (maximum)",
-        CALIBRATED,
-        "2800-3000",
     )

@@ -24,10 +24,11 @@ from macromicro.design.margins import (
     pd_by_margin,
     pd_by_time,
 )
-from macromicro.experiments.claim import COMPUTED, PREDICTED, Claim, holds, within
+from macromicro.experiments.claim import Claim, holds, within
 from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_drive import closed_loop, law, overshoot, settling_time
 from macromicro.experiments.macro_friction import DT
+from macromicro.experiments.statements import stated
 from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, position_transfer
 
@@ -194,30 +195,19 @@ def _margins() -> list[Claim]:
     good = good and abs(initial.frequency / 9.91 - 1.0) <= 0.005
     how = "computed from the polynomials with numpy"
     return [
-        Claim(
+        stated(
             "M11",
-            "4.3.3",
-            "Gain crossover of the tuned PD (4.10) with the position model (4.4)",
-            4.91,
             tuned.frequency,
-            "rad/s",
             within(tuned.frequency, 4.91 * 0.995, 4.91 * 1.005),
             f"{how}; holds with a minus sign in the numerator of (4.10), where the phase margin "
             f"is {tuned.phase_margin:.1f} deg; the printed plus gives {plus.frequency:.1f} rad/s",
-            COMPUTED,
         ),
-        Claim(
+        stated(
             "M11b",
-            "4.3.2",
-            "Phase margin and gain crossover of the initial PD (4.9) with (4.4)",
-            [76.3, 9.91],
             [initial.phase_margin, initial.frequency],
-            "deg, rad/s",
             holds(good),
             f"{how}; the plus sign of (4.9) stands. A damping ratio of 1 asks for "
             f"{damping_margin(1.0):.2f} deg by the rule of second-order loops",
-            COMPUTED,
-            "damping ratio 1",
         ),
     ]
 
@@ -228,15 +218,9 @@ def _tuning(design: Design) -> Claim:
     over_printed, full_printed = design.printed_on_bench
     least = min(t.overshoot for t in design.bare.values())
     good = rule.overshoot < SMALL and rule.saturated == 0 and over == 0.0 and full == 0
-    return Claim(
+    return stated(
         "M12",
-        "4.3.3",
-        "Tuning in simulation for a 3000-count step: a gain by a stated rule neither overshoots "
-        "nor saturates beyond the first sample. The number is the damping ratio that peaks "
-        "at the limit",
-        1.05,
         design.ratio,
-        "",
         holds(good),
         "The verdict is the rule's: derivative time of (4.10), crossover lowered to "
         f"{rule.crossover.frequency:.2f} rad/s (taps {rule.taps.now:.7f}, {rule.taps.before:.7f}):"
@@ -249,5 +233,4 @@ def _tuning(design: Design) -> Claim:
         f"({over_printed:.0f}). Without derivative action no crossover from 9.91 to 2 rad/s "
         f"leaves less than {least:.0f} counts of overshoot: "
         "the derivative time removes it, not the lower frequency.",
-        PREDICTED,
     )

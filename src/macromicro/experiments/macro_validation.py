@@ -12,11 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import signals
-from macromicro.experiments.claim import PREDICTED, Claim, holds
+from macromicro.experiments.claim import Claim, holds
 from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_drive import nrmse
 from macromicro.experiments.macro_friction import DT, open_loop
 from macromicro.experiments.macro_identification import MacroModel as Found
+from macromicro.experiments.statements import stated
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, TUNED, Linear, MacroModel
 
@@ -97,31 +98,19 @@ def claims(cases: list[Case]) -> list[Claim]:
     fits = all(b < 10.0 and b <= a + 1.0 for a, b in zip(initial, tuned, strict=True))
     names = ", ".join(f"{c.volts:g} V {c.shape}" for c in cases)
     return [
-        Claim(
+        stated(
             "M7",
-            "Fig 4.13",
-            "The initial model's steady speed is right at 1 V and wrong at 0.1 V and 2 V",
-            None,
             gaps,
-            "counts/s",
             holds(min(low, high) >= 4.0 * middle),
             "speed errors at 0.1, 1 and 2 V, the middle one small because the model was fitted "
             "there; position errors of the initial model "
             f"({names}): {_list(initial)} % of the range",
-            PREDICTED,
-            "closely matches the 1 V square wave, diverges otherwise",
         ),
-        Claim(
+        stated(
             "M8",
-            "Fig 4.17",
-            "The tuned model's position fits square and sine inputs of 0.1, 1 and 2 V",
-            None,
             tuned,
-            "%",
             holds(fits),
             f"RMS error over the range ({names}); the initial model has {_list(initial)} %",
-            PREDICTED,
-            "much improved, more closely match",
         ),
     ]
 

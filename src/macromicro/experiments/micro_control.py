@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.experiments import micro_runs as micro
-from macromicro.experiments.claim import CALIBRATED, PREDICTED, Claim, holds, within
+from macromicro.experiments.claim import Claim, holds, within
 from macromicro.experiments.micro_runs import MicroRuns, Swing
+from macromicro.experiments.statements import stated
 
 LASER_NOISE_UM = 2.0
 
@@ -29,36 +30,26 @@ def _stop(runs: MicroRuns) -> Claim:
     below = max(place[v] for v in micro.BELOW_STOP)
     good = all(3.96 <= x <= 4.0 for x in above) and below < 3.96
     edge = ", ".join(f"{v:g} V {place[v]:.3f} mm" for v in micro.AT_STOP)
-    return Claim(
+    return stated(
         "S3",
-        "5.2.2",
-        "CTRL above 1.65 V drives the stage to its stop, 1.6 V and below do not",
-        3.98,
         float(np.mean(above)),
-        "mm",
         holds(good),
         f"{micro.ABOVE_STOP[0]:g} to {micro.ABOVE_STOP[-1]:g} V: {min(above):.3f} to "
         f"{max(above):.3f} mm; at most {below:.3f} mm in 200 s at 1.6 V and below; {edge}. The "
         "heat map above 1.6 V and the stop itself are settings of the bench",
-        CALIBRATED,
     )
 
 
 def _foot(runs: MicroRuns) -> Claim:
     first = micro.first_response(runs.feet)
     still = max(1e3 * micro.highest(r) for v, r in runs.feet.items() if v <= 1.3)
-    return Claim(
+    return stated(
         "S4",
-        "5.3.2",
-        "Below this CTRL voltage the stage does not move",
-        1.3,
         first,
-        "V",
         holds(still < 20.0 and 1.3 < first < 1.5),
         f"{still:.1f} um (laser noise) within a minute at 1.3 V and below; {first:g} V is the "
         "first, in steps of 0.02 V, that moves it by 20 um. 1.3 V is where the bench's heat "
         "begins; (5.8) gives none below 1.469 V",
-        CALIBRATED,
     )
 
 
@@ -76,13 +67,9 @@ def _proportional(runs: MicroRuns) -> Claim:
     ripple = [s.ripple for s in swings.values()]
     good = min(errors) > 20.0 and grows(over, LASER_NOISE_UM) and grows(ripple, 0.0)
     low, high, three = min(swings), max(swings), swings[3.0]
-    return Claim(
+    return stated(
         "S11",
-        "5.3.1",
-        "Proportional control never removes the error, and overshoots and works more as Kp grows",
-        3.0,
         micro.chosen_gain(swings),
-        "V/mm",
         holds(good),
         f"Kp {low:g} to {high:g}: {max(errors):.0f} to {min(errors):.0f} um left of 3.8 mm; "
         f"overshoot {over[0]:.0f} to {over[-1]:.0f} um, effort ripple {ripple[0]:.2f} to "
@@ -90,7 +77,6 @@ def _proportional(runs: MicroRuns) -> Claim:
         "Measured is the largest Kp tried that passes its rest by no more than 10 um; the thesis "
         "chose by eye, and its rule has no number. The lags of driver and Hall sensor were "
         "chosen with it in view",
-        CALIBRATED,
     )
 
 
@@ -100,13 +86,9 @@ def _windup(runs: MicroRuns) -> Claim:
     low = micro.undershoot(runs.pi, fall)
     top = micro.highest(runs.integral[2.25])
     home = [abs(micro.error_after(r, micro.TIMES[3])) for r in (runs.pi, runs.antiwindup)]
-    return Claim(
+    return stated(
         "S12",
-        "5.3.1",
-        "PI control winds up while the stage extends, so that the integral effort overshoots",
-        2.25,
         micro.chosen_integral_gain(runs.integral),
-        "V/(mm*s)",
         holds(low > 0.02 and plain > 50.0 and plain > held),
         f"3 to 2 mm: the integral effort falls {low:.2f} V below the value it needs; 1 s after "
         f"the step {plain:.1f} um are left, {held:.1f} um with anti-windup; 50 um are asked for. "
@@ -115,7 +97,6 @@ def _windup(runs: MicroRuns) -> Claim:
         "that is, on the bench's assumed relay density. Measured is the largest Ki tried whose "
         f"integral effort does not overshoot on the 3.8 mm step; 2.25 takes it to {top:.2f} mm, "
         "the stop, before the integral has turned",
-        PREDICTED,
     )
 
 
@@ -135,39 +116,24 @@ def _antiwindup(runs: MicroRuns) -> list[Claim]:
     worst = micro.worst_hold(runs)
     held = "cooling and heating thresholds of the relays were chosen with it in view"
     return [
-        Claim(
+        stated(
             "S13a",
-            "5.3.2",
-            "PI with anti-windup settles in about half a second when it contracts",
-            0.5,
             contract,
-            "s",
             within(contract, 0.3, 0.7),
             f"0 to 2 and 2 to 3 mm: {said(up)}; {held}",
-            CALIBRATED,
         ),
-        Claim(
+        stated(
             "S13b",
-            "5.3.2",
-            "The same controller settles in about a second when the stage extends",
-            1.0,
             extend,
-            "s",
             within(extend, 0.7, 1.3),
             f"3 to 2 and 2 to 0 mm: {said(down)}; {held}. The return to 0 is the long one: "
             "nothing pulls the last micrometres but cooling",
-            CALIBRATED,
         ),
-        Claim(
+        stated(
             "S13c",
-            "5.3.2",
-            "The same controller meets 5 um at rest",
-            5.0,
             worst,
-            "um",
             within(worst, 0.0, 5.0),
             f"worst of {len(runs.held) * len(micro.HOLDS)} holds of 2 s from 0.3 to 3.8 mm, by "
             "the laser's mean over the last half second",
-            PREDICTED,
         ),
     ]

@@ -9,13 +9,13 @@ from macromicro.design import flexure_sheet, hall_sensors, magnets, resolution
 from macromicro.design.flexure_sheet import GRAM_FORCE, Beam
 from macromicro.design.resolution import INCH
 from macromicro.experiments.claim import (
-    COMPUTED,
     DIFFERS,
     REPRODUCED,
     Claim,
     holds,
     within,
 )
+from macromicro.experiments.statements import stated
 
 FEEDBACK = "3.2.3"
 SPAN, BITS = 5.0, 12  # V, beside the sign bit
@@ -37,18 +37,13 @@ def _flexure() -> Claim:
     half = 1e3 * flexure_sheet.max_thickness(Beam(), 17.5 * GRAM_FORCE, 2e-3)
     rate = flexure_sheet.stiffness(Beam(), 0.45e-3)
     pull = rate * 4e-3 / GRAM_FORCE
-    return Claim(
+    return stated(
         "D1",
-        "3.2.2",
-        "greatest thickness of a flexure beam by (3.1), for 17.5 gf at 2 mm",
-        0.465,
         half,
-        "mm",
         within(half, 0.467 * 0.995, 0.467 * 1.005),
         f"35 gf and 2 mm a beam, as stated, give {stated:.3f} mm and leave nothing of the "
         f"actuator's 70 gf for the spring; {half:.3f} mm needs half that load. The 0.45 mm "
         f"chosen make a guide of {rate:.1f} N/m, {pull:.1f} gf at 4 mm.",
-        COMPUTED,
     )
 
 
@@ -68,16 +63,8 @@ def _budget() -> list[Claim]:
         "D5": "with 5.08 um/G instead of the rounded 5",
     }
     return [
-        Claim(
-            key,
-            FEEDBACK,
-            text,
-            printed,
-            value,
-            unit,
-            within(value, printed * (1 - tol), printed * (1 + tol)),
-            why.get(key, ""),
-            COMPUTED,
+        stated(
+            key, value, within(value, printed * (1 - tol), printed * (1 + tol)), why.get(key, "")
         )
         for key, text, printed, value, unit, tol in rows
     ]
@@ -93,19 +80,13 @@ def _magnet() -> Claim:
         if abs(value / printed - 1.0) > 0.02
     ]
     wide = magnets.largest_change(magnets.TABLE_3_1[5], 0.04 * INCH).flux
-    return Claim(
+    return stated(
         "D7",
-        "Table 3.1",
-        "largest change of flux over 1 mm for seven magnets; the 103MG5 changes most",
-        list(FLUX_CHANGES),
         found,
-        "G",
         REPRODUCED if not off and best == "103MG5" else DIFFERS,
         f"{'; '.join(off)}: it changes most between 0.04 and 0.1 in ({wide:.0f} G per 0.04 in), "
         "the printed value is that of 0.1 to 0.2 in. The others agree within 2 %, although the "
         f"first two are printed per 0.04 in, the rest per 1 mm. Most of all changes {best}.",
-        COMPUTED,
-        "103MG5 chosen",
     )
 
 
@@ -118,28 +99,17 @@ def _sensor() -> list[Claim]:
         s.name for s in hall_sensors.suitable(hall_sensors.TABLE_3_2, needs._replace(cost=100.0))
     ]
     return [
-        Claim(
+        stated(
             "D8",
-            "Table 3.2",
-            "Hall sensors with a range over 650 G and the sensitivity of D11",
-            list(SHORTLIST),
             names,
-            "",
             holds(set(names) == set(SHORTLIST) and "SS94B1" in cheap),
             f"Below 100 USD: {' '.join(cheap)}; these have equal rows, "
             "so the SS94B1 rests on tolerances that the thesis mentions but does not print.",
-            COMPUTED,
-            "SS94B1 chosen",
         ),
-        Claim(
+        stated(
             "D11",
-            FEEDBACK,
-            "least sensitivity: 4 V of output over +-650 G",
-            3.0,
             1e3 * floor,
-            "mV/G",
             within(1e3 * floor, 3.08 * 0.99, 3.08 * 1.01),
             "3.08 before rounding",
-            COMPUTED,
         ),
     ]

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from macromicro.design import costs
 from macromicro.design.costs import Technology
-from macromicro.experiments.claim import COMPUTED, Claim, holds
+from macromicro.experiments.claim import Claim, holds
+from macromicro.experiments.statements import stated
 
 COST = 255.0
 COSTS = (255.0, 1500.0, 4000.0, 4000.0, 8000.0)
@@ -26,29 +27,15 @@ def claims() -> list[Claim]:
     ]
     finer = min(1.0 / a.accuracy for a in against)
     return [
-        Claim(
-            "D9",
-            "Table 6.1",
-            "cost of the micro-stage, its six parts summed",
-            COST,
-            summed,
-            "USD",
-            holds(summed == COST),
-            kind=COMPUTED,
-        ),
-        Claim(
+        stated("D9", summed, holds(summed == COST)),
+        stated(
             "D10",
-            "Table 6.2",
-            "cost against four other technologies",
-            list(COSTS),
             row,
-            "USD",
             holds(row == list(COSTS)),
             "prices of the others are the table's, not measured. They cost "
             f"{against[0].cheapest:.1f} to {against[-1].dearest:.1f} times as much and are at "
             f"least {finer:.0f} times finer. "
             f"The tables disagree: {'; '.join(apart)}.",
-            COMPUTED,
         ),
     ]
 

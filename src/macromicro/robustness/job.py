@@ -6,10 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from macromicro import loop, simulate
 from macromicro.batch import SEED, Variants
 from macromicro.batch.scratch import Scratch
 from macromicro.batch.whole_bench import BenchJob, ProgrammeJob
 from macromicro.experiments import hall_calibration
+from macromicro.kernel import compiled
+from macromicro.loop import PERIOD
+from macromicro.plant.bench import NOISES
 from macromicro.programme import Programme
 from macromicro.robustness.metrics import COLUMNS, METRICS, measure
 from macromicro.robustness.uncertain import Uncertain, value_at
@@ -34,6 +38,13 @@ class RobustJob(BenchJob):
     def programme(self, settings: Settings) -> Programme:
         """What the bench of these settings is to do."""
         return self._planned.programme(settings)
+
+    def compile(self) -> None:
+        """Compile the bench, or load it from the cache, so that the study need not wait for it."""
+        settings = self.base()
+        rolled = simulate.prepare(settings, self.programme(settings))
+        nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
+        compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
         """`metrics.METRICS` of one run."""

@@ -69,12 +69,13 @@ def run(
     trees = [base, *machines, *ends.values()]
     seeds = [request.seed + i for i in range(len(machines))]
     seeds = [request.seed, *seeds, *[request.seed] * len(ends)]
-    table = np.empty((0, len(job.metrics)))
-    for _, rows in batch.run(job, variants(uncertain, trees, seeds), request.workers):
-        table = np.concatenate((table, rows))
-        progress(len(table), len(trees))
+    done: list[Floats] = []
+    for _, piece in batch.run(job, variants(uncertain, trees, seeds), request.workers):
+        done.extend(piece)
+        progress(len(done), len(trees))
         if stop():
             break
+    table = np.array(done).reshape(-1, len(job.metrics))
     nominal = table[0] if len(table) else np.full(len(job.metrics), math.nan)
     single = np.full((len(uncertain), 2, table.shape[1]), math.nan)
     for place, row in zip(ends, table[1 + request.samples :], strict=False):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro.robustness.metrics import METRICS, QUANTITIES
 from macromicro.robustness.statistics import LEVELS, Share, spread
 from macromicro.robustness.study import Influence, Study, Worst, Yield, influences, yields
@@ -81,7 +83,8 @@ def influence(study: Study, metric: str, count: int = 3) -> str:
         f"{amount(i.parameter, i.parameter.high)}: {_end(i, i.high, unit)})"
         for i in top_influences(study, metric, count)
     ]
-    return ", ".join(parts) or "nothing in the table moves it"
+    ran = int((~np.isnan(study.single[:, :, 0])).sum())
+    return ", ".join(parts) or ("nothing that was varied moves it" if ran else "not run")
 
 
 def _end(i: Influence, value: float, unit: str) -> str:
@@ -124,7 +127,11 @@ def remarks(study: Study) -> list[str]:
     asked, done = study.request.samples, len(study.rows)
     found = []
     if study.interrupted:
-        found.append(f"INCOMPLETE: interrupted after {done} of {asked} machines of the sample")
+        ran = int((~np.isnan(study.single[:, :, 0])).sum())
+        found.append(
+            f"INCOMPLETE: interrupted after {done} of {asked} machines of the sample and "
+            f"{ran} of {study.single[:, :, 0].size - len(study.impossible)} runs of the tornado"
+        )
     sample = study.sample
     if sample.refused:
         found.append(

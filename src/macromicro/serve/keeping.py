@@ -21,7 +21,7 @@ class Place(NamedTuple):
     and whether a motion is under way."""
 
     row: int
-    count: float
+    encoder: float
     offset: float
     trusted: bool
     why: str
@@ -77,14 +77,14 @@ class Keeper:
         came to be known or unknown."""
         with self._lock:
             place = self._look()
-            if place is None or not math.isfinite(place.count):
+            if place is None or not math.isfinite(place.encoder):
                 return
             if self._pending or place.row <= self._barrier:
                 return
             saved = self._saved
             if saved is not None and saved.moving == place.moving:
                 same = saved.trusted == place.trusted and saved.offset == place.offset
-                near = place.moving or abs(saved.count - place.count) <= FLICKER
+                near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
                 if near and (same or not (saved.trusted or place.trusted)):
                     return
             self._save(place)
@@ -93,7 +93,7 @@ class Keeper:
     def _save(self, place: Place) -> None:
         kept = Kept(
             self._rig,
-            place.count,
+            place.encoder,
             place.offset,
             place.trusted,
             place.why,

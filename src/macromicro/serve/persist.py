@@ -23,13 +23,12 @@ NEAR = 2.0  # counts between what was left and what is found that count as the s
 
 
 class Kept(NamedTuple):
-    """The position as it was left. `count`: encoder reading [counts], as the encoder gives
-    it; `offset` [counts]: what the encoder reads at coordinate 0; `trusted`: was the position
-    known? `why`: in words; `moving`: was a motion under way? `saved`:
-    when, seconds since 1970."""
+    """The position as it was left. `encoder` [counts]: its reading, as it gives it; `offset`
+    [counts]: what it reads at coordinate 0; `trusted`: was the position known? `why`: in
+    words; `moving`: was a motion under way? `saved`: when, seconds since 1970."""
 
     rig: str
-    count: float
+    encoder: float
     offset: float
     trusted: bool
     why: str
@@ -85,7 +84,7 @@ def load(path: Path) -> Kept | str:
         if found.pop("format") != FORMAT:
             raise ValueError
         kept = Kept(**found)
-        numbers = (kept.count, kept.offset, kept.saved)
+        numbers = (kept.encoder, kept.offset, kept.saved)
         flags = (kept.trusted, kept.moving)
         if not all(isinstance(x, int | float) for x in numbers):
             raise ValueError
@@ -111,8 +110,8 @@ def restore(kept: Kept | str, rig: str, count: float) -> Restored:
         return Restored(False, nan, "a motion was interrupted when the last run ended")
     if not kept.trusted or not math.isfinite(kept.offset):
         return Restored(False, nan, f"untrusted when the last run ended: {kept.why}")
-    if not abs(count - kept.count) <= NEAR:
-        found = f"it reads {count:.0f}, was left at {kept.count:.0f}"
+    if not abs(count - kept.encoder) <= NEAR:
+        found = f"it reads {count:.0f}, was left at {kept.encoder:.0f}"
         return Restored(False, nan, f"the encoder was moved or reset since the last run ({found})")
     return Restored(True, kept.offset, "restored; the encoder reads what it was left at")
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Report = Callable[[int, int], None]
 Stop = Callable[[], bool]
-Answer = tuple[int, list[journal.Block], float]
+Answer = tuple[int, journal.Block, float]
 
 CHUNK = 1.0  # s of work in a task
 RATE = 100.0  # tasks per second that the scheduler and this process are spared more of
@@ -34,6 +34,7 @@ _WORKERS = 20.0  # s to wait for a first worker
 _POLL = 0.2  # s between looks at `stop`
 _AHEAD = 2  # tasks per thread of the cluster, so that none waits for this process
 _COUNT_AGAIN = 5.0  # s between looks at how many threads there are
+_SYNC = 1.0  # s of results that a power cut may take
 _mine = threading.local()
 
 
@@ -91,13 +92,16 @@ def run(client: Client, task: Task, todo: Todo, folder: Path, report: Report, st
     path = folder / f"{next_number(folder):06d}{journal.SUFFIX}"
     with locked(folder.parent), journal.Writer(path, spec.digest, len(spec.metrics)) as writer:
         flow = _Flow(client, task, todo)
+        synced = time.monotonic()
         try:
             while flow.fill() and not stop():
-                for chunk, blocks in flow.completed():
-                    for block in blocks:
-                        writer.append(block)
-                        report(len(block.rows), len(block.errors))
+                for chunk, block in flow.completed():
+                    writer.append(block)
+                    report(len(block.rows), len(block.errors))
                     flow.pending.pop(chunk.first)
+                if time.monotonic() - synced >= _SYNC:
+                    writer.sync()
+                    synced = time.monotonic()
         finally:
             flow.cancel()
             writer.sync()
@@ -138,7 +142,7 @@ class _Flow:
         except Exception as error:  # whatever it is, it is the connection
             raise _lost(error) from None
 
-    def completed(self) -> list[tuple[Chunk, list[journal.Block]]]:
+    def completed(self) -> list[tuple[Chunk, journal.Block]]:
         """The answers that came within a moment, fetched together."""
         try:
             firsts = [self._done.get(timeout=_POLL)]
@@ -150,11 +154,11 @@ class _Flow:
             firsts.append(self._done.get())
         chunks, futures = zip(*(self.pending[first] for first in firsts), strict=True)
         answers = self._fetched(chunks, futures)
-        for chunk, (block, _, seconds) in zip(chunks, answers, strict=True):
-            self._block = block
+        for chunk, (size, _, seconds) in zip(chunks, answers, strict=True):
+            self._block = size
             each = seconds / chunk.size
             self._each = smoothed(self._each, each)
-        return [(c, blocks) for c, (_, blocks, _) in zip(chunks, answers, strict=True)]
+        return [(chunk, block) for chunk, (_, block, _) in zip(chunks, answers, strict=True)]
 
     def _fetched(self, chunks: Sequence[Chunk], futures: Sequence[Future]) -> list[Answer]:
         from distributed import KilledWorker
@@ -186,13 +190,13 @@ class _Flow:
 
 
 def compute(task: Task, first: int, count: int) -> Answer:
-    """On a worker: the job's block, the chunk's blocks, and the seconds that they took."""
+    """On a worker: the size of the job's blocks, the chunk, and the seconds that it took."""
     if getattr(_mine, "task", None) != task:
         _mine.task, _mine.bench = task, Bench(task)
     bench: Bench = _mine.bench
     started = time.perf_counter()
-    blocks = list(bench.blocks(first, count))
-    return bench.job.block, blocks, time.perf_counter() - started
+    block = journal.joined(list(bench.blocks(first, count)))
+    return bench.job.block, block, time.perf_counter() - started
 
 
 def _version() -> str:

@@ -139,14 +139,15 @@ def next_number(folder: Path) -> int:
 
 def spans(paths: Sequence[Path], spec: Spec) -> journal.Spans:
     """The variants that these journals have, as merged spans."""
-    places = (
-        (place.first, place.first + place.rows)
-        for path in paths
-        if path.exists()  # a worker may have ended before it made its own
-        for place in journal.scan(path, spec.digest, len(spec.metrics))
-    )
-    found = np.fromiter(places, dtype=np.dtype((np.int64, 2)))
-    return journal.merged(np.asarray(found, dtype=np.int64).reshape(-1, 2))
+    pair, columns = np.dtype((np.int64, 2)), len(spec.metrics)
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for path in paths:
+        if not path.exists():  # a worker may have ended before it made its own
+            continue
+        places = ((p.first, p.first + p.rows) for p in journal.scan(path, spec.digest, columns))
+        each = np.asarray(np.fromiter(places, dtype=pair), dtype=np.int64)
+        found.append(journal.merged(each.reshape(-1, 2)))
+    return journal.merged(np.concatenate(found))
 
 
 @contextmanager

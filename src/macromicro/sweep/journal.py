@@ -18,7 +18,7 @@ import mmap
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
@@ -145,6 +145,13 @@ def read(file: int, place: Place, columns: int) -> Block:
     text = data[end : -_CRC.size]
     errors = {int(k): str(v) for k, v in json.loads(text).items()} if text else {}
     return Block(place.first, rows, errors)
+
+
+def joined(blocks: Sequence[Block]) -> Block:
+    """Blocks that follow each other as one."""
+    first = blocks[0].first
+    errors = {b.first - first + k: words for b in blocks for k, words in b.errors.items()}
+    return Block(first, np.concatenate([b.rows for b in blocks]), errors)
 
 
 def merged(spans: Spans) -> Spans:

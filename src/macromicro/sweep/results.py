@@ -14,7 +14,7 @@ import numpy as np
 
 from macromicro.errors import InputError
 from macromicro.sweep import journal
-from macromicro.sweep.journal import Array, Block
+from macromicro.sweep.journal import Array, Block, joined
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec
 
@@ -160,7 +160,7 @@ def _groups(blocks: Iterator[Block], count: int) -> Iterator[Block]:
         begin += len(block.rows)
         while held + len(block.rows) >= GROUP:
             cut = GROUP - held
-            yield _joined([*waiting, _part(block, 0, cut)])
+            yield joined([*waiting, _part(block, 0, cut)])
             waiting, held = [], 0
             block = _part(block, cut, len(block.rows))  # noqa: PLW2901
         if len(block.rows):
@@ -169,13 +169,7 @@ def _groups(blocks: Iterator[Block], count: int) -> Iterator[Block]:
     if begin != count:
         raise ValueError(f"variants {begin} to {count - 1} are missing")
     if waiting:
-        yield _joined(waiting)
-
-
-def _joined(blocks: list[Block]) -> Block:
-    first = blocks[0].first
-    errors = {b.first - first + k: words for b in blocks for k, words in b.errors.items()}
-    return Block(first, np.concatenate([b.rows for b in blocks]), errors)
+        yield joined(waiting)
 
 
 class _Tally:

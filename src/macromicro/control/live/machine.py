@@ -1,4 +1,4 @@
-"""One control period of the live machine, and what ends everything: a fault.
+"""The live machine: `begin`, `accept` a request, `step` a control period, `fault`.
 
 The machine is pure: it takes a sample and gives outputs, reads no clock and no file. It
 calls the control laws that the simulator compiles, interpreted.
@@ -13,6 +13,7 @@ from macromicro.control import calibration
 from macromicro.control.live import brake, homing, jog, moves, programme
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
+from macromicro.control.live.accept import accept
 from macromicro.control.live.effort import NONE, Efforts
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
@@ -26,8 +27,11 @@ from macromicro.control.live.state import (
     Seen,
     Settle,
     Trouble,
+    begin,
 )
 from macromicro.types import SAFE, Command, Outputs, Sample
+
+__all__ = ["accept", "begin", "fault", "step"]
 
 _SPEED_TIME = 0.01  # s: time constant of the speed that the encoder shows
 

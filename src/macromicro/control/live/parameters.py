@@ -9,113 +9,119 @@ from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
 from macromicro.parameters import Par
 
+CHOICE = "machine choice"
 M16 = "200 mm = 2800 counts (M16)"
+
+
+def _own(unit: str, meaning: str, source: str = CHOICE, **rest: Any) -> Par:
+    """A parameter that is no physics: chosen for this machine."""
+    return Par(unit, meaning, source, **rest)
 
 
 class SoftLimits(NamedTuple):
     """Where a motion may end: macro in counts of the homed frame, micro in mm, whole in m."""
 
-    macro_low: Annotated[float, Par("count", "lowest macro position")] = -130.0
-    macro_high: Annotated[float, Par("count", "highest macro position")] = 2990.0
-    micro_low: Annotated[float, Par("mm", "smallest contraction", lo=0.0, hi=4.0)] = 0.0
-    micro_high: Annotated[float, Par("mm", "largest contraction", lo=0.0, hi=4.0)] = 3.5
-    whole_low: Annotated[float, Par("m", "lowest absolute position", shown="mm")] = -9e-3
-    whole_high: Annotated[float, Par("m", "highest absolute position", shown="mm")] = 0.217
+    macro_low: Annotated[float, _own("count", "lowest macro position")] = -130.0
+    macro_high: Annotated[float, _own("count", "highest macro position")] = 2990.0
+    micro_low: Annotated[float, _own("mm", "smallest contraction", lo=0.0, hi=4.0)] = 0.0
+    micro_high: Annotated[float, _own("mm", "largest contraction", lo=0.0, hi=4.0)] = 3.5
+    whole_low: Annotated[float, _own("m", "lowest absolute position", shown="mm")] = -9e-3
+    whole_high: Annotated[float, _own("m", "highest absolute position", shown="mm")] = 0.217
 
 
 class Fine(NamedTuple):
     """When the micro-stage counts as arrived, and the share of its stroke that is used."""
 
     bias_low: Annotated[
-        float, Par("mm", "contraction below which no absolute move relies on it", lo=0.0, hi=4.0)
+        float, _own("mm", "contraction below which no absolute move relies on it", lo=0.0, hi=4.0)
     ] = 0.3
     bias_high: Annotated[
-        float, Par("mm", "contraction above which no absolute move relies on it", lo=0.0, hi=4.0)
+        float, _own("mm", "contraction above which no absolute move relies on it", lo=0.0, hi=4.0)
     ] = 3.5
     band: Annotated[
-        float, Par("mm", "error of a window's mean that counts as on target", positive=True)
+        float, _own("mm", "error of a window's mean that counts as on target", positive=True)
     ] = 0.010
-    window: Annotated[float, Par("s", "span that the Hall reading is averaged over", lo=0.0)] = 0.1
+    window: Annotated[float, _own("s", "span that the Hall reading is averaged over", lo=0.0)] = 0.1
     dwell: Annotated[
-        float, Par("s", "time on target before arrival is declared", positive=True)
+        float, _own("s", "time on target before arrival is declared", positive=True)
     ] = 0.5
     patience: Annotated[
-        float, Par("s", "longest wait for it; the move has then stalled", positive=True)
+        float, _own("s", "longest wait for it; the move has then stalled", positive=True)
     ] = 20.0
 
 
 class Homing(NamedTuple):
     """There is no home switch: the low end stop is felt for."""
 
-    speed: Annotated[float, Par("count/s", "speed of the reference", positive=True, hi=1000.0)] = (
+    speed: Annotated[float, _own("count/s", "speed of the reference", positive=True, hi=1000.0)] = (
         140.0
     )
     fastest: Annotated[
-        float, Par("count/s", "carriage speed above which the motor is off", positive=True)
+        float, _own("count/s", "carriage speed above which the motor is off", positive=True)
     ] = 700.0
     volts: Annotated[
         float,
-        Par("V", "largest effort; below the guard's push", "guard.push is 3.6 V", positive=True),
+        _own("V", "largest effort; below the guard's push", "guard.push is 3.6 V", positive=True),
     ] = 3.4
     lead: Annotated[
-        float, Par("count", "farthest that the reference runs ahead of the carriage", lo=10.0)
+        float, _own("count", "farthest that the reference runs ahead of the carriage", lo=10.0)
     ] = 100.0
     stand: Annotated[
-        float, Par("s", "standstill under full push that is taken for the stop", positive=True)
+        float, _own("s", "standstill under full push that is taken for the stop", positive=True)
     ] = 0.3
     patience: Annotated[
-        float, Par("s", "longest search; homing has then stalled", positive=True)
+        float, _own("s", "longest search; homing has then stalled", positive=True)
     ] = 40.0
     back_off: Annotated[
-        float, Par("count", "way back from the place pushed against the stop", lo=1.0)
+        float, _own("count", "way back from the place pushed against the stop", lo=1.0)
     ] = 145.0
-    coordinate: Annotated[float, Par("count", "name of the place backed off to")] = 0.0
+    coordinate: Annotated[float, _own("count", "name of the place backed off to")] = 0.0
 
 
 class Jogging(NamedTuple):
     """Speeds of a jog."""
 
     macro: Annotated[
-        float, Par("m/s", "fastest macro jog", shown="mm/s", positive=True, hi=0.2)
+        float, _own("m/s", "fastest macro jog", shown="mm/s", positive=True, hi=0.2)
     ] = 0.05
     slow: Annotated[
-        float, Par("m/s", "fastest macro jog before homing", shown="mm/s", positive=True, hi=0.05)
+        float, _own("m/s", "fastest macro jog before homing", shown="mm/s", positive=True, hi=0.05)
     ] = 0.01
     micro: Annotated[
-        float, Par("m/s", "fastest micro jog", shown="mm/s", positive=True, hi=5e-3)
+        float, _own("m/s", "fastest micro jog", shown="mm/s", positive=True, hi=5e-3)
     ] = 0.5e-3
     micro_lead: Annotated[
-        float, Par("mm", "farthest that a micro jog runs ahead of the stage", positive=True)
+        float, _own("mm", "farthest that a micro jog runs ahead of the stage", positive=True)
     ] = 0.2
     patience: Annotated[
-        float, Par("s", "longest time that a carriage may lag by the whole lead", positive=True)
+        float, _own("s", "longest time that a carriage may lag by the whole lead", positive=True)
     ] = 1.0
 
 
 class Brake(NamedTuple):
     """How a macro motion is brought to rest."""
 
-    deceleration: Annotated[float, Par("m/s^2", "deceleration of the reference", positive=True)] = (
-        2.0
-    )
+    deceleration: Annotated[
+        float, _own("m/s^2", "deceleration of the reference", positive=True)
+    ] = 2.0
     fastest: Annotated[
-        float, Par("count/s", "speed beyond which the encoder is not believed", positive=True)
+        float, _own("count/s", "speed beyond which the encoder is not believed", positive=True)
     ] = 10000.0
     margin: Annotated[
-        float, Par("count", "way beyond the reference's that a stop may take", lo=1.0)
+        float, _own("count", "way beyond the reference's that a stop may take", lo=1.0)
     ] = 25.0
     rest: Annotated[
-        float, Par("s", "time without a count that is taken for rest", positive=True)
+        float, _own("s", "time without a count that is taken for rest", positive=True)
     ] = 0.1
     patience: Annotated[
-        float, Par("s", "longest braking; the motor is off from then on", positive=True)
+        float, _own("s", "longest braking; the motor is off from then on", positive=True)
     ] = 1.0
 
 
 class Live(NamedTuple):
     """Everything about the live machine beside the control laws."""
 
-    pitch: Annotated[float, Par("m", "travel per count", M16, shown="um", positive=True)] = (
+    pitch: Annotated[float, _own("m", "travel per count", M16, shown="um", positive=True)] = (
         0.2 / 2800.0
     )
     limits: SoftLimits = SoftLimits()
@@ -124,10 +130,10 @@ class Live(NamedTuple):
     jogging: Jogging = Jogging()
     brake: Brake = Brake()
     supersede: Annotated[
-        int, Par("", "1: a new motion replaces one under way; 0: it is refused", lo=0, hi=1)
+        int, _own("", "1: a new motion replaces one under way; 0: it is refused", lo=0, hi=1)
     ] = 0
     gains_while_moving: Annotated[
-        int, Par("", "1: gains may change during a motion; 0: refused", lo=0, hi=1)
+        int, _own("", "1: gains may change during a motion; 0: refused", lo=0, hi=1)
     ] = 0
 
     def problems(self) -> list[tuple[str, Any, str]]:

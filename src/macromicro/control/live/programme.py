@@ -37,8 +37,9 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
 def _raw(plan: Plan, offset: float) -> Plan:
     """The plan with raw counts, as plain numbers: interpreted, they are faster than arrays."""
     target = plan.target + (plan.stage == 0) * offset
-    columns: list[Any] = [a.tolist() for a in (plan.start, plan.stage, target, plan.hold)]
-    return Plan(*columns, float(plan.end))
+    listed: Any = [a.tolist() for a in (plan.start, plan.stage, target, plan.hold)]
+    start, stage, goal, hold = listed
+    return Plan(start, stage, goal, hold, float(plan.end))
 
 
 def step(
@@ -70,17 +71,13 @@ def step(
     notices: tuple[Notice, ...] = ()
     mode = MODES.get(progress.phase, s.mode)
     if mode != s.mode:
-        s, event = t.go(s, mode, _cause(mode, before, fresh), {"move": progress.move})
+        s, event = t.go(
+            s, mode, t.ARRIVED if mode == m.SETTLING else t.NEXT_MOVE, {"move": progress.move}
+        )
         notices = (event,)
     if fresh:
         notices = (*notices, _told(s, work, progress))
     return s, Efforts(out.motor, out.ctrl, command.macro_active, command.micro_active, notices)
-
-
-def _cause(mode: int, before: Progress, fresh: bool) -> str:
-    if mode == m.SETTLING and not fresh:
-        return t.ARRIVED
-    return t.NEXT_MOVE
 
 
 def _stalled(s: LiveState, progress: Progress, now: float) -> bool:

@@ -16,7 +16,6 @@ from macromicro.control.live.state import NAN, REST, Drive, LiveState, uncertain
 _AT_REST = (m.READY, m.HOLDING, m.STOPPED)
 _STARTS = (*_AT_REST, m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)  # the latter superseded
 _ENDS_BY_BRAKING = (m.HOMING, m.MOVING_MACRO, m.SETTLING)
-_RUNNING = (m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)
 _ON = tuple(k for k in range(len(m.MODES)) if k not in (m.DISABLED, m.FAULT))
 
 ENABLE, DISABLE, FAULT_CLEARED = "enable", "disable", "fault cleared"
@@ -48,8 +47,9 @@ def _table() -> tuple[tuple[int, int, str], ...]:
     rows += [(m.MOVING_MICRO, m.HOLDING, c) for c in (STOP, LINK_LOST, JOG_ENDED, LIMIT)]
     rows += [(m.MOVING_MICRO, m.STOPPED, cause) for cause in (LINK_LOST, STALLED)]
     rows += [(m.HOLDING, m.STOPPED, LINK_LOST)]
-    rows += [(a, b, NEXT_MOVE) for a in _RUNNING for b in _RUNNING if a != b]
-    rows += [(a, m.READY, PROGRAMME_DONE) for a in _RUNNING]
+    rows += [(a, m.MOVING_MICRO, NEXT_MOVE) for a in (m.MOVING_MACRO, m.SETTLING)]
+    rows += [(a, m.MOVING_MACRO, NEXT_MOVE) for a in (m.SETTLING, m.MOVING_MICRO)]
+    rows += [(a, m.READY, PROGRAMME_DONE) for a in (m.SETTLING, m.MOVING_MICRO)]
     return tuple(rows)
 
 

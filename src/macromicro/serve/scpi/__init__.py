@@ -2,4 +2,7 @@
 
 from __future__ import annotations
 
+from macromicro.serve.scpi.connection import Bounds
+from macromicro.serve.scpi.server import Server, is_loopback, serve
 
+__all__ = ["Bounds", "Server", "is_loopback", "serve"]

@@ -24,10 +24,10 @@ def _idn(call: Call) -> Answer:
 
 def _rst(call: Call) -> Answer:
     session = call.session
+    session.order(Disable(session.client))
     session.completing = False
     session.programme, session.format, session.swapped = None, ("ASC", 0), False
     session.device.reset_limits()
-    session.order(Disable(session.client))
     if session.snapshot().fault is None:
         session.order(Fan(False, session.client))
     return None
@@ -158,9 +158,7 @@ def _register(name: str, which: str, words: str) -> Iterator[Command]:
         f"Events of the {words}, which reading clears.",
         answer="mask",
     )
-    yield Command(
-        f"{root}:CONDition?", asking("condition"), f"The {words} now.", answer="mask"
-    )
+    yield Command(f"{root}:CONDition?", asking("condition"), f"The {words} now.", answer="mask")
     for node, field, text in (
         ("ENABle", "enable", "bits that count in the status byte"),
         ("PTRansition", "positive", "bits whose rise is an event"),

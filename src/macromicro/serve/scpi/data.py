@@ -18,6 +18,7 @@ LONGEST_WORD = 40
 LONGEST_SUFFIX = 12
 MOST_DIGITS = 255
 LARGEST_EXPONENT = 32000
+MOST_ELEMENTS = 20
 
 
 class Element(NamedTuple):
@@ -42,6 +43,8 @@ def elements(message: bytes, place: int) -> tuple[list[Element], int]:
     while True:
         element, place = _element(message, place)
         found.append(element)
+        if len(found) > MOST_ELEMENTS:
+            raise ScpiError(-108, f"more than {MOST_ELEMENTS} parameters")
         place = blank(message, place)
         mark = message[place : place + 1]
         if mark in (b"", b";"):

@@ -46,6 +46,9 @@ def nodes(pattern: str) -> tuple[Node, ...]:
 
 def written(pattern: str) -> Iterator[tuple[tuple[str, ...], tuple[tuple[int, int] | None, ...]]]:
     """Every way to write a pattern: mnemonics in capitals, and the suffix range of each."""
+    if pattern.startswith("*"):
+        yield (pattern.removesuffix("?").upper(),), (None,)
+        return
     choices = []
     for node in nodes(pattern):
         ways: list[tuple[str, ...]] = [(name,) for name in dict.fromkeys(spellings(node.text))]
@@ -66,11 +69,7 @@ class Tree:
         ] = {}
         for command in commands:
             query = command.header.endswith("?")
-            if command.header.startswith("*"):
-                ways = [((command.header.removesuffix("?").upper(),), (None,))]
-            else:
-                ways = list(written(command.header))
-            for names, ranges in ways:
+            for names, ranges in written(command.header):
                 if (names, query) in self._known:
                     raise ValueError(f"{command.header} is declared twice")
                 self._known[names, query] = command, ranges

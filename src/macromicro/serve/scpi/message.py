@@ -24,26 +24,32 @@ class Unit(NamedTuple):
 
 
 class Message(NamedTuple):
-    """The commands of a message. With an `error` nothing of it is done, except for stops
-    and emergency stops that stand in it: those are its only units then."""
+    """The commands of a message, and how many it had. With an `error` nothing of it is done,
+    except for stops and emergency stops that stand in it: those are its only units then."""
 
     units: tuple[Unit, ...]
     error: ScpiError | None = None
-
-    @property
-    def urgent(self) -> bool:
-        """Does it hold nothing but stops?"""
-        return bool(self.units) and all(u.command.access == ALWAYS for u in self.units)
-
-    @property
-    def drives(self) -> bool:
-        """Does it hold something that needs control?"""
-        return any(u.command.access == CONTROL for u in self.units)
+    size: int = 1
 
     @property
     def cost(self) -> int:
         """In simple commands."""
-        return max(1, sum(u.command.cost for u in self.units))
+        return max(1, self.size, sum(u.command.cost for u in self.units))
+
+    def parted(self) -> tuple[tuple[Unit, ...], tuple[Unit, ...]]:
+        """The stops that need not wait for what came before the message, and the rest.
+
+        Those are the ones with nothing before them in the message that moves or waits.
+        """
+        first = next((k for k, u in enumerate(self.units) if _ordered(u)), len(self.units))
+        head = self.units[:first]
+        urgent = tuple(u for u in head if u.command.access == ALWAYS)
+        rest = tuple(u for u in head if u.command.access != ALWAYS)
+        return urgent, rest + self.units[first:]
+
+
+def _ordered(unit: Unit) -> bool:
+    return unit.command.access == CONTROL or unit.command.waits
 
 
 def parse(tree: Tree, message: bytes) -> Message:
@@ -51,7 +57,7 @@ def parse(tree: Tree, message: bytes) -> Message:
     units: list[Unit] = []
     error: ScpiError | None = None
     path: tuple[str, ...] = ()
-    place = 0
+    place = size = 0
     while place < len(message):
         start = blank(message, place)
         if start >= len(message):
@@ -59,25 +65,21 @@ def parse(tree: Tree, message: bytes) -> Message:
         if message[start : start + 1] == b";":
             place = start + 1
             continue
+        size += 1
+        if size > MOST_UNITS:
+            error = error or ScpiError(-363, f"at most {MOST_UNITS} commands in a message")
+            break
         try:
             unit, path, place = _unit(tree, message, start, path)
             units.append(unit)
-            if len(units) > MOST_UNITS:
-                raise ScpiError(-363, f"at most {MOST_UNITS} commands in a message")
         except ScpiError as found:
             error = error or found
-            if len(units) > MOST_UNITS:
-                break
             # Where a broken unit ends is not known for sure; a stop behind it is still heard.
-            place, path = _behind(message, max(place, start)), ()
+            end = message.find(b";", start)
+            place, path = (len(message) if end < 0 else end + 1), ()
     if error is not None:
         units = [u for u in units if u.command.access == ALWAYS]
-    return Message(tuple(units), error)
-
-
-def _behind(message: bytes, place: int) -> int:
-    end = message.find(b";", place)
-    return len(message) if end < 0 else end + 1
+    return Message(tuple(units), error, size)
 
 
 def _unit(

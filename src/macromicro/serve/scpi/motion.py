@@ -136,8 +136,7 @@ COMMANDS = (
     Command(
         "MOVE:RELative",
         _relative,
-        "The whole positioner by a distance, from the target that is held, else from where "
-        "it is.",
+        "The whole positioner by a distance, from the target that is held, else from where it is.",
         (_LENGTH._replace(name="distance"),),
         access=CONTROL,
     ),

@@ -34,26 +34,27 @@ class Session:
     """
 
     def __init__(self, device: Device, client: str) -> None:
-        self.device = device
-        self.client = client
-        self.errors = ErrorQueue()
-        self.events = POWER_ON  # standard event status register
-        self.event_enable = 0
-        self.service_enable = 0
-        self.operation = Register()
-        self.questionable = Register()
+        self.device: Device = device
+        self.client: str = client
+        self.errors: ErrorQueue = ErrorQueue()
+        self.events: int = POWER_ON  # standard event status register
+        self.event_enable: int = 0
+        self.service_enable: int = 0
+        self.operation: Register = Register()
+        self.questionable: Register = Register()
         self.pending: dict[int, str] = {}
         self.completing = False  # *OPC was given
         self.answered = False  # this message has answered something already
         self.authenticated = device.open
         self.failures = 0
-        self.watchdog = 0.0
-        self.format = ("ASC", 0)
-        self.swapped = False
+        self.watchdog: float = 0.0
+        self.format: tuple[str, int] = ("ASC", 0)
+        self.swapped: bool = False
         self.programme: tuple[str, Plan] | None = None
         self.running = 0
         self.closed = False
         self.stops = 0
+        self.failed = 0  # errors so far
         self._ordering = threading.Lock()
         self._noting = threading.Lock()
         self._told, _ = device.station.events(-1)
@@ -64,6 +65,7 @@ class Session:
     def fail(self, error: ScpiError) -> None:
         """Queue an error, and set its bit of the standard event status register."""
         with self._noting:
+            self.failed += 1
             self.errors.put(error)
             self.events |= event_bit(error.number)
 
@@ -134,15 +136,18 @@ class Session:
         except Exception as error:
             raise ScpiError(-310, f"{type(error).__name__}: {error}") from error
 
-    def attempt(self, unit: Unit, stops: int) -> Answer:
-        """As `run`, but an error goes to the queue. `stops`: of this client when the message
-        came; what needs control is not done behind a later one."""
+    def attempt(self, unit: Unit, stops: int, failed: int) -> Answer:
+        """As `run`, but an error goes to the queue. `stops`, `failed`: of this client when
+        the message came, and when its first command was begun; what needs control is not done
+        behind a later stop, nor behind an error in the same message."""
         try:
             if unit.command.access != CONTROL:
                 return self.run(unit)
             with self._ordering:
-                if self.stops != stops or self.closed:
-                    raise ScpiError(-200, f"{unit.command.header} came before the stop; not done")
+                if self.closed or self.stops != stops:
+                    raise ScpiError(-200, f"{unit.command.header} not done: it came before a stop")
+                if self.failed != failed:
+                    raise ScpiError(-200, f"{unit.command.header} not done: error before it")
                 return self.run(unit)
         except ScpiError as error:
             self.fail(error)
@@ -177,8 +182,9 @@ class Session:
 
     def close(self) -> None:
         """The client is gone. The station does to the machine what a lost client does."""
-        self.closed = True
-        self.device.station.disconnect(self.client)
+        if not self.closed:
+            self.closed = True
+            self.device.station.disconnect(self.client)
 
 
 def ended(end: Finished, words: str) -> ScpiError:

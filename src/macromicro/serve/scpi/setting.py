@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from macromicro.control.live.messages import Programme, SetGains
+from macromicro.control.live.messages import Programme, SetGains, Stop
 from macromicro.errors import InputError
 from macromicro.parameters import Entry, entries
 from macromicro.programme import Limits
@@ -176,7 +176,7 @@ def _run(call: Call) -> Answer:
 def _stop(call: Call) -> Answer:
     session = call.session
     if session.running and session.snapshot().motion == session.running:
-        session.stop()
+        session.order(Stop(session.client))
         return None
     raise ScpiError(-221, "no programme of this client is running; STOP stops whatever moves")
 

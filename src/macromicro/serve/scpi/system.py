@@ -104,9 +104,7 @@ COMMANDS = (
         "Errors in the queue.",
         answer="number",
     ),
-    Command(
-        "SYSTem:VERSion?", lambda call: VERSION, "Version of SCPI.", answer=VERSION
-    ),
+    Command("SYSTem:VERSion?", lambda call: VERSION, "Version of SCPI.", answer=VERSION),
     Command(
         "SYSTem:HELP:HEADers?",
         _headers,

@@ -1,0 +1,208 @@
+"""``macromicro latency``: how well this computer keeps the 1 ms period."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.serve.measuring import Cyclic, Latency
+    from macromicro.serve.settings import LiveSettings
+
+STDOUT = Path("-")
+_EVERY = 10.0  # s between plain lines
+
+
+def latency(
+    seconds: Annotated[
+        float, typer.Option(metavar="S", min=0.5, max=86400.0, help="How long to measure.")
+    ] = 10.0,
+    config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Settings file (.toml).", show_default=False),
+    ] = None,
+    json: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the results as JSON to this file; - for standard output, and nothing else.",
+            show_default=False,
+        ),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.png", help="Draw the histograms.", show_default=False),
+    ] = None,
+    cyclictest: Annotated[
+        bool, typer.Option("--cyclictest/--no-cyclictest", help="Compare with cyclictest.")
+    ] = True,
+) -> None:
+    """Run the live loop on the twin and measure wake-up latency, computing time and misses.
+
+    Exit status 1 if so many periods were missed that the machine stopped.
+    """
+    from macromicro.serve import measuring
+    from macromicro.serve.settings import load
+
+    settings = load(config)
+    _check(figure)
+    _check(json if json != STDOUT else None)
+    with Signals() as signals:
+        print("starting the loop (it compiles the bench at first)", file=sys.stderr, flush=True)
+        signals.later()
+        with _progress(seconds) as report:
+            got = measuring.measure(
+                settings, seconds, lambda done: report(done) or not signals.received
+            )
+        other: Cyclic | str = "not asked for"
+        if cyclictest and not signals.received:
+            rt = "SCHED_FIFO" in got.realtime
+            other = measuring.cyclictest(min(seconds, 10.0), settings.serve.priority, rt)
+    _give(got, other, settings, json)
+    if figure is not None:
+        _draw(got).savefig(figure)
+    if signals.received:
+        print("macromicro: interrupted; the results are of the time until then", file=sys.stderr)
+        raise typer.Exit(signals.status)
+    if got.fault is not None:
+        print(f"macromicro: {got.fault.message} {got.fault.evidence}. {got.fault.remedy}")
+        raise typer.Exit(1)
+
+
+def _check(file: Path | None) -> None:
+    from macromicro.errors import InputError
+    from macromicro.textfile import printable
+
+    if file is not None and (file.is_dir() or not file.absolute().parent.is_dir()):
+        raise InputError(printable(file, 300), "", "a file to make in a folder that exists")
+
+
+@contextmanager
+def _progress(seconds: float) -> Iterator[Callable[[float], None]]:
+    """A bar on stderr; a line now and then where that is no terminal."""
+    if not sys.stderr.isatty():
+        told = time.monotonic()
+
+        def say(done: float) -> None:
+            nonlocal told
+            if time.monotonic() - told >= _EVERY:
+                told = time.monotonic()
+                print(f"{done:.0f} of {seconds:g} s", file=sys.stderr, flush=True)
+
+        yield say
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = TextColumn("{task.percentage:3.0f} %"), BarColumn(bar_width=24)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=seconds)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def _give(got: Latency, other: Cyclic | str, settings: LiveSettings, json: Path | None) -> None:
+    from json import dumps
+
+    text = dumps(_as_json(got, other, settings), indent=2) + "\n"
+    if json == STDOUT:
+        print(text, end="")
+        return
+    if json is not None:
+        json.write_text(text, "utf-8")
+    for line in table(got, other, settings):
+        print(line)
+
+
+def table(got: Latency, other: Cyclic | str, settings: LiveSettings) -> Iterator[str]:
+    """The results for a person, times in us."""
+    from macromicro.serve.measuring import SHARES, quantiles
+
+    heads = [f"{100 * share:g} %" for share in SHARES]
+    yield f"{'[us]':22}" + "".join(f"{head:>9}" for head in [*heads, "greatest"])
+    for name, times in (("late at wake-up", got.late), ("work in a period", got.work)):
+        yield f"{name:22}" + "".join(f"{1e6 * x:9.0f}" for x in quantiles(times))
+    if not isinstance(other, str):
+        yield (
+            f"{'cyclictest':22}mean {1e6 * other.mean:.0f}, greatest {1e6 * other.most:.0f} "
+            f"({other.command})"
+        )
+    else:
+        yield f"{'cyclictest':22}{other}"
+    window = settings.serve.miss_window
+    yield (
+        f"missed periods: {got.missed} of {got.periods}; at most {got.share:.2%} in {window:g} s, "
+        f"allowed {settings.serve.miss_share:.0%}"
+    )
+    yield f"emergency stop: outputs safe after {1e3 * got.emergency:.2f} ms"
+    yield f"loop: {got.realtime}"
+
+
+def _as_json(got: Latency, other: Cyclic | str, settings: LiveSettings) -> dict[str, Any]:
+    import numpy as np
+
+    from macromicro.serve.measuring import SHARES, quantiles
+
+    def times(values: Any) -> dict[str, Any]:
+        names = [*(f"p{100 * share:g}_s" for share in SHARES), "greatest_s"]
+        counts, edges = np.histogram(values, bins=_edges(values))
+        return {
+            **{n: _number(x) for n, x in zip(names, quantiles(values), strict=True)},
+            "histogram": {"edges_s": edges.tolist(), "counts": counts.tolist()},
+        }
+
+    return {
+        "late": times(got.late),
+        "work": times(got.work),
+        "periods": got.periods,
+        "missed": got.missed,
+        "greatest_share": got.share,
+        "allowed_share": settings.serve.miss_share,
+        "window_s": settings.serve.miss_window,
+        "emergency_stop_s": _number(got.emergency),
+        "loop": got.realtime,
+        "fault": got.fault.message if got.fault is not None else None,
+        "cyclictest": other if isinstance(other, str) else other._asdict(),
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if value == value else None  # JSON has no NaN
+
+
+def _edges(values: Any) -> Any:
+    """Ten bins a decade, from 1 us to beyond the greatest value."""
+    import numpy as np
+
+    most = max(float(values.max()) if len(values) else 0.0, 1e-5)
+    decades = int(np.ceil(np.log10(most / 1e-6)))
+    return np.concatenate(
+        [
+            [min(0.0, float(values.min())) if len(values) else 0.0],
+            np.logspace(-6, decades - 6, 10 * decades + 1),
+        ]
+    )
+
+
+def _draw(got: Latency) -> Figure:
+    """Both histograms, periods over time, logarithmic in both directions."""
+    from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
+
+    figure, axes = new(3.6, 1, 2)
+    shown = (("(a) late at wake-up", got.late, BLUE), ("(b) work in a period", got.work, GREEN))
+    for ax, (title, values, colour) in zip(axes[0], shown, strict=True):
+        edges = _edges(values)[1:]
+        ax.hist(values.clip(min=edges[0]) * 1e6, bins=edges * 1e6, color=colour)
+        ax.axvline(1e3, color=RED, linestyle="--", label="one period")
+        ax.set(xscale="log", yscale="log", ylim=(0.7, None))
+        finish(ax, title, "time [us]", "periods", legend=True)
+    return figure

@@ -1,0 +1,282 @@
+"""What the live machine needs of this computer, checked one thing at a time."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shutil
+import socket
+import sys
+import threading
+import time
+import webbrowser
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import NamedTuple
+
+import macromicro
+from macromicro.errors import MacromicroError
+from macromicro.kernel import cache_folder
+from macromicro.recording_format import needed_bytes
+from macromicro.serve import persist
+from macromicro.serve.settings import ServeSettings
+from macromicro.serve.shared import COLUMNS, PERIOD
+
+OK, WARN, FAIL = "ok", "warn", "fail"
+NEEDED = ("numpy", "numba", "scipy", "h5py", "pydantic", "pint", "typer", "rich")
+NEEDED += ("matplotlib", "jinja2")
+EXTRAS = {  # distribution: what for, and the extra of this package that brings it
+    "xarray": ("recordings as xarray datasets", "xarray"),
+    "h5netcdf": ("xarray datasets in netCDF files", "xarray"),
+    "pyarrow": ("results of sweeps as Parquet", "sweep"),
+    "distributed": ("sweeps on a dask cluster", "cluster"),
+}
+PORTS = {5025: "SCPI", 8080: "web page"}
+_OLDEST = (3, 11)
+_CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page", "xen")
+_LITTLE, _TOO_LITTLE = 1e9, 1e8
+_SYS = Path("/sys/devices/system")
+
+
+class Finding(NamedTuple):
+    """One line: what was looked at, OK, WARN or FAIL, what was found, what to do ("": nothing)."""
+
+    what: str
+    state: str
+    found: str
+    remedy: str = ""
+
+
+def findings(
+    rig: str, settings: ServeSettings, ports: Mapping[int, str] = PORTS
+) -> Iterator[Finding]:
+    """Everything, in the order in which it matters."""
+    yield python()
+    yield from packages(constraints())
+    yield from extras()
+    yield compiler_cache()
+    yield cores()
+    yield realtime(settings.priority)
+    yield from clock()
+    yield state_file(persist.default_path(rig))
+    yield from disk({"recordings": Path.cwd(), "position": persist.default_path(rig).parent})
+    for port, what in ports.items():
+        yield free_port(port, what)
+    yield browser()
+    yield cyclictest()
+
+
+def python() -> Finding:
+    """Is Python recent enough?"""
+    found = f"{platform.python_version()} ({sys.executable})"
+    if sys.version_info >= _OLDEST:
+        return Finding("Python", OK, found)
+    return Finding("Python", FAIL, found, "install Python 3.11 or newer")
+
+
+def constraints() -> dict[str, str]:
+    """Versions that this checkout was tested with, by package; none in an installed package."""
+    path = Path(macromicro.__file__).parents[2] / "constraints.txt"
+    try:
+        lines = path.read_text("utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return {}
+    pairs = [line.split("==") for line in lines if line.count("==") == 1]
+    return {name.strip().lower(): version.strip() for name, version in pairs}
+
+
+def packages(tested: Mapping[str, str]) -> Iterator[Finding]:
+    """Are the packages that everything needs there, in the versions that were tested?"""
+    for name in NEEDED:
+        yield _package(name, tested.get(name), FAIL, f"pip install {name}")
+
+
+def extras() -> Iterator[Finding]:
+    """Which optional packages are there, and what is missing without the others?"""
+    for name, (purpose, extra) in EXTRAS.items():
+        if importlib.util.find_spec(name) is not None:
+            yield Finding(f"package {name}", OK, f"{_version(name)}: {purpose}")
+        else:
+            remedy = f"only if you want that: pip install macromicro[{extra}]"
+            yield Finding(f"package {name}", OK, f"absent, so no {purpose}", remedy)
+
+
+def _package(name: str, tested: str | None, missing: str, remedy: str) -> Finding:
+    what = f"package {name}"
+    if importlib.util.find_spec(name) is None:
+        return Finding(what, missing, "not installed", remedy)
+    version = _version(name)
+    if tested is not None and version != tested:
+        text = f"{version}, tested with {tested}"
+        return Finding(what, WARN, text, f"pip install {name}=={tested}, if something fails")
+    return Finding(what, OK, version)
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "unknown version"
+
+
+def compiler_cache() -> Finding:
+    """Can compiled code be kept, and is it there already?"""
+    what, folder = "compiler's cache", cache_folder()
+    remedy = "make it writable, or name another folder in MACROMICRO_CACHE"
+    refusal = _unwritable(folder)
+    if refusal:
+        return Finding(what, FAIL, f"{folder}: {refusal}", remedy)
+    kernels = [next(folder.rglob(f"bench.{k}-*.nbi"), None) for k in ("measure", "advance")]
+    if None in kernels:
+        return Finding(
+            what, WARN, f"{folder}: empty", "the first start compiles, once, some 10 s: let it"
+        )
+    return Finding(what, OK, f"{folder}: warm")
+
+
+def _unwritable(folder: Path) -> str:
+    """Why nothing can be written in a folder that may not exist yet; "" if it can."""
+    place = folder
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    if not place.is_dir():
+        return f"{place} is no folder"
+    return "" if os.access(place, os.W_OK | os.X_OK) else f"{place} may not be written to"
+
+
+def cores() -> Finding:
+    """One core for the loop, one for everything else?"""
+    count = len(os.sched_getaffinity(0))
+    if count < 2:
+        remedy = "the loop shares its core with everything else: expect missed periods"
+        return Finding("processor", WARN, f"{count} core", remedy)
+    return Finding("processor", OK, f"{count} cores")
+
+
+def realtime(priority: int) -> Finding:
+    """May the loop have real-time priority? It is tried, in a thread that then ends."""
+    refused: list[str] = []
+
+    def attempt() -> None:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+        except OSError as error:
+            refused.append(error.strerror or str(error))
+
+    thread = threading.Thread(target=attempt)
+    thread.start()
+    thread.join()
+    what = "real-time priority"
+    if refused:
+        return Finding(
+            what,
+            WARN,
+            f"not permitted ({refused[0]})",
+            f"add the line `{_user()} - rtprio {priority}` to /etc/security/limits.conf and log in "
+            "again; without it other programs delay the loop",
+        )
+    return Finding(what, OK, f"SCHED_FIFO {priority} permitted")
+
+
+def _user() -> str:
+    return os.environ.get("USER") or str(os.getuid())
+
+
+def clock(system: Path = _SYS) -> Iterator[Finding]:
+    """Is the clock fast and fine, and does the processor keep its speed?"""
+    info = time.get_clock_info("monotonic")
+    source = _text(system / "clocksource/clocksource0/current_clocksource")
+    found = f"{source or 'unknown'}, resolution {info.resolution * 1e9:.3g} ns"
+    remedy = ""
+    if info.resolution > 1e-6 or (source and source not in _CLOCKS):
+        remedy = "a slow clock costs time every period; choose tsc where the machine has it"
+    yield Finding("clock", WARN if remedy else OK, found, remedy)
+    governor = _text(system / "cpu/cpu0/cpufreq/scaling_governor")
+    if governor in ("powersave", "conservative", "ondemand"):
+        remedy = "cpupower frequency-set -g performance"
+        yield Finding("processor speed", WARN, f"governor {governor}", remedy)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text("ascii").strip()
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def state_file(path: Path) -> Finding:
+    """Can the position be kept, and does nobody serve this machine already?"""
+    refusal = _unwritable(path.parent)
+    if refusal:
+        remedy = "make it writable, or set XDG_STATE_HOME; positions are not kept otherwise"
+        return Finding("position file", FAIL, f"{path}: {refusal}", remedy)
+    if not path.with_name(f"{path.name}.lock").exists():
+        return Finding("position file", OK, f"{path}: not there yet")
+    lock = persist.Lock(path)
+    try:
+        lock.take()
+    except (MacromicroError, OSError) as error:
+        return Finding("position file", WARN, str(error), "nothing, if that is what you want")
+    lock.drop()
+    return Finding("position file", OK, f"{path}: nobody serves this machine now")
+
+
+def disk(places: Mapping[str, Path]) -> Iterator[Finding]:
+    """Is there room, and for how long a recording?"""
+    second = (needed_bytes(COLUMNS, 10_000) - needed_bytes(COLUMNS, 0)) / 10_000 / PERIOD
+    for what, place in places.items():
+        folder = place
+        while not folder.exists() and folder != folder.parent:
+            folder = folder.parent
+        free = shutil.disk_usage(folder).free
+        found = f"{folder}: {free / 1e9:.1f} GB free"
+        if what == "recordings":
+            found += f", {free / second / 3600.0:.0f} h of recording"
+        state = OK if free >= _LITTLE else WARN if free >= _TOO_LITTLE else FAIL
+        yield Finding(f"disk, {what}", state, found, "" if state == OK else "make room")
+
+
+def free_port(port: int, what: str) -> Finding:
+    """May we listen at this port of this machine?"""
+    name = f"port {port}, {what}"
+    with socket.socket() as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trial.bind(("127.0.0.1", port))
+            trial.listen(1)
+        except OSError as error:
+            text = f"taken or refused ({error.strerror})"
+            return Finding(name, WARN, text, "choose another port, or end what listens there")
+    return Finding(name, OK, "free")
+
+
+def browser() -> Finding:
+    """Something to show the web page with?"""
+    screen = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
+    try:
+        found = getattr(webbrowser.get(), "name", "a browser")
+    except webbrowser.Error:
+        found = ""
+    if screen and found:
+        return Finding("browser", OK, f"{found}, display {screen}")
+    missing = "no display" if found else "no browser" if screen else "no display, no browser"
+    return Finding("browser", WARN, missing, "open the page from another computer, by ssh -L")
+
+
+def cyclictest(which: Callable[[str], str | None] = shutil.which) -> Finding:
+    """The reference for wake-up latency?"""
+    found = which("cyclictest")
+    if found:
+        return Finding("cyclictest", OK, found)
+    return Finding("cyclictest", OK, "absent", HOW_CYCLICTEST)
+
+
+HOW_CYCLICTEST = "only to compare: install the package rt-tests (apt install rt-tests)"
+
+
+def worst(all_findings: Sequence[Finding]) -> str:
+    """FAIL if anything fails, else WARN if anything warns, else OK."""
+    states = {each.state for each in all_findings}
+    return FAIL if FAIL in states else WARN if WARN in states else OK

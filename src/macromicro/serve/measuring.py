@@ -1,0 +1,146 @@
+"""How well this computer keeps the loop's period: measured with the twin at work."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.control.live import messages as m
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.shared import INDEX
+from macromicro.serve.snapshot import Trouble
+from macromicro.serve.station import Station
+
+SHARES = (0.5, 0.99, 0.999)
+_LOOK_S = 0.1
+_PLACES_M = (20.4e-3, 20.9e-3, 40.3e-3, 22.0e-3)
+_US = 1e6
+_CYCLIC = re.compile(r"Min:\s*(\d+).*Avg:\s*(\d+).*Max:\s*(\d+)")
+
+Times = NDArray[np.float64]
+
+
+class Latency(NamedTuple):
+    """What was measured: one value a period, float64[periods], in s.
+
+    `late`: how late it began; `work`: how long it took to compute. `missed` of `periods`,
+    the greatest `share` of missed ones in a window (0..1); `emergency` [s]: one emergency
+    stop until the outputs were safe; `realtime`: priority and core in words; `fault`: what
+    stopped it early.
+    """
+
+    late: Times
+    work: Times
+    periods: int
+    missed: int
+    share: float
+    emergency: float
+    realtime: str
+    fault: Trouble | None
+
+
+class Cyclic(NamedTuple):
+    """What cyclictest measured [s], and its command line."""
+
+    least: float
+    mean: float
+    most: float
+    command: str
+
+
+def measure(settings: LiveSettings, seconds: float, progress: Callable[[float], bool]) -> Latency:
+    """Run the loop process on the twin for `seconds`, enabled, homed and moving.
+
+    `progress` is told the seconds so far and may end it early by returning False. The
+    position file is one of its own: no server is disturbed, but its machine's time is shared.
+    """
+    late: list[Times] = []
+    work: list[Times] = []
+    share = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        station = Station(settings=settings, state=Path(folder) / "position.json")
+        with station:
+            driver = _Driver(station)
+            began, row = time.monotonic(), -1
+            while True:
+                done = time.monotonic() - began
+                going = progress(min(done, seconds)) and done < seconds
+                row, block, _ = station.telemetry(row)
+                late.append(block[INDEX["late"]] / _US)
+                work.append(block[INDEX["work"]] / _US)
+                now = station.snapshot()
+                share = max(share, now.pace.share)
+                if not going or now.fault is not None or not now.running:
+                    break
+                driver.go_on()
+                time.sleep(min(_LOOK_S, max(seconds - done, 0.0)))
+            emergency = station.emergency()
+    # The first row tells of no period before it.
+    lates, works = np.concatenate(late)[1:], np.concatenate(work)[1:]
+    pace = now.pace
+    return Latency(
+        lates, works, pace.periods, pace.missed, share, emergency, station.realtime, now.fault
+    )
+
+
+class _Driver:
+    """Keeps the twin moving: homed first, then from place to place."""
+
+    def __init__(self, station: Station) -> None:
+        self._station = station
+        self._places = itertools.cycle(_PLACES_M)
+        self._client = "latency"
+        station.acquire(self._client)
+        station.request(self._client, m.Enable())
+        self._motion = self._begin(m.Home())
+
+    def _begin(self, request: m.Request) -> int:
+        reply = self._station.request(self._client, request)
+        return reply.id if isinstance(reply, m.Accepted) else 0
+
+    def go_on(self) -> None:
+        """The next motion, where the last one has ended."""
+        self._station.heartbeat(self._client)
+        if self._station.finished(self._motion, 0.0) is not None or not self._motion:
+            self._motion = self._begin(m.MoveTo(next(self._places)))
+
+
+def quantiles(times: Times) -> list[float]:
+    """The quantiles of `SHARES` [s], then the greatest; NaN where nothing was measured."""
+    if not len(times):
+        return [math.nan] * (len(SHARES) + 1)
+    found = np.quantile(times, SHARES, method="higher")
+    return [*(float(x) for x in found), float(times.max())]
+
+
+def cyclictest(seconds: float, priority: int, realtime: bool) -> Cyclic | str:
+    """Wake-up latency by cyclictest with the loop's period and priority; in words, why not."""
+    program = shutil.which("cyclictest")
+    if program is None:
+        return "cyclictest is not installed (apt install rt-tests)"
+    policy = ["-p", str(priority)] if realtime else ["--policy=other"]
+    whole = max(round(seconds), 1)
+    command = [program, "-q", "-i", "1000", "-D", str(whole), *policy]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=whole + 30, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"cyclictest failed: {error}"
+    found = _CYCLIC.search(done.stdout)
+    if done.returncode or found is None:
+        words = (done.stderr or done.stdout).strip().splitlines()
+        return f"cyclictest failed: {words[-1] if words else f'status {done.returncode}'}"
+    least, mean, most = (int(text) / _US for text in found.groups())
+    return Cyclic(least, mean, most, " ".join(command))

@@ -1,0 +1,104 @@
+"""A fake station and a session on it; the tests of the server have their own."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.serve.scpi.device import Device
+from macromicro.serve.scpi.message import parse
+from macromicro.serve.scpi.session import Session
+from macromicro.serve.scpi.tree import TREE
+
+_SPEC = importlib.util.spec_from_file_location(
+    "scpi_fake_station", Path(__file__).with_name("fake_station.py")
+)
+assert _SPEC is not None and _SPEC.loader is not None
+_MODULE = importlib.util.module_from_spec(_SPEC)
+sys.modules["scpi_fake_station"] = _MODULE
+_SPEC.loader.exec_module(_MODULE)
+
+Ask = Callable[..., str]
+
+
+class Bench:
+    """A session whose messages are done at once, as the connection does them."""
+
+    def __init__(self, folder: Path, token: str | None = None) -> None:
+        self.station = _MODULE.FakeStation()
+        self.device = Device(self.station, folder=folder, token=token)
+        self.session = Session(self.device, "test")
+
+    def send(self, message: str | bytes) -> bytes:
+        """The answers of a message, parted by semicolons; it never waits."""
+        data = message.encode() if isinstance(message, str) else message
+        found = parse(TREE, data)
+        urgent, rest = found.parted()
+        session = self.session
+        for unit in urgent:
+            session.attempt(unit, session.stops, session.failed)
+        if found.error is not None:
+            session.fail(found.error)
+        stops, failed, answers = session.stops, session.failed, []
+        for unit in rest:
+            answer = session.attempt(unit, stops, failed)
+            if answer is not None:
+                answers.append(answer.encode() if isinstance(answer, str) else answer)
+                session.answered = True
+        session.answered = False
+        return b";".join(answers)
+
+    def ask(self, message: str) -> str:
+        """The answers as text."""
+        return self.send(message).decode()
+
+    def errors(self) -> list[int]:
+        """The numbers of all queued errors, taken out."""
+        found = []
+        while len(self.session.errors):
+            found.append(self.session.errors.get().number)
+        return found
+
+    @property
+    def requests(self) -> list[Any]:
+        """What reached the station."""
+        requests: list[Any] = self.station.requests
+        return requests
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    """One that holds control."""
+    bench = Bench(tmp_path)
+    assert bench.ask("SYST:LOCK:REQ?") == "1"
+    return bench
+
+
+@pytest.fixture(scope="session")
+def make_bench(tmp_path_factory: pytest.TempPathFactory) -> Callable[[], Bench]:
+    """Fresh ones, without control."""
+    folder = tmp_path_factory.mktemp("recordings")
+    return lambda: Bench(folder)
+
+
+@pytest.fixture
+def watcher(tmp_path: Path) -> Bench:
+    """One that does not hold control."""
+    return Bench(tmp_path)
+
+
+@pytest.fixture
+def guarded(tmp_path: Path) -> Bench:
+    """One with a token."""
+    return Bench(tmp_path, "open sesame")
+
+
+@pytest.fixture
+def station() -> Any:
+    """A fake station."""
+    return _MODULE.FakeStation()

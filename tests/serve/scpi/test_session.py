@@ -1,0 +1,406 @@
+"""What commands do to a station, and what they answer."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import macromicro
+from macromicro.control.live import messages as m
+from macromicro.serve.shared import NAMES
+from macromicro.serve.snapshot import Trouble
+
+
+def test_identification(bench) -> None:
+    fields = bench.ask("*IDN?").split(",")
+    assert len(fields) == 4 and fields[0] == "macromicro" and fields[3] == macromicro.__version__
+    assert bench.ask("SYST:VERS?") == "1999.0"
+    assert bench.ask("*TST?") == "0"
+
+
+@pytest.mark.parametrize(
+    ("message", "request_"),
+    [
+        ("MOVE:ABS 42.123 MM", m.MoveTo(0.042123, "test")),
+        ("MOVE 42.123 MM", m.MoveTo(0.042123, "test")),
+        (":move:absolute 42123 um", m.MoveTo(0.042123, "test")),
+        ("MOVE:REL -0.5 MM", m.MoveBy(-0.0005, "test")),
+        ("MOVE:MACR 590", m.MoveMacro(590.0, "test")),
+        ("MOVE:MACR 590 COUNTS", m.MoveMacro(590.0, "test")),
+        ("MOVE:MICR 1.5 MM", m.MoveMicro(1.5, "test")),
+        ("JOG:MACR -5 MM/S", m.Jog("macro", -0.005, "test")),
+        ("JOG:MICR 100 UM/S", m.Jog("micro", 0.0001, "test")),
+        ("HOME", m.Home("test")),
+        ("ZERO", m.Zero("test")),
+        ("ENAB", m.Enable("test")),
+        ("DIS", m.Disable("test")),
+        ("FAN ON", m.Fan(True, "test")),
+        ("FAN 0", m.Fan(False, "test")),
+        ("FAUL:CLE", m.ClearFault(client="test")),
+        ("STOP", m.Stop("test")),
+        ('GAIN "sequence.wait",1.5', m.SetGains((("sequence.wait", 1.5),), "test")),
+        ('GAIN "macro_law","pid"', m.SetGains((("macro_law", "pid"),), "test")),
+        ('GAIN "sequence.park",0', m.SetGains((("sequence.park", 0),), "test")),
+    ],
+)
+def test_a_command_is_one_request(bench, message, request_) -> None:
+    assert bench.ask(message) == ""
+    assert bench.errors() == []
+    assert bench.requests == [request_]
+    assert [type(x) for x in bench.requests[0]] == [type(x) for x in request_]
+
+
+@pytest.mark.parametrize(
+    ("message", "number"),
+    [
+        ("MOVE:ABS 42.123", -131),
+        ("MOVE:ABS 42.123 V", -131),
+        ("MOVE:ABS 900 MM", -222),
+        ("MOVE:ABS -20 MM", -222),
+        ("MOVE:ABS NAN MM", -103),
+        ("MOVE:ABS", -109),
+        ("MOVE:ABS 1 MM,2 MM", -108),
+        ("MOVE:ABSO 1 MM", -113),
+        ("MOVE:REL 500 MM", -222),
+        ("MOVE:MACR 590.5", -222),
+        ("MOVE:MACR 590 MM", -131),
+        ("MOVE:MACR 5000", -222),
+        ("MOVE:MICR 3.9 MM", -222),
+        ("MOVE:MICR 1.5", -131),
+        ("JOG:MACR 5", -131),
+        ("JOG:MACR 5 MM", -131),
+        ("FAN 2", -224),
+        ("HOME 1", -108),
+        ("HOME?", -113),
+        ("MOVE:ABS 1 MM;FOO", -113),
+        ("FOO;MOVE:ABS 1 MM", -113),
+        ('GAIN "sequence.wait",-1', -222),
+        ('GAIN "sequence.park",0.5', -222),
+        ('GAIN "sequence.park",2', -222),
+        ('GAIN "macro_law","bang"', -224),
+        ('GAIN "macro_law",3', -224),
+        ('GAIN "sequence.wait","x"', -104),
+        ('GAIN "nothing",1', -224),
+        ("PROG:RUN", -282),
+        ('PROG:LOAD "../../etc/passwd"', -256),
+        ("PROG:LOAD #14a = ", -285),
+        ('REC ON,"../x"', -257),
+        ("REC OFF", -221),
+        ("LIM:ABS 0 MM,900 MM", -222),
+        ("LIM:ABS 100 MM,50 MM", -222),
+        ("\x00MOVE:ABS 1 MM", -102),
+        ("ÿMOVE:ABS 1 MM", -101),
+    ],
+)
+def test_what_is_refused_moves_nothing(bench, message, number) -> None:
+    bench.ask(message)
+    assert bench.errors() == [number]
+    assert bench.requests == []
+    assert not bench.station.recording.active
+
+
+def test_limits_narrow_what_all_clients_may(bench) -> None:
+    machine = bench.ask("LIM:ABS?;MACR?;MICR?")
+    own = bench.device.settings.live.limits
+    assert machine.split(";")[1] == f"{own.macro_low:g},{own.macro_high:g}"
+    bench.ask("LIM:ABS 40 MM,5 CM")
+    assert bench.ask("LIM:ABS?") == "40,50"
+    bench.ask("MOVE:ABS 50.001 MM")
+    assert bench.errors() == [-222]
+    bench.ask("MOVE:REL 8 MM")  # from 42.12 mm
+    assert bench.errors() == [-222]
+    bench.ask("JOG:MACR 1 MM/S")
+    assert bench.errors() == [-221]
+    assert bench.requests == []
+    bench.ask("MOVE:ABS 50 MM")
+    assert bench.requests == [m.MoveTo(0.05, "test")]
+    bench.ask("LIM:DEF")
+    assert bench.ask("LIM:ABS?;MACR?;MICR?") == machine
+    bench.ask("LIM:MICR 0.5 MM,3 MM;MACR 100,200")
+    assert bench.ask("LIM:MICR?;MACR?") == "0.5,3;100,200"
+    assert bench.errors() == []
+
+
+def test_without_control_nothing_reaches_the_station(watcher) -> None:
+    for message in ("MOVE:ABS 1 MM", "HOME", "ENAB", "FAN ON", "*RST", "LIM:DEF", "REC ON"):
+        watcher.ask(message)
+        assert watcher.errors() == [-203], message
+    assert watcher.requests == []
+    watcher.ask("STOP;ABOR")
+    assert watcher.requests == [m.Stop("test")] and watcher.station.emergencies == 1
+    assert watcher.errors() == []
+
+
+def test_control(bench, watcher) -> None:
+    assert bench.ask("SYST:LOCK:OWN?") == '"test"'
+    bench.station.holder = "web"
+    assert bench.ask("SYST:LOCK:REQ?") == "0"
+    assert bench.errors() == [-203]
+    bench.ask("SYST:LOCK:REL")
+    assert bench.errors() == [-203]
+    bench.station.holder = "test"
+    bench.ask("SYST:LOCK:REL")
+    assert bench.ask("SYST:LOCK:OWN?") == '""'
+
+
+def test_token(guarded) -> None:
+    for message in ("SYST:LOCK:REQ?", "MOVE:ABS 1 MM", "*RST", 'PROG:LOAD "thesis"', "REC ON"):
+        guarded.ask(message)
+        assert guarded.errors() == [-203], message
+    assert guarded.station.holder == "" and guarded.requests == []
+    assert guarded.ask("POS?").startswith("42.1234,")
+    guarded.ask("STOP;ABOR")
+    assert guarded.station.emergencies == 1
+    for wrong in ('""', '"open sesam"', '"OPEN SESAME"'):
+        guarded.ask(f"SYST:AUTH {wrong}")
+        assert guarded.errors() == [-203]
+        guarded.ask("SYST:LOCK:REQ?")
+        assert guarded.errors() == [-203]
+    assert guarded.session.failures == 3
+    guarded.ask('SYST:AUTH "open sesame"')
+    assert guarded.ask("SYST:LOCK:REQ?") == "1"
+    guarded.station.mode = "ready"
+    guarded.ask("MOVE:ABS 1 MM")
+    assert guarded.requests[-1] == m.MoveTo(0.001, "test") and guarded.errors() == []
+
+
+@pytest.mark.parametrize("outcome", [o for o in m.OUTCOMES if o != m.DONE])
+def test_a_motion_that_ends_otherwise_is_an_error(bench, outcome) -> None:
+    bench.ask("*CLS;:MOVE:ABS 10 MM;*OPC")
+    assert bench.ask("*ESR?") == "0"
+    bench.station.end(outcome)
+    entry = bench.ask("SYST:ERR?")
+    assert -299 <= int(entry.split(",")[0]) <= -200 and outcome in entry
+    assert int(bench.ask("*ESR?")) == 16 + 1  # execution error; operation complete
+    assert bench.ask("MOVE:OUTC? 1").startswith(f'"{outcome}",10,0.03,')
+
+
+def test_a_motion_that_is_done_is_none(bench) -> None:
+    bench.ask("*CLS;:MOVE:ABS 10 MM;*OPC")
+    assert bench.ask("MOVE:NUMB?;OUTC? 1").startswith('1;"unknown",9.91E37')
+    bench.station.end("done")
+    assert bench.ask("*ESR?;:SYST:ERR:COUN?") == "1;0"
+
+
+def test_loop_gone_ends_the_wait(bench) -> None:
+    bench.ask("MOVE:ABS 10 MM")
+    assert not bench.session.poll()
+    bench.station.running = False
+    assert bench.session.poll()
+    assert bench.errors() == [-240]
+
+
+def test_jog_is_nothing_to_wait_for(bench) -> None:
+    bench.ask("JOG:MACR 5 MM/S")
+    assert bench.session.poll()
+
+
+def test_an_error_in_a_message_ends_its_orders(bench) -> None:
+    """A move behind one that was refused would start from another place than meant."""
+    bench.ask("MOVE:ABS 10 MM;:MOVE:ABS 20 MM;:FAN ON;*IDN?")
+    assert [type(r) for r in bench.requests] == [m.MoveTo, m.MoveTo]
+    assert bench.errors() == [-221, -200]
+
+
+def test_a_stop_in_a_broken_message_is_heard(bench) -> None:
+    bench.ask("MOVE:ABS 1 MM;FOO 3;ABOR")
+    assert bench.station.emergencies == 1 and bench.requests == []
+    bench.ask("@#!;STOP")
+    assert bench.requests == [m.Stop("test")]
+
+
+def test_orders_from_before_a_stop_are_dropped(bench) -> None:
+    from macromicro.serve.scpi.message import parse
+    from macromicro.serve.scpi.tree import TREE
+
+    session = bench.session
+    (unit,) = parse(TREE, b"MOVE:ABS 1 MM").units
+    stops, failed = session.stops, session.failed
+    session.stop()
+    assert session.attempt(unit, stops, failed) is None
+    assert bench.requests == [m.Stop("test")] and bench.errors() == [-200]
+
+
+def test_status_byte_and_registers(bench) -> None:
+    assert bench.ask("*ESR?;*ESR?") == "128;0"
+    bench.ask("*ESE 32;*SRE 36")
+    assert bench.ask("*ESE?;*SRE?;*STB?") == "32;36;16"  # 16: this message has answered
+    bench.ask("NONSENSE")
+    assert bench.ask("*STB?") == str(4 + 32 + 64)
+    assert bench.ask("SYST:ERR?").startswith('-113,"Undefined header;')
+    assert bench.ask("*ESR?;*STB?") == "32;16"
+    bench.ask("STAT:OPER:ENAB 256;:STAT:QUES:ENAB #H0800")
+    bench.ask("MOVE:ABS 10 MM")
+    assert bench.ask("*STB?") == "128"
+    assert bench.ask("STAT:OPER:COND?") == str(256 + 8192)
+    assert bench.ask("STAT:OPER?;*STB?") == f"{256 + 8192};16"
+    bench.station.fault = Trouble(8, "carriage stuck", "It is stuck.", "3.6 V", "Free it.")
+    assert bench.ask("STAT:QUES:COND?") == str((1 << 9) + (1 << 11))
+    assert bench.ask("FAUL?") == '8,"carriage stuck","It is stuck.","3.6 V","Free it."'
+    assert int(bench.ask("*STB?")) & 8
+    assert bench.ask("*TST?") == "4"
+    bench.ask("*CLS")
+    assert bench.ask("*STB?") == "0"
+
+
+def test_modes_between_two_looks_are_seen(bench) -> None:
+    bench.ask("*CLS")
+    bench.station.go("homing")
+    bench.station.go("ready")
+    assert int(bench.ask("STAT:OPER:EVEN?")) & (1 << 10)
+    assert not int(bench.ask("STAT:OPER:COND?")) & (1 << 10)
+    bench.ask("STAT:OPER:PTR 0;NTR 1024")
+    bench.ask("STAT:OPER?")
+    bench.station.go("homing")
+    assert bench.ask("STAT:OPER?") == "0"
+    bench.station.go("ready")
+    assert bench.ask("STAT:OPER?") == "1024"
+    bench.ask("STAT:PRES")
+    assert bench.ask("STAT:OPER:PTR?;NTR?;ENAB?") == "32767;0;0"
+
+
+def test_error_queue_overflow(bench) -> None:
+    """SCPI-99, volume 2, 21.8.1: the last one becomes -350."""
+    for _ in range(40):
+        bench.ask("NONSENSE")
+    assert bench.ask("SYST:ERR:COUN?") == "32"
+    assert bench.errors() == [-113] * 31 + [-350]
+    assert bench.ask("SYST:ERR?") == '0,"No error"'
+    bench.ask("A;B")
+    bench.ask('MOVE "')
+    found = bench.ask("SYST:ERR:ALL?")
+    assert found.startswith('-113,"Undefined header;A"') and ',-151,"Invalid string' in found
+
+
+def test_queries(bench) -> None:
+    assert bench.ask("POS?;POS:TRUS?") == '42.1234,0.0357,1;1,"homed"'
+    assert bench.ask("STAG:POS?;TARG?;OUTP?") == "590;589;9.91E37"
+    assert bench.ask("STAG2:POS?;:STAG2:TARG?;:STAG2:OUTP?") == "0.31;0.3;1.5"
+    assert bench.ask("MODE?;TEMP?;FAN?;ENAB?") == '"ready";61.5;0;1'
+    assert bench.ask("DIAG:PACE?;ABOR?") == "1000,3,0.003,1500,200;9.91E37"
+    assert bench.ask("FAUL?") == '0,"none","","",""'
+
+
+def test_gains(bench) -> None:
+    assert '"pd_tuned.now"' in bench.ask("GAIN:CAT?")
+    assert bench.ask('GAIN? "sequence.wait"') == "2"
+    assert bench.ask('GAIN:BOUN? "sequence.wait"').startswith('0,9.9E37,"s","wait between')
+    bench.ask('GAIN "sequence.wait",1.5')
+    assert bench.ask('GAIN? "sequence.wait"') == "1.5"
+    assert bench.ask('GAIN? "macro_law"') == '"pd-tuned"'
+    assert bench.errors() == []
+
+
+def test_programme_by_name_and_as_text(bench) -> None:
+    assert bench.ask("PROG:CAT?").startswith('"full-travel"')
+    bench.ask('PROG:LOAD "thesis"')
+    assert bench.ask("PROG:NAME?;STAT?") == '"thesis";STOP'
+    bench.ask("PROG:RUN")
+    (request,) = bench.requests
+    assert isinstance(request, m.Programme)
+    assert request.plan.target[0] == pytest.approx(190e-3 / (0.2 / 2800), abs=0.5)
+    assert bench.ask("PROG:STAT?") == "RUN"
+    bench.ask("PROG:STOP")
+    assert bench.requests[1:] == [m.Stop("test")]
+    assert bench.ask("SYST:ERR?").startswith('-200,"Execution error;programme thesis (motion 1)')
+    text = b'title = "Two"\n[[moves]]\nmicro = ["1 mm", "2 mm"]\nhold = "1 s"\n'
+    bench.send(b"PROG:LOAD #2%d" % len(text) + text + b";NAME?")
+    assert bench.ask("PROG:NAME?") == '"Two"' and bench.errors() == []
+    bench.ask("PROG:RUN")
+    assert bench.requests[-1].plan.target.tolist() == [1.0, 2.0]
+    assert bench.requests[-1].plan.stage.tolist() == [1, 1]
+
+
+def test_programme_error_names_no_file(bench) -> None:
+    text = b'[[moves]]\nmacro = "900 mm"\nhold = "1 s"\n'
+    bench.send(b"PROG:LOAD #2%d" % len(text) + text)
+    entry = bench.ask("SYST:ERR?")
+    assert entry.startswith('-285,"Program syntax error;programme, move 1, macro')
+    assert "/tmp" not in entry
+
+
+def test_programme_within_narrowed_limits(bench) -> None:
+    bench.ask('PROG:LOAD "thesis"')
+    bench.ask("LIM:MACR 0,1000")
+    bench.ask("PROG:RUN")
+    assert bench.errors() == [-222] and bench.requests == []
+
+
+def test_waveforms(bench) -> None:
+    row = NAMES.index("hall_position")
+    expected = bench.station.rows[row, -3:]
+    assert [float(x) for x in bench.ask("WAV:DATA? hall_position,0.003").split(",")] == list(
+        expected
+    )
+    for order, code in (("NORM", ">"), ("SWAP", "<")):
+        for length in (32, 64):
+            bench.ask(f"FORM REAL,{length};:FORM:BORD {order}")
+            data = bench.send('WAV:DATA? "HALL_POSITION",3 MS')
+            size = 3 * length // 8
+            head = f"#{len(str(size))}{size}".encode()
+            assert data.startswith(head)
+            values = np.frombuffer(data[len(head) :], f"{code}f{length // 8}")
+            assert values == pytest.approx(expected)
+    assert bench.ask("FORM?;FORM:BORD?") == "REAL,64;SWAP"
+    assert len(bench.send("WAV:DATA? t,60 S")) == 7 + 5000 * 8  # all there is
+    assert bench.send("WAV:DATA? t,0 S") == b"#10"
+    assert bench.ask("WAV:CAT?").split(",")[0] == '"t"' and bench.errors() == []
+    for message in ("WAV:DATA? nothing,1", "WAV:DATA? t,61 S", "FORM REAL,16", "FORM ASC,64"):
+        bench.ask(message)
+        assert bench.errors()[0] in (-224, -222)
+
+
+def test_recording(bench, tmp_path) -> None:
+    bench.ask('REC ON,"run-1"')
+    assert bench.station.recording.path == str(tmp_path / "run-1.h5")
+    assert bench.ask("REC?;REC:NAME?") == '1,12,0,"";"run-1.h5"'
+    bench.ask("REC ON")
+    assert bench.errors() == [-250]
+    bench.ask("REC OFF")
+    assert bench.ask("REC?").startswith("0,") and bench.errors() == []
+
+
+def test_events(bench) -> None:
+    assert bench.ask("EVEN?") == '0,0,"none","","","",""'
+    bench.station.go("homing")
+    bench.station.go("ready")
+    assert bench.ask("EVEN:COUN?") == "2"
+    first = bench.ask("EVEN?")
+    assert first == '1,1.5,"mode","ready","homing","test","{""error_mm"": 0.25}"'
+    assert bench.ask("EVEN?").startswith('2,1.5,"mode","homing","ready"')
+    assert bench.ask("EVEN?").startswith("0,")
+
+
+def test_reset(bench) -> None:
+    machine = bench.ask("LIM:MACR?")
+    bench.ask("FORM REAL;:LIM:MACR 0,100;*OPC;:MOVE:ABS 10 MM")
+    bench.ask("*RST")
+    assert [type(r) for r in bench.requests[1:]] == [m.Disable, m.Fan]
+    assert bench.ask("FORM?;:LIM:MACR?") == f"ASC,0;{machine}"
+    assert bench.errors() == [-200]  # the motion was stopped
+
+
+def test_nothing_not_declared_answers(bench) -> None:
+    """Queries answer one line each, of printable ASCII; commands answer nothing."""
+    from macromicro.serve.scpi.tree import COMMANDS
+
+    given = {
+        "MOVE:OUTCome?": " 1",
+        "GAIN?": ' "p.kp"',
+        "GAIN:BOUNds?": ' "p.kp"',
+        "WAVeform:DATA?": " t,0.01",
+    }
+    for command in COMMANDS:
+        header = command.header.replace("[", "").replace("]", "").replace("<n=1..2>", "")
+        if command.query:
+            answer = bench.ask(header + given.get(command.header, ""))
+            assert answer, command.header
+            lines = command.header == "SYSTem:HELP:HEADers?"
+            assert all(" " <= c <= "~" or (lines and c == "\n") for c in answer)
+            assert command.answer, command.header
+        else:
+            assert command.answer == ""
+        assert command.text.endswith((".", "?"))
+    assert bench.errors() == [] and math.isnan(bench.station.snapshot().motor_v)

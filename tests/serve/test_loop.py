@@ -1,0 +1,273 @@
+"""The loop process: safe on every way out, and before the next step where that is asked."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from serve_parts import LEFT, MOTOR, PID, STEPS, Driver, until
+
+from macromicro.control import calibration
+from macromicro.control.live import messages as m
+from macromicro.errors import MacromicroError
+from macromicro.rig import guard
+from macromicro.rig.guarded import Guarded
+from macromicro.rig.limits import Limits
+from macromicro.serve import persist
+from macromicro.serve.link import Outbox, pair
+from macromicro.serve.persist import Lock
+from macromicro.serve.settings import ServeSettings
+from macromicro.serve.shared import EMERGENCY, HEARTBEAT, LEAVE, SEEN, Shared
+from macromicro.serve.station import Station
+from macromicro.serve.ticking import Loop
+from macromicro.types import SAFE, Outputs, Sample
+
+PARENT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from serve_parts import serve_until_killed
+serve_until_killed(sys.argv[2])
+"""
+
+
+class Bench:
+    """A rig in this process, as fast as it goes; `at[k]` is done within reading number k."""
+
+    channels = ("encoder", "hall")
+
+    def __init__(self, machine: Driver) -> None:
+        self.clock, self.steps = self, 0
+        self.at: dict[int, Callable[[], None]] = {}
+        self.order = machine.log
+
+    def now(self) -> float:
+        return self.steps * 1e-3
+
+    def wait(self, dt: float) -> None:
+        pass
+
+    def read(self) -> Sample:
+        self.steps += 1
+        self.at.get(self.steps, int)()
+        volts = 2.5 + 1e-3 * (self.steps % 2)
+        return Sample(self.now(), 0.0, volts, 0.0, 0.0, 0.0)
+
+    def write(self, outputs: Outputs) -> None:
+        self.order.append("safe" if outputs == SAFE else "on")
+
+    def stop(self) -> None:
+        self.write(SAFE)
+
+    def __enter__(self) -> Bench:
+        return self
+
+    def __exit__(self, *what: object) -> None:
+        pass
+
+
+class Scene:
+    def __init__(self) -> None:
+        self.machine = Driver()
+        self.bench = Bench(self.machine)
+        self.shared = Shared.create(5000)
+        self.ours, theirs = pair()
+        limits = guard.prepare(Limits(), calibration.shipped())
+        self.rig = Guarded(self.bench, limits, 1e-3)
+        self.settings = ServeSettings(parent_timeout=10.0, miss_share=1.0)
+        self.loop = Loop(
+            self.rig, self.machine, self.shared, Outbox(theirs), self.settings, 1e-3, True
+        )
+
+    def leave(self) -> None:
+        self.shared.cells[LEAVE] = 1
+
+    def run(self) -> list[str]:
+        """What happened from reading 50 on, a motion under way since reading 2."""
+        self.bench.at[2] = lambda: self.machine.accept(m.MoveTo(600.0)) and None
+        seen = self.bench.at.get(50, int)
+
+        def begin() -> None:
+            self.machine.log.clear()
+            seen()
+
+        self.bench.at[50] = begin
+        self.bench.at[60] = self.leave
+        self.loop.run("no position was kept", "test")
+        return self.machine.log
+
+
+@pytest.fixture
+def scene() -> Iterator[Scene]:
+    made = Scene()
+    yield made
+    made.ours.close()
+    made.shared.close()
+
+
+def test_a_motion_drives_the_motor_until_it_is_told_to_leave(scene: Scene) -> None:
+    assert scene.run() == ["step", "on"] * 10 + ["safe"]
+
+
+def test_an_emergency_stop_comes_before_the_next_step(scene: Scene) -> None:
+    def press() -> None:
+        scene.shared.cells[EMERGENCY] = 12345
+
+    scene.bench.at[50] = press
+    order = scene.run()
+    assert order[:4] == ["safe", "EmergencyStop", "step", "safe"]
+    assert "on" not in order
+    assert int(scene.shared.cells[SEEN]) == 12345
+
+
+def test_an_emergency_stop_overrules_a_machine_that_goes_on(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scene.machine, "_end", lambda outcome: ())
+    scene.bench.at[50] = lambda: scene.shared.cells.__setitem__(EMERGENCY, 1)
+    assert scene.run()[:4] == ["safe", "EmergencyStop", "step", "safe"]
+
+
+def test_without_a_heartbeat_it_goes_safe_and_leaves(scene: Scene) -> None:
+    scene.loop._settings = scene.settings._replace(parent_timeout=0.2)
+    beats = iter(range(1, 200))
+
+    def beat() -> None:
+        time.sleep(0.01)
+        scene.shared.cells[HEARTBEAT] = next(beats)
+
+    for k in range(3, 50):
+        scene.bench.at[k] = beat
+    for k in range(50, 59):
+        scene.bench.at[k] = lambda: time.sleep(0.1)
+    order = scene.run()
+    assert 1 <= order.count("on") <= 3
+    assert order[-1] == "safe"
+    assert scene.bench.steps < 60
+
+
+def test_a_dead_parent_is_the_end_of_it_at_once(scene: Scene) -> None:
+    scene.bench.at[55] = lambda: setattr(scene.loop, "orphaned", True)
+    assert scene.run() == ["step", "on"] * 5 + ["safe"]
+
+
+def test_a_clogged_socket_delays_messages_and_nothing_else(scene: Scene) -> None:
+    for k in range(3, 50):
+        scene.bench.at[k] = lambda: [
+            scene.loop._outbox.send(("notice", "x" * 60_000)) for _ in range(3)
+        ]
+    assert scene.run() == ["step", "on"] * 10 + ["safe"]
+    assert scene.loop._outbox._waiting
+    scene.ours.setblocking(False)
+    got = 0
+    while True:
+        try:
+            while scene.ours.recv(1_000_000):
+                got += 1
+        except BlockingIOError:
+            if not scene.loop._outbox._waiting:
+                break
+            scene.loop._outbox.flush()
+    assert got >= 47 * 3
+
+
+def test_the_guard_is_renewed_but_the_wires_stay_hot(scene: Scene) -> None:
+    heats = []
+
+    def fault() -> None:
+        scene.machine.accept(m.SetGains(()))
+
+    def clear() -> None:
+        assert scene.rig.tripped
+        heat = scene.rig.watch.heat._replace(idle=0.0)
+        scene.rig.watch = scene.rig.watch._replace(
+            heat=heat._replace(heating=type(heat.heating)(40.0, 40.0, 40.0))
+        )
+        heats.append(guard.temperature(scene.rig.watch))
+        scene.loop._answer(1, m.ClearFault())
+        heats.append(guard.temperature(scene.rig.watch))
+        assert not scene.rig.tripped
+
+    scene.bench.at[52] = fault
+    scene.bench.at[55] = clear
+    scene.run()
+    assert heats[0] == heats[1] > 30.0
+    assert not scene.rig.tripped
+    assert scene.shared.status().fault == 0
+
+
+@pytest.fixture
+def parent(log: Any, tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A serving process whose machine moves."""
+    here = str(Path(__file__).parent)
+    state = str(tmp_path / "position.json")
+    process = subprocess.Popen([sys.executable, "-c", PARENT, here, state], stdout=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"moving\n"
+        until(lambda: log[MOTOR] == 1.0)
+        yield process
+    finally:
+        process.kill()
+        process.send_signal(signal.SIGCONT)
+        process.wait()
+        if log[PID]:
+            until(lambda: not alive(int(log[PID])))
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_a_killed_parent_leaves_a_safe_machine_and_no_trust(
+    parent: subprocess.Popen[bytes],
+    log: Any,
+    tmp_path: Path,
+    station: Callable[..., Station],
+) -> None:
+    path = tmp_path / "position.json"
+    parent.kill()
+    steps = log[STEPS]
+    until(lambda: log[LEFT])
+    assert log[MOTOR] == 0.0
+    # The death signal is told of at once: far fewer steps than the heartbeat would allow.
+    assert log[STEPS] - steps < 500
+    until(lambda: not alive(int(log[PID])))
+    kept = persist.load(path)
+    assert isinstance(kept, persist.Kept)
+    assert kept.moving
+    again = station()  # the lock is free again
+    again.start()
+    until(lambda: again.snapshot().pace.periods)
+    assert not again.snapshot().trusted
+    assert "interrupted" in again.snapshot().trust
+    assert log[MOTOR] == 0.0
+
+
+def test_a_halted_parent_is_as_good_as_dead(parent: subprocess.Popen[bytes], log: Any) -> None:
+    parent.send_signal(signal.SIGSTOP)  # no death signal: only the heartbeat tells
+    until(lambda: log[LEFT])
+    assert log[MOTOR] == 0.0
+
+
+def test_while_a_loop_lives_its_machine_is_locked(
+    parent: subprocess.Popen[bytes], log: Any, tmp_path: Path, station: Callable[..., Station]
+) -> None:
+    text = rf"process {parent.pid}, its loop is process {int(log[PID])}.*end that one first"
+    with pytest.raises(MacromicroError, match=text):
+        station().start()
+    parent.kill()
+    until(lambda: not alive(int(log[PID])))
+    lock = Lock(tmp_path / "position.json")
+    lock.take()
+    lock.drop()

@@ -1,0 +1,303 @@
+"""The station: who may do what, and what becomes of everything that was accepted."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from serve_parts import FAIL_AT, LEFT, MOTOR, PID, until
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Refused
+from macromicro.errors import MacromicroError
+from macromicro.rig import guard
+from macromicro.serve import faults
+from macromicro.serve.station import Station
+
+Make = Callable[..., Station]
+
+
+def begun(station: Station, seconds: float = 600.0) -> int:
+    """A motion of "test", which gets control."""
+    assert isinstance(station.acquire("test"), Accepted)
+    reply = station.request("test", m.MoveTo(seconds))
+    assert isinstance(reply, Accepted)
+    return reply.id
+
+
+def outcome(station: Station, motion: int) -> str:
+    finished = station.finished(motion, 60.0)
+    assert finished is not None
+    return finished.outcome
+
+
+def causes(station: Station, kind: str) -> list[str]:
+    return [e.cause for e in station.events()[1] if e.kind == kind]
+
+
+def test_start_moves_nothing_and_stop_leaves_safe(station: Make, log: Any) -> None:
+    machine = station()
+    assert machine.snapshot().mode == "off"
+    assert isinstance(machine.request("test", m.Stop()), Refused)
+    machine.start()
+    machine.start()  # once is enough
+    until(lambda: machine.snapshot().pace.periods > 50)
+    now = machine.snapshot()
+    assert (now.running, now.mode, now.motion, now.fault) == (True, "disabled", 0, None)
+    assert log[MOTOR] == 0.0
+    motion = begun(machine)
+    until(lambda: log[MOTOR] == 1.0)
+    machine.stop()
+    assert (log[MOTOR], log[LEFT]) == (0.0, 1.0)
+    assert outcome(machine, motion) == "stopped"
+    assert machine.snapshot().mode == "off"
+    assert causes(machine, "loop") == ["started", "stopped"]
+    machine.start()
+    assert begun(machine) == 1  # numbers count from 1 again
+    machine.stop()
+
+
+def test_an_accepted_motion_ends_once_and_is_told_to_whoever_waits(station: Make) -> None:
+    machine = station()
+    machine.start()
+    assert machine.finished(1, 0.0) is None
+    motion = begun(machine, 0.3)
+    assert machine.finished(motion, 0.0) is None
+    got: list[Any] = []
+    waiting = [
+        threading.Thread(target=lambda: got.append(machine.finished(motion))) for _ in range(3)
+    ]
+    for thread in waiting:
+        thread.start()
+    for thread in waiting:
+        thread.join()
+    assert [f.outcome for f in got] == ["done"] * 3
+    assert machine.finished(motion + 1, 5.0) is None
+
+
+def test_one_client_controls_the_others_watch_and_may_stop(station: Make, log: Any) -> None:
+    machine = station()
+    machine.start()
+    machine.connect("other")
+    motion = begun(machine)
+    for request in (m.MoveTo(0.1), m.Enable(), m.Fan(True), m.ClearFault(), m.SetGains(())):
+        reply = machine.request("other", request)
+        assert isinstance(reply, Refused)
+        assert "test holds it" in reply.reason
+    refused = machine.acquire("other")
+    assert isinstance(refused, Refused)
+    assert "test holds control" in refused.reason
+    assert isinstance(machine.release("other"), Refused)
+    now = machine.snapshot()
+    assert (now.holder, now.clients, now.motion) == ("test", ("other", "test"), motion)
+    assert machine.telemetry()[1].shape[1] > 0
+    assert isinstance(machine.request("other", m.Stop()), Accepted)
+    assert outcome(machine, motion) == "stopped"
+    again = begun(machine)
+    assert isinstance(machine.request("other", m.EmergencyStop()), Accepted)
+    assert outcome(machine, again) == "emergency"
+    until(lambda: log[MOTOR] == 0.0)
+    assert isinstance(machine.release("test"), Accepted)
+    assert isinstance(machine.acquire("other"), Accepted)
+    assert causes(machine, "control") == ["acquired", "released", "acquired"]
+
+
+@pytest.mark.parametrize("request_", [m.LinkLost(), None, "stop", 7])
+def test_what_is_no_request_of_a_client_is_refused(request_: Any, station: Make) -> None:
+    assert isinstance(station().request("test", request_), Refused)
+
+
+def test_an_emergency_stop_is_measured(station: Make, log: Any) -> None:
+    machine = station()
+    assert math.isnan(machine.emergency())
+    machine.start()
+    motion = begun(machine)
+    until(lambda: log[MOTOR] == 1.0)
+    took = machine.emergency()
+    assert took > 0.0
+    assert log[MOTOR] == 0.0
+    assert outcome(machine, motion) == "emergency"
+    assert machine.snapshot().emergency_s == took
+
+
+@pytest.mark.parametrize("action", ["stop", "hold"])
+@pytest.mark.parametrize("gone", ["silent", "disconnected"])
+def test_a_lost_client_is_acted_upon_as_configured(action: str, gone: str, station: Make) -> None:
+    machine = station(client_timeout=0.4, lost_client=action)
+    machine.start()
+    motion = begun(machine)
+    for _ in range(16):  # alive as long as it says so
+        time.sleep(0.05)
+        machine.heartbeat("test")
+        machine.heartbeat("other")
+    assert machine.snapshot().holder == "test"
+    if gone == "disconnected":
+        machine.disconnect("test")
+    assert outcome(machine, motion) == "lost"
+    assert machine.snapshot().holder == ""
+    assert causes(machine, "link") == [action]
+    assert "client lost" in causes(machine, "control")
+    assert isinstance(machine.acquire("other"), Accepted)
+
+
+def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any) -> None:
+    machine = station()
+    machine.start()
+    motion = begun(machine)
+    until(lambda: log[MOTOR] == 1.0)
+    os.kill(int(log[PID]), signal.SIGKILL)
+    assert outcome(machine, motion) == "lost"
+    now = machine.snapshot()
+    assert (now.running, now.mode) == (False, "off")
+    assert now.fault is not None
+    assert now.fault.code == faults.LOOP_DIED
+    assert "signal 9" in now.fault.evidence
+    assert isinstance(machine.request("test", m.Enable()), Refused)
+    assert math.isnan(machine.emergency())
+    machine.start()  # the remedy
+    until(lambda: machine.snapshot().pace.periods)
+    assert machine.snapshot().fault is None
+    assert "interrupted" in machine.snapshot().trust
+
+
+def test_a_loop_told_to_end_leaves_safe(station: Make, log: Any) -> None:
+    machine = station()
+    machine.start()
+    motion = begun(machine)
+    until(lambda: log[MOTOR] == 1.0)
+    os.kill(int(log[PID]), signal.SIGINT)  # Ctrl-C is the serving process' business
+    time.sleep(0.1)
+    assert machine.snapshot().motion == motion
+    os.kill(int(log[PID]), signal.SIGTERM)
+    assert outcome(machine, motion) == "lost"
+    assert (log[MOTOR], log[LEFT]) == (0.0, 1.0)
+
+
+def test_a_rig_that_fails_is_told_in_words(
+    station: Make, log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(FAIL_AT, "600")
+    machine = station()
+    machine.start()
+    motion = begun(machine)
+    assert outcome(machine, motion) == "fault"
+    assert (log[MOTOR], log[LEFT]) == (0.0, 1.0)
+    fault = machine.snapshot().fault
+    assert fault is not None
+    assert fault.code == faults.RIG_FAILED
+    assert "the A/D board was unplugged" in fault.evidence
+    assert fault.remedy
+
+
+def test_a_loop_that_gets_no_time_stops_with_a_fault(station: Make, log: Any) -> None:
+    machine = station(miss_share=0.1, miss_window=1.0)
+    machine.start()
+    machine.acquire("test")
+    machine.request("test", m.Enable())
+    motion = begun(machine)
+    until(lambda: log[MOTOR] == 1.0)
+    os.kill(int(log[PID]), signal.SIGSTOP)
+    time.sleep(0.5)
+    os.kill(int(log[PID]), signal.SIGCONT)
+    assert outcome(machine, motion) == "fault"
+    until(lambda: log[MOTOR] == 0.0)
+    until(lambda: machine.snapshot().fault is not None)
+    now = machine.snapshot()
+    assert now.fault is not None
+    assert now.fault.code == faults.LATE
+    assert "serve.miss_share" in now.fault.remedy
+    assert now.mode == "fault"
+    assert now.pace.missed > 100
+
+
+def test_a_few_missed_periods_are_counted_and_nothing_stops(station: Make, log: Any) -> None:
+    machine = station()  # its share is 1: never
+    machine.start()
+    motion = begun(machine)
+    until(lambda: machine.snapshot().pace.periods)
+    before = machine.snapshot().pace
+    os.kill(int(log[PID]), signal.SIGSTOP)
+    time.sleep(0.2)
+    os.kill(int(log[PID]), signal.SIGCONT)
+    until(lambda: machine.snapshot().pace.missed >= before.missed + 100)
+    assert machine.snapshot().motion == motion
+    assert machine.snapshot().pace.latest_s > 0.1
+
+
+def test_the_guards_fault_is_told_in_words_and_cleared(station: Make, log: Any) -> None:
+    machine = station()
+    machine.start()
+    motion = begun(machine)
+    machine.request("test", m.SetGains(()))  # the stand-in then asks for 99 V
+    assert outcome(machine, motion) == "fault"
+    until(lambda: machine.snapshot().fault is not None)
+    now = machine.snapshot()
+    assert now.fault is not None
+    assert (now.fault.code, now.mode, log[MOTOR]) == (guard.ILLEGAL, "fault", 0.0)
+    assert "99" in now.fault.evidence
+    assert "guard.motor" in now.fault.remedy
+    assert isinstance(machine.request("test", m.MoveTo(1.0)), Refused)
+    assert isinstance(machine.request("test", m.ClearFault()), Accepted)
+    until(lambda: machine.snapshot().fault is None)
+    assert outcome(machine, begun(machine, 0.05)) == "done"
+
+
+def test_events_and_telemetry_come_once(station: Make) -> None:
+    machine = station()
+    machine.start()
+    last, first = machine.events()
+    assert len(first) == last + 1
+    assert machine.events(last)[1] == []
+    machine.acquire("test")
+    after, news = machine.events(last)
+    assert [e.cause for e in news][-1:] == ["acquired"]
+    assert after == last + len(news)
+    row, block, names = machine.telemetry()
+    until(lambda: machine.telemetry(row)[1].shape[1] > 20)
+    _, more, _ = machine.telemetry(row)
+    t = list(names).index("t")
+    assert more[t, 0] - block[t, -1] == pytest.approx(1e-3, abs=1e-9)
+
+
+def test_a_rig_that_is_not_there_is_an_error(tmp_path: Path, station: Make) -> None:
+    machine = Station("no_such_module_here:rig", state=tmp_path / "other.json")
+    with pytest.raises(MacromicroError, match="no_such_module_here"):
+        machine.start()
+    assert machine.snapshot().mode == "off"
+
+
+def test_trust_survives_an_orderly_end(station: Make) -> None:
+    machine = station()
+    machine.start()
+    machine.acquire("test")
+    machine.request("test", m.Home())
+    until(lambda: machine.snapshot().trusted)
+    assert machine.snapshot().trust == "homed"
+    machine.stop()
+    machine.start()
+    until(lambda: machine.snapshot().pace.periods)
+    assert machine.snapshot().trusted
+    assert "restored" in machine.snapshot().trust
+
+
+def test_the_encoder_elsewhere_is_not_trusted(
+    station: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = station()
+    machine.start()
+    machine.acquire("test")
+    machine.request("test", m.Home())
+    until(lambda: machine.snapshot().trusted)
+    machine.stop()
+    monkeypatch.setenv("MACROMICRO_TEST_COUNT", "50")
+    machine.start()
+    until(lambda: machine.snapshot().pace.periods)
+    assert not machine.snapshot().trusted
+    assert "reads 50, was left at 0" in machine.snapshot().trust
