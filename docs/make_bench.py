@@ -13,7 +13,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from macromicro.parameters import Entry, entries, is_set
+from macromicro.parameters import Entry, entries
+from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CycleBench
 from macromicro.plant.kiln import KilnBench
 from macromicro.settings import Settings
@@ -84,28 +85,22 @@ def parameter_tables() -> str:
         "`--config` does not reach them.\n"
     )
     parts.append(table("KilnBench.oven", KilnBench().oven))
-    for fixture in (KilnBench(), CycleBench()):
-        changed = list(differing(fixture))
+    for fixture, sources in (
+        (KilnBench(), kiln.OWN_SOURCES),
+        (CycleBench(), cycle.OWN_SOURCES),
+    ):
+        changed = [e for e in entries(fixture) if e.path in sources]
         name = type(fixture).__name__
-        parts.append(f"### `{name}`: what differs\n\n{paths(changed)}")
+        parts.append(f"### `{name}`: values of its own\n\n{paths(changed, sources)}")
     return "\n".join(parts)
 
 
-def differing(fixture: Any) -> list[Entry]:
-    """Parameters of a fixture's parts that are not the defaults of those parts."""
-    found = []
-    for name in fixture._fields:
-        part = getattr(fixture, name)
-        if is_set(part):
-            pairs = zip(entries(part, f"{name}."), entries(type(part)()), strict=True)
-            found += [mine for mine, usual in pairs if mine.value != usual.value]
-    return found
-
-
-def paths(found: list[Entry]) -> str:
+def paths(found: list[Entry], sources: dict[str, str]) -> str:
     """A table of parameters by their whole path."""
-    lines = "".join(f"| `{e.path}` | {value(e)} | {e.par.meaning} |\n" for e in found)
-    return "| parameter | here | meaning |\n|---|---|---|\n" + lines
+    lines = "".join(
+        f"| `{e.path}` | {value(e)} | {e.par.meaning} | {sources[e.path]} |\n" for e in found
+    )
+    return "| parameter | here | meaning | source |\n|---|---|---|---|\n" + lines
 
 
 def render(measured: dict[str, str]) -> str:

@@ -48,3 +48,9 @@ def test_bad_parts_are_refused(parts: dict[str, float]) -> None:
 def test_bad_technologies_are_refused(bad: Technology) -> None:
     with pytest.raises(InputError, match="x, "):
         costs.compare(costs.micro_stage(), [bad])
+
+
+@pytest.mark.parametrize("accuracy", [0.0, -1.0, float("nan"), True, "5 um"])
+def test_an_accuracy_is_above_nothing(accuracy: float) -> None:
+    with pytest.raises(InputError, match="SMA micro-stage, accuracy"):
+        costs.micro_stage(accuracy)

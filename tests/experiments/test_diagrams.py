@@ -151,7 +151,7 @@ def test_numbers_are_the_codes_own(number: str, values: Mapping[str, float]) -> 
 def test_numbers_of_the_flow_charts_are_the_codes_own() -> None:
     smoothing = " ".join(text_of(drawn("5.4").body))
     defaults = inspect.signature(without_spikes).parameters
-    for name, unit in (("steepest", "°C/s"), ("window", "s"), ("longest", "s")):
+    for name, unit in (("steepest", "degC/s"), ("window", "s"), ("longest", "s")):
         assert f"{defaults[name].default:g}\u00a0{unit}" in smoothing
     squares = " ".join(text_of(drawn("4.2").body))
     assert f"{regression.MAX_ITERATIONS} iterations" in squares

@@ -44,6 +44,27 @@ def test_a_full_disk_is_said_before(tmp_path: Path) -> None:
         folder.check(tmp_path / "new", 10**18, overwrite=False)
 
 
+@pytest.mark.parametrize("name", ["/proc/x", "/proc/x/deep", "/proc"])
+def test_a_place_that_keeps_no_files_is_not_called_full(name: str) -> None:
+    """The kernel's own file system reports no bytes at all, even to the superuser."""
+    if not Path("/proc/self").exists():
+        pytest.skip("no /proc here")
+    with pytest.raises(InputError, match="nothing can be made in /proc") as error:
+        folder.check(Path(name), 10**6, overwrite=True)
+    assert "MB" not in str(error.value)
+
+
+def test_a_folder_without_the_right_to_write_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> str:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(folder.tempfile, "mkdtemp", refuse)
+    with pytest.raises(InputError, match=f"nothing can be made in {tmp_path}"):
+        folder.check(tmp_path / "new", 0, overwrite=False)
+
+
 def test_a_name_that_is_none(tmp_path: Path) -> None:
     for name in ("nul\0", "x" * 5000):
         with pytest.raises(InputError, match="--out"):

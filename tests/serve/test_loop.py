@@ -2,39 +2,23 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
+import gc
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
-from serve_parts import LEFT, MOTOR, PID, STEPS, Driver, until
+from serve_parts import Driver
 
 from macromicro.control import calibration
 from macromicro.control.live import messages as m
-from macromicro.errors import MacromicroError
 from macromicro.rig import guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
-from macromicro.serve import persist
-from macromicro.serve.link import Outbox, pair
-from macromicro.serve.persist import Lock
+from macromicro.serve.link import Outbox, packed, pair, receive
 from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import EMERGENCY, HEARTBEAT, LEAVE, SEEN, Shared
-from macromicro.serve.station import Station
+from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, LEAVE, SEEN, Shared
 from macromicro.serve.ticking import Loop
 from macromicro.types import SAFE, Outputs, Sample
-
-PARENT = """
-import sys
-sys.path.insert(0, sys.argv[1])
-from serve_parts import serve_until_killed
-serve_until_killed(sys.argv[2])
-"""
 
 
 class Bench:
@@ -126,6 +110,16 @@ def test_an_emergency_stop_comes_before_the_next_step(scene: Scene) -> None:
     assert int(scene.shared.cells[SEEN]) == 12345
 
 
+def test_what_was_asked_before_the_first_period_is_not_forgotten(scene: Scene) -> None:
+    scene.shared.cells[EMERGENCY] = 7
+    scene.ours.send(packed((41, m.Enable())))
+    scene.shared.cells[COMMANDS] = 1
+    scene.run()
+    assert int(scene.shared.cells[SEEN]) == 7
+    assert receive(scene.ours)[0] == "begun"
+    assert receive(scene.ours) == ("reply", 41, m.Accepted(0))
+
+
 def test_an_emergency_stop_overrules_a_machine_that_goes_on(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -202,72 +196,25 @@ def test_the_guard_is_renewed_but_the_wires_stay_hot(scene: Scene) -> None:
     assert scene.shared.status().fault == 0
 
 
-@pytest.fixture
-def parent(log: Any, tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """A serving process whose machine moves."""
-    here = str(Path(__file__).parent)
-    state = str(tmp_path / "position.json")
-    process = subprocess.Popen([sys.executable, "-c", PARENT, here, state], stdout=subprocess.PIPE)
+def test_clearing_a_fault_that_is_none_renews_no_guard(scene: Scene) -> None:
+    before = []
+
+    def clear() -> None:
+        before.append(scene.rig.watch)
+        scene.loop._answer(1, m.ClearFault())
+        before.append(scene.rig.watch)
+
+    scene.bench.at[55] = clear
+    scene.run()
+    assert before[0] is before[1]
+
+
+def test_a_period_leaves_no_garbage(scene: Scene) -> None:
+    """The loop process runs for days with the collector switched off."""
+    gc.collect()
+    gc.disable()
     try:
-        assert process.stdout is not None
-        assert process.stdout.readline() == b"moving\n"
-        until(lambda: log[MOTOR] == 1.0)
-        yield process
+        scene.run()
+        assert gc.collect() == 0
     finally:
-        process.kill()
-        process.send_signal(signal.SIGCONT)
-        process.wait()
-        if log[PID]:
-            until(lambda: not alive(int(log[PID])))
-
-
-def alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return True
-
-
-def test_a_killed_parent_leaves_a_safe_machine_and_no_trust(
-    parent: subprocess.Popen[bytes],
-    log: Any,
-    tmp_path: Path,
-    station: Callable[..., Station],
-) -> None:
-    path = tmp_path / "position.json"
-    parent.kill()
-    steps = log[STEPS]
-    until(lambda: log[LEFT])
-    assert log[MOTOR] == 0.0
-    # The death signal is told of at once: far fewer steps than the heartbeat would allow.
-    assert log[STEPS] - steps < 500
-    until(lambda: not alive(int(log[PID])))
-    kept = persist.load(path)
-    assert isinstance(kept, persist.Kept)
-    assert kept.moving
-    again = station()  # the lock is free again
-    again.start()
-    until(lambda: again.snapshot().pace.periods)
-    assert not again.snapshot().trusted
-    assert "interrupted" in again.snapshot().trust
-    assert log[MOTOR] == 0.0
-
-
-def test_a_halted_parent_is_as_good_as_dead(parent: subprocess.Popen[bytes], log: Any) -> None:
-    parent.send_signal(signal.SIGSTOP)  # no death signal: only the heartbeat tells
-    until(lambda: log[LEFT])
-    assert log[MOTOR] == 0.0
-
-
-def test_while_a_loop_lives_its_machine_is_locked(
-    parent: subprocess.Popen[bytes], log: Any, tmp_path: Path, station: Callable[..., Station]
-) -> None:
-    text = rf"process {parent.pid}, its loop is process {int(log[PID])}.*end that one first"
-    with pytest.raises(MacromicroError, match=text):
-        station().start()
-    parent.kill()
-    until(lambda: not alive(int(log[PID])))
-    lock = Lock(tmp_path / "position.json")
-    lock.take()
-    lock.drop()
+        gc.enable()

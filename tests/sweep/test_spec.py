@@ -217,13 +217,23 @@ def test_settings_and_seeds_of_the_real_jobs(tmp_path: Path) -> None:
     (tmp_path / "plain.toml").write_text(text)
     (tmp_path / "law.toml").write_text('config = "mine.toml"\n' + text)
     plain, law = (load(tmp_path / f"{n}.toml", batch.job)[0] for n in ("plain", "law"))
-    assert law.settings == (("controller.macro_law", '"pid"'),)
+    assert law.files == (("config controller.macro_law", '"pid"'),)
     assert law.canonical["config controller.macro_law"] == '"pid"'
     assert law.digest != plain.digest
     rows = [Bench(Task(spec)).block(0, 1).rows for spec in (plain, law)]
     assert not np.array_equal(*rows, equal_nan=True)
     noisy = 'job = "micro-bench"\n[parameters]\nseed = { low = 0, high = 4, steps = 5 }\n'
     assert real(tmp_path, noisy).axes[0].levels == (0.0, 1.0, 2.0, 3.0, 4.0)
+
+
+def test_a_programme_that_changes_is_another_sweep(tmp_path: Path) -> None:
+    moves = tmp_path / "moves.toml"
+    text = f'job = "programme"\n[options]\nprogramme = "{moves}"\n[parameters]\nseed = [1, 2]\n'
+    digests = []
+    for place in ("10 mm", "20 mm", "10 mm"):
+        moves.write_text(f'[[moves]]\nmacro = "{place}"\nhold = "1 s"\n')
+        digests.append(real(tmp_path, text).digest)
+    assert digests[0] == digests[2] != digests[1]
 
 
 def test_what_a_real_job_says_of_its_options(tmp_path: Path) -> None:

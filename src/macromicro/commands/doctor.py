@@ -41,7 +41,7 @@ def doctor(
     from macromicro.serve.settings import load
 
     settings = load(config).serve
-    ports = {n: "as asked" for n in port} if port else health.PORTS
+    ports = dict.fromkeys(port, "as asked") if port else health.PORTS
     found = []
     for each in health.findings(rig, settings, ports):
         found.append(each)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -51,19 +52,23 @@ def latency(
 
     Exit status 1 if so many periods were missed that the machine stopped.
     """
-    from macromicro.serve import measuring
+    from macromicro.serve import health, measuring
     from macromicro.serve.settings import load
 
     settings = load(config)
     _check(figure)
     _check(json if json != STDOUT else None)
     with Signals() as signals:
-        print("starting the loop (it compiles the bench at first)", file=sys.stderr, flush=True)
+        if health.compiler_cache().state != health.OK:
+            print("compiling the bench, once, about 10 s", file=sys.stderr, flush=True)
         signals.later()
         with _progress(seconds) as report:
-            got = measuring.measure(
-                settings, seconds, lambda done: report(done) or not signals.received
-            )
+
+            def go_on(done: float) -> bool:
+                report(done)
+                return not signals.received
+
+            got = measuring.measure(settings, seconds, go_on)
         other: Cyclic | str = "not asked for"
         if cyclictest and not signals.received:
             rt = "SCHED_FIFO" in got.realtime
@@ -75,7 +80,8 @@ def latency(
         print("macromicro: interrupted; the results are of the time until then", file=sys.stderr)
         raise typer.Exit(signals.status)
     if got.fault is not None:
-        print(f"macromicro: {got.fault.message} {got.fault.evidence}. {got.fault.remedy}")
+        words = f"{got.fault.message} {got.fault.evidence}. {got.fault.remedy}"
+        print(f"macromicro: {words}", file=sys.stderr)
         raise typer.Exit(1)
 
 
@@ -91,7 +97,7 @@ def _check(file: Path | None) -> None:
 def _progress(seconds: float) -> Iterator[Callable[[float], None]]:
     """A bar on stderr; a line now and then where that is no terminal."""
     if not sys.stderr.isatty():
-        told = time.monotonic()
+        told = -math.inf
 
         def say(done: float) -> None:
             nonlocal told
@@ -176,7 +182,7 @@ def _as_json(got: Latency, other: Cyclic | str, settings: LiveSettings) -> dict[
 
 
 def _number(value: float) -> float | None:
-    return value if value == value else None  # JSON has no NaN
+    return value if math.isfinite(value) else None  # JSON has no NaN
 
 
 def _edges(values: Any) -> Any:

@@ -159,7 +159,10 @@ def _reproduce(
     failures = [r for r in results if r.failure]
     for result in failures:
         print(f"macromicro: {result.name}: {result.failure}", file=sys.stderr)
-    if signals.received or failures:
+    noted = [(r.name, note) for r in results for note in r.notes]
+    for name, note in noted:
+        print(f"macromicro: {name}: {note}", file=sys.stderr)
+    if signals.received or failures or noted:
         raise typer.Exit(signals.status or 1)
 
 

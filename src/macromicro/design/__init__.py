@@ -1,1 +1,87 @@
-"""Measures of a response: settling, residual vibration, the actuator's return."""
+"""Design sheets, and measures of a response: settling, residual vibration, return to zero.
+
+The names below are the sheets', loaded when they are first used; a sheet's own module has
+more. Measures are imported from their own modules: `response`, `vibration`, `extension`,
+`margins`.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from macromicro.design.costs import MICRO_STAGE as MICRO_STAGE
+    from macromicro.design.costs import TABLE_2_1 as TABLE_2_1
+    from macromicro.design.costs import TABLE_6_2 as TABLE_6_2
+    from macromicro.design.costs import Comparison as Comparison
+    from macromicro.design.costs import Technology as Technology
+    from macromicro.design.costs import compare as compare
+    from macromicro.design.costs import micro_stage as micro_stage
+    from macromicro.design.costs import total as total
+    from macromicro.design.flexure_sheet import GRAM_FORCE as GRAM_FORCE
+    from macromicro.design.flexure_sheet import Beam as Beam
+    from macromicro.design.flexure_sheet import bending_stress as bending_stress
+    from macromicro.design.flexure_sheet import deflection as deflection
+    from macromicro.design.flexure_sheet import max_thickness as max_thickness
+    from macromicro.design.flexure_sheet import stiffness as stiffness
+    from macromicro.design.hall_sensors import TABLE_3_2 as TABLE_3_2
+    from macromicro.design.hall_sensors import Needs as Needs
+    from macromicro.design.hall_sensors import Sensor as Sensor
+    from macromicro.design.hall_sensors import judge as judge
+    from macromicro.design.hall_sensors import suitable as suitable
+    from macromicro.design.magnets import INCH as INCH
+    from macromicro.design.magnets import TABLE_3_1 as TABLE_3_1
+    from macromicro.design.magnets import Change as Change
+    from macromicro.design.magnets import Magnet as Magnet
+    from macromicro.design.magnets import largest_change as largest_change
+    from macromicro.design.magnets import ranking as ranking
+    from macromicro.design.resolution import Budget as Budget
+    from macromicro.design.resolution import budget as budget
+    from macromicro.design.resolution import calibrated as calibrated
+    from macromicro.design.resolution import converter as converter
+    from macromicro.design.resolution import sensitivity_floor as sensitivity_floor
+
+# Public name -> the module that defines it. For type checkers: also import it above.
+_HOMES = {
+    "Beam": "flexure_sheet",
+    "Budget": "resolution",
+    "Change": "magnets",
+    "Comparison": "costs",
+    "GRAM_FORCE": "flexure_sheet",
+    "INCH": "magnets",
+    "MICRO_STAGE": "costs",
+    "Magnet": "magnets",
+    "Needs": "hall_sensors",
+    "Sensor": "hall_sensors",
+    "TABLE_2_1": "costs",
+    "TABLE_3_1": "magnets",
+    "TABLE_3_2": "hall_sensors",
+    "TABLE_6_2": "costs",
+    "Technology": "costs",
+    "bending_stress": "flexure_sheet",
+    "budget": "resolution",
+    "calibrated": "resolution",
+    "compare": "costs",
+    "converter": "resolution",
+    "deflection": "flexure_sheet",
+    "judge": "hall_sensors",
+    "largest_change": "magnets",
+    "max_thickness": "flexure_sheet",
+    "micro_stage": "costs",
+    "ranking": "magnets",
+    "sensitivity_floor": "resolution",
+    "stiffness": "flexure_sheet",
+    "suitable": "hall_sensors",
+    "total": "costs",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from macromicro.design.checks import positive
+from macromicro.design.checks import positive, sheet
 from macromicro.errors import InputError
 
 
@@ -39,7 +39,11 @@ def total(parts: Mapping[str, float]) -> float:
 
 
 def compare(own: Technology, others: Sequence[Technology]) -> list[Comparison]:
-    """Each of the others against `own`; both ends of their costs over our greatest."""
+    """Each of the others against `own`; both ends of their costs over our greatest.
+
+    Raises `InputError` for what is no `Technology`, and for a cost or an accuracy that is not
+    above 0 or whose best exceeds its worst.
+    """
     for each in (own, *others):
         _check(each)
     cost, accuracy = own.cost[1], own.accuracy[1]
@@ -50,6 +54,7 @@ def compare(own: Technology, others: Sequence[Technology]) -> list[Comparison]:
 
 
 def _check(t: Technology) -> None:
+    sheet("technology", t, Technology)
     for word, unit, (low, high) in (("cost", "USD", t.cost), ("accuracy", "m", t.accuracy)):
         positive(f"{t.name}, {word}", high, unit)
         if not 0.0 <= low <= high:
@@ -94,6 +99,9 @@ TABLE_6_2 = (
 
 
 def micro_stage(accuracy: float = 5e-6) -> Technology:
-    """The SMA micro-stage: Table 6.1 summed, with an `accuracy` [m] (5 um in Table 6.2)."""
-    cost = total(MICRO_STAGE)
+    """The SMA micro-stage: Table 6.1 summed, with an `accuracy` [m] (5 um in Table 6.2).
+
+    Raises `InputError` for an accuracy that is not above 0.
+    """
+    accuracy, cost = positive("SMA micro-stage, accuracy", accuracy, "m"), total(MICRO_STAGE)
     return Technology("SMA micro-stage", (accuracy, accuracy), (cost, cost), travel="4 mm")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.design.checks import positive
+from macromicro.design.checks import positive, sheet
 
 Array = npt.NDArray[np.float64]
 
@@ -86,6 +86,7 @@ def shape(beam: Beam, deflection: float, points: int = 61) -> tuple[Array, Array
 
 
 def _check(beam: Beam) -> None:
+    sheet("flexure, beam", beam, Beam)
     positive("flexure, modulus", beam.modulus, "Pa")
     positive("flexure, width", beam.width, "m")
     positive("flexure, length", beam.length, "m")

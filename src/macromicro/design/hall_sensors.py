@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from macromicro.design.checks import positive
+from macromicro.design.checks import positive, sheet
 from macromicro.errors import InputError
 
 
@@ -42,8 +42,10 @@ def judge(sensors: Sequence[Sensor], needs: Needs) -> list[Verdict]:
     """Every sensor with the requirements that it misses.
 
     The table prints no supply or output voltage, so the requirement of the converter's
-    input range cannot be judged. Raises `InputError` for impossible numbers.
+    input range cannot be judged. Raises `InputError` for impossible numbers and for what is
+    no `Sensor` or no `Needs`.
     """
+    sheet("Hall sensor, needs", needs, Needs)
     positive("Hall sensor, field", needs.field, "G")
     positive("Hall sensor, sensitivity", needs.sensitivity, "V/G")
     if needs.cost is not None:
@@ -58,6 +60,7 @@ def suitable(sensors: Sequence[Sensor], needs: Needs) -> list[Sensor]:
 
 
 def _against(sensor: Sensor, needs: Needs) -> list[str]:
+    sheet("Hall sensor", sensor, Sensor)
     low, high = sensor.sensitivity
     positive(f"Hall sensor {sensor.name}, sensitivity", low, "V/G")
     positive(f"Hall sensor {sensor.name}, cost", sensor.cost, "USD")

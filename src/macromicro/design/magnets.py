@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from macromicro.design.checks import positive
+from macromicro.design.checks import positive, sheet
 from macromicro.errors import InputError
 
 INCH = 0.0254  # m
@@ -73,6 +73,7 @@ def _flux(magnet: Magnet, place: float) -> float:
 
 
 def _check(magnet: Magnet) -> None:
+    sheet("magnet", magnet, Magnet)
     where = f"magnet {magnet.name}"
     if len(magnet.distance) != len(magnet.flux) or len(magnet.distance) < 2:
         raise InputError(

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from macromicro.design.checks import positive
-from macromicro.errors import InputError
+from macromicro.design.checks import positive, whole
 
 INCH = 0.0254  # m
 MAX_BITS = 64
@@ -29,9 +28,7 @@ def converter(span: float, bits: int) -> float:
     A sign bit beside them doubles the range, not the resolution.
     """
     positive("resolution, span", span, "V")
-    if isinstance(bits, bool) or not isinstance(bits, int) or not 1 <= bits <= MAX_BITS:
-        raise InputError("resolution, bits", bits, f"a whole number from 1 to {MAX_BITS}")
-    return float(span / 2.0**bits)
+    return float(span / 2.0 ** whole("resolution, bits", bits, 1, MAX_BITS))
 
 
 def field(volts_per_bit: float, sensitivity: float) -> float:

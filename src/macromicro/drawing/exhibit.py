@@ -49,14 +49,19 @@ class Exhibit(NamedTuple):
     @property
     def label(self) -> str:
         """As it is cited: "Figure 4.8", "Table 2.1", "Equation (2.1)"."""
-        if self.number.startswith("Table"):
-            return self.number
-        return f"{'Equation' if self.number.startswith('(') else 'Figure'} {self.number}"
+        return label(self.number)
 
     @property
     def name(self) -> str:
         """For file names and anchors: "figure-4-8", "table-2-1"."""
         return re.sub(r"[^a-z0-9]+", "-", self.label.lower()).strip("-")
+
+
+def label(number: str) -> str:
+    """How an exhibit is cited, by its number."""
+    if number.startswith("Table"):
+        return number
+    return f"{'Equation' if number.startswith('(') else 'Figure'} {number}"
 
 
 def rendered(drawn: Drawn) -> Exhibit:

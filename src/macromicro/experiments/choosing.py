@@ -12,14 +12,16 @@ from macromicro.textfile import printable
 
 _FIGURE = re.compile(r"(?:figure|fig\.?)\s*(\S.*)", re.IGNORECASE)
 _APPENDIX = re.compile(r"(?:appendix|app\.?)\s*(\S.*)", re.IGNORECASE)
+_EQUATION = re.compile(r"(?:equations?|eqs?\.?)?\s*\(([^()\s]+)\)|(?:equation|eq\.?)\s*(\S+)", re.I)
 _SECTION = re.compile(r"(?:section|sec\.?|chapter|ch\.?)\s*(\S.*)", re.IGNORECASE)
 
 
 def choose(names: Sequence[str], procedures: Sequence[Procedure]) -> list[Chosen]:
     """The procedures that `names` ask for, all without any, in their own order.
 
-    A name is a claim's id ("M1"), a figure or table ("Figure 4.8", "Table 2.1"), a section
-    with all below it ("4.2", "Appendix D") or a procedure. Raises `InputError`.
+    A name is a claim's id ("M1"), a figure, table or equation as the page labels it ("Figure
+    4.8", "Table 2.1", "Equation (2.1)"), a section with all below it ("4.2", "Appendix D") or a
+    procedure. Raises `InputError`.
     """
     if not names:
         return [Chosen(p) for p in procedures]
@@ -52,15 +54,17 @@ def _found(name: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, 
         for claim in p.ids:
             if low == claim.lower():
                 return [(p, "claim", claim)]
-    figure = _FIGURE.fullmatch(name)
+    figure, equation = _FIGURE.fullmatch(name), _EQUATION.fullmatch(name)
     number = figure.group(1) if figure else name
-    if figure or low.startswith("table"):
+    if equation:
+        number = f"({equation.group(1) or equation.group(2)})"
+    if figure or equation or low.startswith("table"):
         for p in procedures:
             for each in (*p.figures, *p.diagrams):
                 if number.lower() == each.lower():
                     return [(p, "figure", each)]
     found = [(p, "whole", "") for p in procedures if _within(name, p.sections)]
-    if found and not figure:
+    if found and not figure and not equation:
         return found
     raise InputError("--only", printable(name), _accepted(procedures))
 

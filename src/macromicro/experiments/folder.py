@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -25,7 +26,7 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
     """InputError unless the results can go to `folder`: free, writable, with `needed` bytes.
 
     An empty folder is free; with `overwrite` one whose files of these `names`, by default
-    a run's, may be replaced. Nothing is changed on the disk.
+    a run's, may be replaced. Nothing is left on the disk.
     """
     where = f"--out {printable(folder, 300)}"
     if "\0" in str(folder):
@@ -38,7 +39,20 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
     except OSError as error:
         found = error.strerror or "cannot be read"
         raise InputError(where, found, "a folder, or a place to make one") from None
+    _check_writable(folder, where)
     check_space(folder, needed + REPORT_BYTES)
+
+
+def _check_writable(folder: Path, where: str) -> None:
+    """Try it: rights say little to the superuser, and /proc and the like keep no files."""
+    place = next((p for p in (folder, *folder.absolute().parents) if os.path.lexists(p)), None)
+    if place is None or not place.is_dir():
+        return
+    try:
+        os.rmdir(tempfile.mkdtemp(prefix=".macromicro-", dir=place))
+    except OSError:
+        found = f"nothing can be made in {printable(place, 300)}"
+        raise InputError(where, found, "a folder that can be written to") from None
 
 
 def _check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ from macromicro.control.supervisor import MICRO as FINE
 from macromicro.control.supervisor import SETTLING
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult
-from macromicro.design.vibration import Vibration, vibration
+from macromicro.design.vibration import CREEP, Vibration, vibration
 from macromicro.experiments.claim import Claim, holds, within
 from macromicro.experiments.programmed import Runner, micro_steps, moves_of, on_twin
 from macromicro.experiments.run import load
@@ -28,6 +28,7 @@ from macromicro.settings import Settings
 CYCLES = 10
 RANGE_MM = (0.3, 3.8)  # the range over which 5 um are claimed
 SQUARES, SQUARE_HOLD_S = 10, 3.0
+PEAK_UM, DECAY_S = (14.0, 26.0), (1.5, 2.5)  # what counts as 20 um and 2 s, Section 6.2
 
 
 class IntegratedRuns(NamedTuple):
@@ -108,6 +109,15 @@ def shaken(runs: IntegratedRuns) -> list[Vibration]:
     return [v for m in first if (v := vibration(runs.warm, m)) is not None]
 
 
+def extrapolated(recording: Recording, found: list[Vibration]) -> int:
+    """How many of the vibrations are down to 2 um only after the laser's reset, where the
+    fitted envelope is all that tells."""
+    resets = recording["t"][np.flatnonzero(recording["laser_reset"])]
+    over = [v.rest_s + _number(v.decay_s) for v in found]
+    first = [float(np.min(resets[resets > v.rest_s], initial=np.inf)) for v in found]
+    return sum(end > reset for end, reset in zip(over, first, strict=True))
+
+
 def _moves(runs: IntegratedRuns, recording: Recording) -> list[MoveResult]:
     return moves_of(recording, runs.single.repeated(CYCLES), runs.settings)
 
@@ -158,9 +168,10 @@ def claims(runs: IntegratedRuns | None = None) -> list[Claim]:
     """I1 to I4 and I6, from recordings or from the default bench."""
     seen = runs or collect()
     warm, cooled = cycled(seen, seen.warm), cycled(seen, seen.cooled)
+    left, moves = shaken(seen), int(np.sum(seen.single.stage == MACRO))
     return [
         _sequence(turns(seen.warm, seen.single)),
-        _vibration(shaken(seen), int(np.sum(seen.single.stage == MACRO))),
+        _vibration(left, moves, extrapolated(seen.warm, left)),
         _warming(warm, seen.warm),
         _cooling(cooled),
         _bandwidth(cycle_time(seen)),
@@ -175,28 +186,31 @@ def _sequence(found: list[Turn]) -> Claim:
         "I1",
         waits,
         holds(good and len(found) > 0),
-        f"{len(found)} macro moves of {min(moved):.2f} to {max(moved):.2f} s, arrival included; "
-        f"waits of {min(waits):.3f} to {max(waits):.3f} s; laser reset in the period that enables "
-        "the micro-stage; CTRL at 0 V until then",
+        "the two seconds are the controller's own setting; what is tested is that the recording "
+        f"shows the sequence. {len(found)} macro moves of {min(moved):.2f} to {max(moved):.2f} s, "
+        f"arrival included; waits of {min(waits):.3f} to {max(waits):.3f} s; laser reset in the "
+        "period that enables the micro-stage; CTRL at 0 V until then",
     )
 
 
-def _vibration(found: list[Vibration], expected: int) -> Claim:
+def _vibration(found: list[Vibration], expected: int, beyond: int) -> Claim:
     size = [v.amplitude_um for v in found]
     decay = [_number(v.decay_s) for v in found]
     good = (
         len(found) == expected
-        and all(14.0 <= a <= 26.0 for a in size)
-        and all(1.5 <= t <= 2.5 for t in decay)
+        and all(PEAK_UM[0] <= a <= PEAK_UM[1] for a in size)
+        and all(DECAY_S[0] <= t <= DECAY_S[1] for t in decay)
     )
     return stated(
         "I2",
         [float(np.mean(size)), float(np.mean(decay))] if found else None,
         holds(good),
-        f"after {len(found)} of {expected} moves: first peak {min(size):.1f} to "
-        f"{max(size):.1f} um, down to 2 um in {min(decay):.2f} to {max(decay):.2f} s. Frequency, "
-        "participation and damping of the belt were chosen for it; the amplitude is sensitive to "
-        "the frequency"
+        f"after {len(found)} of {expected} moves, by a decaying sine fitted from "
+        f"{1e3 * CREEP:.0f} ms after the encoder's last count on: its first peak "
+        f"{min(size):.1f} to {max(size):.1f} um; down to 2 um in {min(decay):.2f} to "
+        f"{max(decay):.2f} s by its envelope, for {beyond} of them extrapolated past the laser's "
+        "reset. Frequency, participation and damping of the belt "
+        "were chosen for it; the amplitude is sensitive to the frequency"
         if found
         else "no vibration stood out of the laser's noise",
     )

@@ -12,7 +12,7 @@ from macromicro.columns import COLUMNS as RUN_COLUMNS
 from macromicro.control import pi
 from macromicro.control.pi import PiAntiWindup
 from macromicro.experiments import electrothermal
-from macromicro.experiments.claim import Claim, within
+from macromicro.experiments.claim import REPRODUCED, Claim, within
 from macromicro.experiments.machine import Machine, play, recorded
 from macromicro.experiments.statements import stated
 from macromicro.kernel import compiled, kernel
@@ -31,9 +31,11 @@ RECORDS = 5
 SETTLE_S = 30.0
 SET_POINTS = (0.5, 1.0, 2.0, 3.0, 3.8)
 SEEDS, FIRST_SEED = 3, 100
+ACCURACY_UM = 2.5  # that counts as the 2 um of Chapter 7
 # The printed gains, and the same with a third of the integral action: air noise that drives
 # the stage through its hysteresis is worse than air noise alone. The third was found among
-# eleven pairs of gains, on other seeds than those judged here.
+# `TRIED` pairs of gains, on other seeds than those judged here.
+TRIED = 11
 PRINTED = PiAntiWindup()
 CALMER = PiAntiWindup(ki=10.0)
 
@@ -141,6 +143,7 @@ def claims(runs: LaserRuns | None = None) -> list[Claim]:
     both = [*rest, min(rest), max(rest)]
     outside = [x for x in both if not 1.5 <= x <= 2.5]
     typical = float(np.mean(rest))
+    fails = sum(within(x, 0.0, ACCURACY_UM) != REPRODUCED for x in printed)
     return [
         stated(
             "I5",
@@ -152,10 +155,13 @@ def claims(runs: LaserRuns | None = None) -> list[Claim]:
         stated(
             "I7",
             max(calm),
-            within(max(calm), 0.0, 2.5),
+            within(max(calm), 0.0, ACCURACY_UM),
             f"worst half peak to peak over 10 s of {len(calm)} holds, {SET_POINTS[0]:g} to "
-            f"{SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s, with Ki {CALMER.ki:g}: the air's noise, "
-            f"hardly more. With the printed Ki {PRINTED.ki:g} the loop answers the noise and makes "
-            f"it {min(printed):.1f} to {max(printed):.1f} um",
+            f"{SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s: the air's noise, hardly more. This is "
+            f"with Ki {CALMER.ki:g}, picked among {TRIED} pairs of gains, on other seeds, because "
+            f"it stays within {ACCURACY_UM:g} um. With the printed Ki {PRINTED.ki:g} the loop "
+            f"answers the noise and makes it {min(printed):.1f} to {max(printed):.1f} um: "
+            f"{fails} of {len(printed)} holds are beyond {ACCURACY_UM:g} um, "
+            f"{'so the claim fails with it' if fails else 'so the claim holds with it, too'}",
         ),
     ]

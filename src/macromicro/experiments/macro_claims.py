@@ -32,14 +32,13 @@ def identification(found: MacroModel) -> list[Claim]:
 
 def _speeds(found: MacroModel) -> list[Claim]:
     rows = (
-        ("M2", 0.1, 1700.0, 0.04, "Steady speed at 0.1 V beyond the dead zone", ""),
-        ("M3", 1.0, 3977.0, 0.04, "Steady speed at 1 V beyond the dead zone", ""),
+        ("M2", 0.1, 1700.0, 0.04, ""),
+        ("M3", 1.0, 3977.0, 0.04, ""),
         (
             "M3b",
             2.0,
             6507.0,
             0.06,
-            "Steady speed at 2 V beyond the dead zone, against the line through 0.1 V and 1 V",
             f"that line, fitted here, predicts {found.zone.speed(2.0):.0f} counts/s",
         ),
     )
@@ -50,7 +49,7 @@ def _speeds(found: MacroModel) -> list[Claim]:
             within(found.speeds[volts], printed * (1.0 - share), printed * (1.0 + share)),
             reason,
         )
-        for name, volts, printed, share, text, reason in rows
+        for name, volts, printed, share, reason in rows
     ]
 
 

@@ -220,7 +220,7 @@ def _tuning(design: Design) -> Claim:
     good = rule.overshoot < SMALL and rule.saturated == 0 and over == 0.0 and full == 0
     return stated(
         "M12",
-        design.ratio,
+        [design.ratio, rule.overshoot, float(rule.saturated)],
         holds(good),
         "The verdict is the rule's: derivative time of (4.10), crossover lowered to "
         f"{rule.crossover.frequency:.2f} rad/s (taps {rule.taps.now:.7f}, {rule.taps.before:.7f}):"

@@ -9,11 +9,13 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from typing import Any, NamedTuple
 
-from macromicro.drawing.exhibit import Exhibit, rendered
-from macromicro.experiments.claim import NOT_MEASURED, Claim
+from macromicro.drawing.exhibit import Exhibit, label, rendered
+from macromicro.experiments.claim import Claim
 from macromicro.experiments.procedure import Lab, Procedure
+from macromicro.experiments.statements import in_order, lost
 
 
 class Chosen(NamedTuple):
@@ -26,8 +28,8 @@ class Chosen(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What a procedure gave. `failure`: why it gave nothing, empty when it did; `trace`: the
-    same for a programmer."""
+    """What a procedure gave. `failure`: why it gave nothing, empty when it did; `notes`: which
+    exhibits it could not draw and why; `trace`: the same for a programmer."""
 
     name: str
     claims: list[Claim]
@@ -35,22 +37,71 @@ class Result(NamedTuple):
     seconds: float
     failure: str = ""
     trace: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def run_one(procedure: Procedure, lab: Lab) -> Result:
-    """One procedure, whole: recordings, claims, figures. An exception becomes a `failure`."""
+    """One procedure, whole: recordings, claims, figures. An exception becomes a `failure`; in
+    the drawing, a note: what was measured stays."""
     began = time.perf_counter()
     try:
         data = procedure.collect(lab)
         claims = procedure.claims(data)
-        exhibits = [rendered(d) for d in procedure.draw(data)]
-        if procedure.diagrams:
-            from macromicro.experiments import diagrams
-
-            exhibits += [rendered(diagrams.drawn(number)) for number in procedure.diagrams]
     except Exception as error:
         return failed(procedure, _said(error), traceback.format_exc(), began)
-    return Result(procedure.name, claims, exhibits, time.perf_counter() - began)
+    done = _drawn(procedure, data)
+    return Result(
+        procedure.name,
+        claims,
+        done.exhibits,
+        time.perf_counter() - began,
+        trace="\n".join(done.traces),
+        notes=tuple(done.notes),
+    )
+
+
+class _Drawing:
+    """Exhibits as they are drawn; `notes`: what could not be, and `traces`: why."""
+
+    def __init__(self) -> None:
+        self.exhibits: list[Exhibit] = []
+        self.notes: list[str] = []
+        self.traces: list[str] = []
+
+    def missed(self, number: str, error: Exception) -> None:
+        """Note an exhibit that could not be drawn."""
+        self.notes.append(f"{label(number)} was not drawn: {_said(error)}")
+        self.traces.append("".join(traceback.format_exception(error)))
+
+    def keep(self, number: str, make: Callable[[], Exhibit]) -> None:
+        """Make an exhibit and keep it."""
+        try:
+            self.exhibits.append(make())
+        except Exception as error:
+            self.missed(number, error)
+
+
+def _drawn(procedure: Procedure, data: Any) -> _Drawing:
+    """All exhibits of a procedure that can be drawn. Figures come from one generator in the
+    declared order: when it raises, it is at the next one, and those behind it are lost."""
+    done = _Drawing()
+    left = list(procedure.figures) or [procedure.name]
+    try:
+        for drawn in procedure.draw(data):
+            done.keep(drawn.number, partial(rendered, drawn))
+            left = left[1:] or [drawn.number]
+    except Exception as error:
+        done.missed(left[0], error)
+        done.notes += [f"{label(n)} was not drawn: it follows {label(left[0])}" for n in left[1:]]
+    for number in procedure.diagrams:
+        done.keep(number, partial(_diagram, number))
+    return done
+
+
+def _diagram(number: str) -> Exhibit:
+    from macromicro.experiments import diagrams
+
+    return rendered(diagrams.drawn(number))
 
 
 def _said(error: BaseException) -> str:
@@ -58,22 +109,9 @@ def _said(error: BaseException) -> str:
 
 
 def failed(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
-    """The result of a procedure that gave nothing: its claims, not measured, of no kind."""
+    """The result of a procedure that gave nothing: its claims, not measured."""
     seconds = 0.0 if began is None else time.perf_counter() - began
-    claims = [
-        Claim(
-            name,
-            ", ".join(procedure.sections),
-            f"Not measured: {procedure.title}",
-            None,
-            None,
-            "",
-            NOT_MEASURED,
-            f"the procedure {procedure.name} failed: {why}",
-            kind="",
-        )
-        for name in procedure.ids
-    ]
+    claims = [lost(name, f"the procedure {procedure.name} failed: {why}") for name in procedure.ids]
     return Result(procedure.name, claims, [], seconds, why, trace)
 
 
@@ -179,9 +217,14 @@ def narrowed(chosen: Chosen, result: Result) -> Result:
     return result._replace(claims=[c for c in result.claims if c.id in ids], exhibits=exhibits)
 
 
+def claims_of(results: Sequence[Result]) -> list[Claim]:
+    """All claims of all results, in the order of the list of claims: D1, D2 .. M1 .. A6."""
+    return in_order(c for result in results for c in result.claims)
+
+
 def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
-    """All claims as plain data: id, section, claim, printed, measured, unit, verdict, reason,
-    kind. Numbers that are not finite become None."""
+    """All claims in the order of their list, as plain data: id, section, claim, printed,
+    measured, unit, verdict, reason, kind. Numbers that are not finite become None."""
     return [
         {
             "id": c.id,
@@ -194,8 +237,7 @@ def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
             "reason": c.reason,
             "kind": c.kind,
         }
-        for result in results
-        for c in result.claims
+        for c in claims_of(results)
     ]
 
 

@@ -17,7 +17,6 @@ from macromicro.experiments.claim import (
 )
 from macromicro.experiments.statements import stated
 
-FEEDBACK = "3.2.3"
 SPAN, BITS = 5.0, 12  # V, beside the sign bit
 SENSITIVITY = 3.125e-3  # V/G, SS94B1
 SLOPE = 5000.0 / INCH  # G/m at the ends of travel, read off Figure 3.7
@@ -33,7 +32,7 @@ def claims() -> list[Claim]:
 
 def _flexure() -> Claim:
     """D1."""
-    stated = 1e3 * flexure_sheet.max_thickness(Beam(), 35 * GRAM_FORCE, 2e-3)
+    whole = 1e3 * flexure_sheet.max_thickness(Beam(), 35 * GRAM_FORCE, 2e-3)
     half = 1e3 * flexure_sheet.max_thickness(Beam(), 17.5 * GRAM_FORCE, 2e-3)
     rate = flexure_sheet.stiffness(Beam(), 0.45e-3)
     pull = rate * 4e-3 / GRAM_FORCE
@@ -41,7 +40,7 @@ def _flexure() -> Claim:
         "D1",
         half,
         within(half, 0.467 * 0.995, 0.467 * 1.005),
-        f"35 gf and 2 mm a beam, as stated, give {stated:.3f} mm and leave nothing of the "
+        f"35 gf and 2 mm a beam, as stated, give {whole:.3f} mm and leave nothing of the "
         f"actuator's 70 gf for the spring; {half:.3f} mm needs half that load. The 0.45 mm "
         f"chosen make a guide of {rate:.1f} N/m, {pull:.1f} gf at 4 mm.",
     )
@@ -53,10 +52,10 @@ def _budget() -> list[Claim]:
     volts, steep = 1e3 * b.volts, 1e6 * resolution.metres_per_gauss(SLOPE)
     place = 1e6 * b.position
     rows = (
-        ("D2", "step of a 12-bit converter over 0-5 V", 1.22, volts, "mV/bit", 0.005),
-        ("D3", "field worth one bit at 3.125 mV/G", 0.3904, b.field, "G/bit", 0.005),
-        ("D4", "travel per gauss where the flux changes by 5000 G/in", 5.0, steep, "um/G", 0.02),
-        ("D5", "travel worth one bit at the ends, predicted", 1.952, place, "um/bit", 0.02),
+        ("D2", 1.22, volts, 0.005),
+        ("D3", 0.3904, b.field, 0.005),
+        ("D4", 5.0, steep, 0.02),
+        ("D5", 1.952, place, 0.02),
     )
     why = {
         "D4": "5.08 before rounding",
@@ -66,7 +65,7 @@ def _budget() -> list[Claim]:
         stated(
             key, value, within(value, printed * (1 - tol), printed * (1 + tol)), why.get(key, "")
         )
-        for key, text, printed, value, unit, tol in rows
+        for key, printed, value, tol in rows
     ]
 
 

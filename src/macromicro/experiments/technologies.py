@@ -32,7 +32,8 @@ def claims() -> list[Claim]:
             "D10",
             row,
             holds(row == list(COSTS)),
-            "prices of the others are the table's, not measured. They cost "
+            "the other technologies' prices are the table's own, so they equal it by construction; "
+            "only the first is a sum. The others cost "
             f"{against[0].cheapest:.1f} to {against[-1].dearest:.1f} times as much and are at "
             f"least {finer:.0f} times finer. "
             f"The tables disagree: {'; '.join(apart)}.",

@@ -23,7 +23,7 @@ class Carriage(NamedTuple):
         Par(
             "kg",
             "carriage, micro-stage and rotor, at the belt",
-            "calibrated to M4a",
+            "calibrated to M4a, M4b, M5",
             shown="g",
             positive=True,
         ),

@@ -21,7 +21,7 @@ class CycleBench(NamedTuple):
 
     amplifier: Amplifier = Amplifier()
     driver: Driver = Driver(supply=5.0)
-    # It stands free in the air, not boxed in on the carriage: calibrated to A3.
+    # It stands free in the air, not boxed in on the carriage.
     thermal: Thermal = Thermal(
         ambient=23.0, plate_resistance=0.125 * 150.0, body_resistance=0.05 * 150.0
     )
@@ -29,6 +29,21 @@ class CycleBench(NamedTuple):
     wire: Wire = Wire()
     bias: Bias = Bias(preload=60.0 * GRAM_FORCE, platform=0.005)
     encoder: Encoder = Encoder(pitch=17e-6)
+
+
+# Where the values come from that are not those of the two-stage bench, or stand for another
+# part: `Par` has the sources of the other bench's.
+_A = "calibrated to A1-A3"
+OWN_SOURCES = {
+    "driver.supply": "Appendix D",
+    "thermal.ambient": "Appendix D",
+    "thermal.plate_resistance": _A,
+    "thermal.body_resistance": _A,
+    "bias.preload": _A,
+    "bias.rate": "bench assumption: the spring of the two-stage bench",
+    "bias.platform": "bench assumption",
+    "encoder.pitch": "Appendix D",
+}
 
 
 class CyclePlant(NamedTuple):

@@ -13,7 +13,14 @@ class Encoder(NamedTuple):
     """A strip read in quadrature; the counter wraps at 24 bits."""
 
     pitch: Annotated[
-        float, Par("m", "travel per count", "200 mm = 2800 counts (M16)", shown="um", positive=True)
+        float,
+        Par(
+            "m",
+            "travel per count",
+            "calibrated to M16: 200 mm = 2800 counts",
+            shown="um",
+            positive=True,
+        ),
     ] = 0.2 / 2800.0
     bits: Annotated[
         float, Par("", "width of the counter", "MultiQ-3 board, Section 3.3", lo=8, hi=48)

@@ -12,23 +12,26 @@ from typing import Annotated, NamedTuple
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 
+_M1 = "calibrated to M1"
+_M3 = "calibrated to M3, M3b, M4a, M4b, M5"
+
 
 class Friction(NamedTuple):
     """Everything that rubs (motor brushes, belt idlers, bushing on the rod), at the belt."""
 
-    coulomb: Annotated[float, Par("N", "kinetic friction", "calibrated to M2, M3", lo=0.0)] = 10.485
+    coulomb: Annotated[float, Par("N", "kinetic friction", _M1 + ", M2, M3, M6a, M6b", lo=0.0)] = (
+        10.485
+    )
     stribeck: Annotated[
         float,
-        Par(
-            "N", "breakaway above kinetic friction (Stribeck drop)", "calibrated to M1, M6a", lo=0.0
-        ),
+        Par("N", "breakaway above kinetic friction (Stribeck drop)", _M1 + ", M6a, M6b", lo=0.0),
     ] = 1.944
     stribeck_speed: Annotated[
         float, Par("m/s", "speed over which the Stribeck drop fades", shown="mm/s", positive=True)
     ] = 0.03214
     ripple: Annotated[
         float,
-        Par("N", "greatest change of the friction along the rod", "calibrated to M1", lo=0.0),
+        Par("N", "greatest change of the friction along the rod", _M1, lo=0.0),
     ] = 0.518
     ripple_long: Annotated[
         float, Par("m", "longer period of that change", shown="mm", positive=True)
@@ -40,9 +43,7 @@ class Friction(NamedTuple):
         float, Par("N/m", "stiffness before sliding", shown="N/mm", positive=True)
     ] = 7.26e5
     bristle_damping: Annotated[float, Par("N*s/m", "damping before sliding", lo=0.0)] = 570.0
-    viscous: Annotated[float, Par("N*s/m", "viscous friction", "calibrated to M3, M4a", lo=0.0)] = (
-        6.36
-    )
+    viscous: Annotated[float, Par("N*s/m", "viscous friction", _M3, lo=0.0)] = 6.36
 
 
 @kernel

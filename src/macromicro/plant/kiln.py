@@ -60,6 +60,10 @@ class KilnBench(NamedTuple):
     encoder: Encoder = Encoder(pitch=14e-6)
 
 
+# Where the values come from that are not those of the two-stage bench.
+OWN_SOURCES = {"encoder.pitch": "Section 5.2.1"}
+
+
 class KilnPlant(NamedTuple):
     """The fixture as the kernels take it."""
 

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 
-_M23 = "calibrated to M2, M3, M4a"
+_M23 = "calibrated to M2, M3, M3b, M4a, M4b, M5"
 
 
 class Motor(NamedTuple):

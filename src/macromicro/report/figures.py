@@ -209,7 +209,7 @@ def temperatures(ended: Ended) -> Drawn | None:
     for name, color, label, width in kinds:
         if name in recording:
             line(ax, t, recording[name], color, label, linewidth=width)
-    finish(ax, "", y="temperature [°C]", legend=True)
+    finish(ax, "", y="temperature [degC]", legend=True)
     caption = (
         "Temperatures of the actuator. Plates and body warm slowly and make the wire cool, and "
         "so extend, more slowly. The guard estimates the wire's temperature from CTRL alone."

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from macromicro.parameters import Entry, Par, entries
-from macromicro.plant.cycle import CycleBench
-from macromicro.plant.kiln import KilnBench
+from macromicro.plant import cycle, kiln
 from macromicro.settings import Settings
 from macromicro.units import shown
 
@@ -25,9 +24,10 @@ _DIGITS = 5
 
 
 class Free(NamedTuple):
-    """A parameter. `value`: with unit; `others`: the same on other benches where it differs,
-    such as "cycle bench: 18.75 K/W"; `claims`: ids of those that it was chosen for; `numbers`:
-    how many it holds (a table holds several)."""
+    """A parameter. `path`: within its bench, with the bench's name before it where it is the
+    kiln's or the cycle bench's own; `value`: with unit; `others`: the same on other benches,
+    where the settings change it on one only, such as "kiln: 3.98 mm"; `claims`: ids of those
+    that it was chosen for; `numbers`: how many it holds (a table holds several)."""
 
     path: str
     meaning: str
@@ -42,17 +42,19 @@ class Free(NamedTuple):
 def free_parameters(settings: Settings) -> list[Free]:
     """All parameters of the two-stage bench with its sensors, the kiln and the cycle bench.
 
-    A parameter that several of them share, told by its meaning, is listed once.
+    A parameter that several of them share, told by its meaning, is listed once; one whose
+    value has a source of its own on a bench (`OWN_SOURCES`) is that bench's own.
     """
-    found: dict[str, Free] = {}
-    for bench, entry in _all(settings):
+    found: dict[tuple[str, str], Free] = {}
+    for bench, entry, own in _all(settings):
         value = _spoken(entry.par, entry.value)
-        known = found.get(entry.par.meaning)
+        key = ("" if own is None else bench, entry.par.meaning)
+        known = found.get(key)
         if known is None:
-            found[entry.par.meaning] = _free(entry, value)
+            path = entry.path if own is None else f"{bench}: {entry.path}"
+            found[key] = _free(path, entry, value, own or entry.par.source)
         elif value != known.value:
-            others = (*known.others, f"{bench}: {value}")
-            found[entry.par.meaning] = known._replace(others=others)
+            found[key] = known._replace(others=(*known.others, f"{bench}: {value}"))
     return list(found.values())
 
 
@@ -61,23 +63,23 @@ def grouped(parameters: list[Free]) -> dict[str, list[Free]]:
     return {group: [p for p in parameters if p.group == group] for group in GROUPS}
 
 
-def _all(settings: Settings) -> Iterator[tuple[str, Entry]]:
-    trees: list[tuple[str, Any]] = [
-        ("two-stage bench", settings.bench),
-        ("two-stage bench", settings.sensors),
-        ("kiln", KilnBench()),
-        ("cycle bench", CycleBench()),
+def _all(settings: Settings) -> Iterator[tuple[str, Entry, str | None]]:
+    """Bench, parameter, and the source of its value on this bench alone, if it has one."""
+    trees: list[tuple[str, Any, dict[str, str]]] = [
+        ("two-stage bench", settings.bench, {}),
+        ("two-stage bench", settings.sensors, {}),
+        ("kiln", kiln.KilnBench(), kiln.OWN_SOURCES),
+        ("cycle bench", cycle.CycleBench(), cycle.OWN_SOURCES),
     ]
-    for bench, tree in trees:
+    for bench, tree, own in trees:
         for entry in entries(tree):
-            yield bench, entry
+            yield bench, entry, own.get(entry.path)
 
 
-def _free(entry: Entry, value: str) -> Free:
-    source = entry.par.source
+def _free(path: str, entry: Entry, value: str, source: str) -> Free:
     count = len(entry.value) if isinstance(entry.value, tuple) else 1
     claims = _named(source) if source.startswith(_TO) else ()
-    return Free(entry.path, entry.par.meaning, value, (), source, _group(source), claims, count)
+    return Free(path, entry.par.meaning, value, (), source, _group(source), claims, count)
 
 
 def _group(source: str) -> str:
@@ -85,7 +87,7 @@ def _group(source: str) -> str:
         return CALIBRATED
     if "assum" in source:  # also "Section 3.2.1; value assumed"
         return ASSUMED
-    if "Section" in source:
+    if "Section" in source or "Appendix" in source:
         return THESIS
     return LITERATURE if "literature" in source else DERIVED
 

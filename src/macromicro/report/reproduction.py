@@ -12,7 +12,7 @@ from macromicro import config
 from macromicro.drawing.exhibit import PNG, SVG, Exhibit
 from macromicro.experiments.claim import DIFFERS, REPRODUCED
 from macromicro.experiments.procedure import Procedure
-from macromicro.experiments.reproduce import Result
+from macromicro.experiments.reproduce import Result, claims_of
 from macromicro.report import claim_text, counting, free_parameters
 from macromicro.report.errata import ERRATA, Erratum, evidence
 from macromicro.report.placing import Anchors, Card, placed
@@ -69,13 +69,14 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     cards = [
         c for p in parts for c in (*p.loose, *(card for panel in p.panels for card in panel.cards))
     ]
-    order = {id(claim): k for k, claim in enumerate(c for r in results for c in r.claims)}
+    order = {id(claim): k for k, claim in enumerate(claims_of(results))}
     claims = [c.claim for c in cards]
     parameters = free_parameters.free_parameters(about.settings)
     return template.render(
         about=about,
         chapters=chapters,
         failures=[p for p in parts if p.result.failure],
+        undrawn=[p for p in parts if p.result.notes],
         cards=sorted(cards, key=lambda card: order[id(card.claim)]),
         place=lambda name: _place(name, cards),
         counts=counting.counts(claims),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from macromicro.drawing.exhibit import TABLE
 from macromicro.experiments.claim import DIFFERS, REPRODUCED
 from macromicro.experiments.procedure import Procedure
-from macromicro.experiments.reproduce import Result
+from macromicro.experiments.reproduce import Result, claims_of
 from macromicro.report import claim_text, counting
 
 if TYPE_CHECKING:
@@ -80,9 +80,11 @@ def show(results: Sequence[Result]) -> None:
 
 
 def amiss(results: Sequence[Result]) -> list[str]:
-    """Why claims differ or were not measured, a line each; one for a procedure that failed."""
+    """Why claims differ or were not measured, a line each; one for a procedure that failed
+    and for an exhibit that was not drawn."""
     lines = []
     for result in results:
+        lines += [f"{result.name}: {note}" for note in result.notes]
         if result.failure:
             lost = ", ".join(c.id for c in result.claims) or "no claim"
             lines.append(f"{result.name} failed: {result.failure} (not measured: {lost})")
@@ -128,7 +130,7 @@ def _table(console: Console, results: Sequence[Result]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    claims = [c for r in results for c in r.claims]
+    claims = claims_of(results)
     fixed = {
         "id": max(len(c.id) for c in claims),
         "verdict": max(len(c.verdict) for c in claims),

@@ -57,14 +57,16 @@ class Connection:
         """Lock the state file, start the loop process, begin to listen and to beat."""
         lock = persist.Lock(self._path)
         lock.take()
-        shared = Shared.create()
+        shared = None
         try:
+            shared = Shared.create()
             kept = persist.load(self._path)
             settings = self._settings
             spec = Spec(self._rig, self._seed, settings, kept, self._machine, os.getpid())
             child = launch(spec, shared, lock.fd)
         except BaseException:
-            shared.close()
+            if shared is not None:
+                shared.close()
             lock.drop()
             raise
         lock.write(f"process {os.getpid()}, its loop is process {child.process.pid}")

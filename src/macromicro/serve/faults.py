@@ -21,7 +21,7 @@ def late(share: float, limit: float, time: float) -> Trouble:
         LATE,
         _NAMES[LATE],
         "The machine computes too slowly: too many control periods were missed.",
-        f"{share:.0%} of the last periods missed, allowed {limit:.0%}, at {time:.3f} s; all "
+        f"{share:.1%} of the last periods missed, allowed {limit:.1%}, at {time:.3f} s; all "
         "outputs are safe",
         "Close what else is computing, give the loop a core and real-time priority "
         "(`macromicro doctor`), see `macromicro latency`; serve.miss_share and "

@@ -25,8 +25,8 @@ from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import COLUMNS, PERIOD
 
 OK, WARN, FAIL = "ok", "warn", "fail"
-NEEDED = ("numpy", "numba", "scipy", "h5py", "pydantic", "pint", "typer", "rich")
-NEEDED += ("matplotlib", "jinja2")
+NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "pydantic", "pint", "typer")
+NEEDED += ("rich", "matplotlib", "jinja2")
 EXTRAS = {  # distribution: what for, and the extra of this package that brings it
     "xarray": ("recordings as xarray datasets", "xarray"),
     "h5netcdf": ("xarray datasets in netCDF files", "xarray"),

@@ -138,7 +138,7 @@ def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: 
         from_rig = _inside_rig(error)
         code = faults.RIG_FAILED if from_rig else faults.CONTROL_FAILED
         text = f"{type(error).__name__}: {error}"
-        outbox.send(("trouble", faults.failed(code, f"{text}; all outputs are safe")))
+        outbox.send(("trouble", faults.failed(code, f"{text}; the rig was told to go safe")))
         if not from_rig:
             traceback.print_exc()
         return 1

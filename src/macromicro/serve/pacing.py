@@ -6,63 +6,60 @@ import ctypes
 import math
 import os
 import time
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.serve.settings import OFF, ServeSettings
+from macromicro.serve.shared import BIN_S, BINS
+
+Counts = NDArray[np.int64]
 
 _PR_SET_TIMERSLACK = 29
-BINS_US = 1  # width of a bin of the histograms
-BINS = 5000
 
 
 class Histogram:
-    """Times in bins of 1 us; the last bin takes all from 5 ms on. No allocation to add one."""
+    """Times in bins of 1 us; the last bin takes all from 5 ms on.
 
-    def __init__(self) -> None:
-        self._counts = [0] * BINS
+    `counts` int64[BINS]: where it counts, such as memory that another process sees.
+    """
+
+    def __init__(self, counts: Counts | None = None) -> None:
+        self.counts: Counts = np.zeros(BINS, np.int64) if counts is None else counts
         self.largest = 0.0
 
     def add(self, seconds: float) -> None:
         """Count a time [s]; a negative one counts as 0."""
         k = int(seconds * 1e6)
-        self._counts[k if 0 <= k < BINS else (BINS - 1 if k > 0 else 0)] += 1
+        self.counts[k if 0 <= k < BINS else (BINS - 1 if k > 0 else 0)] += 1
         self.largest = max(self.largest, seconds)
 
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """Times counted in each bin, int64[bins]."""
-        return np.array(self._counts, np.int64)
-
     def quantile(self, share: float) -> float:
-        """Time [s] that `share` (0..1) of the counted ones do not exceed (the bin's upper
-        end, or the largest); NaN where none was counted."""
-        total = sum(self._counts)
-        wanted = max(math.ceil(share * total), 1)
-        reached = 0
-        for k, count in enumerate(self._counts[:-1]):
-            reached += count
-            if reached >= wanted:
-                return min((k + 1) * BINS_US * 1e-6, self.largest)
-        return self.largest if total else math.nan
+        """Time [s] that `share` (0..1) of the counted ones do not exceed: the bin's upper end,
+        or the largest; NaN where none was counted."""
+        reached = np.cumsum(self.counts)
+        total = int(reached[-1])
+        if not total:
+            return math.nan
+        k = int(np.searchsorted(reached, max(math.ceil(share * total), 1)))
+        return self.largest if k == BINS - 1 else min((k + 1) * BIN_S, self.largest)
 
 
 class Pacer:
     """Absolute deadlines, `dt` [s] apart; a missed one is left out, the grid stays.
 
     `window` [periods]: in which missed periods are counted for `share`. A period is missed
-    when it has not begun by its end.
+    when it has not begun by its end. `counts` int64[2, BINS]: where the histograms of
+    lateness and of work count.
     """
 
-    def __init__(self, dt: float, window: int) -> None:
+    def __init__(self, dt: float, window: int, counts: Counts | None = None) -> None:
         self.dt = dt
         self.periods = 0
         self.missed = 0
-        self.lateness = Histogram()
-        self.work = Histogram()
+        self.lateness = Histogram(None if counts is None else counts[0])
+        self.work = Histogram(None if counts is None else counts[1])
         self.late = 0.0
         self.worked = 0.0
         self._recent = bytearray(max(window, 1))
@@ -166,8 +163,3 @@ def prepare(settings: ServeSettings) -> Privileges:
             reason = getattr(error, "strerror", None) or str(error)
             words.append(f"not bound to core {settings.core} ({reason})")
     return Privileges(realtime, core, ", ".join(words))
-
-
-def quantiles(histogram: Histogram, shares: Sequence[float]) -> list[float]:
-    """Several quantiles [s] of a histogram."""
-    return [histogram.quantile(share) for share in shares]

@@ -68,6 +68,7 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
     HEARTBEAT,  # serving process: counts up while it lives
     LEAVE,  # serving process: 1 orders the loop to go safe and end
 ) = range(9)
+BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
 _TRIES = 10_000
 
@@ -92,21 +93,24 @@ class Status(NamedTuple):
 class Shared:
     """The shared memory, mapped; `fd` is what the other process needs to map it too.
 
-    `cells` int64[...]: see the names above; `ring` float64[columns, rows].
+    `cells` int64[...]: see the names above; `ring` float64[columns, rows]; `histograms`
+    int64[2, BINS]: periods by lateness and by the time that they took to compute.
     """
 
     def __init__(self, fd: int, rows: int = ROWS) -> None:
         self.fd = fd
         self.rows = rows
         status = len(Status._fields)
-        size = 8 * (_CELLS + _CELLS + len(COLUMNS) * rows)
+        size = 8 * (2 * _CELLS + 2 * BINS + len(COLUMNS) * rows)
         if os.fstat(fd).st_size != size:
             os.ftruncate(fd, size)
         memory = np.frombuffer(mmap.mmap(fd, size), np.int64)
         self.cells = memory[:_CELLS]
-        floats = memory[_CELLS:].view(np.float64)
-        self._status = floats[:status]
-        self.ring: NDArray[np.float64] = floats[_CELLS:].reshape(len(COLUMNS), rows)
+        floats = memory.view(np.float64)
+        self._status = floats[_CELLS : _CELLS + status]
+        start = 2 * _CELLS + 2 * BINS
+        self.histograms = memory[2 * _CELLS : start].reshape(2, BINS)
+        self.ring: NDArray[np.float64] = floats[start:].reshape(len(COLUMNS), rows)
 
     @classmethod
     def create(cls, rows: int = ROWS) -> Shared:

@@ -23,7 +23,7 @@ from macromicro.serve.holders import Holders
 from macromicro.serve.loop_spec import LIVE
 from macromicro.serve.recording import Recording
 from macromicro.serve.settings import STOP, LiveSettings
-from macromicro.serve.shared import NAMES, PERIOD
+from macromicro.serve.shared import BINS, NAMES, PERIOD
 from macromicro.serve.snapshot import RecordingState, Snapshot
 
 REST_S = 5.0  # longest wait for rest at the end
@@ -208,6 +208,13 @@ class Station:
             return -1, np.empty((len(NAMES), 0)), NAMES
         _, count, block = shared.since(since + 1)
         return count - 1, block, NAMES
+
+    def timing(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Periods since the start by how late they began, and by how long they took to
+        compute: two histograms, int64[bins], bins of 1 us, the last one for all from 5 ms on."""
+        shared = self._connection.shared
+        counts = np.zeros((2, BINS), np.int64) if shared is None else shared.histograms.copy()
+        return counts[0], counts[1]
 
     def events(self, since: int = -1) -> tuple[int, list[Event]]:
         """Events behind event number `since`: (number of the last one, events)."""

@@ -42,7 +42,7 @@ class Loop:
         dt: float,
         paced: bool,
     ) -> None:
-        self.pacer = Pacer(dt, round(settings.miss_window / dt))
+        self.pacer = Pacer(dt, round(settings.miss_window / dt), shared.histograms)
         self.orphaned = False  # set by a signal handler when the serving process dies
         self._rig, self._machine = rig, machine
         self._shared, self._cells = shared, shared.cells
@@ -59,7 +59,6 @@ class Loop:
         An exception of the rig or the machine passes through; whoever holds the rig open
         makes its outputs safe.
         """
-        self._emergency, self._commands, self._heartbeat, _ = self._flags()
         first = self._rig.read()
         restored = restore(kept, rig_name, first.encoder)
         self._machine.begin(first, restored)
@@ -150,7 +149,8 @@ class Loop:
         if isinstance(request, EmergencyStop):
             self._rig.stop()
         if isinstance(request, ClearFault):
-            self._renew()
+            if self._fault[0]:  # renewing the guard for nothing would outwit its timers
+                self._renew()
             request = request._replace(gone=True)
         reply, notices = self._machine.accept(request)
         self._outbox.send(("reply", serial, reply))

@@ -54,15 +54,13 @@ def connect(address: str) -> Client:
     workers without this version of the package.
     """
     require()
-    import logging
-
     from distributed import Client
 
+    _silence()
     where, accepted = f"--scheduler {address}", "the address of a dask scheduler that is running"
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # we say what is amiss
     try:
         client = Client(address, timeout=_CONNECT, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, TypeError) as error:
+    except Exception as error:  # dask has many kinds for what is no address
         words = str(error).split("\n")[0] or "nothing answers"
         raise InputError(where, words[:200], f"{accepted} (tcp://HOST:8786)") from None
     try:
@@ -80,6 +78,14 @@ def connect(address: str) -> Client:
             accepted = f"macromicro {__version__} on every worker, as here"
             raise InputError(f"{where}, worker {worker}", version, accepted)
     return client
+
+
+def _silence() -> None:
+    """dask's own words on what is amiss are tracebacks; ours are a sentence."""
+    import logging
+
+    for name in [n for n in logging.root.manager.loggerDict if n.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def run(client: Client, task: Task, todo: Todo, folder: Path, report: Report, stop: Stop) -> None:

@@ -41,9 +41,10 @@ _KEYS = ("job", "method", "samples", "seed", "metrics", "config", "options", "pa
 class Spec(NamedTuple):
     """A sweep that has been checked: plain values, so that it travels to other processes.
 
-    `options`: of the job, as pairs, with the settings that it starts from; `settings`: what
-    these have otherwise than by default, as text. `seed`: of the sampling. `metrics`: the
-    names of the chosen ones and `columns` their places among the job's. `variants`: how many.
+    `options`: of the job, as pairs, with the settings that it starts from; `files`: what
+    these have otherwise than by default, and digests of files that options name. `seed`: of
+    the sampling. `metrics`: the names of the chosen ones and `columns` their places among the
+    job's. `variants`: how many.
     """
 
     job: str
@@ -54,7 +55,7 @@ class Spec(NamedTuple):
     columns: tuple[int, ...]
     axes: tuple[Axis, ...]
     variants: int
-    settings: tuple[tuple[str, str], ...] = ()
+    files: tuple[tuple[str, str], ...] = ()
 
     @property
     def canonical(self) -> dict[str, Any]:
@@ -68,7 +69,7 @@ class Spec(NamedTuple):
         if self.method != "grid":
             told["seed"] = self.seed
         told |= {f"options.{name}": v for name, v in self.options if name not in TREES}
-        told |= {f"config {path}": text for path, text in self.settings}
+        told |= dict(self.files)
         for axis in self.axes:
             one = list(axis.levels) if axis.levels else [axis.low, axis.high, axis.scale]
             told[f"parameters.{axis.path}"] = one
@@ -100,7 +101,7 @@ def load(path: Path, factory: Factory) -> tuple[Spec, str]:
 def _checked(raw: dict[str, Any], path: Path, factory: Factory) -> Spec:
     file = printable(path, 300)
     unknown_key(raw, _KEYS, f"{file}, ")
-    job, options, settings, known = subject.read(raw, path, factory)
+    job, options, files, known = subject.read(raw, path, factory)
     method = raw.get("method", "grid" if "samples" not in raw else None)
     if method not in METHODS:
         raise InputError(f"{file}, method", _found(method), f"one of {', '.join(METHODS)}")
@@ -111,7 +112,7 @@ def _checked(raw: dict[str, Any], path: Path, factory: Factory) -> Spec:
     seed = whole(raw.get("seed", 0), 0, MAX_SEED, f"{file}, seed")
     names = [m.name for m in job.metrics]
     columns = tuple(names.index(m) for m in metrics)
-    return Spec(raw["job"], options, method, seed, metrics, columns, axes, count, settings)
+    return Spec(raw["job"], options, method, seed, metrics, columns, axes, count, files)
 
 
 def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) -> int:

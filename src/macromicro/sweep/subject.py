@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 Factory = Callable[..., "Job"]
 Options = tuple[tuple[str, Any], ...]
 
+_READ = (".toml", ".csv")  # what a job may read
 TREES = ("settings", "tree")  # what jobs call the parameters that variants start from
 _KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
 # Beside the tree's parameters, where a job has measurement noise.
@@ -26,12 +28,12 @@ _SEED = Entry("seed", Par("", "seed of the measurement noise", lo=0.0, hi=2.0**5
 
 
 class Subject(NamedTuple):
-    """The job, the options that make it again (pairs, settings included), what its settings
-    file changes (dotted path and text with unit), and the parameters that can be varied."""
+    """The job, the options that make it again (pairs, settings included), what files that it
+    names say (key of the spec and what stands there), and the parameters that can be varied."""
 
     job: Job
     options: Options
-    settings: tuple[tuple[str, str], ...]
+    files: tuple[tuple[str, str], ...]
     parameters: dict[str, Entry]
 
 
@@ -53,14 +55,15 @@ def read(raw: dict[str, Any], path: Path, factory: Factory) -> Subject:
     known = plain_options(job)
     options = _options(raw.get("options", {}), known, f"{file}, options")
     job = _made(factory, name, options, file)
-    settings: tuple[tuple[str, str], ...] = ()
+    files = _contents(options)
     if "config" in raw:
         tree = _tree(raw["config"], path, job)
-        settings = tuple(sorted(difference(tree, job.base()).items()))
+        changed = difference(tree, job.base()).items()
+        files += tuple((f"config {key}", text) for key, text in sorted(changed))
         place = next(word for word in TREES if word in inspect.signature(type(job)).parameters)
         options = tuple(sorted((*options, (place, tree)), key=lambda pair: pair[0]))
         job = _made(factory, name, options, file)
-    return Subject(job, options, settings, parameters(job))
+    return Subject(job, options, files, parameters(job))
 
 
 def plain_options(job: Job) -> dict[str, Any]:
@@ -85,6 +88,16 @@ def _options(raw: object, known: dict[str, Any], where: str) -> Options:
         if not right or (isinstance(value, bool) and kind is not bool):
             raise InputError(f"{where}.{key}", printable(value), _KINDS[kind])
     return tuple(sorted(raw.items()))
+
+
+def _contents(options: Options) -> tuple[tuple[str, str], ...]:
+    """Digests of the files that options name: a programme that changes is another sweep."""
+    found = []
+    for key, value in options:
+        if isinstance(value, str) and value.endswith(_READ) and Path(value).is_file():
+            digest = hashlib.sha256(Path(value).read_bytes()).hexdigest()
+            found.append((f"content of options.{key}", digest))
+    return tuple(found)
 
 
 def _made(factory: Factory, name: str, options: Options, file: str) -> Job:

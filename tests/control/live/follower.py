@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.control import calibration
+from macromicro.control.live.messages import Enable
 from macromicro.control.live.parameters import Brake, Fine, Homing, Jogging, Live
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Sequence
@@ -40,7 +41,7 @@ class Follower(Machine):
         """One period: both stages move, then they are read."""
         if self.out.motor != 0.0:
             gap = self.command.macro_reference - self.encoder
-            self.encoder = max(self.encoder + np.sign(gap) * min(abs(gap), 60.0), STOP)
+            self.encoder = max(self.encoder + np.sign(gap) * min(abs(gap), 10.0), STOP)
         wanted = self.command.micro_reference if self.command.micro_active else 0.0
         self.fine += 0.5 * (wanted - self.fine)
         encoder = np.nan if "e" in missing else float(np.floor(self.encoder))
@@ -61,9 +62,7 @@ class Follower(Machine):
 
 def ready(**rest: object) -> Follower:
     """Trusted at count 0, enabled."""
-    from macromicro.control.live.messages import Enable
-
-    f = Follower(coordinate=0.0, trusted=True, **rest)
+    f = Follower(**{"coordinate": 0.0, "trusted": True, **rest})
     f.tick()
     f.ask(Enable())
     return f

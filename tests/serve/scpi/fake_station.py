@@ -11,6 +11,7 @@ import numpy as np
 
 from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
+from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 
@@ -19,6 +20,8 @@ MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Jog, m.Progra
 
 class FakeStation:
     """Motions begin on request and end when the test says so (`end`)."""
+
+    settings = LiveSettings()
 
     def __init__(self) -> None:
         self.lock = threading.RLock()

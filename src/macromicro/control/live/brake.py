@@ -65,7 +65,7 @@ def _slow_down(
     """The reference still moves: the law follows it."""
     less = p.settings.brake.deceleration / p.settings.pitch * dt
     speed = math.copysign(max(abs(work.speed) - less, 0.0), work.speed)
-    # No less than a count in the end; a carriage that stands has nothing left to brake.
+    # A carriage that stands has nothing left to brake.
     stands = s.seen.standing >= p.settings.brake.rest
     if abs(speed) < less or stands:
         speed = 0.0

@@ -25,8 +25,8 @@ class SoftLimits(NamedTuple):
     macro_high: Annotated[float, _own("count", "highest macro position")] = 2990.0
     micro_low: Annotated[float, _own("mm", "smallest contraction", lo=0.0, hi=4.0)] = 0.0
     micro_high: Annotated[float, _own("mm", "largest contraction", lo=0.0, hi=4.0)] = 3.5
-    whole_low: Annotated[float, _own("m", "lowest absolute position", shown="mm")] = -9e-3
-    whole_high: Annotated[float, _own("m", "highest absolute position", shown="mm")] = 0.217
+    whole_low: Annotated[float, _own("m", "lowest absolute position", shown="mm")] = -8.8e-3
+    whole_high: Annotated[float, _own("m", "highest absolute position", shown="mm")] = 0.2169
 
 
 class Fine(NamedTuple):

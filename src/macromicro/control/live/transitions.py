@@ -1,9 +1,24 @@
 """The table of transitions, and the only functions that change the mode.
 
-`TRANSITIONS` is complete: (from, to, cause). "fault" and "emergency stop" may come in any
-mode; a positioner at rest keeps its outputs at zero in disabled, ready, fault, and in
-stopped once it has come to rest. Holding means: the micro-stage under control, the
-carriage parked.
+`TRANSITIONS` is complete: (from, to, cause).
+
+    disabled        enable -> ready
+    ready, stopped, home -> homing; macro move, macro jog, programme -> moving-macro;
+      holding       micro move, micro jog -> moving-micro
+    homing          homed -> ready
+    moving-macro    arrived -> settling; limit reached, jog ended -> stopped
+    settling        settled -> moving-micro, or ready after a macro move; drifted -> moving-macro
+    moving-micro    on target, limit reached, jog ended, stop, link lost -> holding;
+                    stalled, link lost -> stopped
+    holding         link lost -> stopped
+    in a programme  next move: among moving-macro, settling, moving-micro; programme done -> ready
+    homing, moving-macro, settling: stop, stalled, link lost -> stopped
+    moving-macro, settling, moving-micro: replaced by another motion where that is configured
+    all but fault: fault -> fault; all enabled: disable, emergency stop -> disabled
+    fault           fault cleared -> disabled
+
+Motor and CTRL are at zero in disabled, ready, fault, and in stopped once at rest; stopped
+begins with braking. Holding: the micro-stage under control, the carriage parked.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ CHARTS: dict[str, Described] = {
             "Smoothing function",
             (
                 start("record: times t, temperatures T"),
-                do(f"jumps: steps steeper than {_STEEPEST}~°C/s"),
+                do(f"jumps: steps steeper than {_STEEPEST}~degC/s"),
                 ask("a jump left?", name="next", no="check"),
                 ask(
                     f"a later jump within {_LONGEST}~s after which T is within half the "

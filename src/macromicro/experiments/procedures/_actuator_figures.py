@@ -44,8 +44,8 @@ def hysteresis(data: Principle) -> Drawn:
                 fontsize=9,
             )
     _branches(minor, data.minor)
-    finish(major, "(a) major loop", "temperature [°C]", "length - cold, unloaded length [mm]")
-    finish(minor, "(b) minor loops", "temperature [°C]")
+    finish(major, "(a) major loop", "temperature [degC]", "length - cold, unloaded length [mm]")
+    finish(minor, "(b) minor loops", "temperature [degC]")
     major.legend(fontsize=8, loc="lower left", frameon=False)
     major.set_ylim(-4.6, 0.6)
     (a_s, a_f, _), (m_s, m_f, _) = data.turnings
@@ -54,7 +54,7 @@ def hysteresis(data: Principle) -> Drawn:
         "Hysteresis and minor loops of the shape memory effect",
         f"The bench's wires under {principle.LOAD:g} gf on a virtual test machine that sets their "
         "temperature and reads their length. Where the steepest tangents meet the levels (dashed): "
-        f"A_s {a_s:.0f}, A_f {a_f:.0f}, M_s {m_s:.0f}, M_f {m_f:.0f} °C. The transformation sets "
+        f"A_s {a_s:.0f}, A_f {a_f:.0f}, M_s {m_s:.0f}, M_f {m_f:.0f} degC. The transformation sets "
         "in far before and ends after these readings, because its temperatures are spread. (b) The "
         "temperature turns several times inside the loop.",
         figure,
@@ -91,7 +91,7 @@ def stress_strain(data: Principle) -> Drawn:
     for r, t, colour in zip(data.pulled, principle.PULLED_AT, _SERIES, strict=False):
         x = 100.0 * r.extension[each:] / data.specimen.length
         y = 1e-6 * r.load[each:] / data.specimen.area
-        line(wires, x, y, colour, f"{t:g} °C")
+        line(wires, x, y, colour, f"{t:g} degC")
     finish(phases, "(a) law", "strain [%]", "stress [MPa]")
     finish(between, "(b) law, transition", "strain [%]")
     finish(wires, "(c) the bench's wires", "strain [%]")
@@ -152,7 +152,7 @@ def work(data: Principle) -> Drawn:
     steps.set_ylim(-4.8, 0.7)
     left, right = law.get_xlim(), bench.get_xlim()
     finish(law, "(a) by the law", "strain [%]", "stress [MPa]")
-    finish(steps, "(b) wires: length", "temperature [°C]", "length [mm]")
+    finish(steps, "(b) wires: length", "temperature [degC]", "length [mm]")
     finish(bench, "(c) wires: work", "strain [%]", "stress [MPa]")
     law.set_xlim(left)
     bench.set_xlim(right)
@@ -207,7 +207,7 @@ def heat() -> Drawn:
         level = wire.ambient + (curve[half - 1] - wire.ambient) * np.exp(-1.0)
         right.plot(t[half - 1] + tau, level, "o", color=BLACK, markersize=4)
     left.set_ylim(20.0, 132.0)
-    finish(left, "(a) current on for 6 s", y="temperature [°C]")
+    finish(left, "(a) current on for 6 s", y="temperature [degC]")
     finish(right, "(b) cooling by the air; dots: one time constant")
     for ax in (left, right):
         ax.legend(fontsize=8, loc="upper right", frameon=False)
@@ -253,7 +253,7 @@ def calorimeter(data: Principle) -> Drawn:
                 fontsize=8,
             )
     ax.set_ylim(-0.23, 0.46)
-    finish(ax, "", "temperature of the sample [°C]", "heat flow, in: up [W/g]", legend=True)
+    finish(ax, "", "temperature of the sample [degC]", "heat flow, in: up [W/g]", legend=True)
     put = data.specimen.wire.latent / data.scans[0].mass
     up, down = found
     return Drawn(

@@ -54,6 +54,7 @@ def cycling(number: str, runs: IntegratedRuns, recording: Recording, claim: str)
     bias = integrated.cycled(runs, recording)
     parts = [part(recording, runs.single, k) for k in (0, len(bias.cycles) - 1)]
     names = [f"cycle {k}" for k in (1, len(bias.cycles))]
+    fan = bool(recording.attributes.get("fan", number == "6.5"))
     figure, axes = new(6.2, 2, 2)
     figure.subplots_adjust(right=0.94, wspace=0.25)
     full, near, back = axes[0, 0], axes[0, 1], axes[1, 0]
@@ -79,25 +80,43 @@ def cycling(number: str, runs: IntegratedRuns, recording: Recording, claim: str)
         "reading - reference [um]",
         legend=True,
     )
-    _label(near, since, laser=recording["laser"][rows] - reference, bias=bias)
+    if not fan:
+        _label(near, since, laser=recording["laser"][rows] - reference, bias=bias)
     back.axhline(RETURNED, color=GREEN, linestyle="--", linewidth=1.0)
     finish(back, "(c) return to zero before it", "time since switched off [s]", "Hall [um]")
     back.margins(x=0.04)
     back.legend(fontsize=7.5, loc="upper right", framealpha=0.85)
     _by_cycle(axes[1, 1], bias)
-    fan = "with a fan" if number == "6.5" else "without a fan"
     return Drawn(
         number,
-        f"Micro-stage after ten cycles, {fan}",
+        f"Micro-stage after ten cycles, {'with' if fan else 'without'} a fan",
         "The second sequence of steps in the first and in the last of ten cycles, by the laser. "
         f"(b) Its error, averaged over {1e3 * WINDOW_S:g} ms, with the Hall sensor's in the last "
-        "cycle; green: 5 um. (c) The return to zero before that sequence; the rings are where the "
-        "laser was reset: what the actuator had not given back by then is missing from every later "
-        "reading, though the Hall sensor is on its set point. (d) Means of each cycle; the laser "
-        "drifts by some micrometres besides.",
+        f"cycle; green: 5 um. {_told(bias, fan)} (d) Means of each cycle; the laser drifts by some "
+        "micrometres besides.",
         figure,
         (claim,),
     )
+
+
+def _told(bias: Bias, fan: bool) -> str:
+    """What (b) and (c) show, by what was measured."""
+    first, last = bias.cycles[0], bias.cycles[-1]
+    rings = "(c) The return to zero before that sequence; the rings are where the laser was reset"
+    if fan:
+        return (
+            f"With the fan these are at most {bias.worst:.1f} um in the last cycle. {rings}: on "
+            f"average the actuator is back in {_text(last.extension_s)} s in the last cycle, "
+            f"{_text(first.extension_s)} s in the first, and has {_text(last.left_um)} um left."
+        )
+    return (
+        f"{rings}: what the actuator had not given back by then is missing from every later "
+        "reading, though the Hall sensor is on its set point."
+    )
+
+
+def _text(value: float | None) -> str:
+    return "?" if value is None else f"{value:.2f}"
 
 
 def _since(recording: Recording, own: Part) -> tuple[Array, Array, Array]:

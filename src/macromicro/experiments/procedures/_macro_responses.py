@@ -18,7 +18,6 @@ from macromicro.recording import Recording
 Array = npt.NDArray[np.float64]
 
 DEAD_ZONE = 3.0  # V
-PID_SHOWN = 20.0  # s
 ZOOMED = (0.45, 0.85)  # s after the step, Figure 4.20
 BAND = 0.02  # of the move, M14
 AROUND = (-0.12, 0.3)  # s about arrival, zooms of Figures 4.24 and 4.25
@@ -28,7 +27,7 @@ def pid(data: MacroData) -> Drawn:
     """Figure 4.18."""
     run = data.steps["pid"]
     x, motor = run["macro_position"], run["motor"]
-    rows = slice(0, round(PID_SHOWN / run.dt))
+    rows = slice(0, len(run))
     figure, axes = new(5.0, 2, sharex=True)
     line(axes[0, 0], run["t"][rows], motor[rows], BLUE, "effort", linewidth=0.7)
     for volts in (-DEAD_ZONE, DEAD_ZONE):
@@ -45,13 +44,18 @@ def pid(data: MacroData) -> Drawn:
         "4.18",
         "The benchmark PID",
         f"Step of {TRAVEL:.0f} counts under the PID with its printed gains and no compensation, "
-        f"the first {PID_SHOWN:.0f} s. The text's slow stretch is 4 to 10 s, its overshoot comes "
-        f"after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
+        f"{len(run) * run.dt:.0f} s of it. The text's slow stretch is 4 to 10 s, its overshoot "
+        f"comes after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
         "counts at once; then it sticks while the output ramps through zero towards -3 V (longest "
-        f"stretch with the output growing: {still:.1f} s) and creeps back at the edge of motion.",
+        f"stretch with the output growing: {still:.1f} s) and creeps back at the edge of motion: "
+        f"the output changes its sign {_times(macro_drive.sign_changes(motor))} in all.",
         figure,
         ("M9",),
     )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def initial_pd(data: MacroData) -> Drawn:

@@ -35,7 +35,7 @@ def draw(data: Principle) -> Iterator[Drawn]:
 PROCEDURE = Procedure(
     name="actuator-principle",
     title="Principle of the shape-memory actuator",
-    sections=("2.3", "A"),
+    sections=("2.3", "Appendix A"),
     channels=(),
     ids=(),
     figures=("2.8", "2.9", "2.10", "(2.1)", "A.1"),

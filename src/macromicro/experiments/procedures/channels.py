@@ -77,7 +77,7 @@ def _times(way: Way) -> str:
 PROCEDURE = Procedure(
     name="channels",
     title="Channels of the rig",
-    sections=("3.3", "C"),
+    sections=("3.3", "Appendix C"),
     channels=(),
     ids=(),
     figures=("Table C.1", "Table C.2"),

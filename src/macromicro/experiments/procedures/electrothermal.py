@@ -19,7 +19,7 @@ def collect(lab: Lab) -> Models:
 PROCEDURE = Procedure(
     name="electrothermal",
     title="Electro-thermal model and full actuator model",
-    sections=("5.2.2", "5.2.3"),
+    sections=("5.1", "5.2.2", "5.2.3"),
     channels=("kiln.thermocouple", "kiln.encoder", "laser", "contract"),
     ids=("S5a", "S5b", "S7", "S8", "S9", "S10"),
     figures=("5.10", "5.11", "5.13", "5.14", "5.15", "5.16", "5.17"),

@@ -16,7 +16,7 @@ def collect(lab: Lab) -> KilnRuns:
 PROCEDURE = Procedure(
     name="kiln",
     title="Hysteresis in the kiln",
-    sections=("5.2.1", "D"),
+    sections=("5.2.1", "Appendix D"),
     channels=("kiln.thermocouple", "kiln.encoder"),
     ids=("S1", "S2", "S6"),
     figures=("5.5", "5.6", "5.7", "5.8", "5.9", "D.5", "D.6", "D.7"),

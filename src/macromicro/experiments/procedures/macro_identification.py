@@ -179,7 +179,7 @@ def _friction_model(found: MacroModel) -> Drawn:
 PROCEDURE = Procedure(
     name="macro-identification",
     title="Open-loop models of the macro-stage",
-    sections=("4.2.2", "4.2.4", "4.2.5"),
+    sections=("4.1.1", "4.2.2", "4.2.4", "4.2.5"),
     channels=("encoder",),
     ids=("M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b", "M7", "M8"),
     figures=("4.11", "4.13", "4.14", "4.17"),

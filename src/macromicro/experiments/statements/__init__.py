@@ -22,7 +22,7 @@ def stated(name: str, measured: Number, verdict: str, reason: str = "") -> Claim
         s.id,
         s.section,
         s.claim,
-        list(s.printed) if isinstance(s.printed, list) else s.printed,
+        s.printed,
         measured,
         s.unit,
         verdict,

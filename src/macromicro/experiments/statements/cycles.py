@@ -44,9 +44,9 @@ STATEMENTS = (
     Statement(
         "A5",
         "Appendix D",
-        "The share of samples at 150 counts grows over the cycles, taken as a whole: "
-        "lines through all of them rise, and the last ten are above the first ten. It is "
-        "higher late in the hold",
+        "The share of samples at 150 counts grows over the cycles as a whole (lines through all "
+        "of them rise, the last ten are above the first ten; not from each cycle to the next), "
+        "and is higher late in the hold",
         None,
         "%",
         PREDICTED,

@@ -8,7 +8,7 @@ from macromicro.experiments.claim import Number
 
 
 class Statement(NamedTuple):
-    """A claim before it is measured: fields as in `Claim`. A list is not changed by anyone."""
+    """A claim before it is measured: fields as in `Claim`."""
 
     id: str
     section: str

@@ -6,9 +6,9 @@
 from __future__ import annotations
 
 from macromicro.report.errata import hysteresis, macro, micro, sensors, system
-from macromicro.report.errata.entry import Erratum, Figure, Quote, evidence
+from macromicro.report.errata.entry import Erratum, Figure, Formula, Quote, evidence
 
-__all__ = ["ERRATA", "Erratum", "Figure", "Quote", "evidence"]
+__all__ = ["ERRATA", "Erratum", "Figure", "Formula", "Quote", "evidence"]
 
 ERRATA: tuple[Erratum, ...] = tuple(
     sorted(

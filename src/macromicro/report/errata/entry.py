@@ -22,10 +22,18 @@ class Quote(NamedTuple):
     words: str
 
 
+class Formula(NamedTuple):
+    """A formula of the thesis, or a part of one, as plain text, and where it stands."""
+
+    place: str
+    words: str
+
+
 class Erratum(NamedTuple):
     """One entry. `place` and `printed`: where it stands and what stands there; `fault`: what
     is wrong with it; `reading`: what is used here. Evidence: `recompute()` gives numbers,
-    `quotes` the places that contradict each other; an entry has one of them or both."""
+    `quotes` the words and formulas that contradict each other; an entry has one of them or
+    both."""
 
     number: int
     place: str
@@ -33,12 +41,15 @@ class Erratum(NamedTuple):
     fault: str
     reading: str
     recompute: Callable[[], tuple[Figure, ...]] | None = None
-    quotes: tuple[Quote, ...] = ()
+    quotes: tuple[Quote | Formula, ...] = ()
 
 
 def evidence(entry: Erratum) -> list[str]:
     """The evidence in words, a line each: quotes first, then the recomputed numbers."""
-    lines = [f"{q.place}: “{q.words}”" for q in entry.quotes]
+    lines = [
+        f"{q.place}: “{q.words}”" if isinstance(q, Quote) else f"{q.place}: {q.words}"
+        for q in entry.quotes
+    ]
     figures = entry.recompute() if entry.recompute else ()
     return lines + [_line(f) for f in figures]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.report.errata.entry import Erratum, Figure, Quote
+from macromicro.report.errata.entry import Erratum, Figure, Formula, Quote
 
 STROKE = 3.98  # mm, Section 5.2.2
 
@@ -38,7 +38,7 @@ ENTRIES = (
         "an input triangle symmetric about zero; temperatures of the kiln are not",
         "both limits free", _triangle,
         (
-            Quote("2.4.1", "beta = -beta_0 = -alpha_0"),
+            Formula("2.4.1", "beta = -beta_0 = -alpha_0"),
             Quote("5.2.1", "then cooled back down to ambient temperature"),
         ),
     ),

@@ -6,9 +6,18 @@ import math
 
 import numpy as np
 
-from macromicro.design.margins import Crossover, damping_margin, first_crossover
+from macromicro.design.margins import (
+    Crossover,
+    PdTaps,
+    damping_margin,
+    first_crossover,
+    lowest_frequency,
+    pd_by_margin,
+    pd_by_time,
+)
+from macromicro.experiments.macro_design import trial
 from macromicro.models.macro import Linear, jump, position_transfer
-from macromicro.report.errata.entry import Erratum, Figure, Quote
+from macromicro.report.errata.entry import Erratum, Figure, Formula, Quote
 
 INITIAL = (0.00245865, 0.0000998447)  # (4.9)
 TUNED = (0.0124593, 0.0112178)  # (4.10) as printed
@@ -95,6 +104,42 @@ def _reach() -> tuple[Figure, ...]:
     return (Figure("a test input of 2 V behind the dead-zone inverse", 2.0 + DEAD_ZONE, "V"),)
 
 
+def _asked(ratio: float) -> float:
+    """First and greatest effort [V] of a 3000-count step under the PD of a damping ratio, at the
+    lowest phase-margin frequency that it allows, where no derivative action is left."""
+    num, den = position_transfer(Linear())
+    margin = damping_margin(ratio)
+    frequency = lowest_frequency(num, den, Linear().dt, margin)
+    return pd_by_margin(num, den, Linear().dt, frequency, margin).now * STEP + DEAD_ZONE
+
+
+def _damping() -> tuple[Figure, ...]:
+    from scipy.optimize import brentq
+
+    needed = float(brentq(lambda ratio: _asked(ratio) - 5.0, 1.0, 4.0, xtol=1e-6))
+    return (
+        Figure("effort that the model asks for with a ratio of 1.05", _asked(1.05), "V", 5.0),
+        Figure("damping ratio that asks for 5 V", needed, "", 1.05),
+    )
+
+
+def _overshoot() -> tuple[Figure, ...]:
+    """The tuned model's step of 3000 counts without and with derivative time."""
+    num, den = position_transfer(Linear())
+    held = PdTaps(TUNED[0], -TUNED[1]).derivative_time(Linear().dt)
+
+    def of(frequency: float, time: float) -> float:
+        return trial(pd_by_time(num, den, Linear().dt, frequency, time)).overshoot
+
+    return (
+        Figure("overshoot without derivative time at 9.91 rad/s", of(9.91, 0.0), "counts"),
+        Figure("at 4.91 rad/s", of(4.91, 0.0), "counts"),
+        Figure("at 2 rad/s", of(2.0, 0.0), "counts"),
+        Figure("with the derivative time of (4.10) at 9.91 rad/s", of(9.91, held), "counts"),
+        Figure("at 4.91 rad/s", of(4.91, held), "counts"),
+    )
+
+
 ENTRIES = (
     Erratum(
         1, "(4.1)", "state (i, Theta), +K_b/L",
@@ -107,7 +152,7 @@ ENTRIES = (
         "the pole is z = -a: the printed sign puts it left of zero, where every sample changes "
         "direction, and the identified a is negative",
         "a = -exp(-..T)", _pole,
-        (Quote("4.2.5", "a = -0.95833"),),
+        (Formula("4.2.5", "a = -0.95833"),),
     ),
     Erratum(
         3, "Section 4.1.1", "b_1 z in the transfer function, -b in the parameters, \"state space\"",
@@ -116,8 +161,8 @@ ENTRIES = (
         "b_1 z^-1 and a_1 z^-1, parameters (-a, +b), a regression on past outputs and inputs",
         _regression,
         (
-            Quote("4.1.1, transfer function", "b_1 z + .. + b_m z^-m"),
-            Quote("4.1.1, rows of the matrix", "y_(k-1) .. y_(k-n) u_(k-1) .."),
+            Formula("4.1.1, transfer function", "b_1 z + .. + b_m z^-m"),
+            Formula("4.1.1, rows of the matrix", "y_(k-1) .. y_(k-n) u_(k-1) .."),
         ),
     ),
     Erratum(
@@ -130,8 +175,8 @@ ENTRIES = (
         "an equals sign stands between the limit and what it is taken of; (4.6) has none",
         "the limit of the fraction", _limit,
         (
-            Quote("(4.7)", "lim (z -> 1) = (a_0 + 0.1 delta) b / (z + a)"),
-            Quote("(4.6)", "V_ss lim (z -> 1) b / (z + a)"),
+            Formula("(4.7)", "lim (z -> 1) = (a_0 + 0.1 delta) b / (z + a)"),
+            Formula("(4.6)", "V_ss lim (z -> 1) b / (z + a)"),
         ),
     ),
     Erratum(
@@ -179,6 +224,25 @@ ENTRIES = (
             Quote("3.1", "0 - 100 % for a 0 - 5 V analog output"),
             Quote("4.2.3", "to avoid controller saturation the inputs must be limited to ± 2 V"),
             Quote("4.3.1", "from positive to negative three volts"),
+        ),
+    ),
+    Erratum(
+        42, "Section 4.3.3", "a damping ratio of 1.05 that brings the effort near 5 V",
+        "at the lowest phase-margin frequency that this ratio allows, the model asks for twice "
+        "as much; near 5 V it asks with a ratio of almost 2",
+        "the least ratio within the limit, as measured (M12)", _damping,
+        (Quote("4.3.3", "producing a maximum controller output near the saturation level of 5 V"),),
+    ),
+    Erratum(
+        43, "Section 4.3.3", "a lower phase-margin frequency removes overshoot",
+        "lowering it alone leaves more than ten counts; the derivative time removes them "
+        "without it",
+        "the derivative time of (4.10), and the frequency that its effort allows (M12)",
+        _overshoot,
+        (
+            Quote("4.3.3", "the phase margin frequency is varied to reduce overshoot"),
+            Quote("4.3.3", "until the response of the nonlinear model displays little or no "
+                           "overshoot"),
         ),
     ),
 )  # fmt: skip

@@ -6,7 +6,7 @@ import math
 
 from macromicro.models import electrothermal
 from macromicro.models.weighted_gain import Exponential, Weighted, exponential, weighted
-from macromicro.report.errata.entry import Erratum, Figure, Quote
+from macromicro.report.errata.entry import Erratum, Figure, Formula, Quote
 
 AMBIENT = 25.0  # degC, Section 5.2.2
 FULL_CONTRACTION = 107.5  # degC
@@ -75,6 +75,18 @@ def _saturating() -> tuple[Figure, ...]:
     )
 
 
+def _held_back() -> tuple[Figure, ...]:
+    """An error of 2 mm with the effort at its limit of 1.9 V: where the integral comes to
+    rest, K_i e = K_aw (K_p e + i - 1.9), and how fast."""
+    kp, error, limit = 3.0, 2.0, 1.9
+    return (
+        Figure("proportional effort of the first step, 2 mm", kp * error, "V"),
+        Figure("integral effort to which it is led if K_i = K_aw", error + limit - kp * error, "V"),
+        Figure("time constant of that with 2.25", 1.0 / 2.25, "s"),
+        Figure("and with 30", 1.0 / 30.0, "s"),
+    )
+
+
 def _scales() -> tuple[Figure, ...]:
     return (
         Figure("full contraction above ambient", FULL_CONTRACTION - AMBIENT, "K"),
@@ -108,13 +120,13 @@ ENTRIES = (
         "(5.8)", None,
         (
             Quote("5.2.2", "the weighted nonlinear gain, (5.9)"),
-            Quote("(5.9)", "1 / (z + 1)"),
+            Formula("(5.9)", "1 / (z + 1)"),
         ),
     ),
     Erratum(
-        11, "(5.8)", "a gain that grows tenfold a 0.23 V",
-        "it keeps growing where the actuator is said to change no more, and is zero where it "
-        "already responds",
+        11, "(5.8)", "max(0, ..) below 1.7 V, 10 e^(10 (CTRL - 1.625)) + .. above",
+        "it keeps growing where the actuator is said to change no more, its last term tenfold "
+        "with every 0.23 V, and is zero where the actuator already responds",
         "bounded above, led down to 1.3 V by a straight line", _runaway,
         (
             Quote("5.3.2", "greater than 1.8 V, the change in response time is minimal"),
@@ -169,8 +181,8 @@ ENTRIES = (
         "given to eight digits, is the lower curve at 1.6 V, to which it adds another 8 K there",
         "each equation as printed", _digits,
         (
-            Quote("(5.5)", "25.5 (1 - e^(-37.86 (CTRL - 1.5)))"),
-            Quote("(5.8)", "25.5 (1 - e^(-37.8631 (CTRL - 1.5)))"),
+            Formula("(5.5)", "25.5 (1 - e^(-37.86 (CTRL - 1.5)))"),
+            Formula("(5.8)", "25.5 (1 - e^(-37.8631 (CTRL - 1.5)))"),
         ),
     ),
     Erratum(
@@ -180,6 +192,17 @@ ENTRIES = (
         (
             Quote("5.3.2", "This is true for input signals between 1.3 V and 1.8 V"),
             Quote("Figure 5.13", "(b) 1.65-1.8 V Step"),
+        ),
+    ),
+    Erratum(
+        46, "Section 5.3.2, Figure 5.25", "responses with anti-windup, without their gains",
+        "K_i and K_aw are not printed; with the only K_i chosen so far, 2.25, and K_aw equal to "
+        "it, the first step leads the integral below zero, from where it returns slowly: the "
+        "steps end later than without anti-windup",
+        "2.25 and 10 shown, neither as the thesis'", _held_back,
+        (
+            Quote("5.3.1", "A value of K_i = 2.25 is chosen"),
+            Quote("5.3.2", "results in more effective operation of the controller"),
         ),
     ),
 )  # fmt: skip

@@ -69,6 +69,30 @@ def _resolution() -> tuple[Figure, ...]:
     return (Figure("resolution by the thesis' budget", 1e6 * found.position, "um/bit", 5.0),)
 
 
+def _predicted() -> tuple[Figure, ...]:
+    """The calibrated sensor against the budget, and the flux slope that it implies."""
+    slope = 0.8e-3  # m/V
+    implied = 1.0 / (slope * SENSITIVITY)  # G/m
+    volts = 1.22e-3
+    gauss = resolution.field(volts, SENSITIVITY)
+    return (
+        Figure("calibrated, 0.8 um/mV at 1.22 mV/bit",
+               1e6 * resolution.calibrated(volts, slope), "um/bit", 0.976),
+        Figure("predicted, 5 um/G at 0.3904 G/bit", 5.0 * gauss, "um/bit", 1.952),
+        Figure("ratio", 5e-6 * gauss / resolution.calibrated(volts, slope)),
+        Figure("0.8 um/mV at 3.125 mV/G", 1e6 * resolution.metres_per_gauss(implied), "um/G", 5.0),
+        Figure("as a flux slope", implied * INCH, "G/in", 5000.0),
+    )  # fmt: skip
+
+
+def _called() -> tuple[Figure, ...]:
+    volts = resolution.converter(5.0, 12)
+    return (
+        Figure("resolution behind 3.125 mV/G", resolution.field(volts, SENSITIVITY), "G/bit"),
+        Figure("behind twice that", resolution.field(volts, 2.0 * SENSITIVITY), "G/bit"),
+    )
+
+
 ENTRIES = (
     Erratum(
         14, "Section 3.2.2", "greatest thickness 0.465 mm",
@@ -155,6 +179,27 @@ ENTRIES = (
         (
             Quote("Appendix D", "linear measurement resolution of approximately 5 μm"),
             Quote("3.2.3", "a resolution of 1.952 μm/bit results"),
+        ),
+    ),
+    Erratum(
+        44, "Section 3.2.3", "1.952 um/bit expected, 0.976 um/bit calibrated",
+        "exactly half, which is passed over as an improvement; the calibrated slope is that of "
+        "about 10 000 G/in, twice the field slope of the estimate",
+        "the calibrated slope as measured; the estimate as printed (D5, D6)", _predicted,
+        (
+            Quote("3.2.3", "the slope for the flux at the extremes of travel is approximately"),
+            Quote("3.2.3", "This is better than the previously estimated resolution"),
+        ),
+    ),
+    Erratum(
+        45, "Section 3.2.3", "3.125 mV/G as a resolution",
+        "it is the sensitivity, as Table 3.2 heads it: twice as much of it resolves twice as "
+        "finely",
+        "sensitivity; the resolution is that of the converter divided by it", _called,
+        (
+            Quote("3.2.3", "has a resolution of at most 3.125 mV/Gauss"),
+            Quote("Table 3.2", "Sensitivity (mV/Gauss)"),
+            Quote("3.2.3", "the sensor sensitivity should be as large as possible"),
         ),
     ),
 )  # fmt: skip

@@ -11,33 +11,32 @@ from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.parameters import entries, replaced
 from macromicro.serve.scpi.errors import ScpiError
-from macromicro.serve.settings import LiveSettings
 
 if TYPE_CHECKING:
+    from macromicro.serve.settings import LiveSettings
     from macromicro.serve.station import Station
 
 
 class Device:
     """The instrument behind all connections.
 
-    `settings`: those that the station runs on; `folder`: where recordings go; `token`: what
-    a client must give before it may change anything, None for nothing.
+    `folder`: where recordings go; `token`: what a client must give before it may change
+    anything, None for nothing.
     """
 
     def __init__(
         self,
         station: Station,
-        settings: LiveSettings | None = None,
         folder: Path = Path(),
         token: str | None = None,
     ) -> None:
         self.station = station
-        self.settings = LiveSettings() if settings is None else settings
+        self.settings: LiveSettings = station.settings
         self.folder = folder
         self._token = token
         self._lock = threading.Lock()
         self._limits = self.settings.live.limits
-        self._control = self.settings.controller
+        self._control: Control = self.settings.controller
         self._seen = -1
 
     @property

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 from macromicro.errors import InputError, MacromicroError
 from macromicro.serve.scpi.connection import Bounds, Connection, Threads
 from macromicro.serve.scpi.device import Device
-from macromicro.serve.settings import LiveSettings
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
@@ -40,8 +39,7 @@ class Server:
     """The SCPI server in a thread of its own; a context manager that starts and stops it.
 
     `port` 0 is any free one; `address` tells which. `token`: what a client must give before
-    it may change anything (stops need none). `settings`: those that the station runs on;
-    `folder`: where recordings go.
+    it may change anything (stops need none). `folder`: where recordings go.
     """
 
     def __init__(
@@ -51,11 +49,10 @@ class Server:
         port: int = PORT,
         *,
         token: str | None = None,
-        settings: LiveSettings | None = None,
         folder: Path = Path(),
         bounds: Bounds | None = None,
     ) -> None:
-        self._device = Device(station, settings, folder, token)
+        self._device = Device(station, folder, token)
         self._where = host, port
         self._bounds = Bounds() if bounds is None else bounds
         self._thread: threading.Thread | None = None
@@ -124,7 +121,6 @@ async def serve(
     port: int = PORT,
     token: str | None = None,
     *,
-    settings: LiveSettings | None = None,
     folder: Path = Path(),
     bounds: Bounds | None = None,
     ready: _READY | None = None,
@@ -133,7 +129,7 @@ async def serve(
 
     `ready` is called with host and port once it listens. Raises InputError as `start` does.
     """
-    device = Device(station, settings, folder, token)
+    device = Device(station, folder, token)
     await _serve(device, host, port, bounds or Bounds(), ready)
 
 
@@ -145,18 +141,18 @@ async def _serve(
     urgent = ThreadPoolExecutor(bounds.clients, "scpi-stops")
     threads = Threads(orders, urgent)
 
-    async def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if len(connections) >= bounds.clients or writer.get_extra_info("peername") is None:
-            writer.transport.abort()
-            return
-        connection = Connection(device, reader, writer, threads, bounds)
-        task = asyncio.current_task()
-        assert task is not None
-        connections[connection] = task
+    async def run(connection: Connection) -> None:
         try:
             await connection.run()
         finally:
             del connections[connection]
+
+    def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if len(connections) >= bounds.clients or writer.get_extra_info("peername") is None:
+            writer.transport.abort()
+            return
+        connection = Connection(device, reader, writer, threads, bounds)
+        connections[connection] = asyncio.create_task(run(connection))
 
     def beat() -> None:
         for connection in tuple(connections):
@@ -185,13 +181,13 @@ async def _serve(
 
 
 async def _listen(
-    accept: Callable[[asyncio.StreamReader, asyncio.StreamWriter], object], host: str, port: int
+    accept: Callable[[asyncio.StreamReader, asyncio.StreamWriter], None], host: str, port: int
 ) -> asyncio.Server:
     """Bind and listen; InputError in words where that fails."""
     if not 0 <= port <= 65535:
         raise InputError("port", port, "a whole number from 0 (any free one) to 65535")
     try:
-        return await asyncio.start_server(accept, host, port, backlog=16)  # type: ignore[arg-type]
+        return await asyncio.start_server(accept, host, port, backlog=16)
     except socket.gaierror:
         raise InputError("host", host, "an address of this computer, such as 127.0.0.1") from None
     except OSError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import Any
 
@@ -176,9 +177,10 @@ class Session:
             raise ScpiError(-221, f"{reply.reason}; {reply.remedy}")
 
     def emergency(self) -> None:
-        """Emergency stop; waits for nothing."""
+        """Emergency stop; waits for nothing. Raises ScpiError -240 where no loop answers."""
         self.stops += 1
-        self.device.station.emergency()
+        if math.isnan(self.device.station.emergency()):
+            raise ScpiError(-240, "the loop did not answer; switch the machine's supply off")
 
     def close(self) -> None:
         """The client is gone. The station does to the machine what a lost client does."""

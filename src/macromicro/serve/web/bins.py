@@ -1,0 +1,122 @@
+"""Telemetry for a viewer's plots: the smallest and largest value in each pixel's time.
+
+A frame is little-endian: `HEADER`, then float32[bins, channels, 2]. Its first bins replace
+those that the viewer has already, for the last one of a frame is still being filled.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.serve.shared import PERIOD, RING_S
+
+Array = NDArray[np.float64]
+
+CHANNELS = (
+    "macro reference",  # mm, homed frame
+    "macro position",  # mm
+    "micro reference",  # mm
+    "micro position",  # mm
+    "motor",  # V
+    "CTRL",  # V
+    "temperature",  # degC, estimated
+    "position",  # mm, whole
+)
+SPANS = (2.0, 10.0, 60.0)  # s
+LEAST, MOST = 16, 1200  # columns
+KIND = 1
+# kind, number of the view, bins, channels; first bin, width [s], time [s] and number of the
+# newest row, its position, macro and micro position [mm] and uncertainty [um].
+HEADER = struct.Struct("<4I8d")
+
+
+class View(NamedTuple):
+    """What a viewer wants to see: `width` rows a bin, `columns` bins."""
+
+    number: int
+    width: int
+    columns: int
+
+    @property
+    def rows(self) -> int:
+        """Rows that it shows."""
+        return self.width * self.columns
+
+
+def view(number: int, span: float, columns: int) -> View:
+    """A view of `span` [s], at least, in about `columns` columns."""
+    rows = round(min(span, RING_S) / PERIOD)
+    width = max(-(-rows // columns), 1)
+    return View(number, width, -(-rows // width))
+
+
+def traces(block: Array, names: Sequence[str], pitch: float) -> Array:
+    """The channels float64[channels, rows] of telemetry; `pitch` [m] a count.
+
+    Macro positions are those of the homed frame: what the whole position leaves when the
+    micro-stage's share is taken off.
+    """
+    column = {name: block[k] for k, name in enumerate(names)}
+    position, fine = column["position"], column["hall_position"]
+    macro = position - fine
+    ahead = (column["macro_reference"] - column["macro_position"]) * pitch * 1e3
+    return np.stack(
+        [
+            macro + ahead,
+            macro,
+            column["micro_reference"],
+            fine,
+            column["motor"],
+            column["ctrl"],
+            column["temperature_estimate"],
+            position,
+        ]
+    )
+
+
+def binned(values: Array, first: int, width: int) -> NDArray[np.float32]:
+    """Min and max float32[bins, channels, 2] of the rows `values`, float64[channels, rows].
+
+    `first`: number of the first row; row n belongs to bin n // width. NaN where a bin has
+    no number.
+    """
+    rows = values.shape[1]
+    if rows == 0:
+        return np.empty((0, values.shape[0], 2), np.float32)
+    start = first // width
+    edges = np.arange(start + 1, (first + rows - 1) // width + 1) * width - first
+    cuts = np.concatenate([[0], edges])
+    low = np.fmin.reduceat(values, cuts, axis=1)
+    high = np.fmax.reduceat(values, cuts, axis=1)
+    return np.ascontiguousarray(np.stack([low, high], axis=-1).transpose(1, 0, 2), np.float32)
+
+
+def frame(view: View, last: int, block: Array, names: Sequence[str], pitch: float) -> bytes:
+    """A frame of the rows `block` up to row number `last`; b"" of none."""
+    rows = block.shape[1]
+    if rows == 0:
+        return b""
+    values = traces(block, names, pitch)
+    first = last - rows + 1
+    bins = binned(values, first, view.width)
+    time = float(block[names.index("t"), -1])
+    spread = float(block[names.index("uncertainty"), -1])
+    newest = [float(values[k, -1]) for k in (7, 1, 3)]
+    head = HEADER.pack(
+        KIND,
+        view.number,
+        bins.shape[0],
+        bins.shape[1],
+        first // view.width,
+        view.width * PERIOD,
+        time,
+        last,
+        *newest,
+        spread,
+    )
+    return head + bins.tobytes()

@@ -1,0 +1,109 @@
+"""What is let in: names of this server, the page's own origin, and the headers of its answers.
+
+A page of another origin cannot command the machine: a WebSocket must name the origin that
+our own page has. A name that somebody else's DNS leads here (rebinding) is no name of ours:
+only "localhost", addresses, and the names that the server was given are.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import re
+from collections.abc import Iterable
+from http import HTTPStatus
+
+from websockets.datastructures import Headers, MultipleValuesError
+from websockets.http11 import Request, Response
+
+_HOST = re.compile(r"(?:\[([0-9a-f:.]{2,45})\]|([a-z0-9.-]{1,253}))(?::[0-9]{1,5})?")
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+    "connect-src 'self' ws://{0} wss://{0}; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'; require-trusted-types-for 'script'"
+)
+
+
+def is_loopback(host: str) -> bool:
+    """Can only this computer reach the address?"""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+class Gate:
+    """`token`: what a viewer must give before it may order anything, None for nothing;
+    `names`: host names of this server beside "localhost" and its addresses."""
+
+    def __init__(self, token: str | None = None, names: Iterable[str] = ()) -> None:
+        self._token = token
+        self._names = {"localhost", *(name.lower() for name in names)}
+
+    @property
+    def open(self) -> bool:
+        """May every viewer give orders?"""
+        return self._token is None
+
+    def admits(self, token: object) -> bool:
+        """May a viewer with this token give orders? Takes no longer where less of it differs."""
+        if self._token is None:
+            return True
+        given = token if isinstance(token, str) else ""
+        return hmac.compare_digest(given.encode("utf-8", "replace"), self._token.encode())
+
+    def host(self, request: Request) -> str | None:
+        """The request's Host, lower case, if it is a name of ours."""
+        host = _one(request.headers, "Host").lower()
+        match = _HOST.fullmatch(host)
+        if match is None:
+            return None
+        name = match[1] or match[2]
+        return host if name in self._names or _is_address(name) else None
+
+    def same_origin(self, request: Request) -> bool:
+        """Does the request come from our own page?"""
+        host = self.host(request)
+        origin = _one(request.headers, "Origin").lower()
+        return host is not None and origin in (f"http://{host}", f"https://{host}")
+
+
+def answer(status: HTTPStatus, host: str, kind: str, body: bytes) -> Response:
+    """An answer with everything in its headers that keeps the page to itself."""
+    headers = Headers(
+        {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Connection": "close",
+            "Cache-Control": "no-cache",
+            "Content-Security-Policy": _POLICY.format(host),
+            "X-Content-Type-Options": "nosniff",
+            "X-Frame-Options": "DENY",
+            "Referrer-Policy": "no-referrer",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            "Cross-Origin-Opener-Policy": "same-origin",
+        }
+    )
+    return Response(status.value, status.phrase, headers, body)
+
+
+def refused(status: HTTPStatus, text: str) -> Response:
+    """An answer in plain text."""
+    return answer(status, "localhost", "text/plain; charset=utf-8", text.encode())
+
+
+def _one(headers: Headers, name: str) -> str:
+    try:
+        return str(headers.get(name, ""))
+    except MultipleValuesError:
+        return ""
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True

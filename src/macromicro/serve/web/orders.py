@@ -1,0 +1,145 @@
+"""From a viewer's message to a request of the machine: units and types are checked here."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+from macromicro import programme
+from macromicro.control.live import messages as m
+from macromicro.control.settings import Control
+from macromicro.errors import InputError
+from macromicro.parameters import entries
+from macromicro.programme import Limits
+from macromicro.serve.settings import LiveSettings
+from macromicro.simulate import plan
+
+LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+_LONGEST = 200
+
+
+class Refusal(Exception):
+    """A message that orders nothing: why, and what would help."""
+
+    def __init__(self, reason: str, remedy: str = "") -> None:
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
+
+
+def read(message: str | bytes) -> dict[str, Any]:
+    """A message: a JSON object with finite numbers. Raises `Refusal`."""
+    if isinstance(message, bytes):
+        raise Refusal("a message of bytes", "send JSON text")
+    try:
+        found = json.loads(message, parse_constant=_no_constant)
+    except (ValueError, RecursionError):
+        raise Refusal("this is no JSON", "send a JSON object") from None
+    if not isinstance(found, dict):
+        raise Refusal("this is no JSON object", 'send one such as {"do": "stop", "id": 1}')
+    return found
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(name)
+
+
+def number(order: dict[str, Any], key: str) -> float:
+    """The finite number under `key`. Raises `Refusal`."""
+    value = order.get(key)
+    good = isinstance(value, int | float) and not isinstance(value, bool)
+    if not good or not math.isfinite(_float(value)):
+        raise Refusal(f"{key} {value!r:.60} is no finite number", "give a number")
+    return _float(value)
+
+
+def _float(value: Any) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def length(order: dict[str, Any]) -> float:
+    """`value` in `unit`, in m. Raises `Refusal`."""
+    unit = order.get("unit")
+    if not isinstance(unit, str) or unit not in LENGTHS:
+        raise Refusal(f"{unit!r:.20} is no unit of length here", f"one of {', '.join(LENGTHS)}")
+    return number(order, "value") * LENGTHS[unit]
+
+
+def text(order: dict[str, Any], key: str) -> str:
+    """The short text under `key`. Raises `Refusal`."""
+    value = order.get(key)
+    if not isinstance(value, str) or not 0 < len(value) <= _LONGEST:
+        raise Refusal(f"{key} {value!r:.60} is no name", "give a short text")
+    return value
+
+
+class Orders:
+    """Requests that name nothing but values; `settings` are the station's."""
+
+    def __init__(self, settings: LiveSettings) -> None:
+        self._settings = settings
+        self._known: dict[str, Callable[[dict[str, Any]], m.Request]] = {
+            "enable": lambda order: m.Enable(),
+            "disable": lambda order: m.Disable(),
+            "home": lambda order: m.Home(),
+            "zero": lambda order: m.Zero(),
+            "clear": lambda order: m.ClearFault(),
+            "move to": lambda order: m.MoveTo(length(order)),
+            "move by": lambda order: m.MoveBy(length(order)),
+            "move macro": lambda order: m.MoveMacro(number(order, "value")),
+            "move micro": lambda order: m.MoveMicro(length(order) * 1e3),
+            "jog": lambda order: m.Jog(text(order, "stage"), number(order, "speed")),
+            "fan": _fan,
+            "programme": self._programme,
+        }
+
+    def knows(self, what: object) -> bool:
+        """Is there such a request?"""
+        return isinstance(what, str) and (what in self._known or what == "gains")
+
+    def request(self, order: dict[str, Any], control: Control) -> m.Request:
+        """The request; `control`: the settings in force. Raises `Refusal`."""
+        what = order["do"]
+        return gains(order, control) if what == "gains" else self._known[what](order)
+
+    def _programme(self, order: dict[str, Any]) -> m.Request:
+        name, shipped = text(order, "name"), programme.shipped()
+        if name not in shipped:
+            raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(shipped)}")
+        live = self._settings.live
+        own = live.limits
+        # A programme's micro targets may be 0: there the micro-stage is let go.
+        limits = Limits(own.macro_low, own.macro_high, 0.0, own.micro_high * 1e-3, 1.0 / live.pitch)
+        try:
+            return m.Programme(plan(programme.load(shipped[name], limits)))
+        except InputError as error:
+            raise Refusal(str(error), "choose another, or other soft limits") from None
+
+
+def _fan(order: dict[str, Any]) -> m.Request:
+    on = order.get("on")
+    if not isinstance(on, bool):
+        raise Refusal(f"{on!r:.20} is neither on nor off", "true or false")
+    return m.Fan(on)
+
+
+def gains(order: dict[str, Any], control: Control) -> m.Request:
+    """New gains, each with the value that the viewer saw before. Raises `Refusal` where that
+    is no longer the one in force: then somebody else has changed it."""
+    now = {e.path: e.value for e in entries(control)}
+    pairs: list[tuple[str, float | int | str]] = []
+    changes = order.get("changes")
+    for change in changes if isinstance(changes, list) and changes else (None,):
+        if not isinstance(change, list) or len(change) != 3 or not isinstance(change[0], str):
+            raise Refusal("these are no changes", "give [path, old value, new value] of each")
+        path, old, new = change
+        if path in now and now[path] != old:
+            raise Refusal(f"{path} is {now[path]!r} by now, not {old!r:.40}", "look again")
+        if isinstance(new, bool) or not isinstance(new, int | float | str):
+            raise Refusal(f"{path:.60}: {new!r:.40} is no value", "a number or a word")
+        pairs.append((path, new))
+    return m.SetGains(tuple(pairs))

@@ -1,0 +1,82 @@
+"""Gains of a running machine."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Change, Refused
+
+from .follower import QUICK, ready
+
+
+def test_new_values_are_in_force_and_old_ones_told() -> None:
+    f = ready()
+    reply = f.ask(m.SetGains((("pd_tuned.now", 0.02), ("sequence.wait", 1))))
+    assert reply == Accepted(
+        0, (Change("pd_tuned.now", 0.0124593, 0.02), Change("sequence.wait", 0.01, 1.0))
+    )
+    assert f.s.laws.macro.tuned.now == 0.02 and f.s.laws.sequence.wait == 1.0
+    assert f.s.control.pd_tuned.now == 0.02
+    assert f.events[-1].evidence["pd_tuned.now"] == {"old": 0.0124593, "new": 0.02}
+    f.ask(m.MoveMacro(100))
+    assert f.tick().motor == pytest.approx(3.0 + 0.02 * 100.0)
+
+
+@pytest.mark.parametrize("changes", [
+    (), None, "pd_tuned.now", ("pd_tuned.now", 1.0), (("pd_tuned.now",),), (("nothing", 1.0),),
+    ((None, 1.0),), (("pd_tuned.now", math.nan),), (("pd_tuned.now", math.inf),),
+    (("pd_tuned.now", "0.01"),), (("pd_tuned.now", True),), (("dead_zone", -0.1),),
+    (("dead_zone", 5.1),), (("sequence.patience", 0.0),), (("sequence.park", 0.5),),
+    (("macro_law", "fuzzy"),), (("macro_law", 1),), (("p.ki", 0.1),),
+    (("pi_antiwindup.low", 2.0),), (("pd_tuned.now", 0.02), ("dead_zone", 9.0)),
+])  # fmt: skip
+def test_what_cannot_be_changes_nothing(changes: Any) -> None:
+    f = ready()
+    before = f.s
+    reply = f.ask(m.SetGains(changes))
+    assert isinstance(reply, Refused) and reply.reason and reply.remedy
+    assert f.s is before
+
+
+def test_two_limits_may_pass_each_other_together() -> None:
+    f = ready()
+    both = (("pi_antiwindup.low", 2.0), ("pi_antiwindup.high", 3.0))
+    assert isinstance(f.ask(m.SetGains(both)), Accepted)
+
+
+def test_a_motion_refuses_them_unless_configured() -> None:
+    change = m.SetGains((("pd_tuned.now", 0.02),))
+    for allowed in (0, 1):
+        f = ready(live=QUICK._replace(gains_while_moving=allowed))
+        f.ask(m.MoveMacro(100))
+        f.tick()
+        assert isinstance(f.ask(change), Accepted) == bool(allowed)
+        assert isinstance(f.ask(m.SetGains((("macro_law", "pid"),))), Refused)
+
+
+def test_a_new_gain_does_not_move_a_held_stage() -> None:
+    f = ready()
+    f.ask(m.MoveMicro(1.0))
+    f.until("holding")
+    f.ask(m.SetGains((("pi_antiwindup.low", 0.0), ("pi_antiwindup.high", 5.0))))
+    f.fine = 0.9
+    before = f.tick()
+    error = f.s.drive.micro_reference - f.s.seen.fine
+    assert error > 0.01
+    expected = f.s.laws.micro.kp * error + f.s.drive.integral
+    f.ask(m.SetGains((("pi_antiwindup.kp", 6.0),)))
+    assert f.s.laws.micro.kp * error + f.s.drive.integral == pytest.approx(expected)
+    assert 0.0 < before.ctrl < 5.0
+
+
+def test_a_law_without_an_integral_keeps_none() -> None:
+    f = ready()
+    f.ask(m.MoveMicro(1.0))
+    f.until("holding")
+    assert f.s.drive.integral != 0.0
+    f.ask(m.SetGains((("micro_law", "p"),)))
+    assert f.s.drive.integral == 0.0 and f.s.laws.micro.ki == 0.0

@@ -1,0 +1,99 @@
+"""Jogs."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Refused
+from macromicro.types import SAFE
+
+from .bench import PITCH, homed
+from .follower import QUICK, hall, ready
+
+
+def test_a_jog_under_way_takes_a_new_speed_and_keeps_its_number() -> None:
+    f = ready()
+    assert f.ask(m.Jog("macro", 0.02)) == Accepted(1)
+    f.run(0.2)
+    assert f.ask(m.Jog("macro", -0.02)) == Accepted(1)
+    there = f.encoder
+    f.run(0.2)
+    assert f.encoder < there
+    assert isinstance(f.ask(m.Jog("micro", 1e-4)), Refused)
+    assert f.ask(m.Jog("macro", 0.0)) == Accepted(1)
+    f.run(0.2)
+    assert [(e.id, e.outcome) for e in f.ends] == [(1, "stopped")]
+
+
+@pytest.mark.parametrize("speed", [0.05, -0.05])
+def test_the_reference_stops_at_the_soft_limit(speed: float) -> None:
+    limits = QUICK.limits._replace(macro_low=-40.0, macro_high=60.0)
+    f = ready(live=QUICK._replace(limits=limits))
+    f.ask(m.Jog("macro", speed))
+    last, fastest = 0.0, 0.0
+    while not f.ends:
+        f.tick()
+        if f.mode == "moving-macro":
+            reference = f.command.macro_reference
+            assert -40.0 <= reference <= 60.0
+            fastest, last = max(fastest, abs(reference - last) * 1e3), reference
+    assert fastest <= abs(speed) / PITCH * (1.0 + 1e-6)
+    assert f.ends[-1].outcome == "limit"
+    assert f.s.seen.encoder == pytest.approx(60.0 if speed > 0.0 else -40.0, abs=2.0)
+    further = f.ask(m.Jog("macro", speed / 5.0))
+    back = f.ask(m.Jog("macro", -speed / 5.0))
+    assert isinstance(back, Accepted)
+    assert isinstance(further, Refused) or abs(f.s.seen.encoder) < 60.0
+
+
+def test_a_carriage_that_does_not_follow_has_stalled() -> None:
+    machine = homed(live=QUICK)
+    machine.ask(m.Jog("macro", 0.02))
+    machine.see(0.0, seconds=1.0)
+    assert [(e.id, e.outcome) for e in machine.ends] == [(1, "stalled")]
+    assert machine.out == SAFE
+    # It never pushes so hard that the guard would take it for stuck.
+    machine = homed(live=QUICK._replace(jogging=QUICK.jogging._replace(patience=30.0)))
+    machine.ask(m.Jog("macro", 0.02))
+    for _ in range(2000):
+        assert machine.see(0.0).motor <= QUICK.homing.volts
+
+
+def test_a_micro_jog_ends_at_its_limit_once_there() -> None:
+    f = ready()
+    f.ask(m.Jog("micro", 5e-4))
+    while not f.ends:
+        f.tick()
+        assert f.command.micro_reference <= 3.5
+        assert f.s.time < 10.0
+    assert (f.ends[-1].outcome, f.mode) == ("limit", "holding")
+    assert f.s.drive.micro_reference == 3.5
+    assert f.s.seen.fine == pytest.approx(3.5, abs=0.01)
+
+
+def test_a_micro_jog_does_not_run_away_from_the_stage() -> None:
+    machine = homed()
+    machine.ask(m.Jog("micro", 5e-4))
+    for _ in range(3000):
+        machine.see(0.0)  # the stage does not move
+        ahead = machine.command.micro_reference - machine.command.micro_position
+        assert ahead <= machine.p.settings.jogging.micro_lead + 1e-9
+
+
+def test_a_micro_jog_that_does_not_get_to_its_limit_has_stalled() -> None:
+    machine = homed(live=QUICK)
+    machine.ask(m.Jog("micro", 5e-4))
+    machine.see(hall=hall(3.45), seconds=1.5)
+    assert [(e.id, e.outcome) for e in machine.ends] == [(1, "stalled")]
+    assert machine.mode == "stopped" and machine.out == SAFE
+
+
+def test_no_stage_no_speed_no_jog() -> None:
+    f = ready()
+    for stage, speed in (("third", 0.01), (None, 0.01), ("macro", 0.0), ("macro", 0.0501),
+                         ("micro", 0.0006), ("macro", math.nan)):  # fmt: skip
+        reply = f.ask(m.Jog(stage, speed))  # type: ignore[arg-type]
+        assert isinstance(reply, Refused) and reply.reason and reply.remedy

@@ -1,0 +1,119 @@
+"""Faults, the frame of a restart, what the readings become."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Refused
+from macromicro.types import SAFE, Sample
+
+from .bench import HALL_OUT, PITCH, Machine
+from .follower import ready
+
+
+def test_nothing_moves_at_the_start() -> None:
+    machine = Machine()
+    for _ in range(100):
+        assert machine.see(123.0) == SAFE
+    assert machine.mode == "disabled" and not machine.events
+    assert machine.ask(m.Enable()) == Accepted(0)
+    assert machine.see(123.0) == SAFE
+
+
+@pytest.mark.parametrize("request_", [m.MoveMacro(300), m.MoveMicro(1.0), m.Home()])
+def test_a_fault_latches_and_ends_the_motion(request_: m.Request) -> None:
+    f = ready()
+    f.ask(m.Fan(True))
+    f.ask(request_)
+    f.run(0.003)
+    f.fault("the carriage is stuck", pushed_s=0.3)
+    f.fault("something else")
+    (end,) = f.ends
+    assert (end.outcome, end.uncertainty) == ("fault", math.inf)
+    assert end.evidence["pushed_s"] == 0.3
+    assert f.s.fault is not None and f.s.fault.words == "the carriage is stuck"
+    for _ in range(5):
+        assert f.tick() == SAFE
+    refused = f.ask(m.ClearFault(gone=False))
+    assert isinstance(refused, Refused) and "the carriage is stuck" in refused.reason
+    assert isinstance(f.ask(m.Enable()), Refused)
+    assert f.ask(m.ClearFault(gone=True)) == Accepted(0)
+    assert f.mode == "disabled" and not f.s.frame.trusted
+    assert isinstance(f.ask(m.ClearFault(gone=True)), Refused)
+
+
+def test_a_fault_at_rest_leaves_the_trust_unless_counts_were_lost() -> None:
+    for lost in (False, True):
+        f = ready()
+        from macromicro.control.live import machine
+
+        f.s, _ = machine.fault(f.p, f.s, "hall silent", {}, position_lost=lost)
+        assert f.s.frame.trusted == (not lost)
+
+
+@pytest.mark.parametrize("encoder", [0.0, 5000.0])
+def test_a_kept_coordinate_names_the_first_count(encoder: float) -> None:
+    machine = Machine(coordinate=700.0, trusted=True)
+    machine.see(encoder)
+    assert machine.s.frame.offset == encoder - 700.0
+    assert machine.s.seen.position == pytest.approx(700 * PITCH, abs=20e-6)
+    machine.ask(m.Enable())
+    machine.ask(m.MoveMacro(710))
+    machine.see(encoder)
+    assert machine.command.macro_reference == encoder + 10.0
+
+
+def test_without_a_coordinate_no_place_is_trusted() -> None:
+    for kept in (None, math.nan):
+        machine = Machine(coordinate=kept, trusted=True)
+        machine.see(10.0)
+        assert not machine.s.frame.trusted
+
+
+def test_a_reading_that_is_no_number_is_missing() -> None:
+    f = ready()
+    f.ask(m.MoveMacro(300))
+    f.run(0.003)
+    seen = f.s.seen
+    for wrong in (math.nan, math.inf, -math.inf):
+        out = f.show(Sample(f.s.time + 1e-3, wrong, wrong, 0.0, 1.0, 0.0))
+        assert out == SAFE
+        assert (f.s.seen.encoder, f.s.seen.fine) == (seen.encoder, seen.fine)
+
+
+def test_the_speed_is_the_encoders() -> None:
+    machine = Machine()
+    for k in range(200):
+        machine.see(float(k))  # a count each millisecond
+    assert machine.s.seen.speed == pytest.approx(1000.0, rel=1e-3)
+    machine.see(199.0, seconds=0.1)
+    assert abs(machine.s.seen.speed) < 1.0
+    assert machine.s.seen.standing == pytest.approx(0.1, abs=2e-3)
+
+
+def test_the_position_is_count_and_contraction() -> None:
+    machine = Machine()
+    machine.see(0.0, HALL_OUT)
+    machine.see(1400.0, 2.5)
+    fine = machine.command.micro_position
+    assert machine.s.seen.position == pytest.approx(1400 * PITCH + fine * 1e-3)
+    assert fine == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_time_that_is_no_number_is_counted_on() -> None:
+    machine = Machine()
+    machine.see()
+    machine.show(Sample(math.nan, 1.0, HALL_OUT, 0.0, 1.0, 0.0))
+    assert machine.s.time == pytest.approx(2e-3)
+
+
+def test_what_a_law_cannot_compute_is_no_effort() -> None:
+    """Gains may be any finite numbers: inf - inf must not reach the outputs."""
+    f = ready()
+    gains = (("macro_law", "pid"), ("pid.kp", 1e308), ("pid.kd", -1e308))
+    assert isinstance(f.ask(m.SetGains(gains)), Accepted)
+    f.ask(m.MoveMacro(300))
+    assert f.tick().motor == 0.0

@@ -1,0 +1,103 @@
+"""Programmes in the live machine."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro.control import supervisor
+from macromicro.control.live import messages as m
+from macromicro.control.supervisor import Plan
+from macromicro.types import SAFE, Sample
+
+from .bench import DT
+from .follower import Follower, ready
+
+
+def plan(*moves: tuple[int, float, float], start: float = math.nan, end: float = math.nan) -> Plan:
+    stage, target, hold = (np.array(c, dtype=float) for c in zip(*moves, strict=True))
+    starts = np.full(len(moves), math.nan)
+    starts[0] = start
+    return Plan(starts, stage.astype(np.int64), target, hold, end)
+
+
+def test_the_schedule_and_the_efforts_are_the_supervisors() -> None:
+    moves = plan((0, 60.0, 0.02), (1, 1.0, 0.1), (0, 90.0, 0.0))
+    f = ready()
+    f.ask(m.Programme(moves))
+    progress, start = supervisor.begin(0.0), f.s.time
+    while f.s.motion is not None:
+        f.tick()
+        sample = Sample(f.s.time - start, math.floor(f.encoder), math.nan, 0.0, 1.0, 0.0)
+        progress, command, out = supervisor.step(f.s.laws, moves, progress, sample, DT)
+        if f.s.motion is not None:
+            assert f.out.motor == out.motor
+            assert f.command[:4] == command[:4]
+    assert (f.ends[-1].outcome, f.mode) == ("done", "ready")
+    assert f.tick() == SAFE
+
+
+def test_targets_are_in_the_homed_frame() -> None:
+    f = Follower(encoder=500.0, coordinate=0.0, trusted=True)
+    f.tick()
+    f.ask(m.Enable())
+    f.ask(m.Programme(plan((0, 60.0, 0.0))))
+    f.until("ready")
+    assert f.encoder == pytest.approx(560.0, abs=2.0)
+    assert f.ends[-1].outcome == "done"
+
+
+def test_a_move_that_does_not_arrive_ends_it() -> None:
+    f = ready()
+    f.ask(m.Programme(plan((0, -130.0, 0.0), (1, 1.0, 0.1))))
+    for _ in range(400):
+        f.see(0.0)
+    assert [e.outcome for e in f.ends] == ["stalled"]
+    assert not [e for e in f.events if e.to_mode == "moving-micro"]
+    assert f.out == SAFE
+
+
+def test_an_end_off_target_is_not_done() -> None:
+    f = ready()
+    f.ask(m.Programme(plan((1, 1.0, 0.05))))
+    for _ in range(100):
+        f.see(0.0)  # the stage does not move
+    assert [e.outcome for e in f.ends] == ["stalled"]
+    # Too short a hold shows no full window: nothing is known about where it is.
+    f = ready()
+    f.ask(m.Programme(plan((1, 1.0, 0.002))))
+    f.run(0.1)
+    assert [e.outcome for e in f.ends] == ["stalled"]
+
+
+def test_a_scheduled_programme_waits_for_its_time_and_ends_by_it() -> None:
+    f = ready()
+    f.ask(m.Programme(plan((0, 40.0, 0.05), start=0.02, end=0.1)))
+    f.run(0.018)
+    assert f.out == SAFE
+    f.run(0.1)
+    assert [e.outcome for e in f.ends] == ["done"]
+    assert f.ends[-1].evidence["seconds"] == pytest.approx(0.1, abs=2 * DT)
+
+
+def test_a_stop_in_between_ends_all_of_it() -> None:
+    f = ready()
+    f.ask(m.Programme(plan((0, 60.0, 0.0), (1, 1.0, 1.0), (0, 90.0, 0.0))))
+    f.until("moving-micro")
+    f.run(0.05)
+    f.ask(m.Stop())
+    assert (f.ends[-1].outcome, f.mode) == ("stopped", "holding")
+    f.run(1.0)
+    assert f.mode == "holding" and f.command.macro_active == 0.0
+
+
+@pytest.mark.parametrize(("start", "end"), [(math.nan, 0.02), (1.0, 0.02)])
+def test_a_schedule_that_ends_too_early_is_not_done(start: float, end: float) -> None:
+    """Its only move is under way, or has not begun."""
+    f = ready()
+    f.ask(m.Programme(plan((0, 2000.0, 0.0), start=start, end=end)))
+    f.run(0.5)
+    assert [e.outcome for e in f.ends] == ["stalled"]
+    assert f.mode == "stopped" and f.out == SAFE

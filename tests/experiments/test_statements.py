@@ -1,0 +1,65 @@
+"""The list of claims, and what its kinds rest on."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from macromicro.experiments.claim import (
+    CALIBRATED,
+    COMPUTED,
+    NOT_MEASURED,
+    PREDICTED,
+    REPRODUCED,
+    Claim,
+)
+from macromicro.experiments.statements import STATEMENTS, in_order, lost, stated
+from macromicro.report.free_parameters import free_parameters
+from macromicro.settings import Settings
+
+# The D/A board latches a voltage one period late: structure of the bench, not a parameter.
+WITHOUT_PARAMETER = {"M10"}
+
+
+def named() -> set[str]:
+    """Claims that a parameter was calibrated to; "S5" stands for S5a and S5b."""
+    found = set()
+    for name in {n for p in free_parameters(Settings()) for n in p.claims}:
+        parts = [s for s in STATEMENTS if re.fullmatch(f"{name}[a-z]", s)]
+        found |= {name} if name in STATEMENTS else set(parts)
+        assert name in STATEMENTS or parts, name
+    return found
+
+
+def test_calibrated_is_what_a_parameter_was_chosen_for() -> None:
+    calibrated = {s.id for s in STATEMENTS.values() if s.kind == CALIBRATED}
+    assert calibrated - named() == WITHOUT_PARAMETER
+    assert named() - calibrated == set()
+
+
+def test_every_statement_is_whole() -> None:
+    for name, s in STATEMENTS.items():
+        assert s.id == name
+        assert s.section and s.claim
+        assert s.kind in (CALIBRATED, COMPUTED, PREDICTED)
+        assert s.printed is not None or s.printed_text
+
+
+def test_measured_or_not_the_words_are_the_same() -> None:
+    good, gone = stated("M1", 3.0, REPRODUCED, "why"), lost("M1", "it failed")
+    assert good == Claim(*gone)._replace(measured=3.0, verdict=REPRODUCED, reason="why")
+    assert gone.measured is None
+    assert (gone.verdict, gone.printed, gone.unit) == (NOT_MEASURED, 3.0, "V")
+
+
+def test_a_claim_that_is_not_listed() -> None:
+    with pytest.raises(KeyError):
+        stated("Z9", 1.0, REPRODUCED)
+    assert lost("Z9", "it failed").verdict == NOT_MEASURED
+
+
+def test_order_of_the_list() -> None:
+    names = ["A1", "M3b", "Z9", "D10", "M3", "D9", "S13a", "I7"]
+    claims = [lost(name, "") for name in names]
+    assert [c.id for c in in_order(claims)] == ["D9", "D10", "M3", "M3b", "S13a", "I7", "A1", "Z9"]

@@ -1,0 +1,387 @@
+"""The server on a socket: several clients, stops that overtake, clients that go or flood."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.errors import InputError
+from macromicro.serve.scpi import Bounds, Server, is_loopback, serve
+
+WAIT = 10.0
+
+
+class Client:
+    """A raw socket."""
+
+    def __init__(self, address: tuple[str, int]) -> None:
+        self.socket = socket.create_connection(address, timeout=WAIT)
+        self.file = self.socket.makefile("rb")
+
+    def send(self, text: str | bytes) -> None:
+        self.socket.sendall((text.encode() if isinstance(text, str) else text) + b"\n")
+
+    def ask(self, text: str) -> str:
+        self.send(text)
+        return self.line()
+
+    def line(self) -> str:
+        return self.file.readline().decode().removesuffix("\n")
+
+    def close(self) -> None:
+        self.file.close()
+        self.socket.close()
+
+
+def until(true: Callable[[], bool]) -> None:
+    """Wait for what must come; fails where it does not."""
+    deadline = time.monotonic() + WAIT
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def server(station, tmp_path) -> Iterator[Server]:
+    with Server(station, port=0, folder=tmp_path) as server:
+        yield server
+
+
+@pytest.fixture
+def connect(server) -> Iterator[Callable[[], Client]]:
+    clients: list[Client] = []
+
+    def make() -> Client:
+        clients.append(Client(server.address))
+        return clients[-1]
+
+    yield make
+    for client in clients:
+        client.close()
+
+
+def test_question_and_answer(connect) -> None:
+    client = connect()
+    assert client.ask("*IDN?").startswith("macromicro,")
+    assert client.ask("*OPC?;:SYST:ERR?;VERS?") == '1;0,"No error";1999.0'
+    assert client.ask("SYST:CLI?") == f'"scpi 127.0.0.1:{client.socket.getsockname()[1]}"'
+    client.send("")
+    client.send("NONSENSE")
+    assert client.ask("SYST:ERR?").startswith("-113,")
+
+
+def test_one_holds_control_others_watch(connect, station) -> None:
+    first, second = connect(), connect()
+    assert first.ask("SYST:LOCK:REQ?") == "1"
+    assert second.ask("SYST:LOCK:REQ?") == "0"
+    assert first.ask("MOVE:ABS 10 MM;:SYST:ERR:COUN?") == "0"
+    assert second.ask("MOVE:NUMB?;:MODE?") == '1;"moving-macro"'
+    assert second.ask("MOVE:ABS 1 MM;:SYST:ERR:COUN?") == "2"  # of the request, and of the move
+    assert first.ask("SYST:ERR:COUN?") == "0"  # each has a queue of its own
+    assert second.ask("STOP;*OPC?") == "1"  # who watches may stop
+    assert [type(r) for r in station.requests] == [m.MoveTo, m.Stop]
+
+
+def test_opc_answers_when_the_motion_has_ended(connect, station) -> None:
+    client, other = connect(), connect()
+    client.ask("SYST:LOCK:REQ?")
+    client.send("MOVE:ABS 10 MM;*OPC?;:SYST:ERR?")
+    until(lambda: station.motion == 1)
+    client.socket.settimeout(0.2)
+    with pytest.raises(TimeoutError):
+        client.socket.recv(1)
+    assert other.ask("*OPC?") == "1"  # it has begun none
+    client.socket.settimeout(WAIT)
+    station.end("done")
+    client.file = client.socket.makefile("rb")
+    assert client.line() == '1;0,"No error"'
+    client.send("MOVE:ABS 20 MM;*OPC?;:SYST:ERR?")
+    until(lambda: station.motion == 2)
+    station.end("stalled")
+    assert client.line().startswith('1;-240,"Hardware error;move to 20 mm (motion 2) ended as st')
+
+
+def test_wai_holds_the_next_order_back(connect, station) -> None:
+    client = connect()
+    client.ask("SYST:LOCK:REQ?")
+    client.send("MOVE:ABS 10 MM;*WAI;:MOVE:ABS 20 MM;*OPC?")
+    until(lambda: station.motion == 1)
+    assert len(station.requests) == 1
+    station.end("done")
+    until(lambda: station.motion == 2)
+    station.end("done")
+    assert client.line() == "1"
+
+
+def test_what_waits_behind_a_failed_motion_is_not_done(connect, station) -> None:
+    client = connect()
+    client.ask("SYST:LOCK:REQ?")
+    client.send("MOVE:ABS 10 MM;*WAI;:MOVE:REL 5 MM;*OPC?")
+    until(lambda: station.motion == 1)
+    station.end("stalled")
+    assert client.line() == "1"
+    assert len(station.requests) == 1
+    assert client.ask("SYST:ERR:COUN?") == "2"
+
+
+@pytest.mark.parametrize("stop", ["ABOR", "STOP", ":abort;*OPC?", "*CLS;ABOR"])
+def test_a_stop_overtakes_what_waits(connect, station, stop) -> None:
+    """On the same connection, while *OPC? waits; what was sent before it is dropped."""
+    client = connect()
+    client.ask("SYST:LOCK:REQ?")
+    client.send("MOVE:ABS 10 MM;*OPC?")
+    client.send("MOVE:ABS 20 MM")
+    client.send("MOVE:ABS 30 MM")
+    until(lambda: station.motion == 1)
+    client.send(stop)
+    assert client.line() == "1"
+    client.send("*OPC?")
+    client.line()
+    assert station.motion == 0
+    assert [r for r in station.requests if isinstance(r, m.MoveTo)] == station.requests[:1]
+    if "*CLS" not in stop:
+        numbers = client.ask("SYST:ERR:ALL?") if "*OPC" not in stop else client.line()
+        assert numbers
+    station.mode = "ready"
+    client.send("MOVE:ABS 40 MM")  # what comes after it is heard
+    until(lambda: station.motion == 2)
+
+
+def test_a_client_that_goes_loses_control(connect, station) -> None:
+    client, other = connect(), connect()
+    client.ask("SYST:LOCK:REQ?")
+    client.send("MOVE:ABS 10 MM;*OPC?")
+    until(lambda: station.motion == 1)
+    client.close()
+    until(lambda: station.holder == "")
+    assert station.ended[1].outcome == "lost"
+    assert other.ask("SYST:LOCK:REQ?") == "1"
+
+
+def test_a_killed_client_loses_control_in_the_middle_of_a_move(server, station) -> None:
+    code = (
+        "import socket, sys, time\n"
+        f"s = socket.create_connection({server.address!r})\n"
+        "s.sendall(b'SYST:LOCK:REQ?;:MOVE:ABS 10 MM;*OPC?\\n')\n"
+        "time.sleep(60)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code])
+    try:
+        until(lambda: station.motion == 1)
+        assert station.holder.startswith("scpi 127.0.0.1:")
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        until(lambda: station.holder == "" and station.ended[1].outcome == "lost")
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_what_came_before_the_end_is_still_answered(server) -> None:
+    """As with `echo '*IDN?' | nc -N`."""
+    client = Client(server.address)
+    client.send("*IDN?")
+    client.send("POS?")
+    client.socket.shutdown(socket.SHUT_WR)
+    assert client.line().startswith("macromicro,")
+    assert client.line().startswith("42.1234,")
+    assert client.line() == ""
+    client.close()
+
+
+def test_orders_of_a_client_that_has_gone_are_not_done(server, station) -> None:
+    """Only what was begun before; nothing that waited behind *WAI."""
+    client = Client(server.address)
+    client.ask("SYST:LOCK:REQ?")
+    client.send("MOVE:ABS 10 MM;*WAI;:ENAB;:MOVE:ABS 20 MM")
+    until(lambda: station.motion == 1)
+    client.close()
+    until(lambda: not station.connected)
+    assert len(station.requests) == 1
+
+
+def test_beats_and_watchdog(connect, station) -> None:
+    client = connect()
+    name = client.ask("SYST:CLI?").strip('"')
+    client.ask("SYST:LOCK:REQ?")
+    until(lambda: station.beats.count(name) > 3)  # a connection that is alive counts as alive
+    client.send("SYST:LOCK:WATC 300 MS")
+    assert client.ask("SYST:LOCK:WATC?") == "0.3"
+    until(lambda: station.holder == "")
+    assert client.ask("SYST:ERR?").startswith('-200,"Execution error;control lost')
+    assert client.ask("SYST:LOCK:REQ?") == "1"
+    client.send("MOVE:ABS 1 MM;*OPC?")  # waiting for us is no silence
+    until(lambda: station.motion == 1)
+    time.sleep(1.0)
+    assert station.holder == name
+    station.end("done")
+    assert client.line() == "1"
+
+
+def test_half_open_connections_are_found_by_the_system(connect, server) -> None:
+    """The sockets that the server has accepted ask whether the other end still lives."""
+    found = []
+
+    class Peer:
+        def setsockopt(self, *option: int) -> None:
+            found.append(option)
+
+    from macromicro.serve.scpi.connection import keep_alive
+
+    keep_alive(Peer())  # type: ignore[arg-type]
+    assert (socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1) in found
+    assert (socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 5) in found
+    assert (socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, 11_000) in found
+
+
+def test_a_reset_connection_is_gone(server, station) -> None:
+    client = Client(server.address)
+    client.ask("SYST:LOCK:REQ?")
+    client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+    client.close()
+    until(lambda: station.holder == "" and not station.connected)
+
+
+def test_garbage_and_long_lines_leave_the_others_alone(connect, station) -> None:
+    bad, good = connect(), connect()
+    bad.send(os.urandom(300_000).replace(b"#", b"x").replace(b"*", b"x"))
+    bad.send(b"x" * 200_000)
+    assert good.ask("*IDN?").startswith("macromicro,")
+    assert bad.ask("\n*IDN?").startswith("macromicro,")
+    found = bad.ask("SYST:ERR:ALL?")
+    assert "-363," in found or "-350," in found
+    assert station.requests == []
+
+
+def test_a_flooding_client_starves_nobody(connect, station) -> None:
+    """It is read no faster than the rate allows: what it sends beyond stays in its own
+    socket, and the others are answered meanwhile."""
+    flood, other = connect(), connect()
+    flood.socket.setblocking(False)
+    sent = 0
+
+    def push() -> int:
+        nonlocal sent
+        with contextlib.suppress(BlockingIOError):
+            for _ in range(200):
+                sent += flood.socket.send(b"*IDN?;*IDN?;POS?\n" * 1000)
+        return sent
+
+    for _ in range(20):
+        push()
+        assert other.ask("*IDN?;POS?").startswith("macromicro,")
+    until(lambda: push() == push())  # full: nothing is taken any more
+    full = sent
+    assert full < 20_000_000
+    assert other.ask("SYST:LOCK:REQ?;:MOVE:ABS 1 MM;:ABOR;:SYST:ERR:COUN?") == "1;0"
+    assert station.emergencies == 1
+
+
+def test_a_client_that_does_not_read_is_let_go(station) -> None:
+    """Answers that pile up end the connection after `unread`, not the server's memory."""
+    bounds = Bounds(unread=0.5, rate=1e6, burst=1e6)
+    with Server(station, port=0, bounds=bounds) as server:
+        lazy, other = Client(server.address), Client(server.address)
+        lazy.send("FORM ASC")
+        lazy.socket.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            for _ in range(3000):
+                lazy.socket.send(b"WAV:DATA? t,5\n" * 10)
+        until(lambda: len(station.connected) == 1)
+        assert other.ask("*IDN?")
+        lazy.close()
+        other.close()
+
+
+def test_too_many_clients(station) -> None:
+    with Server(station, port=0, bounds=Bounds(clients=2)) as server:
+        clients = [Client(server.address) for _ in range(2)]
+        for client in clients:
+            assert client.ask("*IDN?")
+        third = Client(server.address)
+        with contextlib.suppress(ConnectionResetError):
+            assert third.socket.recv(10) == b""
+        clients[0].close()
+        until(lambda: len(station.connected) == 1)
+        fourth = Client(server.address)
+        assert fourth.ask("*IDN?")
+        for client in (clients[1], third, fourth):
+            client.close()
+
+
+def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
+    from macromicro.serve.scpi import connection
+
+    monkeypatch.setattr(connection, "PENALTY", 0.01)
+    with Server(station, port=0, token="open sesame") as server:
+        client = Client(server.address)
+        client.send("SYST:LOCK:REQ?")
+        assert client.ask("SYST:ERR?").startswith("-203,")
+        for _ in range(5):
+            client.send('SYST:AUTH "guess"')
+        assert client.line() == ""
+        client.close()
+        client = Client(server.address)
+        assert client.ask('SYST:AUTH "open sesame";:SYST:LOCK:REQ?') == "1"
+        client.close()
+
+
+def test_port_in_use(server, station) -> None:
+    host, port = server.address
+    second = Server(station, host, port)
+    with pytest.raises(InputError, match=f"port {port}: 'in use on 127.0.0.1'; accepted: a free"):
+        second.start()
+    second.stop()
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "words"),
+    [("no.such.host.invalid", 0, "host"), ("192.0.2.1", 0, "host"), ("127.0.0.1", 70000, "port")],
+)
+def test_address_that_cannot_be_had(station, host, port, words) -> None:
+    with pytest.raises(InputError, match=words):
+        Server(station, host, port).start()
+
+
+def test_start_and_stop_again(station) -> None:
+    server = Server(station, port=0)
+    for _ in range(2):
+        server.start()
+        client = Client(server.address)
+        assert client.ask("SYST:LOCK:REQ?") == "1"
+        server.stop()
+        with contextlib.suppress(ConnectionResetError):
+            assert client.line() == ""
+        client.close()
+        assert station.holder == "" and station.connected == []
+    server.stop()
+
+
+def test_in_the_event_loop_of_the_caller(station) -> None:
+    async def main() -> bytes:
+        where: asyncio.Future[tuple[str, int]] = asyncio.get_running_loop().create_future()
+        task = asyncio.create_task(serve(station, port=0, ready=lambda *a: where.set_result(a)))
+        reader, writer = await asyncio.open_connection(*await where)
+        writer.write(b"*IDN?\n")
+        answer = await reader.readline()
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        writer.close()
+        return answer
+
+    assert asyncio.run(main()).startswith(b"macromicro,")
+
+
+def test_loopback() -> None:
+    assert all(is_loopback(h) for h in ("127.0.0.1", "localhost", "::1", "127.1.2.3"))
+    assert not any(is_loopback(h) for h in ("0.0.0.0", "::", "192.168.1.2", "lab.example", ""))

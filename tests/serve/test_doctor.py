@@ -1,0 +1,149 @@
+"""macromicro doctor: every line is true of this computer, and says what to do."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.serve import health
+from macromicro.serve.health import FAIL, OK, WARN, Finding
+from macromicro.serve.persist import Lock
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+
+
+def doctor(*options: str, **environment: str) -> tuple[int, str]:
+    done = subprocess.run(
+        [sys.executable, "-m", "macromicro", "doctor", *options],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **environment},
+    )
+    assert not done.stderr, done.stderr
+    return done.returncode, done.stdout
+
+
+def test_what_fails_gives_status_1_and_a_remedy(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder")
+    status, text = doctor(MACROMICRO_CACHE=str(tmp_path / "file" / "cache"))
+    assert status == 1
+    lines = text.splitlines()
+    bad = next(k for k, line in enumerate(lines) if line.startswith("fail compiler's cache"))
+    assert "MACROMICRO_CACHE" in lines[bad + 1]
+    assert not [line for line in lines if line[:5].strip() not in ("ok", "warn", "fail", "")]
+
+
+def test_as_json_with_other_ports(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen(1)
+        port = taken.getsockname()[1]
+        status, text = doctor("--json", "--port", str(port), XDG_STATE_HOME=str(tmp_path))
+    rows = {row["what"]: row for row in json.loads(text)}
+    assert rows[f"port {port}, as asked"]["state"] == WARN
+    assert rows["position file"]["state"] == OK
+    assert str(tmp_path) in rows["position file"]["found"]
+    failed = [row for row in rows.values() if row["state"] == FAIL]
+    assert status == (1 if failed else 0)
+
+
+def test_the_packages_are_those_of_the_project() -> None:
+    project = tomllib.loads(PROJECT.read_text("utf-8"))["project"]
+    names = {text.split(">")[0] for text in project["dependencies"]}
+    assert set(health.NEEDED) == names
+    for name, (_, extra) in health.EXTRAS.items():
+        assert name in project["optional-dependencies"][extra]
+
+
+def test_missing_and_untested_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(health, "NEEDED", ("numpy", "no_such_package_here"))
+    found = list(health.packages({"numpy": "0.1"}))
+    assert [each.state for each in found] == [WARN, FAIL]
+    assert "tested with 0.1" in found[0].found
+    assert "pip install no_such_package_here" in found[1].remedy
+    monkeypatch.setattr(health, "EXTRAS", {"no_such_package_here": ("magic", "wand")})
+    (absent,) = health.extras()
+    assert absent.state == OK
+    assert (absent.found, "macromicro[wand]" in absent.remedy) == ("absent, so no magic", True)
+
+
+def test_the_constraints_are_those_of_this_checkout() -> None:
+    assert health.constraints()["numpy"].count(".") == 2
+
+
+@pytest.mark.parametrize(("names", "state"), [((), WARN), (("measure",), WARN), (None, OK)])
+def test_a_cold_cache_is_told(
+    names: Any, state: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(health, "cache_folder", lambda: tmp_path)
+    for name in ("measure", "advance") if names is None else names:
+        (tmp_path / f"bench.{name}-12.py311.nbi").touch()
+    assert health.compiler_cache().state == state
+
+
+def test_real_time_priority_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(health.os, "sched_setscheduler", refuse)
+    found = health.realtime(37)
+    assert found.state == WARN
+    assert "rtprio 37" in found.remedy
+
+
+def test_trying_the_priority_leaves_this_thread_as_it_was() -> None:
+    before = os.sched_getscheduler(0)
+    health.realtime(10)
+    assert os.sched_getscheduler(0) == before
+
+
+@pytest.mark.parametrize(("source", "state"), [("tsc", OK), ("hpet", WARN), ("acpi_pm", WARN)])
+def test_clock_sources(source: str, state: str, tmp_path: Path) -> None:
+    folder = tmp_path / "clocksource" / "clocksource0"
+    folder.mkdir(parents=True)
+    (folder / "current_clocksource").write_text(f"{source}\n")
+    (found,) = health.clock(tmp_path)
+    assert found.state == state
+    assert source in found.found
+    speed = tmp_path / "cpu" / "cpu0" / "cpufreq"
+    speed.mkdir(parents=True)
+    (speed / "scaling_governor").write_text("powersave\n")
+    assert list(health.clock(tmp_path))[1].state == WARN
+
+
+@pytest.mark.parametrize(("free", "state"), [(5e9, OK), (5e8, WARN), (5e7, FAIL)])
+def test_disk(free: float, state: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(health.shutil, "disk_usage", lambda _: type("U", (), {"free": free}))
+    (found,) = health.disk({"recordings": tmp_path / "not" / "there"})
+    assert found.state == state
+    assert "of recording" in found.found
+
+
+def test_a_machine_that_is_served_already(tmp_path: Path) -> None:
+    path = tmp_path / "position.json"
+    assert health.state_file(path).state == OK
+    lock = Lock(path)
+    lock.take()
+    found = health.state_file(path)
+    assert found.state == WARN
+    assert f"process {os.getpid()}" in found.found
+    lock.drop()
+    assert health.state_file(path).state == OK
+
+
+def test_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert "no display" in health.browser().found
+    monkeypatch.setenv("DISPLAY", ":9")
+    monkeypatch.setattr(health.webbrowser, "get", lambda: type("B", (), {"name": "lynx"}))
+    assert health.browser() == Finding("browser", OK, "lynx, display :9")

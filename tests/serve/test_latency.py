@@ -1,0 +1,135 @@
+"""macromicro latency: the loop on the twin, measured by its own telemetry."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from macromicro.commands.latency import _as_json, _edges, table
+from macromicro.serve import measuring
+from macromicro.serve.faults import late
+from macromicro.serve.measuring import Cyclic, Latency
+from macromicro.serve.settings import LiveSettings
+
+RUN = (sys.executable, "-m", "macromicro", "latency", "--no-cyclictest")
+GOT = Latency(
+    np.linspace(1e-6, 100e-6, 100), np.full(100, 80e-6), 101, 1, 0.05, 7e-4, "as it is", None
+)
+
+
+def config(folder: Path) -> str:
+    path = folder / "live.toml"
+    path.write_text("[serve]\nmiss_share = 1.0\n")
+    return str(path)
+
+
+def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
+    picture, options = tmp_path / "latency.png", ("--seconds", "1.5", "--json", "-")
+    done = subprocess.run(
+        [*RUN, *options, "--figure", str(picture), "--config", config(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    computed = found["periods"] - found["missed"]
+    for name in ("late", "work"):
+        assert computed - 100 < sum(found[name]["histogram"]["counts"]) <= computed
+        assert 0.0 < found[name]["p50_s"] <= found[name]["p99_s"] <= found[name]["greatest_s"]
+    assert found["emergency_stop_s"] > 0.0
+    assert found["cyclictest"] == "not asked for"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [*RUN, "--seconds", "600", "--config", config(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    line = process.stderr.readline()
+    while "of 600 s" not in line and line:
+        line = process.stderr.readline()
+    process.send_signal(signal.SIGINT)
+    out, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in error
+    assert "late at wake-up" in out
+
+
+def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Path) -> None:
+    for option in ("--json", "--figure"):
+        done = subprocess.run(
+            [*RUN, option, str(tmp_path / "none" / "x.png")], capture_output=True, check=False
+        )
+        assert done.returncode == 2
+        assert not (tmp_path / "none").exists()
+
+
+def test_the_table_and_the_json_say_the_same() -> None:
+    lines = list(table(GOT, Cyclic(1e-6, 3e-6, 42e-6, "cyclictest -q"), LiveSettings()))
+    assert lines[1].split()[-1] == "100"
+    assert "greatest 42 (cyclictest -q)" in lines[3]
+    assert "missed periods: 1 of 101; at most 5.00% in 1 s, allowed 10%" in lines
+    found = _as_json(GOT._replace(emergency=math.nan), "absent", LiveSettings())
+    assert found["late"]["greatest_s"] == pytest.approx(100e-6)
+    assert found["emergency_stop_s"] is None
+    assert sum(found["work"]["histogram"]["counts"]) == 100
+    json.dumps(found, allow_nan=False)
+
+
+def test_a_run_without_a_single_period() -> None:
+    empty = np.empty(0)
+    none = GOT._replace(late=empty, work=empty, fault=late(0.5, 0.1, 0.0))
+    assert "nan" in list(table(none, "absent", LiveSettings()))[1]
+    found = _as_json(none, "absent", LiveSettings())
+    assert found["late"]["p50_s"] is None
+    assert "missed" in found["fault"]
+
+
+@pytest.mark.parametrize("most", [2e-7, 1e-6, 5e-4, 1e-3, 3.0])
+def test_every_value_is_in_a_bin(most: float) -> None:
+    values = np.array([0.0, 1e-7, most])
+    assert np.histogram(values, bins=_edges(values))[0].sum() == 3
+
+
+def fake_cyclictest(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = folder / "cyclictest"
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder), prepend=":")
+
+
+def test_cyclictest_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    line = "T: 0 ( 2471) P:50 I:1000 C:  10000 Min:      2 Act:    3 Avg:    4 Max:      87"
+    fake_cyclictest(tmp_path, f"echo '{line}'", monkeypatch)
+    found = measuring.cyclictest(2.4, 33, True)
+    assert isinstance(found, Cyclic)
+    assert found[:3] == (2e-6, 4e-6, 87e-6)
+    assert found.command.endswith("-q -i 1000 -D 2 -p 33")
+    other = measuring.cyclictest(2.4, 33, False)
+    assert isinstance(other, Cyclic)
+    assert "--policy=other" in other.command
+
+
+def test_cyclictest_that_fails_or_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake_cyclictest(tmp_path, "echo 'Unable to change scheduling policy!' >&2; exit 1", monkeypatch)
+    found = measuring.cyclictest(1.0, 33, True)
+    assert isinstance(found, str)
+    assert "Unable to change" in found
+    monkeypatch.setenv("PATH", str(tmp_path / "none"))
+    absent = measuring.cyclictest(1.0, 33, True)
+    assert isinstance(absent, str)
+    assert "apt install rt-tests" in absent

@@ -1,0 +1,80 @@
+"""The real machine on the twin, through the station: homed, moved, killed, started again."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from serve_parts import until
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Refused
+from macromicro.recording import Recording
+from macromicro.serve import persist
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.station import Station
+
+
+def loop_of(station: Station) -> int:
+    started = [e for e in station.events()[1] if e.kind == "loop" and e.cause == "started"]
+    return int(started[-1].evidence["process"])
+
+
+def ask(station: Station, request: m.Request) -> int:
+    reply = station.request("test", request)
+    assert isinstance(reply, Accepted), reply
+    return reply.id
+
+
+def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
+    settings = LiveSettings()
+    settings = settings._replace(serve=settings.serve._replace(miss_share=1.0))
+    station = Station(settings=settings, state=tmp_path / "position.json")
+    with station:
+        station.acquire("test")
+        ask(station, m.Enable())
+        refused = station.request("test", m.MoveTo(0.02))
+        assert isinstance(refused, Refused)
+        assert "home" in refused.remedy
+        station.record(tmp_path / "run.h5")
+        homed = station.finished(ask(station, m.Home()), 120.0)
+        assert homed is not None
+        assert homed.outcome == "done"
+        moved = station.finished(ask(station, m.MoveMacro(120)), 120.0)
+        assert moved is not None
+        assert moved.outcome == "done"
+        until(lambda: abs(station.snapshot().macro_count - 120.0) <= 2.0)
+        state = station.end_recording()
+        assert (state.error, state.lost) == ("", 0)
+    run = Recording.load(tmp_path / "run.h5")
+    assert set(np.unique(run["trusted"])) == {0, 1}
+    assert abs(run["motor"]).max() > 3.0
+    left = station.snapshot()
+
+    with station:  # an orderly end: the place is known
+        until(lambda: station.snapshot().pace.periods)
+        now = station.snapshot()
+        assert now.trusted
+        assert now.macro_count == pytest.approx(left.macro_count, abs=1.0)
+        assert now.uncertainty_m < 1e-4
+        station.acquire("test")
+        ask(station, m.Enable())
+        motion = ask(station, m.MoveMacro(1500))
+        os.kill(loop_of(station), signal.SIGKILL)
+        lost = station.finished(motion, 30.0)
+        assert lost is not None
+        assert lost.outcome == "lost"
+        kept = persist.load(tmp_path / "position.json")
+        assert isinstance(kept, persist.Kept)
+        assert kept.moving
+
+    with station:  # a kill on the way: it is not
+        until(lambda: station.snapshot().pace.periods)
+        assert not station.snapshot().trusted
+        assert "interrupted" in station.snapshot().trust
+        station.acquire("test")
+        ask(station, m.Enable())
+        assert isinstance(station.request("test", m.MoveTo(0.02)), Refused)
