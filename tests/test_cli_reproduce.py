@@ -159,6 +159,46 @@ def test_a_rig_without_the_channel_is_refused(tmp_path: Path) -> None:
     assert "mylab:half" in refused.stderr
 
 
+FIGURE_FAILS = """
+import sys
+from macromicro.drawing import style
+from macromicro.experiments import reproduce
+
+def run(chosen, lab, jobs, progress, stopped):
+    def broken(figure):
+        raise ValueError("no ink")
+    import macromicro.drawing.exhibit as exhibit
+    exhibit.png = broken
+    return [reproduce.narrowed(c, reproduce.run_one(c.procedure, lab)) for c in chosen]
+
+reproduce.run = run
+from macromicro.cli import main
+sys.argv = ["macromicro", "reproduce", "--only", "technologies", "--json", "claims.json"]
+sys.exit(main())
+"""
+
+
+def test_a_figure_that_cannot_be_drawn_is_noted(tmp_path: Path) -> None:
+    """The claims stay as they were measured, the page says what is missing, the exit is 1."""
+    finished = subprocess.run(
+        [sys.executable, "-c", FIGURE_FAILS],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert finished.returncode == 1, finished.stderr
+    note = "Table 6.2 (plot) was not drawn: ValueError: no ink"
+    assert f"macromicro: technologies: {note}" in finished.stderr
+    assert "Traceback" not in finished.stderr
+    assert note in finished.stdout
+    rows = json.loads((tmp_path / "claims.json").read_text())
+    assert [(r["id"], r["verdict"]) for r in rows] == [("D9", "reproduced"), ("D10", "reproduced")]
+    page = (tmp_path / "results/reproduction/reproduction.html").read_text(encoding="utf-8")
+    assert page.count(note) == 2
+    assert "Table 6.1" in page
+
+
 def test_interrupted_keeps_what_was_done(tmp_path: Path) -> None:
     """Ctrl-C once the first procedure has ended: a page with it, the others not measured."""
     names = ("--only", "technologies", "kiln", "--jobs", "1")

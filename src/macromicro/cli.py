@@ -16,6 +16,7 @@ from macromicro.commands.doctor import doctor
 from macromicro.commands.latency import latency
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.robust import robust
+from macromicro.commands.serve import serve
 from macromicro.commands.signals import INTERRUPTED, Signals
 from macromicro.commands.sweep import sweep
 from macromicro.commands.tune import tune
@@ -220,5 +221,6 @@ app.command()(doctor)
 app.command()(latency)
 app.command()(reproduce)
 app.command()(robust)
+app.command()(serve)
 app.command()(sweep)
 app.command()(tune)

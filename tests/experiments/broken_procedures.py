@@ -30,14 +30,30 @@ def _draw(data: int) -> Iterator[Drawn]:
     yield Drawn("Table 1.1", "Seed", "The seed.", Grid(("seed",), [(str(data),)]), ("X1",))
 
 
-def _named(name: str, collect: object) -> Procedure:
-    return Procedure(
-        name, name, ("1.1",), (), ("X1",), ("Table 1.1",), (), 1.0, collect, _claims, _draw
-    )  # type: ignore[arg-type]
+def _breaks(data: int) -> Iterator[Drawn]:
+    yield from _draw(data)
+    raise ValueError("no pencil")
 
 
-GOOD, RAISES, DIES = (
+def _unfit(data: int) -> Iterator[Drawn]:
+    """The second of three is nothing that can be rendered."""
+    for number in ("Table 1.1", "1.2", "Table 1.3"):
+        body = None if number == "1.2" else Grid(("seed",), [(str(data),)])
+        yield Drawn(number, "Seed", "The seed.", body, ("X1",))  # type: ignore[arg-type]
+
+
+def _named(
+    name: str, collect: object, draw: object = _draw, figures: tuple[str, ...] = ("Table 1.1",)
+) -> Procedure:
+    return Procedure(name, name, ("1.1",), (), ("X1",), figures, (), 1.0, collect, _claims, draw)  # type: ignore[arg-type]
+
+
+THREE = ("Table 1.1", "1.2", "Table 1.3")
+GOOD, RAISES, DIES, BREAKS, UNFIT, NO_DIAGRAM = (
     _named("good", _collect),
     _named("raises", _raise),
     _named("dies", _die),
+    _named("breaks", _collect, _breaks, THREE),
+    _named("unfit", _collect, _unfit, THREE),
+    _named("no-diagram", _collect)._replace(diagrams=("9.9", "4.3")),
 )

@@ -4,8 +4,8 @@ reproduced. The bounds stand here a second time, so that a verdict cannot be its
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 

@@ -73,7 +73,7 @@ def test_ratio_of_the_thesis_saturates(claims: dict[str, Claim]) -> None:
     assert printed.first == pytest.approx(0.0124593 * 3000.0 + 3.0)
     assert printed.peak == pytest.approx(6.72, abs=0.01)
     assert printed.saturated > 100
-    assert claims["M12"].measured > 1.5
+    assert claims["M12"].measured[0] > 1.5
 
 
 def test_sweeps_fall_with_ratio_and_frequency() -> None:

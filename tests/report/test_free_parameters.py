@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
+
 from macromicro.parameters import entries
+from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CycleBench
 from macromicro.plant.kiln import KilnBench
 from macromicro.report import free_parameters
@@ -19,11 +24,41 @@ EVERY = [
 
 
 def test_each_meaning_once_and_in_one_group() -> None:
+    """Those with a source of their own on a bench once more, as that bench's."""
     found = listed(SETTINGS)
-    assert sorted(p.meaning for p in found) == sorted({e.par.meaning for e in EVERY})
+    shared = [p.meaning for p in found if ": " not in p.path]
+    assert sorted(shared) == sorted({e.par.meaning for e in EVERY})
+    own = [p.path for p in found if ": " in p.path]
+    assert own == [
+        *(f"kiln: {path}" for path in kiln.OWN_SOURCES),
+        *(f"cycle bench: {p}" for p in in_order(CycleBench(), cycle.OWN_SOURCES)),
+    ]
     groups = grouped(found)
     assert tuple(groups) == GROUPS
     assert sum(len(members) for members in groups.values()) == len(found)
+
+
+def in_order(tree: Any, paths: dict[str, str]) -> list[str]:
+    """The paths in the order of the tree, all of which it has."""
+    found = [e.path for e in entries(tree) if e.path in paths]
+    assert len(found) == len(paths)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("tree", "sources"),
+    [(KilnBench(), kiln.OWN_SOURCES), (CycleBench(), cycle.OWN_SOURCES)],
+    ids=["kiln", "cycle"],
+)
+def test_no_value_of_another_bench_goes_under_its_source(
+    tree: Any, sources: dict[str, str]
+) -> None:
+    """A value that differs from the two-stage bench's says where it comes from."""
+    usual = {e.par.meaning: e.value for e in entries(SETTINGS.bench)}
+    usual |= {e.par.meaning: e.value for e in entries(SETTINGS.sensors)}
+    apart = {e.path for e in entries(tree) if usual.get(e.par.meaning, e.value) != e.value}
+    assert apart <= set(sources)
+    assert len(apart) >= 1
 
 
 def test_what_shares_a_meaning_is_the_same_parameter() -> None:
@@ -35,21 +70,37 @@ def test_what_shares_a_meaning_is_the_same_parameter() -> None:
 
 def test_calibrated_parameters_name_claims() -> None:
     calibrated = grouped(listed(SETTINGS))[CALIBRATED]
-    assert len(calibrated) == len({e.par.meaning for e in EVERY if "calibrated" in e.par.source})
+    here = {e.par.meaning for e in EVERY if "calibrated" in e.par.source}
+    there = [s for s in cycle.OWN_SOURCES.values() if "calibrated" in s]
+    assert len(calibrated) == len(here) + len(there)
     assert all(p.claims for p in calibrated)
     by_path = {p.path: p for p in calibrated}
-    assert by_path["friction.coulomb"].claims == ("M2", "M3")
+    assert by_path["friction.coulomb"].claims == ("M1", "M2", "M3", "M6a", "M6b")
+    assert by_path["encoder.pitch"].claims == ("M16",)
+    for path in ("thermal.plate_resistance", "thermal.body_resistance", "bias.preload"):
+        assert by_path[f"cycle bench: {path}"].claims == ("A1", "A2", "A3")
     assert by_path["driver.map_heat"].claims == ("S3", "S4", "S5", "S6", "S7")
     assert by_path["driver.map_heat"].numbers == len(SETTINGS.bench.driver.map_heat)
 
 
-def test_values_have_units_and_say_where_another_bench_differs() -> None:
+def test_values_have_units_and_another_bench_has_its_own() -> None:
     by_path = {p.path: p for p in listed(SETTINGS)}
     assert by_path["wire.stop"].value == "3.98 mm"
-    assert by_path["driver.supply"].others == ("cycle bench: 5 V",)
-    assert by_path["encoder.pitch"].others == ("kiln: 14 um", "cycle bench: 17 um")
+    assert by_path["driver.supply"].value == "4 V"
+    assert by_path["cycle bench: driver.supply"].value == "5 V"
+    assert by_path["kiln: encoder.pitch"].value == "14 um"
+    assert by_path["cycle bench: encoder.pitch"].value == "17 um"
+    assert by_path["cycle bench: encoder.pitch"].group == free_parameters.THESIS
     assert by_path["driver.map_ctrl"].value.endswith("2.1, 5 V")
     assert by_path["wire.length"].others == ()
+
+
+def test_a_setting_that_is_changed_shows_what_the_others_keep() -> None:
+    bench = SETTINGS.bench
+    changed = SETTINGS._replace(bench=bench._replace(wire=bench.wire._replace(stop=3.9e-3)))
+    by_path = {p.path: p for p in listed(changed)}
+    assert by_path["wire.stop"].value == "3.9 mm"
+    assert by_path["wire.stop"].others == ("kiln: 3.98 mm", "cycle bench: 3.98 mm")
 
 
 def test_an_assumed_value_is_no_fact_of_the_thesis() -> None:

@@ -128,6 +128,33 @@ def test_every_exhibit_is_there(reproduced: Any, parsed: Parsed) -> None:
         assert int(str(image["width"])) > 100 and int(str(image["height"])) > 100
 
 
+def test_every_exhibit_is_listed_once_in_the_thesis_order(reproduced: Any, parsed: Parsed) -> None:
+    chapters = placing.placed(reproduced.results, reproduced.procedures, placing.Anchors())
+    listed = placing.index(chapters)
+    places = [p.anchor for c in chapters for part in c.parts for p in part.panels]
+    assert sorted(anchor for group in listed for _, anchor in group.exhibits) == sorted(places)
+    headings = [group.heading for group in listed]
+    assert [h.partition(":")[0] for h in headings] == [f"Chapter {n}" for n in "2346"]
+    numbers = [[e.number for e, _ in group.exhibits] for group in listed]
+    assert numbers[0] == ["Table 2.1"] and numbers[-1][0] == "Table 6.1"
+    assert numbers[1] == sorted(numbers[1], key=lambda n: n.startswith("Table"))
+    assert numbers[2] == ["4.3", "4.3", "4.19"]
+    links = [str(a["href"])[1:] for tag, a in parsed.tags if tag == "a"]
+    assert set(places) <= set(links)
+
+
+def test_appendices_come_last_and_equations_after_tables() -> None:
+    numbers = ["D.9", "(2.1)", "Table 2.1", "2.10 (stop)", "A.1", "10.1", "2.2", "odd"]
+    found = sorted(numbers, key=placing._order)
+    assert found == ["2.2", "2.10 (stop)", "Table 2.1", "(2.1)", "10.1", "A.1", "D.9", "odd"]
+
+
+def test_contents_name_the_sections_of_each_procedure(reproduced: Any, parsed: Parsed) -> None:
+    contents = spaced(parsed.text).partition("Contents")[2].partition("All claims 9")[0]
+    for p in reproduced.procedures:
+        assert f"({', '.join(p.sections)})" in contents
+
+
 def test_counts_are_those_of_the_claims(reproduced: Any, parsed: Parsed) -> None:
     claims = [c for r in reproduced.results for c in r.claims]
     whole = counting.counts(claims)

@@ -212,7 +212,25 @@ def test_nothing_is_wider_than_the_screen(opened: Opened, size: tuple[int, int])
 def test_figures_stay_legible_on_a_phone(opened: Opened) -> None:
     opened.show(PHONE)
     widths = opened.run("return [...document.images].map(i => i.getBoundingClientRect().width)")
-    assert min(widths) >= 34 * 16
+    assert min(widths) >= 46 * 16
+    hints = opened.run(
+        "return [...document.querySelectorAll('.hint')].map(e => e.checkVisibility())"
+    )
+    assert len(hints) == len(widths) and all(hints)
+    opened.show(DESK)
+    assert not opened.run("return document.querySelector('.hint').checkVisibility()")
+
+
+def test_a_phone_shows_the_verdicts_without_scrolling(opened: Opened) -> None:
+    verdicts = (
+        "return [...document.querySelectorAll('.overview .verdict')]"
+        ".filter(e => e.checkVisibility()).map(e => e.getBoundingClientRect().right)"
+    )
+    claims = sum(len(r.claims) for r in opened.results)
+    for size in (PHONE, DESK):
+        opened.show(size)
+        rights = opened.run(verdicts)
+        assert len(rights) == claims and max(rights) <= size[0]
 
 
 @pytest.mark.parametrize(("scheme", "dark"), [("light", False), ("dark", True)])

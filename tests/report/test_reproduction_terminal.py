@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from macromicro.experiments.reproduce import INTERRUPTED, Result, claims_of, failed
 from macromicro.report import counting
 from macromicro.report import reproduction_terminal as terminal
 
@@ -38,7 +39,7 @@ def test_the_table_fits_and_cuts_no_verdict(
     monkeypatch.setenv("COLUMNS", str(columns))
     terminal.show(reproduced.results)
     lines = re.sub(r"\x1b\[[0-9;]*m", "", shown(capsys)).splitlines()
-    claims = [c for r in reproduced.results for c in r.claims]
+    claims = claims_of(reproduced.results)
     table = lines[: lines.index("")]
     assert len(table) == 1 + len(claims)
     assert max(map(len, table)) <= max(columns, 80)
@@ -66,6 +67,15 @@ def test_counts_what_there_is(reproduced: Any) -> None:
     assert lines[-1] == f"{len(exhibits) - tables} figures and {tables} tables"
 
 
+def test_one_is_no_plural(reproduced: Any) -> None:
+    whole = next(r for r in reproduced.results if r.name == "hall-calibration")
+    assert (len(whole.claims), len(whole.exhibits)) == (1, 1)
+    lines = terminal.summary([whole])
+    assert lines[0].startswith("1 claim: 1 ") and lines[-1] == "1 figure and 0 tables"
+    bare = whole._replace(claims=[], exhibits=[])
+    assert terminal.summary([bare])[0].startswith("0 claims: ")
+
+
 def test_nothing_measured_is_no_table(capsys: pytest.CaptureFixture[str]) -> None:
     terminal.show([])
     assert shown(capsys).startswith("0 claims: 0 reproduced")
@@ -77,10 +87,21 @@ def test_plain_progress_without_a_terminal(
     procedures = reproduced.procedures
     with terminal.progress(procedures) as report:
         for p in procedures[::-1]:
-            report(p.name, p.seconds)
+            report(Result(p.name, [], [], 0.0), p.seconds)
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == f"{procedures[-1].name}: done (1 of {len(procedures)})"
     assert lines[-1].endswith(f"done ({len(procedures)} of {len(procedures)})")
+
+
+def test_plain_progress_calls_nothing_done_that_is_not(
+    reproduced: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one, two = reproduced.procedures[:2]
+    with terminal.progress([one, two]) as report:
+        report(failed(one, INTERRUPTED), one.seconds)
+        report(failed(two, "ValueError: no"), two.seconds)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [f"{one.name}: interrupted (1 of 2)", f"{two.name}: failed (2 of 2)"]
 
 
 def test_a_bar_in_a_terminal(
@@ -91,5 +112,5 @@ def test_a_bar_in_a_terminal(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with terminal.progress(reproduced.procedures) as report:
         for p in reproduced.procedures:
-            report(p.name, p.seconds)
+            report(Result(p.name, [], [], 0.0), p.seconds)
     assert reproduced.procedures[0].name in capsys.readouterr().err

@@ -82,12 +82,13 @@ def stroke(a: Point, b: Point, half: float) -> Rect:
 
 
 def sign_rect(before: Point, end: Point) -> Rect:
-    """Room for the sign of a wire that comes from `before` and ends at a sum."""
+    """Room for the sign of a wire that comes from `before` and ends at a sum: beside
+    the wire, clear of it and of its arrowhead."""
     x, y = end
     if abs(before[1] - y) < 1e-6:
         way = -1.0 if before[0] < x else 1.0
-        return Rect.about(x + 7.0 * way, y + 10.0 * way, 10.0, 11.0)
-    return Rect.about(x + 10.0, y - 8.0 if before[1] < y else y + 10.0, 10.0, 11.0)
+        return Rect.about(x + 7.0 * way, y + 12.0 * way, 10.0, HEIGHT)
+    return Rect.about(x + 10.0, y - 8.0 if before[1] < y else y + 12.0, 10.0, HEIGHT)
 
 
 def placed(points: Sequence[Point], w: float, taken: Sequence[Rect], first: bool = False) -> Rect:

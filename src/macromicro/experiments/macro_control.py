@@ -203,8 +203,7 @@ def initial_pd(run: Recording, model: Array) -> Claim:
         [over, float(backs)],
         holds(good),
         f"the simulation goes {model_over:.2f} counts over and reverses {model_backs} times; the "
-        "bench's one period of output delay, which is structure and no parameter, is there for this "
-        "claim",
+        "bench's one period of output delay, structure and no parameter, is there for this claim",
     )
 
 

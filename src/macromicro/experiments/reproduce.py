@@ -17,6 +17,8 @@ from macromicro.experiments.claim import Claim
 from macromicro.experiments.procedure import Lab, Procedure
 from macromicro.experiments.statements import in_order, lost
 
+INTERRUPTED = "interrupted"  # the failure of what had not ended when the work was
+
 
 class Chosen(NamedTuple):
     """A procedure to run. `ids`: the claims asked for, and `figures`: the figures; both None
@@ -119,12 +121,12 @@ def run(
     chosen: Sequence[Chosen],
     lab: Lab,
     jobs: int,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Callable[[Result, float], None] | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[Result]:
     """All chosen procedures, `jobs` at a time, each in a process; results in their order.
 
-    `progress` is told the name and the expected seconds of each that ended. A procedure that
+    `progress` is told the result and the expected seconds of each that ended. A procedure that
     fails, or whose process dies, loses nothing but itself. `stopped` ends the work early: what
     has not ended by then is reported as failed.
     """
@@ -133,7 +135,7 @@ def run(
     for result in _first(order, lab, jobs, stopped):
         found[result.name] = result
         if progress is not None:
-            progress(result.name, _seconds(order, result.name))
+            progress(result, _seconds(order, result.name))
     return [narrowed(c, found[c.procedure.name]) for c in chosen]
 
 
@@ -176,7 +178,7 @@ def _pooled(
             done, _ = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
             if stopped():
                 for procedure in pending.values():
-                    yield procedure, failed(procedure, "interrupted")
+                    yield procedure, failed(procedure, INTERRUPTED)
                 _kill(pool)
                 return
             for future in done:

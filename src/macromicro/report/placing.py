@@ -25,6 +25,9 @@ _TITLES = {
 }
 
 
+_NUMBER = re.compile(r"([A-Z]|\d+)\.(\d+)")
+
+
 class Anchors:
     """Ids that are unique on the page and need no escaping in a link."""
 
@@ -77,6 +80,38 @@ class Chapter(NamedTuple):
     title: str
     anchor: str
     parts: list[Part]
+
+
+class Listed(NamedTuple):
+    """The exhibits of a chapter or an appendix in the thesis' order: figures, then tables and
+    equations; each with the id of its place."""
+
+    heading: str
+    exhibits: list[tuple[Exhibit, str]]
+
+
+def index(chapters: Sequence[Chapter]) -> list[Listed]:
+    """All exhibits below the chapter that numbers them, which need not be where they stand."""
+    panels = [panel for c in chapters for part in c.parts for panel in part.panels]
+    groups: dict[str, list[tuple[Exhibit, str]]] = {}
+    for panel in sorted(panels, key=lambda p: _order(p.exhibit.number)):
+        name = _order(panel.exhibit.number)[1]
+        heading = f"Chapter {name}" if name.isdigit() else f"Appendix {name}" if name else "Others"
+        title = _TITLES.get(name if name.isdigit() else heading, "")
+        groups.setdefault(f"{heading}: {title}" if title else heading, []).append(
+            (panel.exhibit, panel.anchor)
+        )
+    return [Listed(heading, exhibits) for heading, exhibits in groups.items()]
+
+
+def _order(number: str) -> tuple[int, str, int, int, str]:
+    """Chapters before appendices, in each figures, tables, equations by their numbers."""
+    found = _NUMBER.search(number)
+    if found is None:
+        return 1000, "", 0, 0, number
+    rank = 1 if number.startswith("Table") else 2 if number.startswith("(") else 0
+    chapter = int(found[1]) if found[1].isdigit() else 100 + ord(found[1])
+    return chapter, found[1], rank, int(found[2]), number
 
 
 def placed(

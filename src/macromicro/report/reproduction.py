@@ -15,7 +15,7 @@ from macromicro.experiments.procedure import Procedure
 from macromicro.experiments.reproduce import Result, claims_of
 from macromicro.report import claim_text, counting, free_parameters
 from macromicro.report.errata import ERRATA, Erratum, evidence
-from macromicro.report.placing import Anchors, Card, placed
+from macromicro.report.placing import Anchors, Card, index, placed
 from macromicro.report.provenance import software
 from macromicro.settings import Settings
 
@@ -28,7 +28,7 @@ _TONES = {REPRODUCED: "good", DIFFERS: "bad"}
 _PROLOG = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", re.DOTALL)
 _ID = re.compile(r"""(\bid=["']|url\(["']?#|href=["']#)([^"')]+)""")
 _BOX = re.compile(r"""viewBox=["']\S+ \S+ ([0-9.]+) """)
-_LEGIBLE = 544
+_LEGIBLE = 736  # 46 rem: letters of 8 pt in a figure are still 9 pixels high
 _LABEL = re.compile(r"""(\baria-(?:labelledby|describedby)=["'])([^"']+)""")
 
 
@@ -62,7 +62,16 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     )
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     anchors = Anchors()
-    for taken in ("main", "summary", "contents", "claims", "errata", "provenance", "kinds"):
+    for taken in (
+        "main",
+        "summary",
+        "contents",
+        "figures",
+        "claims",
+        "errata",
+        "provenance",
+        "kinds",
+    ):
         anchors.take(taken)
     chapters = placed(results, procedures, anchors)
     parts = [part for chapter in chapters for part in chapter.parts]
@@ -75,6 +84,7 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     return template.render(
         about=about,
         chapters=chapters,
+        figures=index(chapters),
         failures=[p for p in parts if p.result.failure],
         undrawn=[p for p in parts if p.result.notes],
         cards=sorted(cards, key=lambda card: order[id(card.claim)]),
@@ -131,7 +141,7 @@ def _size(exhibit: Exhibit) -> tuple[int, int]:
 
 
 def _room(svg: str) -> int:
-    """Width [pixels] below which a diagram is not shrunk: its own, at most 34 rem."""
+    """Width [pixels] below which a diagram is not shrunk: its own, at most 46 rem."""
     box = _BOX.search(svg)
     return min(_LEGIBLE, round(float(box[1]))) if box else _LEGIBLE
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 from macromicro.drawing.exhibit import TABLE
 from macromicro.experiments.claim import DIFFERS, REPRODUCED
 from macromicro.experiments.procedure import Procedure
-from macromicro.experiments.reproduce import Result, claims_of
+from macromicro.experiments.reproduce import INTERRUPTED, Result, claims_of
 from macromicro.report import claim_text, counting
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-Report = Callable[[str, float], None]
+Report = Callable[[Result, float], None]
 _PIPED, _LEAST = 120, 80
 _STYLES = {REPRODUCED: "green", DIFFERS: "bold red"}
 _OTHER_STYLE = "yellow"
@@ -33,10 +33,10 @@ def progress(procedures: Sequence[Procedure]) -> Iterator[Report]:
     left = [p.name for p in procedures]
     if not sys.stderr.isatty():
 
-        def tell(name: str, seconds: float) -> None:
-            left.remove(name)
-            done = len(procedures) - len(left)
-            print(f"{name}: done ({done} of {len(procedures)})", file=sys.stderr, flush=True)
+        def tell(result: Result, seconds: float) -> None:
+            left.remove(result.name)
+            ended = f"({len(procedures) - len(left)} of {len(procedures)})"
+            print(f"{result.name}: {_ending(result)} {ended}", file=sys.stderr, flush=True)
 
         yield tell
         return
@@ -54,11 +54,18 @@ def progress(procedures: Sequence[Procedure]) -> Iterator[Report]:
         total = sum(p.seconds for p in procedures)
         task = bar.add_task(_at_work(left), total=total)
 
-        def report(name: str, seconds: float) -> None:
-            left.remove(name)
+        def report(result: Result, seconds: float) -> None:
+            left.remove(result.name)
             bar.update(task, advance=seconds, description=_at_work(left))
 
         yield report
+
+
+def _ending(result: Result) -> str:
+    """How a procedure ended, in a word; what was not drawn is told at the end."""
+    if not result.failure:
+        return "done"
+    return INTERRUPTED if result.failure == INTERRUPTED else "failed"
 
 
 def _at_work(left: Sequence[str]) -> str:
@@ -99,7 +106,7 @@ def amiss(results: Sequence[Result]) -> list[str]:
 def summary(results: Sequence[Result]) -> list[str]:
     """Counts in words: all claims, each kind, figures and tables."""
     whole = counting.counts([c for r in results for c in r.claims])
-    lines = [_counted(f"{whole.total} claims", whole)]
+    lines = [_counted(_several(whole.total, "claim"), whole)]
     lines += [
         f"  {_counted(f'{found.total} {kind}', found)}"
         for kind, _, found in counting.by_kind(results)
@@ -107,7 +114,13 @@ def summary(results: Sequence[Result]) -> list[str]:
     ]
     exhibits = [e for r in results for e in r.exhibits]
     tables = sum(e.kind == TABLE for e in exhibits)
-    return [*lines, f"{len(exhibits) - tables} figures and {tables} tables"]
+    drawn = _several(len(exhibits) - tables, "figure")
+    return [*lines, f"{drawn} and {_several(tables, 'table')}"]
+
+
+def _several(count: int, what: str) -> str:
+    """ "1 claim", "2 claims"."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _counted(what: str, found: counting.Counts) -> str:

@@ -101,6 +101,26 @@ def test_bias_is_seen_without_a_fan_only(runs: IntegratedRuns, drawn: dict[str, 
             assert least < late.mean() < most
 
 
+def test_with_a_fan_no_bias_is_spoken_of(runs: IntegratedRuns, drawn: dict[str, Drawn]) -> None:
+    """The arrow and the words about missing micrometres belong to Figure 6.4 alone."""
+    for number, arrow in (("6.4", 1), ("6.5", 0)):
+        near = axes_of(drawn[number])[1]
+        assert sum("bias" in text.get_text() for text in near.texts) == arrow
+    worst = integrated.cycled(runs, runs.cooled).worst
+    assert f"at most {worst:.1f} um" in drawn["6.5"].caption
+    assert "missing from every later" in drawn["6.4"].caption
+    assert "missing" not in drawn["6.5"].caption
+
+
+def test_green_is_what_counts_as_reproduced(drawn: dict[str, Drawn]) -> None:
+    """Figure 6.3 (c, d): the bands are those of claim I2, and the caption says so."""
+    for ax, (low, high) in zip(axes_of(drawn["6.3"])[2:], ((14.0, 26.0), (1.5, 2.5)), strict=True):
+        assert ax.patches[0].get_extents().transformed(ax.transData.inverted()).bounds[
+            1::2
+        ] == pytest.approx((low, high - low))
+        assert f"{low:g} to {high:g}" in drawn["6.3"].caption
+
+
 def test_a_rig_without_truth_has_the_figure_without_it(
     runs: IntegratedRuns, drawn: dict[str, Drawn]
 ) -> None:

@@ -192,9 +192,24 @@ def test_loop_gone_ends_the_wait(bench) -> None:
     assert bench.errors() == [-240]
 
 
-def test_jog_is_nothing_to_wait_for(bench) -> None:
+def test_a_jog_is_waited_for_once_it_is_being_ended(bench) -> None:
     bench.ask("JOG:MACR 5 MM/S")
     assert bench.session.poll()
+    bench.session.ends(bench.station.motion)  # as a jog at speed 0 does
+    assert not bench.session.poll()
+    bench.station.end("stopped")
+    assert bench.session.poll() and bench.errors() == []
+
+
+def test_a_stop_is_waited_for(bench, monkeypatch) -> None:
+    """*OPC? answers at rest, also for who has not begun the motion; that is no error."""
+    bench.ask("JOG:MACR 5 MM/S")
+    end = bench.station.end
+    monkeypatch.setattr(bench.station, "end", lambda outcome: None)  # it takes its time
+    bench.ask("STOP")
+    assert not bench.session.poll()
+    end("stopped")
+    assert bench.session.poll() and bench.errors() == []
 
 
 def test_an_error_in_a_message_ends_its_orders(bench) -> None:

@@ -215,7 +215,7 @@ def heat() -> Drawn:
         "(2.1)",
         "Heat balance of a wire",
         f"(2.1) for a NiTi wire of {1e6 * still.diameter:g} um with literature values "
-        f"({still.density:g} kg/m³, {still.heat:g} J/(kg K), {1e8 * still.resistivity:g} µΩ cm) "
+        f"({still.density:g} kg/m³, {still.heat:g} J/(kg K), {1e8 * still.resistivity:g}e-8 ohm m) "
         f"and an assumed h of {still.convection:g} W/(m² K) in still air, {moving.convection:g} "
         f"with a fan: the time constant rho Cp V / (h A) is {joule.time_constant(still):.2f} s and "
         f"{joule.time_constant(moving):.2f} s, whatever the current. (2.1) has no latent heat, and "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,26 +62,46 @@ def _responses(models: Models) -> Drawn:
         record = models.traces[v].record
         rows = _until(record.t, SHOWN_S)
         t = record.t[rows]
-        line(axes[0, 0], t, record.position[rows], color, f"{v:g} V", linewidth=1.8)
-        line(axes[0, 1], t, record.rise[rows] + AMBIENT, color, f"{v:g} V", linewidth=1.8)
+        line(axes[0, 0], t, record.position[rows], color, f"{v:g} V", linewidth=2.4)
+        line(axes[0, 1], t, record.rise[rows] + AMBIENT, color, f"{v:g} V", linewidth=2.4)
         for trial in models.data.steps[v]:
             x = trial["laser"][rows] * 1e-3
             warm = on_heating(models.table, x).temperature
             apart.append(float(np.std(x - record.position[rows])) * 1e3)
-            axes[0, 0].plot(t, x, "--", color=BLACK, linewidth=0.5)
-            axes[0, 1].plot(t, warm, "--", color=BLACK, linewidth=0.5)
-    finish(axes[0, 0], "(a)", y=SHORT, legend=True)
-    finish(axes[0, 1], "(b)", y=HOT)
+            axes[0, 0].plot(t, x, color=BLACK, linewidth=0.6, linestyle=(0, (1, 7)))
+            axes[0, 1].plot(t, warm, color=BLACK, linewidth=0.6, linestyle=(0, (1, 7)))
+    _name_steps(axes[0, 0], BELOW_STOP)
+    finish(axes[0, 0], "(a) position by the laser", y=SHORT)
+    finish(axes[0, 1], "(b) temperature inferred from it", y=HOT)
+    axes[0, 0].set_xlim(right=1.16 * SHOWN_S)  # room for the names
+    _legend(axes[0, 1], "lower right", 2)
     return Drawn(
         "5.10",
         "Responses to steps of CTRL",
         "(a) Position of the micro-stage by the laser, (b) temperature inferred from it by the "
         "rising branch of the kiln's table. The mean of three trials (solid) and the trials "
-        f"(broken), which are {max(apart):.1f} um or less from it (standard deviation). Steps "
+        f"(dots), which are {max(apart):.1f} um or less from it (standard deviation). Steps "
         f"below 1.65 V go on for {HELD_S:g} s. At the start and at the mechanical stop the "
         "position tells no temperature.",
         figure,
     )
+
+
+def _name_steps(ax: Any, volts: Sequence[float]) -> None:
+    """Write the CTRL of `volts` at the ends of their curves; the last two lie close together."""
+    curves = {c.get_label(): c for c in ax.lines}
+    for k, v in enumerate(volts):
+        curve = curves[f"{v:g} V"]
+        shift = 3 * (k == len(volts) - 1) - 3 * (k == len(volts) - 2)
+        end = (curve.get_xdata()[-1], curve.get_ydata()[-1])
+        ax.annotate(
+            f"{v:g} V",
+            end,
+            (4, shift - 3),
+            textcoords="offset points",
+            fontsize=7.5,
+            color=curve.get_color(),
+        )
 
 
 def _steady(models: Models) -> Drawn:

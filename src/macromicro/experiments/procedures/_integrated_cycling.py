@@ -84,7 +84,6 @@ def cycling(number: str, runs: IntegratedRuns, recording: Recording, claim: str)
         _label(near, since, laser=recording["laser"][rows] - reference, bias=bias)
     back.axhline(RETURNED, color=GREEN, linestyle="--", linewidth=1.0)
     finish(back, "(c) return to zero before it", "time since switched off [s]", "Hall [um]")
-    back.margins(x=0.04)
     back.legend(fontsize=7.5, loc="upper right", framealpha=0.85)
     _by_cycle(axes[1, 1], bias)
     return Drawn(
@@ -105,8 +104,8 @@ def _told(bias: Bias, fan: bool) -> str:
     rings = "(c) The return to zero before that sequence; the rings are where the laser was reset"
     if fan:
         return (
-            f"With the fan these are at most {bias.worst:.1f} um in the last cycle. {rings}: on "
-            f"average the actuator is back in {_text(last.extension_s)} s in the last cycle, "
+            f"With the fan a hold of the last cycle ends at most {bias.worst:.1f} um off. {rings}: "
+            f"on average the actuator is back in {_text(last.extension_s)} s in the last cycle, "
             f"{_text(first.extension_s)} s in the first, and has {_text(last.left_um)} um left."
         )
     return (
@@ -145,16 +144,12 @@ def _return(ax: Axes, recording: Recording, own: Part, colour: str, name: str) -
     left = own.before.left_um
     if left > 0.1:
         ax.plot(since[-1], left, color=colour, marker="o", fillstyle="none", ms=7)
-        where = (4, 8) if colour == BLUE else (4, -16)
+        where = (8, 0) if colour == BLUE else (8, -6)
         ax.annotate(
-            f"{left:.1f} um",
-            (since[-1], left),
-            where,
-            textcoords="offset points",
-            fontsize=8,
-            horizontalalignment="right",
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+            f"{left:.1f} um", (since[-1], left), where, textcoords="offset points", fontsize=8
         )
+        # Room for the words to the right of the ring, where there is no noise.
+        ax.set_xlim(right=max(ax.get_xlim()[1], 1.22 * since[-1]))
 
 
 def _label(ax: Axes, since: Array, laser: Array, bias: Bias) -> None:
@@ -185,7 +180,9 @@ def _by_cycle(ax: Any, bias: Bias) -> None:
         found = [getattr(c, name) for c in bias.cycles]
         return [float("nan") if v is None else v for v in found]
 
-    ax.plot(number, values("extension_s"), color=BLUE, marker="o", ms=4, label="return to 20 um")
+    ax.plot(
+        number, values("extension_s"), color=BLUE, marker="o", ms=4, label="return to 20 um (left)"
+    )
     other = ax.twinx()
     other.plot(number, values("bias_um"), color=RED, marker="^", ms=4, label="bias by the laser")
     other.plot(
@@ -204,11 +201,12 @@ def _by_cycle(ax: Any, bias: Bias) -> None:
     # The same scales with and without a fan, unless what was measured needs more.
     ax.set_ylim(0.0, np.nanmax([2.2, *(1.5 * v for v in values("extension_s"))]))
     other.set_ylim(-1.5, np.nanmax([12.0, *(1.8 * v for v in values("bias_um"))]))
-    other.set_ylabel("[um]", fontsize=8.5, color=RED, labelpad=1.0)
-    other.tick_params(labelsize=8, colors=RED)
+    other.set_ylabel("bias, left, error [um]", fontsize=8.5, labelpad=1.0)
+    other.tick_params(labelsize=8)
     other.spines[["top"]].set_visible(False)
     ax.tick_params(axis="y", colors=BLUE)
     handles = [*ax.get_lines(), *other.get_lines()]
     other.legend(handles=handles, fontsize=7, loc="upper left", ncols=2, framealpha=0.85)
-    finish(ax, "(d) by cycle", "cycle", "time [s]")
+    finish(ax, "(d) by cycle", "cycle", "return to 20 um [s]")
+    ax.yaxis.label.set_color(BLUE)
     ax.xaxis.get_major_locator().set_params(integer=True)

@@ -49,15 +49,15 @@ def response(runs: IntegratedRuns) -> Drawn:
         for a, _ in waits:
             ax.text(t[a] + 0.6, 0.5, "wait", fontsize=8, color="0.3", **_on(ax))
     finish(axes[0, 0], "(a) full", "", "whole system [mm]", legend=True)
-    finish(axes[1, 0], "micro-stage", y="contraction [mm]", legend=True)
+    finish(axes[1, 0], "(c) micro-stage, full", y="contraction [mm]", legend=True)
     finish(axes[0, 1], "(b) zoom", "")
-    finish(axes[1, 1], "micro-stage")
+    finish(axes[1, 1], "(d) micro-stage, zoom")
     found = integrated.turns(r, runs.single)
     return Drawn(
         "6.2",
         "Response of the integrated system",
         "The test input, one cycle: a decaying square wave for the macro-stage and, after each of "
-        f"its {len(found)} moves, steps of the micro-stage. (b) The first move: the macro-stage "
+        f"its {len(found)} moves, steps of the micro-stage. (b, d) The first move: the macro-stage "
         f"arrives, {found[0].waited:.3f} s pass (shaded), the laser is reset (dotted) as the "
         "micro-stage is enabled; the next macro move switches it off.",
         figure,

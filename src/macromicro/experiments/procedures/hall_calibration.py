@@ -53,7 +53,7 @@ def draw(data: HallRuns) -> Iterator[Drawn]:
             fontsize=8,
         )
     near.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.9)
-    finish(whole, "(a)", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
+    finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
     finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)
     lag = 1e3 * float(np.nanmedian(fit.between))
     yield Drawn(

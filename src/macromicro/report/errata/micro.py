@@ -161,7 +161,7 @@ ENTRIES = (
         "1.575 V just not",
         "the stop is reached above 1.65 V and not at 1.6 V, as measured (S3)", _saturating,
         (
-            Quote("5.2.2", "the time required to reach the saturation temperature of 107.5 °C"),
+            Quote("5.2.2", "the time required to reach the saturation temperature of 107.5"),
             Quote("5.2.2", "evident when the input signal exceeds 1.65 V"),
         ),
     ),
@@ -171,8 +171,8 @@ ENTRIES = (
         "24 K above the asymptote that reaches it",
         "83 K above 25 degC; 107.5 degC absolute", _scales,
         (
-            Quote("5.2.2", "an output temperature of approximately 83 °C"),
-            Quote("5.2.2", "the time required to reach the saturation temperature of 107.5 °C"),
+            Quote("5.2.2", "an output temperature of approximately 83"),
+            Quote("5.2.2", "the time required to reach the saturation temperature of 107.5"),
         ),
     ),
     Erratum(

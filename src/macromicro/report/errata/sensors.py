@@ -118,7 +118,7 @@ ENTRIES = (
         "section, at most 3000 in another",
         "2800 counts are 200 mm; 3000 counts only as a step for design", _encoder,
         (
-            Quote("3.1", "approximately 200 μm resolution"),
+            Quote("3.1", "approximately 200 um resolution"),
             Quote("4.3.1", "corresponding approximately to full macro-stage travel"),
             Quote("4.3.3", "3000 counts, the maximum travel of the system"),
         ),
@@ -177,8 +177,8 @@ ENTRIES = (
         "5 um is the accuracy aimed at; the same parts resolve less than half of it",
         "one bit is worth about 1 um after calibration (D6)", _resolution,
         (
-            Quote("Appendix D", "linear measurement resolution of approximately 5 μm"),
-            Quote("3.2.3", "a resolution of 1.952 μm/bit results"),
+            Quote("Appendix D", "linear measurement resolution of approximately 5 um"),
+            Quote("3.2.3", "a resolution of 1.952 um/bit results"),
         ),
     ),
     Erratum(

@@ -100,7 +100,8 @@ class Connection:
             await self._in(self._threads.urgent, self.session.close)
             if not worker.done():  # queries that came before the end are still answered
                 with contextlib.suppress(TimeoutError, OSError):
-                    await asyncio.wait_for(self._finish(worker), 2.0)
+                    async with asyncio.timeout(2.0):
+                        await self._finish(worker)
         finally:
             self.session.closed = True
             for task in (worker, reading):
@@ -212,7 +213,8 @@ class Connection:
 
     async def _drained(self) -> bool:
         try:
-            await asyncio.wait_for(self._writer.drain(), self._bounds.unread)
+            async with asyncio.timeout(self._bounds.unread):
+                await self._writer.drain()
         except (TimeoutError, OSError):
             return False
         return True

@@ -68,7 +68,9 @@ def _jog(stage: str) -> Handler:
         session, (speed,) = call.session, call.values
         if speed != 0.0 and session.device.narrowed:
             raise ScpiError(-221, "no jog within limits set by LIMit; LIMit:DEFault first")
-        session.order(Jog(stage, speed, session.client))
+        motion = session.order(Jog(stage, speed, session.client))
+        if speed == 0.0:
+            session.ends(motion)
         return None
 
     return act
@@ -171,7 +173,8 @@ COMMANDS = (
     Command(
         "STOP",
         _stop,
-        "Decelerate. What this client has sent before and is not done yet is dropped.",
+        "Decelerate; *OPC? waits for rest. What this client has sent before and is not done "
+        "yet is dropped.",
         access=ALWAYS,
     ),
     Command(
@@ -184,8 +187,8 @@ COMMANDS = (
     Command(
         "JOG:MACRo",
         _jog(MACRO),
-        "The macro-stage at a speed until told otherwise; 0 ends it. Not a motion that *OPC? "
-        "waits for.",
+        "The macro-stage at a speed until told otherwise; 0 ends it. *OPC? waits for it only "
+        "once it is being ended.",
         (_SPEED,),
         access=CONTROL,
     ),

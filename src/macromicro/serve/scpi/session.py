@@ -99,6 +99,12 @@ class Session:
         if motion:
             self.pending[motion] = words
 
+    def ends(self, motion: int) -> None:
+        """A motion is coming to its end as this client wants it to, so however it ends is no
+        error, unless it was to be done."""
+        if motion:
+            self.pending.setdefault(motion, "")
+
     def poll(self) -> bool:
         """Note what motions of this client have ended; True if none is under way any more.
 
@@ -109,6 +115,8 @@ class Session:
             if end is None and self.device.station.snapshot().running:
                 continue
             words = self.pending.pop(motion)
+            if not words:
+                continue
             if end is None:
                 self.fail(ScpiError(-240, f"{words}: the loop process has ended"))
             elif end.outcome != DONE:
@@ -175,6 +183,7 @@ class Session:
             reply = self.device.station.request(self.client, Stop(self.client))
         if isinstance(reply, Refused):
             raise ScpiError(-221, f"{reply.reason}; {reply.remedy}")
+        self.ends(self.device.station.snapshot().motion)
 
     def emergency(self) -> None:
         """Emergency stop; waits for nothing. Raises ScpiError -240 where no loop answers."""

@@ -36,6 +36,8 @@ class Files:
         host = self._gate.host(request)
         if host is None:
             return refused(HTTPStatus.MISDIRECTED_REQUEST, "this server has no such name\n")
+        if request.method != "GET":
+            return refused(HTTPStatus.METHOD_NOT_ALLOWED, "only GET\n")
         path = request.path.partition("?")[0]
         if path == SOCKET:
             if self._gate.same_origin(request):

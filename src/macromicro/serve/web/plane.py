@@ -40,7 +40,7 @@ class Plane:
             return
         turns = np.sign(np.diff(good))
         # Between its turning points a way leaves the same memory as one step.
-        keep = np.append(np.flatnonzero(turns[1:] != turns[:-1]) + 1, good.size - 1)
+        keep = np.concatenate([[0], np.flatnonzero(turns[1:] != turns[:-1]) + 1, [good.size - 1]])
         for u in good[keep].tolist():
             self.model.step(u)
 

@@ -1,0 +1,50 @@
+"""A sweep by one local worker and by two, in processes, journal and Parquet included."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from figures import Line
+
+SPEC = """
+job = "macro-bench"
+method = "sobol"
+samples = {samples}
+seed = 1
+
+[parameters.bench.friction]
+coulomb = {{ low = "8 N", high = "13 N" }}
+viscous = {{ low = "4 N*s/m", high = "9 N*s/m" }}
+"""
+SAMPLES, TURNS = 4096, 2
+
+
+def swept(workers: int, folder: Path) -> float | None:
+    """Wall time [s] of the whole command; None if it fails."""
+    spec = folder / "spec.toml"
+    spec.write_text(SPEC.format(samples=SAMPLES), encoding="utf-8")
+    line = [sys.executable, "-m", "macromicro", "sweep", str(spec), "--workers", str(workers)]
+    start = time.perf_counter()
+    done = subprocess.run(
+        [*line, "--out", str(folder / "out"), "--overwrite"], capture_output=True, check=False
+    )
+    return time.perf_counter() - start if done.returncode == 0 else None
+
+
+def lines() -> list[Line]:
+    """One worker against two, turn by turn, the best of each."""
+    times: dict[int, list[float]] = {1: [], 2: []}
+    with tempfile.TemporaryDirectory() as name:
+        for _ in range(TURNS):
+            for workers, taken in times.items():
+                seconds = swept(workers, Path(name))
+                if seconds is None:
+                    return [Line("sweep by two workers", "at least 1.8 x one", None, "", "failed")]
+                taken.append(seconds)
+    one, two = (min(t) for t in times.values())
+    remark = f"{SAMPLES} runs of 10 s on the bench: {one:.1f} s and {two:.1f} s, start included"
+    return [Line("sweep by two workers", "at least 1.8 x one", one / two, "x one", remark)]

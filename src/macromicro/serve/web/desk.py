@@ -1,0 +1,124 @@
+"""Who is connected, and how their orders reach the station: stops overtake everything."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Refused, Reply
+
+if TYPE_CHECKING:
+    from macromicro.serve.station import Station
+
+T = TypeVar("T")
+GRACE_S = 10.0  # longest time for which a page that is gone may come back
+
+
+class Line(Protocol):
+    """A connection, as the desk needs it."""
+
+    def flush(self) -> None:
+        """Drop the orders that have not begun."""
+
+    def leave(self) -> None:
+        """Another connection has taken this one's place."""
+
+
+class Seat:
+    """A viewer's page through reloads. `key`: its secret; `client`: its name for the station;
+    `jog`: stage that it jogs, with the time until which it said so, or None."""
+
+    def __init__(self, client: str) -> None:
+        self.key = secrets.token_urlsafe(24)
+        self.client = client
+        self.line: Line | None = None
+        self.gone = 0.0
+        self.jog: tuple[str, float] | None = None
+
+
+class Desk:
+    """Seats by key, and two pools of threads: a stop never waits for a place in one."""
+
+    def __init__(self, station: Station, viewers: int) -> None:
+        self._station = station
+        self._orders = ThreadPoolExecutor(viewers + 2, "web-orders")
+        self._urgent = ThreadPoolExecutor(viewers + 2, "web-stops")
+        self._seats: dict[str, Seat] = {}
+        self._running: set[asyncio.Future[Any]] = set()
+        self._grace = min(station.settings.serve.client_timeout, GRACE_S)
+        self._number = 0
+
+    def sit(self, key: object, address: str, line: Line) -> Seat:
+        """The seat of a page that comes back with its key, else a new one."""
+        seat = self._seats.get(key) if isinstance(key, str) else None
+        if seat is None:
+            self._number += 1
+            seat = Seat(f"web {address} #{self._number}")
+            self._seats[seat.key] = seat
+        elif seat.line is not None:
+            seat.line.leave()
+        seat.line = line
+        return seat
+
+    def rise(self, seat: Seat, line: Line) -> bool:
+        """The connection has ended; True if no other one has its seat already."""
+        if seat.line is not line:
+            return False
+        seat.line, seat.gone = None, time.monotonic()
+        return True
+
+    async def tidy(self) -> None:
+        """Tell the station of the pages that did not come back."""
+        now = time.monotonic()
+        for seat in list(self._seats.values()):
+            if seat.line is None and now - seat.gone > self._grace:
+                del self._seats[seat.key]
+                await self.do(lambda client=seat.client: self._station.disconnect(client))  # type: ignore[misc]
+
+    async def do(self, what: Callable[[], T]) -> T:
+        """Something that may take its time."""
+        return await asyncio.get_running_loop().run_in_executor(self._orders, what)
+
+    async def order(self, client: str, request: m.Request) -> Reply:
+        """A request in its turn."""
+        loop = asyncio.get_running_loop()
+        future = loop.run_in_executor(self._orders, self._station.request, client, request)
+        self._running.add(future)
+        future.add_done_callback(self._running.discard)
+        return await asyncio.shield(future)
+
+    async def stop(self, client: str) -> Reply:
+        """Stop now, and again behind orders that had begun when this came."""
+        return await self._overtake(lambda: self._station.request(client, m.Stop()))
+
+    async def emergency(self) -> tuple[Reply, float]:
+        """Emergency stop likewise; the reply, and the seconds that the loop took."""
+        took = await self._overtake(self._station.emergency)
+        if took != took:  # noqa: PLR0124 - NaN
+            return Refused("the loop did not answer", "switch the machine's supply off"), took
+        return Accepted(), took
+
+    async def _overtake(self, action: Callable[[], T]) -> T:
+        for seat in self._seats.values():
+            if seat.line is not None:
+                seat.line.flush()
+        begun = set(self._running)
+        loop = asyncio.get_running_loop()
+        result = await loop.run_in_executor(self._urgent, action)
+        if begun:
+            await asyncio.wait(begun)
+            result = await loop.run_in_executor(self._urgent, action)
+        return result
+
+    def close(self) -> None:
+        """All pages are gone."""
+        for seat in self._seats.values():
+            self._station.disconnect(seat.client)
+        self._seats.clear()
+        self._orders.shutdown(wait=False, cancel_futures=True)
+        self._urgent.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,100 @@
+"""What all viewers see alike, taken from the station once for all of them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from macromicro.control.settings import Control
+from macromicro.hysteresis.table import FodTable
+from macromicro.parameters import entries, replaced
+from macromicro.serve.web import telling
+from macromicro.serve.web.plane import Plane
+
+if TYPE_CHECKING:
+    from macromicro.control.live.messages import Event
+    from macromicro.serve.station import Station
+
+KEPT = 400  # events and ends of motions that a viewer who comes late still gets
+
+
+class Hub:
+    """State, news, gains and the Preisach plane; `look` brings them up to date."""
+
+    def __init__(self, station: Station, table: FodTable | None = None) -> None:
+        self.station = station
+        self.settings = station.settings
+        self.pitch = station.settings.live.pitch
+        self.control: Control = station.settings.controller
+        self.news: deque[tuple[int, str]] = deque(maxlen=KEPT)
+        self.state = "{}"
+        self.turn = 0
+        self._plane = Plane(self.settings.guard.hottest, table)
+        self._row, self._clock = -1, -math.inf
+        self._seen, self._told, self._motion = -1, 0, 1
+        self._target = math.nan
+
+    def look(self, extra: dict[str, Any]) -> None:
+        """Ask the station; `extra`: what the server itself tells with the state."""
+        now = self.station.snapshot()
+        self._follow_events(now.time_s)
+        self._follow_heat()
+        told = telling.state(now, self._target, self.pitch)
+        told |= extra
+        told["plane"] = self._plane.words()
+        self.state = json.dumps({"state": told}, allow_nan=False)
+        self.turn += 1
+
+    def gains(self) -> str:
+        """The controller's settings in force, as a message."""
+        return json.dumps({"gains": telling.settings(self.control)}, allow_nan=False)
+
+    def after(self, told: int) -> tuple[int, str]:
+        """News behind number `told`: (number of the last one, message or "" for none)."""
+        if told >= self._told:
+            return told, ""
+        items = ", ".join(text for number, text in self.news if number > told)
+        return self._told, f'{{"news": [{items}]}}'
+
+    def _follow_events(self, time: float) -> None:
+        self._seen, events = self.station.events(self._seen)
+        for event in events:
+            # Ends come before the events behind them; whoever is late is not reordered.
+            self._note(telling.event(self._told + 1, event))
+            self._target = telling.aimed(event, self._target)
+            if event.kind == "loop" and event.cause == "started":
+                self._motion, self._target = 1, math.nan
+                self.control = self.settings.controller
+            if event.kind == "gains":
+                self._take(event)
+        while (end := self.station.finished(self._motion, 0.0)) is not None:
+            self._note(telling.finished(self._told + 1, end, time))
+            self._motion += 1
+
+    def _note(self, item: dict[str, Any]) -> None:
+        self._told += 1
+        self.news.append((self._told, json.dumps(item, allow_nan=False)))
+
+    def _take(self, event: Event) -> None:
+        known = {e.path for e in entries(self.control)}
+        for path, change in event.evidence.items():
+            if path in known:
+                self.control = replaced(self.control, path, change["new"])
+
+    def _follow_heat(self) -> None:
+        last, block, names = self.station.telemetry(self._row)
+        if block.shape[1]:
+            time = float(block[names.index("t"), 0])
+            if time < self._clock:  # another loop, whose wires are cold
+                self._plane.forget()
+            self._clock = float(block[names.index("t"), -1])
+            self._plane.feed(np.asarray(block[names.index("temperature_estimate")]))
+        elif last < self._row:
+            self._plane.forget()
+            self._clock = -math.inf
+            last = -1
+        self._row = last

@@ -1,0 +1,75 @@
+"""Recordings that were made from the page: their files, and how they are handed out."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from macromicro.serve.web.orders import Refusal
+
+if TYPE_CHECKING:
+    from macromicro.serve.snapshot import RecordingState
+    from macromicro.serve.station import Station
+
+PIECE = 1 << 18  # bytes; a viewer asks for one piece after the other
+LISTED = 20
+
+
+class Recordings:
+    """Files in `folder`; only those that were begun here can be had."""
+
+    def __init__(self, station: Station, folder: Path) -> None:
+        self._station, self._folder = station, folder
+        self._lock = threading.Lock()
+        self._files: dict[str, Path] = {}
+
+    def begin(self, name: Callable[[], str] | None = None) -> str:
+        """Begin one; its name. Raises as `Station.record` does."""
+        stem = name() if name else time.strftime("live-%Y%m%d-%H%M%S")
+        with self._lock:
+            taken = (self._folder / f"{stem}.h5").exists()
+            path = self._folder / (f"{stem}-{time.monotonic_ns()}.h5" if taken else f"{stem}.h5")
+            self._station.record(path)
+            self._files[path.name] = path
+        return path.name
+
+    def end(self) -> RecordingState:
+        """Complete the one under way."""
+        return self._station.end_recording()
+
+    def listed(self) -> list[dict[str, Any]]:
+        """Names and sizes [bytes] of the last ones, oldest first."""
+        active = self._active()
+        found = []
+        for name, path in list(self._files.items())[-LISTED:]:
+            try:
+                size = path.stat().st_size
+            except OSError:
+                continue
+            found.append({"name": name, "bytes": size, "active": name == active})
+        return found
+
+    def piece(self, name: str, offset: float) -> tuple[bytes, int]:
+        """A piece of a complete recording from `offset` on, and the file's size [bytes].
+
+        Raises `Refusal`.
+        """
+        path = self._files.get(name)
+        if path is None or name == self._active():
+            raise Refusal(f"there is no complete recording {name!r:.60}", "end it first")
+        try:
+            with path.open("rb") as file:
+                size = path.stat().st_size
+                if not 0 <= offset <= size or offset != int(offset):
+                    raise Refusal(f"offset {offset!r:.40} is not in the file", "begin anew")
+                file.seek(int(offset))
+                return file.read(PIECE), size
+        except OSError as error:
+            raise Refusal(f"{name}: {error.strerror}", "see the server's disk") from None
+
+    def _active(self) -> str:
+        state = self._station.snapshot().recording
+        return Path(state.path).name if state.active else ""

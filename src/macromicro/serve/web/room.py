@@ -1,0 +1,48 @@
+"""What the connections of one server share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from macromicro import __version__, programme
+from macromicro.hysteresis.table import FodTable
+from macromicro.serve.web import bins, telling
+from macromicro.serve.web.bounds import Bounds
+from macromicro.serve.web.desk import Desk
+from macromicro.serve.web.gate import Gate
+from macromicro.serve.web.hub import Hub
+from macromicro.serve.web.orders import LENGTHS, Orders
+from macromicro.serve.web.recordings import Recordings
+
+if TYPE_CHECKING:
+    from macromicro.serve.station import Station
+
+
+class Room:
+    """The station and all that stands before it."""
+
+    def __init__(
+        self, station: Station, gate: Gate, folder: Path, table: FodTable | None, bounds: Bounds
+    ) -> None:
+        self.station, self.gate, self.bounds = station, gate, bounds
+        self.hub = Hub(station, table)
+        self.desk = Desk(station, bounds.viewers)
+        self.orders = Orders(station.settings)
+        self.recordings = Recordings(station, folder)
+        self.about: dict[str, Any] = {
+            "version": __version__,
+            "rig": station.rig,
+            "open": gate.open,
+            "limits": telling.limits(station.settings),
+            "units": list(LENGTHS),
+            "programmes": list(programme.shipped()),
+            "channels": list(bins.CHANNELS),
+            "spans": list(bins.SPANS),
+            "jog_s": bounds.jog,
+            "largest": bounds.largest,
+        }
+
+    def look(self) -> None:
+        """Bring what all viewers see up to date."""
+        self.hub.look({"recordings": self.recordings.listed()})
