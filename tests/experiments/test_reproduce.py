@@ -24,7 +24,9 @@ def test_failures_lose_nothing_but_themselves() -> None:
     """One raises, one kills its process; the third's result and the order stay."""
     told: list[str] = []
     chosen = [Chosen(p) for p in (broken.DIES, broken.RAISES, broken.GOOD)]
-    results = reproduce.run(chosen, Lab(seed=7), 2, lambda name, seconds: told.append(name))
+    results = reproduce.run(
+        chosen, Lab(seed=7), 2, lambda result, seconds: told.append(result.name)
+    )
     dies, raises, good = results
     assert [r.name for r in results] == ["dies", "raises", "good"]
     assert sorted(told) == ["dies", "good", "raises"]

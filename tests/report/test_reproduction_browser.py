@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -22,84 +20,26 @@ from macromicro.experiments.reproduce import Chosen, Result
 from macromicro.report import reproduction_files
 from macromicro.report.errata import ERRATA
 from macromicro.report.reproduction import About
-
-PHONE, DESK = (360, 740), (1280, 900)
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--host-resolver-rules=MAP * ~NOTFOUND",
-)
-LEAST_CONTRAST = 4.5  # WCAG 2.2, success criterion 1.4.3
-# Every element that holds text of its own, in colours over the nearest opaque background.
-TEXTS = """
-const parse = c => (c.match(/[0-9.]+/g) || []).map(Number);
-const found = [];
-for (const e of document.body.querySelectorAll('*')) {
-  const own = [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim());
-  const hidden = !e.checkVisibility() || e.closest('svg');
-  if (!own || hidden || ['STYLE', 'SCRIPT'].includes(e.tagName)) continue;
-  let back = e, colour;
-  do {
-    colour = parse(getComputedStyle(back).backgroundColor);
-    back = back.parentElement;
-  } while (back && colour.length === 4 && colour[3] === 0);
-  found.push([parse(getComputedStyle(e).color).slice(0, 3), colour.slice(0, 3),
-              e.className + ' ' + e.tagName + ' ' + e.textContent.trim().slice(0, 30)]);
-}
-return found;
-"""
-WIDER = """
-const edge = document.documentElement.clientWidth, found = [];
-for (const e of document.body.querySelectorAll('*')) {
-  if (e.closest('.scroll, .frame, pre, .skip, svg') || !e.checkVisibility()) continue;
-  if (e.getBoundingClientRect().right > edge + 0.5) found.push(e.outerHTML.slice(0, 120));
-}
-return [document.documentElement.scrollWidth - edge, found];
-"""
+from tests import browser
+from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, Window, contrast, luminance
 
 
-def _absent() -> str:
-    """What is missing of a browser, nothing if it is complete."""
-    names = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
-    return f"no {' and no '.join(names)} here; `make browser` installs them" if names else ""
-
-
-class Opened:
+class Opened(Window):
     """The page in a browser. Every load begins with an empty log."""
 
     def __init__(self, driver: Any, file: Path, results: list[Result]) -> None:
-        self.driver, self.file, self.results = driver, file, results
+        super().__init__(driver)
+        self.file, self.results = file, results
         self.log: list[dict[str, Any]] = []
 
     def show(self, size: tuple[int, int] = DESK, scheme: str = "light") -> None:
         """Load the page anew in a window of this size and colour scheme."""
-        width, height = size
-        window = {"width": width, "height": height, "deviceScaleFactor": 1}
-        self.command("Emulation.setDeviceMetricsOverride", mobile=size == PHONE, **window)
-        feature = {"name": "prefers-color-scheme", "value": scheme}
-        self.command("Emulation.setEmulatedMedia", media="screen", features=[feature])
+        self.shape(size, scheme)
         self.driver.get_log("performance")
         self.driver.get_log("browser")
         self.driver.get(self.file.as_uri())
         events = self.driver.get_log("performance")
         self.log = [json.loads(event["message"])["message"] for event in events]
-
-    def command(self, name: str, **parameters: Any) -> Any:
-        return self.driver.execute_cdp_cmd(name, parameters)
-
-    def run(self, script: str) -> Any:
-        return self.driver.execute_script(script)
-
-    def picture(self, place: Path) -> None:
-        shot = self.command("Page.captureScreenshot", format="png")
-        place.write_bytes(base64.b64decode(shot["data"]))
 
 
 @pytest.fixture(
@@ -110,11 +50,7 @@ def opened(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Opened]:
     """Some procedures and a failed one; slow: all procedures of the thesis."""
-    absent = _absent()
-    if absent and os.environ.get("MACROMICRO_BROWSER") == "required":
-        pytest.fail(absent)
-    if absent:
-        pytest.skip(absent)
+    browser.needed()
     place = tmp_path_factory.mktemp("browser")
     if request.param == "all":
         procedures = all_procedures()
@@ -123,39 +59,11 @@ def opened(
         results, procedures = request.getfixturevalue("reproduced")
     about = About("2026-01-02 03:04:05+00:00", 1.0)
     file = reproduction_files.write(place / "out", results, procedures, about)
-    driver = _driver(place / "profile")
+    driver = browser.driver(place / "profile")
     try:
         yield Opened(driver, file, results)
     finally:
         driver.quit()
-
-
-def _driver(profile: Path) -> Any:
-    """Chromium with the driver beside it; both named, so that nothing is looked for."""
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(shutil.which("chromium"))
-    for flag in (*FLAGS, f"--user-data-dir={profile}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
-    # The driver listens on this machine, which no proxy reaches.
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("no_proxy", "localhost,127.0.0.1")
-        return webdriver.Chrome(options, Service(str(shutil.which("chromedriver"))))
-
-
-def contrast(one: list[float], other: list[float]) -> float:
-    """Contrast ratio of two sRGB colours, 0-255 (WCAG 2.2)."""
-    light, dark = sorted((_luminance(one), _luminance(other)), reverse=True)
-    return (light + 0.05) / (dark + 0.05)
-
-
-def _luminance(colour: list[float]) -> float:
-    parts = [v / 255.0 for v in colour]
-    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def test_every_picture_loads(opened: Opened) -> None:
@@ -244,7 +152,7 @@ def test_text_stands_out(opened: Opened, scheme: str, dark: bool) -> None:
     assert faint == []
     paper = opened.run("return getComputedStyle(document.body).backgroundColor")
     colour = [float(v) for v in paper.strip("rgb()").split(",")]
-    assert (_luminance(colour) < 0.05) == dark
+    assert (luminance(colour) < 0.05) == dark
 
 
 def test_diagrams_follow_the_colour_scheme(opened: Opened) -> None:

@@ -40,6 +40,7 @@ class FakeStation:
         self.recording = RecordingState(False, "", 0, 0, "")
         self.trusted = True
         self.running = True
+        self.copied: list[int] = []
         self.rows = np.arange(len(NAMES) * 5000, dtype=float).reshape(len(NAMES), 5000)
 
     def connect(self, client: str) -> None:
@@ -73,7 +74,7 @@ class FakeStation:
     def heartbeat(self, client: str) -> None:
         self.beats.append(client)
 
-    def request(self, client: str, request: Any) -> m.Reply:
+    def request(self, client: str, request: Any) -> m.Reply:  # noqa: PLR0911
         with self.lock:
             if self.holder != client and not isinstance(request, m.Stop | m.EmergencyStop):
                 return m.Refused("this client does not hold control", "acquire control first")
@@ -149,7 +150,8 @@ class FakeStation:
         )
 
     def telemetry(self, since: int = -1) -> tuple[int, Any, Any]:
-        return self.rows.shape[1] - 1, self.rows, NAMES
+        self.copied.append(self.rows.shape[1] - 1 - since)
+        return self.rows.shape[1] - 1, self.rows[:, since + 1 :], NAMES
 
     def events(self, since: int = -1) -> tuple[int, list[m.Event]]:
         return len(self.told) - 1, self.told[since + 1 :]

@@ -105,7 +105,9 @@ def test_numbers_without_a_unit() -> None:
     for text, number in (("31 V", -138), ("256", -222), ("-1", -222), ("1.5", -222)):
         assert refused(mask, text) == number
     counts = Number("position", "counts", -1e6, 1e6, whole=True)
-    assert counts.read(one("590 COUNTS")) == counts.read(one("590 count")) == counts.read(one("590"))
+    assert (
+        counts.read(one("590 COUNTS")) == counts.read(one("590 count")) == counts.read(one("590"))
+    )
     assert refused(counts, "590 MM") == -131
 
 

@@ -33,7 +33,7 @@ def test_short_long_and_mixed_case_are_one(spelled, random, rooted) -> None:
 @given(st.sampled_from(SPELLED))
 def test_a_spelling_between_short_and_long_is_none(spelled) -> None:
     """6.2.1: only the exact short and the exact long form."""
-    command, names, ranges = spelled
+    command, names, _ = spelled
     if command.header.startswith("*"):
         return
     long = names[-1]

@@ -19,6 +19,7 @@ from macromicro.serve.settings import LiveSettings
 from macromicro.serve.station import Station
 
 pyvisa = pytest.importorskip("pyvisa")
+pytestmark = pytest.mark.slow
 
 
 def until(true: Callable[[], bool]) -> None:
@@ -38,9 +39,9 @@ def running(folder: Path) -> Iterator[tuple[Station, Server]]:
     settings = LiveSettings()
     # Machines that run tests are busy: nothing stops for lateness.
     serve = settings.serve._replace(miss_share=1.0, parent_timeout=5.0)
-    with Station(settings=settings._replace(serve=serve), state=folder / "position.json") as found:
-        with Server(found, port=0, folder=folder) as server:
-            yield found, server
+    station = Station(settings=settings._replace(serve=serve), state=folder / "position.json")
+    with station, Server(station, port=0, folder=folder) as server:
+        yield station, server
 
 
 @pytest.fixture

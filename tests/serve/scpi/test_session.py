@@ -238,6 +238,28 @@ def test_orders_from_before_a_stop_are_dropped(bench) -> None:
     assert bench.requests == [m.Stop("test")] and bench.errors() == [-200]
 
 
+def test_control_is_not_given_to_who_has_gone(watcher, monkeypatch) -> None:
+    """Neither before nor while it goes: nobody would give it back."""
+    acquire = watcher.station.acquire
+
+    def slow(client: str) -> m.Reply:
+        watcher.session.close()
+        return acquire(client)
+
+    monkeypatch.setattr(watcher.station, "acquire", slow)
+    watcher.ask("SYST:LOCK:REQ?")
+    assert watcher.station.holder == ""
+    assert watcher.ask("SYST:LOCK:REQ?") == "" and watcher.errors() == [-200]
+
+
+def test_rows_of_a_station_that_was_started_again(bench) -> None:
+    """Its rows count from 0 anew, fewer than were seen before."""
+    assert bench.device.newest(10)[0].tolist() == list(bench.station.rows[0, -10:])
+    bench.station.rows = bench.station.rows[:, :100]
+    assert bench.device.newest(10)[0].tolist() == list(bench.station.rows[0, -10:])
+    assert bench.device.newest(500).shape == (len(NAMES), 100)
+
+
 def test_status_byte_and_registers(bench) -> None:
     assert bench.ask("*ESR?;*ESR?") == "128;0"
     bench.ask("*ESE 32;*SRE 36")
@@ -359,6 +381,7 @@ def test_waveforms(bench) -> None:
             values = np.frombuffer(data[len(head) :], f"{code}f{length // 8}")
             assert values == pytest.approx(expected)
     assert bench.ask("FORM?;FORM:BORD?") == "REAL,64;SWAP"
+    assert bench.station.copied[0] == 5000 and max(bench.station.copied[1:]) < 2000
     assert len(bench.send("WAV:DATA? t,60 S")) == 7 + 5000 * 8  # all there is
     assert bench.send("WAV:DATA? t,0 S") == b"#10"
     assert bench.ask("WAV:CAT?").split(",")[0] == '"t"' and bench.errors() == []

@@ -103,7 +103,7 @@ class Connection:
                     async with asyncio.timeout(2.0):
                         await self._finish(worker)
         finally:
-            self.session.closed = True
+            self.session.gone.set()
             for task in (worker, reading):
                 task.cancel()
             await asyncio.gather(worker, reading, return_exceptions=True)
@@ -112,7 +112,7 @@ class Connection:
     def beat(self) -> None:
         """Tell the station that this client lives; lose it where its watchdog has run out."""
         session = self.session
-        if session.closed:
+        if session.gone.is_set():
             return
         silent = time.monotonic() - self._heard
         if session.watchdog and silent > session.watchdog:
@@ -205,7 +205,7 @@ class Connection:
     async def _rest(self) -> bool:
         """Wait for this client's motions; False if it has gone meanwhile."""
         while not await self._in(self._threads.orders, self.session.poll):
-            if self.session.closed:
+            if self.session.gone.is_set():
                 return False
             self._heard = time.monotonic()  # it waits for us: this is no silence
             await asyncio.sleep(POLL)

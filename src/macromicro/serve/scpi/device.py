@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import hmac
 import threading
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.parameters import entries, replaced
 from macromicro.serve.scpi.errors import ScpiError
+from macromicro.serve.shared import PERIOD
 
 if TYPE_CHECKING:
     from macromicro.serve.settings import LiveSettings
     from macromicro.serve.station import Station
+
+SPARE = 1000  # rows: for clocks that differ
 
 
 class Device:
@@ -38,6 +45,7 @@ class Device:
         self._limits = self.settings.live.limits
         self._control: Control = self.settings.controller
         self._seen = -1
+        self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
 
     @property
     def open(self) -> bool:
@@ -92,6 +100,24 @@ class Device:
             raise ScpiError(
                 -222, f"{found}; accepted: {low * scale:.6g} to {high * scale:.6g} {unit}"
             )
+
+    # Telemetry
+
+    def newest(self, wanted: int) -> NDArray[np.float64]:
+        """The last `wanted` rows of telemetry, or as many as there are: float64[columns, rows].
+
+        Only what may be needed is copied: there is a new row every period at most, so since
+        the last look no more of them can have come than periods have passed.
+        """
+        with self._lock:
+            last, seen = self._newest
+            now = time.monotonic()
+            first = last + round((now - seen) / PERIOD) - wanted - SPARE if last >= 0 else -1
+            last, rows, _ = self.station.telemetry(max(first, -1))
+            if rows.shape[1] < wanted and first >= 0:
+                last, rows, _ = self.station.telemetry()
+            self._newest = last, now
+        return rows[:, rows.shape[1] - min(wanted, rows.shape[1]) :]
 
     # Gains
 

@@ -154,9 +154,10 @@ async def _serve(
         connection = Connection(device, reader, writer, threads, bounds)
         connections[connection] = asyncio.create_task(run(connection))
 
-    def beat() -> None:
-        for connection in tuple(connections):
-            connection.beat()
+    def beat(living: tuple[Connection, ...]) -> None:
+        for connection in living:
+            with contextlib.suppress(Exception):  # one client's trouble is not the others'
+                connection.beat()
 
     try:
         listening = await _listen(accept, host, port)
@@ -166,7 +167,7 @@ async def _serve(
                 ready(bound[0], bound[1])
             while True:
                 await asyncio.sleep(BEAT)
-                await asyncio.get_running_loop().run_in_executor(orders, beat)
+                await asyncio.get_running_loop().run_in_executor(orders, beat, tuple(connections))
         finally:
             listening.close()
             tasks = tuple(connections.values())

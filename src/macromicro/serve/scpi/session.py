@@ -10,7 +10,7 @@ from macromicro.control.live.messages import DONE, FAULTED, LIMIT, STALLED, Fini
 from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError, MacromicroError
 from macromicro.serve.scpi import status
-from macromicro.serve.scpi.command import ALWAYS, CONTROL, WATCH, Answer, Call
+from macromicro.serve.scpi.command import ALWAYS, CHANGE, CONTROL, WATCH, Answer, Call
 from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.errors import (
     OPERATION_COMPLETE,
@@ -53,7 +53,7 @@ class Session:
         self.swapped: bool = False
         self.programme: tuple[str, Plan] | None = None
         self.running = 0
-        self.closed = False
+        self.gone = threading.Event()
         self.stops = 0
         self.failed = 0  # errors so far
         self._ordering = threading.Lock()
@@ -149,15 +149,21 @@ class Session:
         """As `run`, but an error goes to the queue. `stops`, `failed`: of this client when
         the message came, and when its first command was begun; what needs control is not done
         behind a later stop, nor behind an error in the same message."""
+        access, header = unit.command.access, unit.command.header
         try:
-            if unit.command.access != CONTROL:
+            if access not in (CONTROL, CHANGE):
                 return self.run(unit)
             with self._ordering:
-                if self.closed or self.stops != stops:
-                    raise ScpiError(-200, f"{unit.command.header} not done: it came before a stop")
-                if self.failed != failed:
-                    raise ScpiError(-200, f"{unit.command.header} not done: error before it")
-                return self.run(unit)
+                if self.gone.is_set():
+                    raise ScpiError(-200, f"{header} not done: the client is gone")
+                if access == CONTROL and self.stops != stops:
+                    raise ScpiError(-200, f"{header} not done: it came before a stop")
+                if access == CONTROL and self.failed != failed:
+                    raise ScpiError(-200, f"{header} not done: error before it")
+                answer = self.run(unit)
+                if self.gone.is_set():  # it went while it was given control, perhaps
+                    self.device.station.disconnect(self.client)
+                return answer
         except ScpiError as error:
             self.fail(error)
             return None
@@ -193,8 +199,8 @@ class Session:
 
     def close(self) -> None:
         """The client is gone. The station does to the machine what a lost client does."""
-        if not self.closed:
-            self.closed = True
+        if not self.gone.is_set():
+            self.gone.set()
             self.device.station.disconnect(self.client)
 
 

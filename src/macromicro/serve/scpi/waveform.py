@@ -14,7 +14,7 @@ from macromicro.serve.scpi.command import CONTROL, Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Flag, Number, Text, Word
 from macromicro.serve.shared import COLUMNS as TELEMETRY
-from macromicro.serve.shared import PERIOD, RING_S
+from macromicro.serve.shared import INDEX, PERIOD, RING_S
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
@@ -44,12 +44,10 @@ def _border(call: Call) -> Answer:
 
 def _data(call: Call) -> Answer:
     column, seconds = call.values
-    _, rows, names = call.session.device.station.telemetry()
-    known = {name: k for k, name in enumerate(names)}
-    if column.lower() not in known:
+    if column.lower() not in INDEX:
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
-    wanted = round(seconds / PERIOD)
-    values = rows[known[column.lower()], -wanted:] if wanted else rows[0, :0]
+    rows = call.session.device.newest(round(seconds / PERIOD))
+    values = rows[INDEX[column.lower()]]
     kind, length = call.session.format
     if kind == "ASC":
         return ",".join(number(x) for x in values.tolist()) or '""'

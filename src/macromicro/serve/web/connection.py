@@ -78,7 +78,11 @@ class Connection:
             problem = ""
             if room.gate.open or hello.get("token") is not None:
                 problem = await self._login(hello)
-            self._look(hello)
+            try:
+                self._look(hello)
+            except Refusal as refusal:
+                await self._socket.close(POLICY, refusal.reason[:100])
+                return
             await self._send(json.dumps({"welcome": self._welcome(problem)}, allow_nan=False))
             tasks = [asyncio.create_task(self._show()), asyncio.create_task(self._work())]
             async for message in self._socket:
@@ -124,6 +128,8 @@ class Connection:
             self._later(self._stop(order))
         elif what == "beat":
             self._room.station.heartbeat(self._seat.client)
+            if "id" in order:  # it measures the way to here and back
+                self._later(self._reply(order, Accepted()))
         elif what == "keep":
             if self._seat.jog is not None:
                 self._seat.jog = (self._seat.jog[0], time.monotonic() + self._bounds.jog)
@@ -168,26 +174,20 @@ class Connection:
 
     async def _do(self, order: dict[str, Any]) -> tuple[Reply, dict[str, Any]]:
         what, room, client = order.get("do"), self._room, self._seat.client
-        if what == "view":
-            self._look(order)
-            return Accepted(), {}
-        if what == "login":
-            problem = await self._login(order)
+        if what in ("view", "login"):
+            problem = await self._login(order) if what == "login" else self._look(order)
             return (Refused(problem, "see the server's terminal") if problem else Accepted()), {}
         if not self._admitted:
             raise Refusal("this page has not given the token", "log in first")
-        if what == "take":
-            return await room.desk.do(lambda: room.station.acquire(client)), {}
-        if what == "release":
-            return await room.desk.do(lambda: room.station.release(client)), {}
-        if what == "record":
-            name = await room.desk.do(room.recordings.begin)
-            return Accepted(), {"name": name}
-        if what == "end recording":
-            state = await room.desk.do(room.recordings.end)
-            return Accepted(), {"rows": state.rows}
         if what == "download":
             return await self._piece(order)
+        if what in ("take", "release"):
+            give = room.station.acquire if what == "take" else room.station.release
+            return await room.desk.do(lambda: give(client)), {}
+        if what == "record":
+            return Accepted(), {"name": await room.desk.do(room.recordings.begin)}
+        if what == "end recording":
+            return Accepted(), {"rows": (await room.desk.do(room.recordings.end)).rows}
         if not room.orders.knows(what):
             raise Refusal(f"{what!r:.60} is no order", "see the page")
         return await self._order(order), {}
@@ -233,7 +233,7 @@ class Connection:
             "view": self._view._asdict(),
         }
 
-    def _look(self, order: dict[str, Any]) -> None:
+    def _look(self, order: dict[str, Any]) -> str:
         """Another span or width of the plots: all that is to be seen is sent anew."""
         columns = min(max(int(number({"columns": 600, **order}, "columns")), bins.LEAST), bins.MOST)
         span = number({"span": bins.SPANS[1], **order}, "span")
@@ -242,6 +242,7 @@ class Connection:
         wanted = number({"view": 0, **order}, "view")
         self._view = bins.view(int(wanted) & 0xFFFFFFFF, span, columns)
         self._since = -1
+        return ""
 
     async def _show(self) -> None:
         """Telemetry, state and news, as fast as this viewer takes them."""

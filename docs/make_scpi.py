@@ -1,0 +1,57 @@
+"""Writes docs/scpi.md from docs/scpi.template.md and the table of commands.
+
+python docs/make_scpi.py
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from macromicro.serve.scpi.command import Command
+from macromicro.serve.scpi.errors import TEXTS
+from macromicro.serve.scpi.status import OPERATION_BITS, QUESTIONABLE_BITS
+from macromicro.serve.scpi.tree import COMMANDS
+
+FOLDER = Path(__file__).resolve().parent
+TEMPLATE, PAGE = FOLDER / "scpi.template.md", FOLDER / "scpi.md"
+HEAD = "| command | parameters | what | answer | who |\n|---|---|---|---|---|\n"
+
+
+def row(command: Command) -> str:
+    """A command as a line of the table."""
+    taken = "; ".join(
+        f"{'[' if p.optional else ''}*{p.name}*{']' if p.optional else ''}: {p.words()}"
+        for p in command.parameters
+    )
+    text, answer = (t.replace("*", "\\*") for t in (command.text, command.answer))
+    cells = (f"`{command.header}`", taken, text, answer, command.access)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"
+
+
+def bits(names: dict[int, str]) -> str:
+    """Bits of a register."""
+    head = "| bit | value | meaning |\n|---|---|---|\n"
+    return head + "".join(f"| {k} | {1 << k} | {text} |\n" for k, text in names.items())
+
+
+def errors() -> str:
+    """Every number that may be queued."""
+    head = "| number | text |\n|---|---|\n"
+    return head + "".join(f"| {number} | {text} |\n" for number, text in TEXTS.items())
+
+
+def render() -> str:
+    """The page."""
+    parts = {
+        "commands": HEAD + "".join(row(c) for c in COMMANDS),
+        "operation": bits(OPERATION_BITS),
+        "questionable": bits(QUESTIONABLE_BITS),
+        "errors": errors(),
+    }
+    text = TEMPLATE.read_text(encoding="utf-8")
+    return re.sub(r"<<(\w+)>>", lambda m: parts[m[1]].rstrip(), text)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(render(), encoding="utf-8")

@@ -1,0 +1,174 @@
+// Buttons, moves, jogs and keys. Stops are always in reach and need nobody's leave.
+
+const $ = (id) => document.getElementById(id);
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+const FACTORS = { m: 1, mm: 1e-3, um: 1e-6 };
+const KEEP_MS = 100;
+
+export class Orders {
+  constructor(link, page) {
+    this.link = link;
+    this.page = page; // say(words, bad), state, limits
+    this.jog = null;
+    for (const button of document.querySelectorAll("[data-do]")) {
+      button.addEventListener("click", () => this.give(button.dataset.do, {}, button.textContent));
+    }
+    $("take").addEventListener("click", () => this.give("take", {}, "Take control"));
+    $("release").addEventListener("click", () => this.give("release", {}, "Release control"));
+    $("clear").addEventListener("click", () => this.give("clear", {}, "Clear the fault"));
+    $("fan").addEventListener("click", () => this.give("fan", { on: !page.state.fan }, "Fan"));
+    $("stop").addEventListener("click", () => this.stop());
+    $("stop-programme").addEventListener("click", () => this.stop());
+    $("emergency").addEventListener("click", (event) => this.emergency(event));
+    $("move-form").addEventListener("submit", (event) => this.move(event));
+    $("move-kind").addEventListener("change", () => this.units());
+    $("programme-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.give("programme", { name: $("programme").value }, "Programme");
+    });
+    for (const button of document.querySelectorAll(".jog-button")) this.hold(button);
+    window.addEventListener("blur", () => this.endJog());
+    document.addEventListener("visibilitychange", () => { if (document.hidden) this.endJog(); });
+    document.addEventListener("keydown", (event) => this.key(event), true);
+    document.addEventListener("keyup", (event) => {
+      if (event.code === "Space" && !typing(event.target)) event.preventDefault();
+    }, true);
+  }
+
+  async give(what, fields, words) {
+    const reply = await this.link.order(what, fields);
+    if (reply.ok) this.page.say(reply.motion ? `${words}: motion ${reply.motion} has begun.` : `${words}: done.`);
+    else this.page.say(`${words}: refused. ${reply.reason}. ${capital(reply.remedy)}`, true);
+    return reply;
+  }
+
+  stop() {
+    this.endJog();
+    return this.give("stop", {}, "Stop");
+  }
+
+  async emergency(event) {
+    const began = event ? event.timeStamp : performance.now();
+    this.jog = null;
+    $("diff").close();
+    const reply = await this.link.order("emergency");
+    const took = performance.now() - began;
+    window.macromicro.emergencyMs = took;
+    if (reply.ok) {
+      this.page.say(`Emergency stop: outputs safe ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
+        `knew of it, and known here ${took.toFixed(1)} ms after the click or key.`);
+    } else this.page.say(`EMERGENCY STOP NOT CONFIRMED: ${reply.reason}. ${capital(reply.remedy)}`, true);
+  }
+
+  key(event) {
+    if (event.key === "Escape") {
+      event.preventDefault();
+      if (!event.repeat) this.emergency(event);
+    } else if (event.code === "Space" && !typing(event.target)) {
+      event.preventDefault();
+      if (!event.repeat) this.stop();
+    }
+  }
+
+  units() {
+    const counts = $("move-kind").value === "move macro";
+    $("move-unit").hidden = counts;
+    $("move-value").placeholder = counts ? "counts" : "";
+  }
+
+  // Checks here, so that a slip is told at once; the server and the machine check again.
+  move(event) {
+    event.preventDefault();
+    const kind = $("move-kind").value, unit = $("move-unit").value;
+    const given = $("move-value").value.trim().replace(",", ".");
+    const value = Number(given);
+    const problem = NUMBER.test(given) ? this.beyond(kind, value, unit) : "Give a number.";
+    $("move-problem").textContent = problem;
+    $("move-value").setAttribute("aria-invalid", problem ? "true" : "false");
+    if (problem) { $("move-value").focus(); return; }
+    this.give(kind, kind === "move macro" ? { value } : { value, unit }, "Move");
+  }
+
+  beyond(kind, value, unit) {
+    const q = this.page.limits, metres = value * FACTORS[unit];
+    const told = (low, high, words) => `Accepted: ${low.toFixed(4)} to ${high.toFixed(4)} ${words}.`;
+    if (kind === "move macro") {
+      if (!Number.isInteger(value)) return "Give a whole number of counts.";
+      return value < q.macro_low || value > q.macro_high ? told(q.macro_low, q.macro_high, "counts") : "";
+    }
+    if (kind === "move micro") {
+      const low = q.micro_low * 1e-3, high = q.micro_high * 1e-3;
+      return metres < low || metres > high ? told(low / FACTORS[unit], high / FACTORS[unit], unit) : "";
+    }
+    const base = kind === "move by" ? (this.page.state.target_m ?? this.page.state.position_m ?? 0) : 0;
+    const low = q.whole_low - base, high = q.whole_high - base;
+    return metres < low || metres > high ? told(low / FACTORS[unit], high / FACTORS[unit], unit) : "";
+  }
+
+  // Speeds to choose from: shares of what the machine allows just now.
+  speeds() {
+    const q = this.page.limits;
+    for (const row of document.querySelectorAll(".jog")) {
+      const select = row.querySelector("select");
+      const most = row.dataset.stage === "micro" ? q.jog_micro : this.page.state.trusted ? q.jog_macro : q.jog_slow;
+      if (select.dataset.most === String(most)) continue;
+      select.dataset.most = String(most);
+      const chosen = Math.max(select.selectedIndex, 0);
+      select.replaceChildren(...[0.1, 0.3, 1].map((share) => {
+        const option = new Option(`${Number((most * share * 1e3).toPrecision(2))} mm/s`, most * share);
+        return option;
+      }));
+      select.selectedIndex = chosen;
+    }
+  }
+
+  hold(button) {
+    const row = button.closest(".jog"), sign = Number(button.dataset.sign);
+    const begin = () => this.beginJog(button, row.dataset.stage, sign * Number(row.querySelector("select").value));
+    button.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      button.setPointerCapture(event.pointerId);
+      begin();
+    });
+    for (const kind of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) {
+      button.addEventListener(kind, () => this.endJog());
+    }
+    button.addEventListener("contextmenu", (event) => event.preventDefault());
+    button.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter") return;
+      event.preventDefault();
+      if (!event.repeat) begin();
+    });
+    button.addEventListener("keyup", (event) => { if (event.key === "Enter") this.endJog(); });
+  }
+
+  async beginJog(button, stage, speed) {
+    this.endJog();
+    button.classList.add("held");
+    const jog = { stage, button, timer: setInterval(() => this.link.tell("keep"), KEEP_MS) };
+    this.jog = jog;
+    const reply = await this.link.order("jog", { stage, speed });
+    if (!reply.ok) {
+      if (this.jog === jog) this.endJog(false);
+      this.page.say(`Jog: refused. ${reply.reason}. ${capital(reply.remedy)}`, true);
+    }
+  }
+
+  endJog(tell = true) {
+    const jog = this.jog;
+    if (!jog) return;
+    this.jog = null;
+    clearInterval(jog.timer);
+    jog.button.classList.remove("held");
+    if (tell) this.link.order("jog", { stage: jog.stage, speed: 0 });
+  }
+}
+
+function typing(target) {
+  return target instanceof HTMLElement && (target.tagName === "TEXTAREA" || target.isContentEditable ||
+    (target.tagName === "INPUT" && !["button", "checkbox", "radio", "submit"].includes(target.type)));
+}
+
+export function capital(words) {
+  return words ? `${words[0].toUpperCase()}${words.slice(1)}.` : "";
+}

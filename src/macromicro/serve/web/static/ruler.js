@@ -1,0 +1,120 @@
+// Both stages on one ruler, on four scales: each window shows a part of the one above.
+
+import { colours, decimals, niceStep, surface } from "./canvas.js";
+
+const NAMES = ["travel", "4 mm", "100 um", "10 um"];
+const SPANS = [null, 4, 0.1, 0.01]; // mm
+
+export class Ruler {
+  constructor(canvas) { this.canvas = canvas; this.limits = null; }
+
+  // place: {position, macro, micro} mm, uncertainty um, target mm or NaN, trusted.
+  draw(place) {
+    const { g, width, height } = surface(this.canvas);
+    if (!this.limits || !Number.isFinite(place.position)) return;
+    const low = this.limits.whole_low * 1e3, high = this.limits.whole_high * 1e3;
+    const centre = Number.isFinite(place.target) ? place.target : place.position;
+    const row = height / NAMES.length;
+    const left = 56, inner = width - left - 8;
+    let above = null;
+    NAMES.forEach((name, k) => {
+      const span = SPANS[k] ?? high - low;
+      const from = k === 0 ? low : centre - span / 2;
+      const scale = { from, span, left, inner, top: k * row, row, x: (v) => left + ((v - from) / span) * inner };
+      if (above) this.wedge(g, above, scale);
+      this.strip(g, name, scale, place, k);
+      above = scale;
+    });
+  }
+
+  // Which part of the window above this one shows.
+  wedge(g, above, below) {
+    const y0 = above.top + above.row * 0.5 + 20, y1 = below.top + below.row * 0.5 - 17;
+    g.fillStyle = colours.box;
+    g.beginPath();
+    g.moveTo(above.x(below.from), y0);
+    g.lineTo(above.x(below.from + below.span), y0);
+    g.lineTo(below.left + below.inner, y1);
+    g.lineTo(below.left, y1);
+    g.fill();
+  }
+
+  strip(g, name, s, place, k) {
+    const base = s.top + s.row * 0.5, inside = (v) => v >= s.from && v <= s.from + s.span;
+    const clamp = (v) => Math.min(Math.max(s.x(v), s.left), s.left + s.inner);
+    g.strokeStyle = colours.ink;
+    g.fillStyle = colours.faint;
+    g.textBaseline = "middle";
+    g.textAlign = "left";
+    g.fillText(name, 2, base);
+    g.textAlign = "center";
+    g.textBaseline = "top";
+    g.beginPath();
+    g.moveTo(s.left, base);
+    g.lineTo(s.left + s.inner, base);
+    const step = niceStep(s.span, Math.max(s.inner / 75, 2)), digits = decimals(step);
+    for (let v = Math.ceil(s.from / step) * step; v <= s.from + s.span; v += step) {
+      g.moveTo(s.x(v), base);
+      g.lineTo(s.x(v), base + 5);
+      const words = v.toFixed(digits);
+      const half = g.measureText(words).width / 2;
+      if (s.x(v) + half < s.left + s.inner + 8 && s.x(v) - half > s.left - 20) g.fillText(words, s.x(v), base + 6);
+    }
+    g.stroke();
+    this.uncertain(g, s, place, base, clamp);
+    if (k < 2) this.stages(g, s, place, base, clamp);
+    if (Number.isFinite(place.target) && inside(place.target)) {
+      g.strokeStyle = colours.two;
+      g.lineWidth = 2;
+      g.beginPath();
+      g.moveTo(s.x(place.target), base - s.row * 0.36);
+      g.lineTo(s.x(place.target), base + 5);
+      g.stroke();
+      g.lineWidth = 1;
+    }
+    this.pointer(g, s, place.position, base, inside(place.position));
+  }
+
+  uncertain(g, s, place, base, clamp) {
+    if (!Number.isFinite(place.uncertainty)) return;
+    const half = place.uncertainty * 1e-3, a = clamp(place.position - half), b = clamp(place.position + half);
+    g.fillStyle = colours.fill;
+    g.fillRect(a, base - 6, Math.max(b - a, 1), 5);
+  }
+
+  // The carriage, and the micro-stage's contraction from it to where the whole stands.
+  stages(g, s, place, base, clamp) {
+    const a = clamp(place.macro), b = clamp(place.position);
+    g.fillStyle = colours.one;
+    g.fillRect(a - 3, base - 15, 6, 8);
+    g.strokeStyle = colours.three;
+    g.lineWidth = 3;
+    g.beginPath();
+    g.moveTo(a, base - 11);
+    g.lineTo(b, base - 11);
+    g.stroke();
+    g.lineWidth = 1;
+  }
+
+  pointer(g, s, position, base, inside) {
+    g.fillStyle = colours.ink;
+    g.beginPath();
+    if (inside) {
+      const x = s.x(position);
+      g.moveTo(x, base - 1);
+      g.lineTo(x - 5, base - 10);
+      g.lineTo(x + 5, base - 10);
+    } else {
+      const right = position > s.from, x = right ? s.left + s.inner : s.left, d = right ? -1 : 1;
+      g.moveTo(x, base - 6);
+      g.lineTo(x + 8 * d, base - 11);
+      g.lineTo(x + 8 * d, base - 1);
+      const off = Math.abs(position - (s.from + s.span / 2));
+      const words = off >= 1 ? `${off.toFixed(1)} mm off` : `${(off * 1e3).toFixed(off >= 0.1 ? 0 : 1)} um off`;
+      g.textAlign = right ? "right" : "left";
+      g.textBaseline = "bottom";
+      g.fillText(words, x + 12 * d, base - 2);
+    }
+    g.fill();
+  }
+}

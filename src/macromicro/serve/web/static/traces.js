@@ -1,0 +1,169 @@
+// Telemetry as the plots keep it: a ring of columns with smallest and largest value of each.
+
+import { colours, decimals, niceStep, surface } from "./canvas.js";
+
+const LEFT = 46, BOTTOM = 16, TOP = 6;
+export const MARGIN = LEFT + 4;
+
+export class Ring {
+  constructor(view, span, columns, channels) {
+    const rows = Math.round(span * 1000);
+    const width = Math.max(Math.ceil(rows / columns), 1);
+    this.view = view;
+    this.columns = Math.ceil(rows / width);
+    this.channels = channels;
+    this.values = new Float32Array(this.columns * channels * 2);
+    this.tags = new Float64Array(this.columns).fill(-1);
+    this.newest = -1;
+    this.time = NaN;
+    this.width = width / 1000;
+    this.row = 0;
+  }
+
+  take(frame) {
+    if (frame.view !== this.view || frame.channels !== this.channels) return;
+    if (frame.row < this.row) this.tags.fill(-1); // another loop counts anew
+    const size = this.channels * 2;
+    for (let k = 0; k < frame.bins; k++) {
+      const bin = frame.first + k, slot = bin % this.columns;
+      this.values.set(frame.values.subarray(k * size, (k + 1) * size), slot * size);
+      this.tags[slot] = bin;
+    }
+    this.newest = frame.first + frame.bins - 1;
+    this.time = frame.time;
+    this.row = frame.row;
+  }
+
+  // Time [s] at the right end of a column.
+  end(bin) { return this.time + (bin + 1) * this.width - (this.row + 1) / 1000; }
+}
+
+export class Plot {
+  // lines: [channel, colour name, label, unit, digits]
+  constructor(parent, title, lines, least) {
+    this.lines = lines;
+    this.least = least;
+    this.low = 0;
+    this.high = least;
+    const figure = document.createElement("figure");
+    figure.className = "plot";
+    const caption = document.createElement("figcaption");
+    const head = document.createElement("strong");
+    head.textContent = title;
+    caption.append(head);
+    this.outputs = lines.map(([, colour, label]) => {
+      const item = document.createElement("span"), key = document.createElement("span");
+      key.className = `key ${colour}`;
+      const words = document.createTextNode("");
+      item.append(key, label, " ", words);
+      caption.append(item);
+      return words;
+    });
+    this.canvas = document.createElement("canvas");
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", `${title} over time; its present values are given above`);
+    figure.append(caption, this.canvas);
+    parent.append(figure);
+  }
+
+  get width() { return this.canvas.clientWidth - MARGIN; }
+
+  words(ring) {
+    const slot = ring.newest % ring.columns;
+    this.lines.forEach(([channel, , , unit, digits], k) => {
+      const value = ring.newest < 0 ? NaN : ring.values[(slot * ring.channels + channel) * 2 + 1];
+      this.outputs[k].data = Number.isFinite(value) ? `${value.toFixed(digits)} ${unit}` : "-";
+    });
+  }
+
+  range(ring) {
+    let low = Infinity, high = -Infinity;
+    for (let slot = 0; slot < ring.columns; slot++) {
+      if (ring.tags[slot] <= ring.newest - ring.columns || ring.tags[slot] < 0) continue;
+      for (const [channel] of this.lines) {
+        const at = (slot * ring.channels + channel) * 2;
+        if (ring.values[at] < low) low = ring.values[at];
+        if (ring.values[at + 1] > high) high = ring.values[at + 1];
+      }
+    }
+    if (!(low <= high)) return;
+    const pad = Math.max((high - low) * 0.08, (this.least - (high - low)) / 2);
+    low -= pad;
+    high += pad;
+    // It grows at once and shrinks only when it is far too large: a calm picture.
+    const far = high - low < 0.6 * (this.high - this.low);
+    if (far || low + pad / 2 < this.low || high - pad / 2 > this.high) {
+      this.low = low;
+      this.high = high;
+    }
+  }
+
+  draw(ring, marks) {
+    const { g, width, height } = surface(this.canvas);
+    const inner = width - MARGIN, bottom = height - BOTTOM;
+    if (inner < 20) return;
+    this.range(ring);
+    const y = (v) => bottom - ((v - this.low) / (this.high - this.low)) * (bottom - TOP);
+    const first = ring.newest - ring.columns + 1, dx = inner / ring.columns;
+    const span = ring.columns * ring.width;
+    const start = ring.newest < 0 ? 0 : ring.end(ring.newest) - span;
+    const x = (t) => LEFT + ((t - start) / span) * inner;
+    this.grid(g, { y, x, start, span, inner, bottom });
+    g.save();
+    g.beginPath();
+    g.rect(LEFT, TOP, inner, bottom - TOP);
+    g.clip();
+    g.strokeStyle = colours.mark;
+    g.setLineDash([3, 3]);
+    g.beginPath();
+    for (const { time } of marks) {
+      if (time < start) continue;
+      g.moveTo(x(time), TOP);
+      g.lineTo(x(time), bottom);
+    }
+    g.stroke();
+    g.setLineDash([]);
+    g.lineWidth = 1.5;
+    for (const [channel, colour] of this.lines) {
+      g.strokeStyle = colours[colour];
+      g.beginPath();
+      let pen = false;
+      for (let k = 0; k < ring.columns; k++) {
+        const slot = (first + k + ring.columns) % ring.columns, at = (slot * ring.channels + channel) * 2;
+        const low = ring.values[at];
+        if (first + k < 0 || ring.tags[slot] !== first + k || low !== low) { pen = false; continue; }
+        const px = LEFT + (k + 0.5) * dx;
+        if (pen) g.lineTo(px, y(low)); else g.moveTo(px, y(low));
+        g.lineTo(px, y(ring.values[at + 1]) - 0.01);
+        pen = true;
+      }
+      g.stroke();
+    }
+    g.restore();
+  }
+
+  grid(g, { y, x, start, span, inner, bottom }) {
+    g.strokeStyle = colours.line;
+    g.fillStyle = colours.faint;
+    g.textAlign = "right";
+    g.textBaseline = "middle";
+    g.beginPath();
+    const step = niceStep(this.high - this.low, 4);
+    for (let v = Math.ceil(this.low / step) * step; v <= this.high; v += step) {
+      g.moveTo(LEFT, y(v));
+      g.lineTo(LEFT + inner, y(v));
+      g.fillText(v.toFixed(decimals(step)), LEFT - 4, Math.max(y(v), 6));
+    }
+    g.textAlign = "center";
+    g.textBaseline = "top";
+    const pace = niceStep(span, Math.max(inner / 90, 2));
+    for (let t = Math.ceil(start / pace) * pace; t <= start + span; t += pace) {
+      if (t < 0) continue;
+      g.moveTo(x(t), TOP);
+      g.lineTo(x(t), bottom);
+      const end = x(t) > LEFT + inner - 18 || x(t) < LEFT + 10;
+      if (!end) g.fillText(`${t.toFixed(decimals(pace))} s`, x(t), bottom + 3);
+    }
+    g.stroke();
+  }
+}

@@ -1,0 +1,68 @@
+"""docs/scpi.md says what the server does now."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.serve.scpi import Server
+from macromicro.serve.scpi.connection import Bounds
+from macromicro.serve.scpi.errors import QUEUE
+from macromicro.serve.scpi.message import MOST_UNITS
+from macromicro.serve.scpi.tree import COMMANDS
+
+DOCS = Path(__file__).parents[3] / "docs"
+PAGE = DOCS / "scpi.md"
+
+
+def test_page_is_up_to_date() -> None:
+    """`python docs/make_scpi.py` brings it up to date."""
+    spec = importlib.util.spec_from_file_location("make_scpi", DOCS / "make_scpi.py")
+    assert spec is not None and spec.loader is not None
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    assert PAGE.read_text(encoding="utf-8") == maker.render()
+
+
+def test_page_lists_every_command_once() -> None:
+    rows = re.findall(r"^\| `([^`]+)` \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    assert rows == [c.header for c in COMMANDS]
+
+
+def test_page_names_the_limits() -> None:
+    text = " ".join(PAGE.read_text(encoding="utf-8").split())
+    bounds = Bounds()
+    assert f"line of at most {bounds.line // 1024} KiB" in text
+    assert f"blocks of at most {bounds.block // 2**20} MiB" in text
+    assert f"{MOST_UNITS} commands in a message, {bounds.rate:.0f} simple" in text
+    assert f"{bounds.clients} clients" in text and f"queue of {QUEUE}" in text
+    assert f"Up to {bounds.messages} messages" in text and f"for {bounds.unread:.0f} s" in text
+
+
+def test_page_s_session_runs(station: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its Python, with a station whose motions end at once and another port."""
+    pyvisa = pytest.importorskip("pyvisa")
+    block = re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert block is not None
+    request = station.request
+
+    def at_once(client: str, order: Any) -> Any:
+        reply = request(client, order)
+        if station.motion:
+            station.end("done")
+        return reply
+
+    monkeypatch.setattr(station, "request", at_once)
+    with Server(station, port=0) as server:
+        found: dict[str, Any] = {}
+        code = block[1].replace("5025", str(server.address[1]))
+        exec(compile(code, str(PAGE), "exec"), found)
+        assert len(found["place"]) == 2000
+        assert found["positioner"].query("SYST:ERR?") == '0,"No error"'
+        found["positioner"].close()
+    assert pyvisa is not None
+    assert [type(r).__name__ for r in station.requests] == ["Enable", "Home", "MoveTo"]

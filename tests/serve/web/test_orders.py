@@ -1,0 +1,91 @@
+"""Messages of a viewer: what becomes of good and of bad ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.control.settings import Control
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.web.orders import Orders, Refusal, read
+
+ORDERS = Orders(LiveSettings())
+
+
+def request(**order: Any) -> Any:
+    assert ORDERS.knows(order["do"])
+    return ORDERS.request(order, Control())
+
+
+@pytest.mark.parametrize(
+    ("order", "wanted"),
+    [
+        ({"do": "enable"}, m.Enable()),
+        ({"do": "move to", "value": 42.5, "unit": "mm"}, m.MoveTo(pytest.approx(0.0425))),
+        ({"do": "move by", "value": -3, "unit": "um"}, m.MoveBy(pytest.approx(-3e-6))),
+        ({"do": "move macro", "value": 700}, m.MoveMacro(700.0)),
+        ({"do": "move micro", "value": 0.5, "unit": "mm"}, m.MoveMicro(pytest.approx(0.5))),
+        ({"do": "jog", "stage": "micro", "speed": 1e-4}, m.Jog("micro", 1e-4)),
+        ({"do": "fan", "on": True}, m.Fan(True)),
+        ({"do": "clear"}, m.ClearFault()),
+    ],
+)
+def test_orders_become_requests_in_the_machines_units(order: dict[str, Any], wanted: Any) -> None:
+    assert request(**order) == wanted
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        {"do": "move to", "value": 42.5},
+        {"do": "move to", "value": 42.5, "unit": "inch"},
+        {"do": "move to", "value": 42.5, "unit": ["mm"]},
+        {"do": "move to", "value": "42.5", "unit": "mm"},
+        {"do": "move to", "value": True, "unit": "mm"},
+        {"do": "move to", "value": 10**400, "unit": "mm"},
+        {"do": "move macro"},
+        {"do": "jog", "stage": 7, "speed": 0.1},
+        {"do": "jog", "stage": "macro", "speed": None},
+        {"do": "fan", "on": 1},
+        {"do": "programme", "name": "../../etc/passwd"},
+        {"do": "programme"},
+        {"do": "gains"},
+        {"do": "gains", "changes": []},
+        {"do": "gains", "changes": [["pd_tuned.now", 1]]},
+        {"do": "gains", "changes": [["sequence.wait", 2.0, None]]},
+    ],
+)
+def test_bad_orders_are_refused(order: dict[str, Any]) -> None:
+    with pytest.raises(Refusal) as refusal:
+        request(**order)
+    assert refusal.value.reason
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "x", "[1]", "7", '{"a": NaN}', '{"a": Infinity}', "[" * 9000, '{"a": ' + "9" * 5000 + "}"],
+)
+def test_what_is_no_message_is_refused(text: str) -> None:
+    with pytest.raises(Refusal):
+        read(text)
+    with pytest.raises(Refusal):
+        read(text.encode())
+
+
+def test_shipped_programmes_fit_the_soft_limits() -> None:
+    plan = request(do="programme", name="thesis").plan
+    assert len(plan.target) > 0
+
+
+def test_gains_that_somebody_else_has_changed_are_refused() -> None:
+    wait = Control().sequence.wait
+    changes = [["sequence.wait", wait, 1.0]]
+    assert request(do="gains", changes=changes) == m.SetGains((("sequence.wait", 1.0),))
+    with pytest.raises(Refusal, match="by now"):
+        request(do="gains", changes=[["sequence.wait", wait + 1.0, 1.0]])
+
+
+def test_unknown_orders_are_not_known() -> None:
+    assert not ORDERS.knows("link lost") and not ORDERS.knows(None) and not ORDERS.knows(["a"])
