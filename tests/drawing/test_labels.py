@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from xml.etree import ElementTree
 
@@ -38,7 +39,7 @@ def inked(svg: str) -> list[Rect]:
             xs, ys = zip(*points, strict=True)
             found.append(Rect(min(xs), min(ys), max(xs), max(ys)))
         else:
-            for (a, b), (c, d) in zip(points, points[1:], strict=False):
+            for (a, b), (c, d) in itertools.pairwise(points):
                 found.append(Rect(min(a, c), min(b, d), max(a, c), max(b, d)).grown(0.7))
     return found
 

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests import browser
+from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, Window, contrast, luminance
 
 from macromicro.experiments import reproduce
 from macromicro.experiments.procedure import Lab
@@ -20,8 +22,6 @@ from macromicro.experiments.reproduce import Chosen, Result
 from macromicro.report import reproduction_files
 from macromicro.report.errata import ERRATA
 from macromicro.report.reproduction import About
-from tests import browser
-from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, Window, contrast, luminance
 
 
 class Opened(Window):

@@ -15,7 +15,7 @@ def test_all_is_well_is_no_fault() -> None:
 
 
 def test_every_code_has_its_words() -> None:
-    codes = set(range(guard.ILLEGAL, guard.NO_MOTION + 1))
+    codes = set(range(guard.ILLEGAL, guard.CLOCK + 1))
     assert set(TEXTS) == codes
     assert len({text.name for text in TEXTS.values()}) == len(codes)
 

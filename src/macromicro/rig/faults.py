@@ -80,8 +80,8 @@ TEXTS = {
         "carriage stuck",
         "The motor pushes and the carriage does not move.",
         "{value:.2f} V without a single count for {limit:.3f} s",
-        "Free the carriage, check motor supply and encoder; guard.push and guard.stuck set the "
-        "limits.",
+        "Free the carriage, check motor supply and encoder, then home; guard.push with "
+        "guard.stuck, and guard.lean with guard.leant, set the limits.",
     ),
     guard.TOO_HOT: _Text(
         "actuator too hot",
@@ -95,6 +95,34 @@ TEXTS = {
         "estimated {value:.0f} degC for {limit:.2f} s without motion",
         "Check that the actuator is connected and not jammed, and the Hall sensor; guard.warm "
         "and guard.idle set the limits.",
+    ),
+    guard.ENCODER_JUMP: _Text(
+        "encoder jumped",
+        "The encoder's count jumped farther than any carriage can go.",
+        "{value:.0f} counts at once, possible {limit:.0f} counts",
+        "Check the encoder's cable and shield and its counter board, then home; guard.fastest "
+        "sets the limit.",
+    ),
+    guard.ENCODER_AGAINST: _Text(
+        "encoder against the motor",
+        "The encoder counts against the motor's push and goes on so.",
+        "{value:.0f} counts against it, allowed {limit:.0f} counts",
+        "See that the encoder's two channels, or the motor's two wires, are not swapped, then "
+        "home; guard.lean and guard.against set the limits.",
+    ),
+    guard.HALL_NOISY: _Text(
+        "Hall sensor noisy",
+        "The Hall sensor's reading is too noisy to be a position.",
+        "{value:.3g} mV rms, allowed {limit:.3g} mV",
+        "Check the sensor's cable, shield and supply; guard.noise and guard.noise_time set the "
+        "limit.",
+    ),
+    guard.CLOCK: _Text(
+        "clock jumped",
+        "The rig's time jumped: what is timed by it cannot be relied on.",
+        "it stepped by {value:.3f} s in one period, allowed 0 to {limit:.3f} s",
+        "See what sets the rig's clock, or what kept the loop from running so long "
+        "(`macromicro doctor`); guard.clock sets the limit.",
     ),
 }
 

@@ -184,10 +184,10 @@ class Faulty(Twin):
 
     def advance(self) -> None:
         """Let one control period pass."""
-        before = self.state.macro
+        if self._fault.blocked:  # no motion, and none that the micro-stage could feel
+            still = carriage.at_rest(self.state.macro.x)
+            self.state = self.state._replace(macro=still, motor=0.0)
         super().advance()
-        if self._fault.blocked:
-            self.state = self.state._replace(macro=carriage.at_rest(before.x))
         cells, state = self.cells, self.state
         cells[CARRIAGE] = state.macro.x
         cells[STAGE] = state.macro.x + state.micro.wire.x

@@ -65,6 +65,29 @@ class Limits(NamedTuple):
         float, Par("V", "motor voltage at which the carriage must move", "above M1", positive=True)
     ] = 3.6
     stuck: Annotated[float, Par("s", "longest push without a count", positive=True)] = 0.25
+    lean: Annotated[
+        float,
+        Par("V", "motor voltage at which it moves, if slowly", "just below M1", positive=True),
+    ] = 2.9
+    leant: Annotated[
+        float,
+        Par("s", "longest such push without a count", positive=True),
+    ] = 20.0
+    against: Annotated[
+        float, Par("count", "longest way against the motor, as in braking", positive=True)
+    ] = 250.0
+    fastest: Annotated[float, Par("count/s", "speed that no carriage can have", positive=True)] = (
+        50_000.0
+    )
+    noise: Annotated[
+        float, Par("V", "largest rms noise of the Hall sensor", shown="mV", positive=True)
+    ] = 0.025
+    noise_time: Annotated[
+        float, Par("s", "time that this noise is averaged over", positive=True)
+    ] = 0.1
+    clock: Annotated[
+        float, Par("s", "longest step of the rig's time between two periods", positive=True)
+    ] = 0.1
     hottest: Annotated[
         float, Par("degC", "highest temperature estimated from CTRL", "above S6", positive=True)
     ] = 170.0
@@ -86,3 +109,8 @@ class Limits(NamedTuple):
     idle: Annotated[float, Par("s", "longest heating above that without motion", positive=True)] = (
         0.5
     )
+
+
+# A machine that serves is stopped sooner. In the simulator a carriage that its controller
+# cannot move is a result, and is left to its patience. Homing leans on the stop for 0.7 s.
+LIVE = Limits()._replace(stuck=0.1, leant=1.0)

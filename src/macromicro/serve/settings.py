@@ -10,6 +10,7 @@ from macromicro.control.live.parameters import Live
 from macromicro.control.settings import Control
 from macromicro.parameters import Par
 from macromicro.plant.bench import Bench, Sensors
+from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 
 CHOICE = "service choice"
@@ -106,12 +107,12 @@ class ServeSettings(NamedTuple):
 
 class LiveSettings(NamedTuple):
     """The tree behind ``--config`` of the commands that run the machine live: everything
-    that `macromicro.settings.Settings` has, [live] and [serve]."""
+    that `macromicro.settings.Settings` has, [live] and [serve]. Its guard is stricter."""
 
     bench: Bench = Bench()
     sensors: Sensors = Sensors()
     controller: Control = Control()
-    guard: Limits = Limits()
+    guard: Limits = limits.LIVE
     live: Live = Live()
     serve: ServeSettings = ServeSettings()
 

@@ -24,7 +24,7 @@ from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared
 from macromicro.types import SAFE, Command, Sample
 
-_BLIND = (guard.ENCODER_SILENT,)
+_BLIND = (guard.ENCODER_SILENT, guard.ENCODER_JUMP, guard.ENCODER_AGAINST, guard.STUCK)
 ORDERED, ORPHANED = "ordered", "orphaned"
 
 

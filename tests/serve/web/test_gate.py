@@ -51,8 +51,18 @@ def test_only_names_of_this_server_are_answered(host: str, ours: bool) -> None:
 
 @pytest.mark.parametrize(
     "origin",
-    [None, "", "null", "http://evil.example", "http://127.0.0.1", "http://127.0.0.1:8081"]
-    + ["http://localhost:8080", "ws://127.0.0.1:8080", "http://127.0.0.1:8080/", "file://"],
+    [
+        None,
+        "",
+        "null",
+        "http://evil.example",
+        "http://127.0.0.1",
+        "http://127.0.0.1:8081",
+        "http://localhost:8080",
+        "ws://127.0.0.1:8080",
+        "http://127.0.0.1:8080/",
+        "file://",
+    ],
 )
 def test_another_origin_is_not_the_page(origin: str | None) -> None:
     assert not Gate().same_origin(asked("127.0.0.1:8080", origin))

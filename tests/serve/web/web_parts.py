@@ -72,9 +72,8 @@ class Client:
 
     def __init__(self, port: int, hello: dict[str, Any] | None = None, **rest: Any) -> None:
         rest.setdefault("origin", f"http://127.0.0.1:{port}")
-        self.socket: ClientConnection = connect(
-            f"ws://127.0.0.1:{port}/live", proxy=None, max_size=None, **rest
-        )
+        self._open = connect(f"ws://127.0.0.1:{port}/live", proxy=None, max_size=None, **rest)
+        self.socket: ClientConnection = self._open.__enter__()
         self.number = 0
         self.seen: list[dict[str, Any]] = []
         self.frames: list[bytes] = []
@@ -122,4 +121,4 @@ class Client:
         return self.reply(self.begin(do, **fields))
 
     def close(self) -> None:
-        self.socket.close()
+        self._open.__exit__(None, None, None)

@@ -34,6 +34,7 @@ from macromicro.types import SAFE, Command, Outputs, Sample
 __all__ = ["accept", "begin", "fault", "step"]
 
 _SPEED_TIME = 0.01  # s: time constant of the speed that the encoder shows
+_LEAP = 0.1  # s: a longer step of the samples' time is no passing of time
 
 
 def step(
@@ -82,7 +83,8 @@ _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
 def _look(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Sample]:
     """Readings, speed, standstill and position after this sample; what is no number is missing."""
     time, encoder, hall = sample.t, sample.encoder, sample.hall
-    if not math.isfinite(time):
+    begun = not math.isnan(s.seen.encoder)
+    if not math.isfinite(time) or (begun and not 0.0 <= time - s.time <= _LEAP):
         time = s.time + dt
     if math.isinf(encoder) or math.isinf(hall) or time != sample.t:
         encoder = encoder if math.isfinite(encoder) else math.nan
