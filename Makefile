@@ -2,11 +2,13 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+MINUTES ?= 60
+SOAK ?= docs/reliability.md
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-slow test-all browser lint format bench bench-peers docs clean
+.PHONY: help run test test-slow test-all browser lint format bench bench-peers soak docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
@@ -50,6 +52,9 @@ bench: $(VENV)/.core ## measure the speed
 
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
+
+soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60
+	$(BIN)/python -m macromicro.serve.soak --minutes $(MINUTES) --out $(SOAK)
 
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py

@@ -1,5 +1,6 @@
-"""Draws docs/figures/reproduction.png: the top of the page that `macromicro reproduce` writes,
-as Chromium shows it.
+"""Draws the pages as Chromium shows them: docs/figures/reproduction.png, the top of the page
+that `macromicro reproduce` writes, and docs/figures/serve.png, the live page after some moves of
+the virtual bench (needs selenium and the extra `web`).
 
     python docs/make_screenshots.py
 """
@@ -10,10 +11,20 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
-PICTURE = Path(__file__).resolve().parent / "figures" / "reproduction.png"
+FIGURES = Path(__file__).resolve().parent / "figures"
+PICTURE, LIVE = FIGURES / "reproduction.png", FIGURES / "serve.png"
 WIDTH, HEIGHT = 1280, 1500
+MOVES = (
+    ("move to", "42.1234"),
+    ("move micro", "1.6"),
+    ("move micro", "0.7"),
+    ("move micro", "1.1"),
+)
 
 
 def shoot(page: Path, picture: Path) -> None:
@@ -46,13 +57,71 @@ def shoot(page: Path, picture: Path) -> None:
         )
 
 
+def browser(profile: str) -> Any:
+    """Chromium that can be driven, and reaches this computer only."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(shutil.which("chromium"))
+    rules = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
+    flags = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run")
+    more = ("--disable-dev-shm-usage", "--hide-scrollbars", rules, f"--user-data-dir={profile}")
+    for flag in (*flags, *more, f"--window-size={WIDTH},{HEIGHT}"):
+        options.add_argument(flag)
+    return webdriver.Chrome(options, Service(str(shutil.which("chromedriver"))))
+
+
+def live(picture: Path) -> None:
+    """A picture [PNG] of the live page once it has homed the virtual bench and moved it."""
+    from macromicro.serve.station import Station
+    from macromicro.serve.web import WebServer
+
+    with tempfile.TemporaryDirectory() as folder:
+        station = Station(state=Path(folder) / "state.json")
+        with station, WebServer(station, port=0, folder=Path(folder)) as server:
+            driver = browser(f"{folder}/profile")
+            try:
+                driver.get(server.url)
+                for button in ("#take", "[data-do=enable]", "[data-do=home]"):
+                    time.sleep(1.0)
+                    driver.find_element("css selector", button).click()
+                for kind, value in MOVES:
+                    time.sleep(0.5)
+                    wait_for_rest(station)
+                    order = "arguments[0].value = arguments[1]"
+                    driver.execute_script(order, driver.find_element("id", "move-kind"), kind)
+                    field = driver.find_element("id", "move-value")
+                    field.clear()
+                    field.send_keys(value + "\n")
+                time.sleep(0.5)
+                wait_for_rest(station)
+                time.sleep(0.5)
+                driver.save_screenshot(str(picture))
+            finally:
+                driver.quit()
+
+
+def wait_for_rest(station: Any) -> None:
+    """Wait until no motion is under way; RuntimeError after a minute."""
+    for _ in range(600):
+        if not station.snapshot().motion:
+            return
+        time.sleep(0.1)
+    raise RuntimeError("the motion does not end")
+
+
 def main() -> None:
-    """Reproduce everything and write the picture."""
+    """Reproduce everything, move the virtual bench, and write the pictures."""
+    FIGURES.mkdir(parents=True, exist_ok=True)
+    if find_spec("selenium") and find_spec("websockets"):
+        live(LIVE)
+    else:
+        print("no picture of the live page without selenium and websockets: make test")
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "reproduction"
         command = [sys.executable, "-m", "macromicro", "reproduce", "--out", str(out)]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        PICTURE.parent.mkdir(parents=True, exist_ok=True)
         shoot(out / "reproduction.html", PICTURE)
 
 

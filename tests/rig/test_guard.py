@@ -19,7 +19,7 @@ from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.rig import guard
 from macromicro.rig.guarded import Guarded
-from macromicro.rig.limits import Limits
+from macromicro.rig.limits import LIVE, Limits
 from macromicro.rig.twin import Twin
 from macromicro.settings import Settings
 from macromicro.simulate import plan
@@ -149,6 +149,34 @@ CASES = {
         0.3,
         0.12,
     ),
+    "encoder jumps": (
+        after(0.1, lambda s: s._replace(encoder=s.encoder + 200.0)),
+        (FAR,),
+        guard.ENCODER_JUMP,
+        0.1,
+        0.0,
+    ),
+    "Hall noisy": (
+        after(0.3, lambda s: s._replace(hall=s.hall + 0.1 * math.cos(3e6 * s.t))),
+        (FINE,),
+        guard.HALL_NOISY,
+        0.3,
+        0.05,
+    ),
+    "clock ahead": (
+        after(0.2, lambda s: s._replace(t=s.t + 3600.0)),
+        (FAR,),
+        guard.CLOCK,
+        3600.2,
+        0.0011,
+    ),
+    "clock back": (
+        after(0.2, lambda s: s._replace(t=s.t - 0.1)),
+        (FAR,),
+        guard.CLOCK,
+        0.1,
+        0.0011,
+    ),
 }
 
 
@@ -247,3 +275,72 @@ def test_a_rig_whose_stop_fails_is_left_all_the_same() -> None:
     with pytest.raises(OSError, match="board gone"), Guarded(faulty, GUARD, DT):
         pass
     assert faulty.left
+
+
+def watched(
+    samples: list[Sample], motor: float, limits: Limits | None = None
+) -> tuple[guard.Watch, int]:
+    """The guard's state after these samples under a constant push, and at which it tripped."""
+    p = guard.prepare(Limits() if limits is None else limits, calibration.shipped())
+    watch = guard.fresh()
+    for k, sample in enumerate(samples):
+        watch, _ = guard.step(p, watch, sample, QUIET, Outputs(motor, 0.0, 0.0, 0.0), DT)
+        if watch.fault != guard.OK:
+            return watch, k
+    return watch, -1
+
+
+def moving(counts: list[float]) -> list[Sample]:
+    return [Sample(k * DT, c, 2.5 + 1e-3 * (k % 2), 0.0, 0.0, 0.0) for k, c in enumerate(counts)]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_encoder_that_counts_against_the_motor_stops_it(sign: float) -> None:
+    runaway = moving([-2.0 * sign * k for k in range(300)])
+    watch, at = watched(runaway, 3.5 * sign)
+    assert (watch.fault, at) == (guard.ENCODER_AGAINST, 126)
+    assert (watch.value, watch.limit) == (252.0, 250.0)
+
+
+def test_braking_and_coasting_are_no_reversal() -> None:
+    against = [-2.0 * k for k in range(120)]  # 238 counts against the push, then along it
+    along = [against[-1] + 2.0 * k for k in range(1, 100)]
+    assert watched(moving(against + along + against[:100]), 3.5)[1] == -1
+    assert watched(moving([-2.0 * k for k in range(500)]), 1.0)[1] == -1
+
+
+def test_pushes_that_pause_add_up() -> None:
+    p, watch = guard.prepare(Limits(), calibration.shipped()), guard.fresh()
+    for k, sample in enumerate(moving([-2.0 * k for k in range(400)])):
+        push = 3.4 if k % 4 else 0.0  # as homing limits the speed
+        watch, _ = guard.step(p, watch, sample, QUIET, Outputs(push, 0.0, 0.0, 0.0), DT)
+    assert watch.fault == guard.ENCODER_AGAINST
+
+
+def test_a_live_machine_leans_no_longer_than_homing_does() -> None:
+    still = moving([5.0] * 1500)
+    assert watched(still, 3.0, LIVE)[0].fault == guard.STUCK
+    assert 0.727 < watched(still, 3.0, LIVE)[1] * DT == pytest.approx(LIVE.leant, abs=2 * DT)
+    assert watched(still, 3.0)[1] == -1
+    assert watched(still, 2.8, LIVE)[1] == -1
+
+
+def test_a_single_spike_and_a_fast_stage_are_no_noise() -> None:
+    spike = moving([0.0] * 300)
+    spike[100] = spike[100]._replace(hall=4.0)
+    assert watched(spike, 0.0)[1] == -1
+    fast = [s._replace(hall=0.5 + 0.008 * k) for k, s in enumerate(moving([0.0] * 500))]
+    assert watched(fast, 0.0)[1] == -1
+
+
+def test_what_was_missed_is_no_jump() -> None:
+    """A loop that lost 50 ms finds the carriage where it ran meanwhile."""
+    run = moving([7.0 * k for k in range(200)])
+    assert watched(run[:100] + run[150:], 0.0)[1] == -1
+    silent = [s._replace(encoder=math.nan) if 100 <= k < 104 else s for k, s in enumerate(run)]
+    assert watched(silent, 0.0)[1] == -1
+
+
+def test_a_rig_without_a_clock_is_not_judged_by_it() -> None:
+    timeless = [s._replace(t=math.nan) for s in moving([0.0] * 100)]
+    assert watched(timeless, 0.0)[1] == -1

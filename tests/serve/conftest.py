@@ -48,3 +48,23 @@ def station(log: Any, tmp_path: Path) -> Iterator[Callable[..., Station]]:
     yield make
     for each in made:
         each.stop()
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Any]]:
+    """Makes stations on the faulty twin, started and homed, with some settings in [serve]."""
+    from fault_parts import Scene
+
+    from macromicro.rig import faulty
+
+    monkeypatch.setenv(faulty.BOARD, str(tmp_path / "board"))
+    made: list[Scene] = []
+
+    def make(**serve: Any) -> Scene:
+        made.append(Scene(tmp_path, **serve))
+        made[-1].start()
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.station.stop()

@@ -74,7 +74,7 @@ def serve(
 def _token(host: str) -> str | None:
     """The token of the environment; InputError where one is needed and there is none."""
     from macromicro.errors import InputError
-    from macromicro.serve.scpi.server import is_loopback
+    from macromicro.serve.hosts import is_loopback
 
     token = os.environ.get(TOKEN, "").strip() or None
     if token is None and not is_loopback(host):
@@ -111,6 +111,7 @@ def _serve(
             server = Server(station, host, scpi, token=token, folder=folder)
             stack.enter_context(server)
             print(f"SCPI: {server.address[0]} port {server.address[1]}")
+        page = None
         if web >= 0:
             from macromicro.serve.web.server import WebServer
 
@@ -125,5 +126,7 @@ def _serve(
         print("Ctrl-C ends it", flush=True)
         while not signals.received:
             time.sleep(0.1)
+            if page is not None and page.failure is not None:
+                raise page.failure
         print("stopping: the machine decelerates, outputs go safe", file=sys.stderr)
     raise typer.Exit(signals.status)

@@ -47,7 +47,8 @@ TEXTS = {
         "micro following error",
         "The micro-stage does not follow its set point.",
         "following error {value:.3f} mm, allowed {limit:.3f} mm",
-        "Let the actuator cool or use the fan, check its supply and the micro gains; "
+        "Let the actuator cool or use the fan, check its supply, the Hall sensor and the micro "
+        "gains; "
         "guard.micro_rate and guard.micro_tolerance set what is allowed.",
     ),
     guard.ENCODER_SILENT: _Text(

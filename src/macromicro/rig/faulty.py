@@ -47,7 +47,8 @@ NONE = "none"
     STAGE,
     WIRE,
     TIME,  # rig: time [s] of the newest sample
-) = range(12)
+    FROM,  # rig: bench truth: where the carriage was at the onset [m]
+) = range(13)
 CELLS = 16
 
 
@@ -159,6 +160,7 @@ class Faulty(Twin):
         self._true = true.encoder
         self._count += moved * fault.step + (fault.jump if fresh else 0.0)
         if fresh:
+            cells[FROM] = self.state.macro.x
             cells[ONSET] = true.t if number else math.nan
             self._hall = true.hall
         cells[TIME] = true.t

@@ -32,6 +32,7 @@ EXTRAS = {  # distribution: what for, and the extra of this package that brings 
     "h5netcdf": ("xarray datasets in netCDF files", "xarray"),
     "pyarrow": ("results of sweeps as Parquet", "sweep"),
     "distributed": ("sweeps on a dask cluster", "cluster"),
+    "websockets": ("live page in the browser", "web"),
 }
 PORTS = {5025: "SCPI", 8080: "web page"}
 _OLDEST = (3, 11)

@@ -22,6 +22,7 @@ from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Kept, restore
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared
+from macromicro.serve.silence import Silence
 from macromicro.types import SAFE, Command, Sample
 
 _BLIND = (guard.ENCODER_SILENT, guard.ENCODER_JUMP, guard.ENCODER_AGAINST, guard.STUCK)
@@ -49,6 +50,7 @@ class Loop:
         self._outbox = outbox
         self._settings = settings
         self._dt, self._paced = dt, paced
+        self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = 0
         self._heard = time.monotonic()
         self._fault = (0.0, 0.0, 0.0, 0.0)
@@ -122,9 +124,12 @@ class Loop:
             assert fault is not None
             facts = {"evidence": fault.evidence}
             notices += self._machine.fail(fault.name, facts, watch.fault in _BLIND)
+        laser = self._laser.look(sample.laser, sample.t)
+        if laser is not None:
+            notices += (laser,)
+        self._show(sample, command)  # before what is told: who hears of a fault can ask for it
         for notice in notices:
             self._outbox.send(("notice", notice))
-        self._show(sample, command)
         self._outbox.flush()
         return ""
 
@@ -171,6 +176,7 @@ class Loop:
         self._rig.stop()
         now = float(self._rig.clock.now())
         self._fault = (float(faults.LATE), share, limit, now)
+        self._set_status()
         trouble = faults.late(share, limit, now)
         for notice in self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False):
             self._outbox.send(("notice", notice))
@@ -207,6 +213,10 @@ class Loop:
                 pacer.worked * 1e6,
             )
         )
+        self._set_status()
+
+    def _set_status(self) -> None:
+        pacer = self.pacer
         self._shared.set_status(
             (
                 pacer.periods,
@@ -215,6 +225,6 @@ class Loop:
                 pacer.lateness.largest,
                 pacer.work.largest,
                 *self._fault,
-                view.offset,
+                self._machine.view().offset,
             )
         )

@@ -110,10 +110,23 @@ def test_a_time_that_is_no_number_is_counted_on() -> None:
     assert machine.s.time == pytest.approx(2e-3)
 
 
-def test_what_a_law_cannot_compute_is_no_effort() -> None:
-    """Gains may be any finite numbers: inf - inf must not reach the outputs."""
+@pytest.mark.parametrize("leap", [3600.0, -10.0, 0.11])
+def test_a_time_that_leaps_ends_no_wait(leap: float) -> None:
+    """What is timed by it must not be cut short, nor last for ever."""
+    f = ready()
+    f.ask(m.MoveMacro(300))
+    f.run(0.01)
+    before = f.s.time
+    for k in range(5):
+        f.show(Sample(before + leap + 1e-3 * k, f.encoder, HALL_OUT, 0.0, 1.0, 0.0))
+    assert f.mode == "moving-macro"
+    assert f.s.time == pytest.approx(before + 5e-3)
+
+
+def test_what_a_law_cannot_compute_is_left_to_the_guard() -> None:
+    """Gains may be any finite numbers, and inf - inf is none: no motion could explain it."""
     f = ready()
     gains = (("macro_law", "pid"), ("pid.kp", 1e308), ("pid.kd", -1e308))
     assert isinstance(f.ask(m.SetGains(gains)), Accepted)
     f.ask(m.MoveMacro(300))
-    assert f.tick().motor == 0.0
+    assert math.isnan(f.tick().motor)

@@ -97,6 +97,9 @@ class Checked(Follower):
         if math.isfinite(sample.hall):
             self.fines.append(calibration.position(self.p.calibration, sample.hall))
         out = super().show(sample)
+        if math.isnan(out.motor) or math.isnan(out.ctrl):  # as the guard does
+            self.fault("illegal output")
+            out = SAFE
         assert abs(out.motor) <= 5.0 and 0.0 <= out.ctrl <= 5.0
         assert out.fan in (0.0, 1.0) and out.laser_reset in (0.0, 1.0)
         assert all(math.isfinite(v) for v in self.command[:4])

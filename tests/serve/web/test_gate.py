@@ -12,8 +12,9 @@ from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
 
 from macromicro.errors import InputError
+from macromicro.serve.hosts import is_loopback
 from macromicro.serve.web import WebServer
-from macromicro.serve.web.gate import Gate, is_loopback
+from macromicro.serve.web.gate import Gate
 
 Serve = Callable[..., WebServer]
 

@@ -72,7 +72,8 @@ class Client:
 
     def __init__(self, port: int, hello: dict[str, Any] | None = None, **rest: Any) -> None:
         rest.setdefault("origin", f"http://127.0.0.1:{port}")
-        self._open = connect(f"ws://127.0.0.1:{port}/live", proxy=None, max_size=None, **rest)
+        rest |= {"proxy": None, "max_size": None, "ping_interval": None}
+        self._open = connect(f"ws://127.0.0.1:{port}/live", **rest)
         self.socket: ClientConnection = self._open.__enter__()
         self.number = 0
         self.seen: list[dict[str, Any]] = []

@@ -101,10 +101,15 @@ def _back(
         since = s.time if math.isnan(work.since) else work.since
     if not math.isnan(since) and s.time - since >= sequence.dwell - TICK:
         offset = goal - q.coordinate
+        shift = offset - s.frame.offset  # counts lost or gained since it was last known
         s = s._replace(frame=Frame(offset, 0.0, True, s.frame.zero))
         place = (sample.encoder - offset) * p.settings.pitch + s.seen.fine * 1e-3
         s = s._replace(seen=s.seen._replace(position=place))
-        found = {"offset_raw_counts": offset, "stop_raw_counts": work.stop}
+        found = {
+            "offset_raw_counts": offset,
+            "stop_raw_counts": work.stop,
+            "shift_counts": shift,
+        }
         trust = t.told(s, "trust", "homed", {"trusted": True, **found})
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.HOMED), found)
         return s, Efforts(notices=(trust, *notices))

@@ -54,11 +54,7 @@ def step(
     reset = 0.0
     if d.reset:
         s, reset = s._replace(drive=d._replace(reset=False)), 1.0
-    # A law may give NaN for numbers beyond all measure: that is no effort.
-    if not abs(motor) <= 5.0:
-        motor = 0.0
-    if not 0.0 <= ctrl <= 5.0:
-        ctrl = 0.0
+    # A law that gives NaN, for numbers beyond all measure, is the guard's to stop and to tell.
     return s, command, Outputs(motor, ctrl, s.fan, reset), notices
 
 

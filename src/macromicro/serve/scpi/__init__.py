@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from macromicro.serve.scpi.connection import Bounds
-from macromicro.serve.scpi.server import Server, is_loopback, serve
+from macromicro.serve.scpi.server import Server, serve
 
-__all__ = ["Bounds", "Server", "is_loopback", "serve"]
+__all__ = ["Bounds", "Server", "serve"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
-import ipaddress
 import socket
 import threading
 from collections.abc import Callable
@@ -23,16 +22,6 @@ if TYPE_CHECKING:
 HOST, PORT = "127.0.0.1", 5025
 BEAT = 0.1
 _READY = Callable[[str, int], None]
-
-
-def is_loopback(host: str) -> bool:
-    """Can only this computer reach the address?"""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 class Server:

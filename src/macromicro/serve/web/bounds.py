@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import NamedTuple
 
 
@@ -25,3 +26,18 @@ class Bounds(NamedTuple):
     jog: float = 0.4
     tries: int = 5
     pause: float = 0.5
+
+
+class Bucket:
+    """Lets `rate` messages a second through, and `burst` at once."""
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate, self._burst = rate, burst
+        self._tokens, self._filled = burst, time.monotonic()
+
+    def take(self) -> bool:
+        """May one more pass?"""
+        now = time.monotonic()
+        gained = (now - self._filled) * self._rate
+        self._tokens, self._filled = min(self._tokens + gained, self._burst) - 1.0, now
+        return self._tokens >= 0.0

@@ -17,6 +17,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.serve.web import bins, telling
+from macromicro.serve.web.bounds import Bucket
 from macromicro.serve.web.desk import Seat
 from macromicro.serve.web.orders import Refusal, number, read, text
 from macromicro.serve.web.room import Room
@@ -33,7 +34,7 @@ class Connection:
         self._bounds = room.bounds
         self._admitted = False
         self._tries = 0
-        self._tokens, self._filled = room.bounds.burst, time.monotonic()
+        self._bucket = Bucket(room.bounds.rate, room.bounds.burst)
         self._waiting: deque[dict[str, Any]] = deque()
         self._news = asyncio.Event()
         self._urgent: set[asyncio.Task[None]] = set()
@@ -61,6 +62,7 @@ class Connection:
             hello = read(await asyncio.wait_for(self._socket.recv(), self._bounds.patience))
             if hello.get("do") != "hello":
                 raise Refusal("the first message must be a hello")
+            self._look(hello)
         except (Refusal, TimeoutError):
             await self._socket.close(POLICY, "say hello first")
             return
@@ -78,15 +80,12 @@ class Connection:
             problem = ""
             if room.gate.open or hello.get("token") is not None:
                 problem = await self._login(hello)
-            try:
-                self._look(hello)
-            except Refusal as refusal:
-                await self._socket.close(POLICY, refusal.reason[:100])
-                return
             await self._send(json.dumps({"welcome": self._welcome(problem)}, allow_nan=False))
             tasks = [asyncio.create_task(self._show()), asyncio.create_task(self._work())]
+            for task in tasks:
+                task.add_done_callback(self._failed)
             async for message in self._socket:
-                if not self._within_rate():
+                if not self._bucket.take():
                     await self._socket.close(POLICY, "too many messages")
                     return
                 self._take(message)
@@ -106,11 +105,10 @@ class Connection:
                 await desk.order(seat.client, m.Jog(stage, 0.0))
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _within_rate(self) -> bool:
-        now = time.monotonic()
-        gained = (now - self._filled) * self._bounds.rate
-        self._tokens, self._filled = min(self._tokens + gained, self._bounds.burst) - 1.0, now
-        return self._tokens >= 0.0
+    def _failed(self, task: asyncio.Task[None]) -> None:
+        """Neither task ends by itself: a page that is shown nothing more shall see that."""
+        if not task.cancelled():
+            self._socket.transport.abort()
 
     # Orders
 
@@ -168,7 +166,7 @@ class Connection:
                     reply, more = await self._do(order)
                 except Refusal as refusal:
                     reply = Refused(refusal.reason, refusal.remedy)
-                except MacromicroError as error:
+                except (MacromicroError, OSError) as error:
                     reply = Refused(str(error), "")
                 await self._reply(order, reply, more)
 

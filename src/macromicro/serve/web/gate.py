@@ -24,16 +24,6 @@ _POLICY = (
 )
 
 
-def is_loopback(host: str) -> bool:
-    """Can only this computer reach the address?"""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
 class Gate:
     """`token`: what a viewer must give before it may order anything, None for nothing;
     `names`: host names of this server beside "localhost" and its addresses."""

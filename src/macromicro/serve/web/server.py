@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import InputError, MacromicroError
+from macromicro.serve.hosts import is_loopback
 from macromicro.serve.web.bounds import Bounds
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class WebServer:
         bounds: Bounds | None = None,
     ) -> None:
         try:
-            from macromicro.serve.web.gate import Gate, is_loopback
+            from macromicro.serve.web.gate import Gate
         except ModuleNotFoundError as error:
             if error.name != "websockets":
                 raise
@@ -82,6 +83,11 @@ class WebServer:
         """Where a browser finds the page."""
         host, port = self.address
         return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
+
+    @property
+    def failure(self) -> BaseException | None:
+        """Why it ended by itself; None while it serves, and after `stop`."""
+        return self._failures[0] if self._failures else None
 
     def start(self) -> None:
         """Listen. Raises InputError where the address cannot be had (port in use)."""

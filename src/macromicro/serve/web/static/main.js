@@ -12,7 +12,7 @@ const $ = (id) => document.getElementById(id);
 const CHANNELS = 8, FEWEST = 16, MOST = 1200;
 const page = { state: {}, limits: null, say };
 // For whoever measures: frames that came, pictures that were drawn, the last emergency stop.
-window.macromicro = { frames: 0, drawn: 0, emergencyMs: NaN, state: () => page.state };
+window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.state };
 
 const plots = [
   new Plot($("plots"), "Macro-stage", [[0, "two", "reference", "mm", 3], [1, "one", "position", "mm", 3]], 0.5),

@@ -127,15 +127,17 @@ export class Plot {
     for (const [channel, colour] of this.lines) {
       g.strokeStyle = colours[colour];
       g.beginPath();
-      let pen = false;
+      let pen = NaN;
       for (let k = 0; k < ring.columns; k++) {
         const slot = (first + k + ring.columns) % ring.columns, at = (slot * ring.channels + channel) * 2;
-        const low = ring.values[at];
-        if (first + k < 0 || ring.tags[slot] !== first + k || low !== low) { pen = false; continue; }
+        const low = ring.values[at], high = ring.values[at + 1];
+        if (first + k < 0 || ring.tags[slot] !== first + k || low !== low) { pen = NaN; continue; }
         const px = LEFT + (k + 0.5) * dx;
-        if (pen) g.lineTo(px, y(low)); else g.moveTo(px, y(low));
-        g.lineTo(px, y(ring.values[at + 1]) - 0.01);
-        pen = true;
+        // The nearer end first: a falling signal gives a line, not a saw.
+        const down = pen - low > high - pen, a = down ? high : low, b = down ? low : high;
+        if (pen === pen) g.lineTo(px, y(a)); else g.moveTo(px, y(a));
+        g.lineTo(px, y(b) - 0.01);
+        pen = b;
       }
       g.stroke();
     }
