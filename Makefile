@@ -8,13 +8,17 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-slow test-all browser lint format bench bench-peers soak docs clean
+.PHONY: help run serve test test-slow test-all browser lint format bench bench-peers soak docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
 
 run: $(VENV)/.core ## run the thesis' integrated test; results in results/thesis
 	$(BIN)/macromicro run --out results/thesis --overwrite
+
+serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctrl-C
+	@$(INSTALL) -e ".[web]"
+	$(BIN)/macromicro serve
 
 test: $(VENV)/.dev ## run the tests
 	$(BIN)/python -m pytest -n 2 -m "not slow"
@@ -48,6 +52,7 @@ format: $(VENV)/.dev ## format the code and sort its imports
 	$(BIN)/ruff format .
 
 bench: $(VENV)/.core ## measure the speed
+	@$(INSTALL) -e ".[sweep]"
 	$(BIN)/python benchmarks/bench.py
 
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)

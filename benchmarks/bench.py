@@ -13,9 +13,10 @@ import platform
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from figures import Line, table, timed
+from figures import Line, met, table, timed
 
 import macromicro
 
@@ -65,6 +66,15 @@ GROUPS: dict[str, Callable[[], list[Line]]] = {
 }
 
 
+def _earlier() -> dict[str, Any]:
+    """Groups of an earlier run, to be kept beside those that are measured anew."""
+    try:
+        figures = json.loads(RESULTS.read_text(encoding="utf-8"))["figures"]
+    except (OSError, ValueError, KeyError):
+        return {}
+    return figures if isinstance(figures, dict) else {}
+
+
 def main(wanted: list[str]) -> int:
     """Measure, print, write."""
     unknown = [name for name in wanted if name not in GROUPS]
@@ -76,15 +86,17 @@ def main(wanted: list[str]) -> int:
         print(f"load {load:.1f}: other programmes are at work, times and ratios will wander")
     found = {name: GROUPS[name]() for name in wanted or GROUPS}
     print(table([line for lines in found.values() for line in lines]))
-    record = {
+    record: dict[str, Any] = {
         "version": macromicro.__version__,
         "python": platform.python_version(),
         "numpy": np.__version__,
         "machine": platform.machine(),
         "cores": os.cpu_count(),
-        "load_at_start": load,
-        "figures": {name: [line._asdict() for line in lines] for name, lines in found.items()},
+        "figures": _earlier() if wanted else {},
     }
+    for name, lines in found.items():
+        rows = [{**line._asdict(), "met": met(line)} for line in lines]
+        record["figures"][name] = {"load_at_start": load, "lines": rows}
     RESULTS.parent.mkdir(parents=True, exist_ok=True)
     RESULTS.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
     print(f"written: {RESULTS}")

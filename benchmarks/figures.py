@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from statistics import median
@@ -20,6 +21,21 @@ class Line(NamedTuple):
     to_c: float | None = None
 
 
+_GOAL = re.compile(r"(at least|at most|below) ([0-9.e+-]+)( to C)?")
+
+
+def met(line: Line) -> bool | None:
+    """Does it reach its target? None without one, or where nothing was measured."""
+    found = []
+    for goal, text, to_c in _GOAL.findall(line.target):
+        value = line.to_c if to_c else line.measured
+        if value is None:
+            return None
+        limit = float(text)
+        found.append(value >= limit if goal == "at least" else value <= limit)
+    return all(found) if found else None
+
+
 def timed(run: Callable[[], object], repeats: int) -> float:
     """Median wall time [s] of `run` after one run that is not counted."""
     run()
@@ -33,12 +49,14 @@ def timed(run: Callable[[], object], repeats: int) -> float:
 
 def table(lines: Sequence[Line]) -> str:
     """As text."""
-    rows = [f"{'figure':52}{'target':>22}{'measured':>12} {'unit':12}{'to C':>6}"]
+    head = f"{'figure':52}{'target':>34} {'':7}{'measured':>11} {'unit':11}{'to C':>6}"
+    rows = [head]
     for line in lines:
         value = "-" if line.measured is None else f"{line.measured:.4g}"
         ratio = "" if line.to_c is None else f"{line.to_c:.2f}"
-        remark = f"  {line.remark}" if line.remark else ""
+        verdict = {True: "met", False: "missed", None: ""}[met(line)]
         rows.append(
-            f"{line.figure:52}{line.target:>22}{value:>12} {line.unit:12}{ratio:>6}{remark}"
+            f"{line.figure:52}{line.target:>34} {verdict:7}{value:>11} {line.unit:11}{ratio:>6}"
+            f"{'  ' if line.remark else ''}{line.remark}"
         )
     return "\n".join(rows)

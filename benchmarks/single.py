@@ -27,6 +27,7 @@ LIMITS = programmes.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
 REAL_TIME = 1e9 * PERIOD  # ns
 PEERS = Path(__file__).resolve().parent / "peers"
 FIRST = "import macromicro; macromicro.run('thesis')"
+TOLD = f"{FIRST}; import time; print(time.time(), flush=True)"
 
 
 def whole_bench(repeats: int = 9) -> Line:
@@ -114,7 +115,7 @@ def common_job() -> list[Line]:
     found = [
         Line(
             f"common job, {row['what']}",
-            "at most 1.1 to C" if "kernel" in row["what"] else "",
+            "at most 1.1 to C" if row["what"].startswith("macromicro") else "",
             1e6 * row["least"],
             "us",
             f"{row['ratio_to_native']:.2f} to C for this processor; "
@@ -125,7 +126,7 @@ def common_job() -> list[Line]:
     ]
     for rate in rates:
         ratio = rate.c[1] / rate.run[1]
-        target = "3e7; at most 1.5 to C"
+        target = "at least 3e7; at most 1.5 to C"
         remark = f"kernel alone {rate.c[1] / rate.kernel[1]:.2f} to C"
         name = f"Preisach, {rate.signal} input"
         found.append(Line(name, target, rate.run[1], "samples/s", remark, ratio))
@@ -144,6 +145,18 @@ def command(*line: str, repeats: int = 5) -> float | None:
     return min(times)
 
 
+def until_result(repeats: int = 5) -> float | None:
+    """Least time [s] from a new process' start to the end of its first run; None if it fails."""
+    times = [math.inf]
+    for _ in range(repeats):
+        start = time.time()
+        done = subprocess.run([sys.executable, "-c", TOLD], capture_output=True, check=False)
+        if done.returncode:
+            return None
+        times.append(float(done.stdout) - start)
+    return min(times)
+
+
 def cold() -> list[Line]:
     """A new process, the compiler's cache warm."""
     with tempfile.TemporaryDirectory() as folder:
@@ -152,6 +165,7 @@ def cold() -> list[Line]:
         )
     return [
         Line("macromicro --help", "below 0.3", command("-m", "macromicro", "--help"), "s"),
-        Line("first simulation in a new process", "below 1", command("-c", FIRST), "s", FIRST),
+        Line("new process to first result", "below 1", until_result(), "s", FIRST),
+        Line("the same, the process ended too", "", command("-c", FIRST), "s"),
         Line("macromicro run, figures and page", "below 4", again, "s"),
     ]

@@ -1,14 +1,17 @@
 """Text with units: exact values, nothing evaluated, nothing passes as something else."""
 
+import importlib.util
 import math
 import subprocess
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from macromicro import units
 from macromicro.errors import InputError
 from macromicro.units import MAX_TEXT, alike, convert, measured, quantity, remedy, shown
 
@@ -178,3 +181,21 @@ def test_importing_units_does_not_import_pint() -> None:
     code = "import sys, macromicro.units; print('pint' in sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "False"
+
+
+def test_sizes_in_the_file_are_what_pint_makes_of_them() -> None:
+    """And every unit of a parameter is there; docs/make_units.py writes it anew."""
+    place = Path(__file__).parents[1] / "docs" / "make_units.py"
+    spec = importlib.util.spec_from_file_location("make_units", place)
+    assert spec is not None and spec.loader is not None
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    assert set(units._shipped()) == set(maker.wanted())
+    for text, found in units._shipped().items():
+        assert found == units.by_pint(text), text
+
+
+def test_a_run_does_not_import_pint() -> None:
+    """What is stored and shown by a run is in the file."""
+    code = "import macromicro, sys; macromicro.run('staircase'); assert 'pint' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -8,10 +8,12 @@ second: "1 Hz" for rad/s is 2 pi.
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from decimal import Decimal
 from functools import cache, lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import InputError
@@ -92,9 +94,25 @@ def _names() -> tuple[str, ...]:
     return tuple(d.split(" ", 1)[0] for d in _definitions())
 
 
+Dimension = tuple[tuple[str, float], ...]
+
+
+@cache
+def _shipped() -> dict[str, tuple[Decimal, Dimension]]:
+    """What `by_pint` gives for the units of the package's own parameters, kept in a file
+    (docs/make_units.py writes it): most runs then need not import pint."""
+    text = (Path(__file__).parent / "unit_sizes.json").read_text(encoding="utf-8")
+    return {k: (Decimal(size), tuple(dim.items())) for k, (size, dim) in json.loads(text).items()}
+
+
 @lru_cache(maxsize=512)
-def _size(unit: str) -> tuple[Decimal, Any]:
+def _size(unit: str) -> tuple[Decimal, Dimension]:
     """A unit's size in base units and its dimension; _UnknownUnit if it has none."""
+    return _shipped()[unit] if unit in _shipped() else by_pint(unit)
+
+
+def by_pint(unit: str) -> tuple[Decimal, Dimension]:
+    """The same, worked out by pint."""
     text = unit
     for spelling, name in _SPELLINGS.items():
         text = text.replace(spelling, name)
@@ -107,7 +125,9 @@ def _size(unit: str) -> tuple[Decimal, Any]:
         raise _UnknownUnit(unit)
     registry = _registry()
     base = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()
-    return Decimal(base.magnitude), base.dimensionality
+    powers = dict(base.dimensionality)
+    dimension = sorted((str(name), float(str(power))) for name, power in powers.items())
+    return Decimal(base.magnitude), tuple(dimension)
 
 
 @cache

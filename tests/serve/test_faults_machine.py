@@ -149,11 +149,11 @@ def test_lost_counts_are_not_seen_until_homing_tells_them(scene: Make) -> None:
     """A skipping encoder has no witness: "done" is where its counts say, not where it is."""
     bench = scene()
     bench.inject("encoder-skipping")
-    moved = bench.end(bench.ask(m.MoveMacro(600)))
+    moved = bench.end(bench.ask(m.MoveMacro(300)))
     bench.inject("none")
     assert moved.outcome == "done"
     off = bench.cells[faulty.CARRIAGE] / PITCH - moved.position / PITCH
-    assert off == pytest.approx(600 / 9, abs=6.0)
+    assert off == pytest.approx(300 / 9, abs=6.0)
     homed = bench.end(bench.ask(m.Home()))
     assert homed.outcome == "done"
     assert homed.evidence["shift_counts"] == pytest.approx(-off, abs=6.0)
@@ -186,8 +186,11 @@ def test_a_slow_rig_is_stopped_for_lateness(scene: Make) -> None:
     fault = bench.fault()
     assert fault.code == faults.LATE and "doctor" in fault.remedy
     until(lambda: bench.cells[faulty.SAFE_AT] >= 0.0)
+    late = 1e-6 * float(bench.cells[faulty.SAFE_NS] - bench.cells[faulty.ONSET_NS])
     bench.inject("none")
+    until(lambda: bench.station.snapshot().mode == "fault")
     run = bench.run()
     first = int(np.flatnonzero(run["fault"] == faults.LATE)[0])
     assert np.all(run["motor"][first:] == 0.0)
     assert np.array_equal(np.diff(np.round(run["t"] * 1e3)), np.ones(run.rows - 1))
+    note("slow", late, "0 V", fault.message)

@@ -25,7 +25,7 @@ from macromicro import recorder
 from macromicro.control.live import messages as m
 from macromicro.recording import Recording
 from macromicro.rig import faulty
-from macromicro.serve import faults, persist
+from macromicro.serve import faults, persist, ticking
 
 PITCH = 0.2 / 2800.0
 
@@ -210,3 +210,22 @@ def test_two_busy_processes_beside_the_loop(scene: Callable[..., Scene]) -> None
         assert lost >= 0.05 * 500
     late = float(run["late"].max()) * 1e-3
     note("loop starved", late, f"{end.outcome}; {lost} periods missed", "fault where too many")
+
+
+def test_the_computers_clock_may_be_set(
+    scene: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing that serves is timed by it, and the loop never asks for it."""
+    bench = scene(client_timeout=5.0)
+    motion = bench.ask(m.MoveMacro(600))
+    now = time.time
+    for leap in (3600.0, -3600.0):
+        monkeypatch.setattr(time, "time", lambda leap=leap: now() + leap)
+        time.sleep(0.2)
+        assert bench.station.snapshot().holder
+    assert bench.end(motion).outcome == "done"
+    assert bench.station.snapshot().fault is None
+    for name in ("ticking", "pacing", "loop_process", "shared", "holders", "connection"):
+        source = Path(ticking.__file__).with_name(f"{name}.py").read_text()
+        assert "time.time(" not in source
+    note("computer's clock set", math.nan, "goes on", "nothing")

@@ -74,10 +74,9 @@ def _sweep(request: Request, signals: Signals) -> None:
     from macromicro.report.provenance import software
     from macromicro.sweep import run
     from macromicro.sweep.progress import progress
+    from macromicro.sweep.results import constant
 
     ready = run.check(request)
-    if ready.note:
-        print(f"macromicro: {ready.note}", file=sys.stderr)
     signals.later()
     with progress() as shown:
         outcome = run.execute(
@@ -87,6 +86,12 @@ def _sweep(request: Request, signals: Signals) -> None:
         _interrupted(request, ready, outcome)
         raise typer.Exit(signals.status or 1)
     _show(ready, outcome)
+    if constant(outcome.written):
+        paths = ", ".join(axis.path for axis in ready.task.spec.axes)
+        print(
+            f"macromicro: no metric varies; does {ready.task.spec.job} use {paths}?",
+            file=sys.stderr,
+        )
     if outcome.written.impossible == outcome.written.rows:
         print("macromicro: every variant is impossible", file=sys.stderr)
         raise typer.Exit(signals.status or 1)
@@ -138,7 +143,7 @@ def _list(name: str | None) -> None:
         print("options:")
         for option, default in plain_options(job).items():
             print(f"  {option} = {default}")
-        print("parameters:")
+        print("parameters (a job may not use all of them):")
         for entry in parameters(job).values():
             if isinstance(entry.value, bool | str | tuple):
                 continue

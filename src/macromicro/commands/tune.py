@@ -13,7 +13,7 @@ import typer
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
-    from macromicro.tuning.tune import Plan, Request
+    from macromicro.tuning.tune import Plan
 
 
 class _Stopped(Exception):
@@ -38,9 +38,13 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         typer.Option(metavar="NAME", help="Control law.", show_default="that of the settings"),
     ] = None,
     evaluations: Annotated[
-        int, typer.Option(parser=_whole, metavar="N", help="Most designs to try.")
-    ] = 300,
-    seed: Annotated[int, typer.Option(parser=_whole, metavar="N", help="Seed of the search.")] = 0,
+        int | None,
+        typer.Option(parser=_whole, metavar="N", help="Most designs to try.", show_default="300"),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(parser=_whole, metavar="N", help="Seed of the search.", show_default="0"),
+    ] = None,
     on: Annotated[
         str | None,
         typer.Option(
@@ -53,14 +57,25 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         str, typer.Option(metavar="NAME", help="optimise, or thesis for the macro-stage's PD.")
     ] = "optimise",
     robust: Annotated[
-        bool, typer.Option("--robust", help="Judge every design on an ensemble of benches.")
+        bool,
+        typer.Option("--robust", help="Search on an ensemble of benches, judge on fresh ones."),
     ] = False,
     aggregate: Annotated[
-        str, typer.Option(metavar="HOW", help="Cost of an ensemble: worst or q95.")
-    ] = "worst",
+        str | None,
+        typer.Option(
+            metavar="HOW", help="Cost of an ensemble: worst or q95.", show_default="worst"
+        ),
+    ] = None,
     benches: Annotated[
-        int, typer.Option(parser=_whole, metavar="N", help="Benches in the ensemble.")
-    ] = 16,
+        int | None,
+        typer.Option(parser=_whole, metavar="N", help="Benches to search on.", show_default="16"),
+    ] = None,
+    held_out: Annotated[
+        int | None,
+        typer.Option(
+            parser=_whole, metavar="N", help="Fresh benches to judge on.", show_default="200"
+        ),
+    ] = None,
     saturate: Annotated[
         bool, typer.Option("--saturate", help="Let the macro effort saturate at no cost.")
     ] = False,
@@ -86,7 +101,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     settings = Settings() if config is None else load_overrides(config, Settings())
     request = Request(
         stage, objective, law, evaluations, seed, settings, on, route, robust, aggregate, benches,
-        saturate,
+        held_out, saturate,
     )  # fmt: skip
     plan = check(request)
     place = out if out is not None else Path("results") / f"tune-{stage}"
@@ -102,7 +117,7 @@ def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
     prepare(plan)
     signals.later()
     try:
-        with _progress(plan.request) as report:
+        with _progress(plan) as report:
 
             def tell(done: int, best: float) -> None:
                 report(done, best)
@@ -126,9 +141,9 @@ def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
 
 
 @contextmanager
-def _progress(request: Request) -> Iterator[Callable[[int, float], None]]:
+def _progress(plan: Plan) -> Iterator[Callable[[int, float], None]]:
     """A bar on stderr; one plain line where that is no terminal."""
-    what = f"{request.stage}-stage, objective {request.objective}"
+    what = f"{plan.request.stage}-stage, objective {plan.request.objective}"
     if not sys.stderr.isatty():
         print(f"tuning the {what}", file=sys.stderr)
         yield lambda done, best: None
@@ -145,7 +160,7 @@ def _progress(request: Request) -> Iterator[Callable[[int, float], None]]:
         transient=True,
     )
     with bar:
-        task = bar.add_task(what, total=request.evaluations)
+        task = bar.add_task(what, total=plan.evaluations)
 
         def report(done: int, best: float) -> None:
             bar.update(task, completed=done, description=f"{what}: least cost {best:.4g}")

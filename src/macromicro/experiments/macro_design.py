@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from macromicro.control.macro import MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
+from macromicro.control.settings import Control
 from macromicro.design.margins import (
     Crossover,
     PdTaps,
@@ -24,6 +25,7 @@ from macromicro.design.margins import (
     pd_by_margin,
     pd_by_time,
 )
+from macromicro.errors import InputError
 from macromicro.experiments.claim import Claim, holds, within
 from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_drive import closed_loop, law, overshoot, settling_time
@@ -36,6 +38,7 @@ Array = npt.NDArray[np.float64]
 
 STEP = 3000.0  # counts, Section 4.3.3
 LIMIT = 5.0  # V
+DEAD_ZONE = Control().dead_zone  # V, of the inverse
 SECONDS = 2.0
 RATIOS = (0.8, 0.9, 1.0, 1.05, 1.1, 1.2, 1.5, 2.0)  # of the sweep as in Figure 4.22
 FREQUENCIES = (9.91, 8.0, 6.5, 4.91, 4.0, 3.0, 2.5, 2.0)  # rad/s, as in Figure 4.23
@@ -104,22 +107,29 @@ def crossover(taps: PdTaps, linear: Linear = Linear()) -> Crossover:  # noqa: B0
     return first_crossover(*open_loop(taps, *position_transfer(linear)), linear.dt)
 
 
-def with_taps(taps: PdTaps, limit: float = LIMIT) -> MacroLaw:
-    """The tuned controller with other taps, its dead-zone inverse kept."""
-    return law("pd-tuned")._replace(tuned=PdTuned(*taps), limit=limit)
+def with_taps(taps: PdTaps, limit: float = LIMIT, dead_zone: float = DEAD_ZONE) -> MacroLaw:
+    """The tuned controller with other taps; `limit`, `dead_zone` [V] of its inverse."""
+    return law("pd-tuned")._replace(tuned=PdTuned(*taps), limit=limit, dead_zone=dead_zone)
 
 
-def trial(taps: PdTaps, model: MacroModel = MacroModel()) -> Trial:  # noqa: B008
-    """A step of 3000 counts on the tuned model, which saturates by itself."""
+def trial(
+    taps: PdTaps,
+    model: MacroModel = MacroModel(),  # noqa: B008
+    dead_zone: float = DEAD_ZONE,
+    limit: float = LIMIT,
+) -> Trial:
+    """A step of 3000 counts on the tuned model, which saturates by itself at `limit` [V] or
+    its own; `dead_zone` [V]: of the law's inverse, whatever the model's friction."""
     reference = np.full(round(SECONDS / DT), STEP)
-    x, effort = macro.closed_loop(model, with_taps(taps, math.inf), reference)
+    model = model._replace(limit=min(model.limit, limit))
+    x, effort = macro.closed_loop(model, with_taps(taps, math.inf, dead_zone), reference)
     asked = np.abs(effort)
     return Trial(
         taps,
         crossover(taps, model.linear),
         float(asked[0]),
         float(asked[1:].max()),
-        int(np.count_nonzero(asked[1:] > LIMIT)),
+        int(np.count_nonzero(asked[1:] > limit)),
         overshoot(x, STEP),
         settling_time(x, STEP),
         x,
@@ -134,29 +144,43 @@ def at_ratio(ratio: float) -> PdTaps:
     return pd_by_margin(num, den, DT, lowest_frequency(num, den, DT, margin), margin)
 
 
-def sweep_ratios() -> dict[float, Trial]:
+def sweep_ratios(dead_zone: float = DEAD_ZONE, limit: float = LIMIT) -> dict[float, Trial]:
     """Figure 4.22: damping ratios, each at its lowest phase-margin frequency."""
-    return {ratio: trial(at_ratio(ratio)) for ratio in RATIOS}
+    return {r: trial(at_ratio(r), dead_zone=dead_zone, limit=limit) for r in RATIOS}
 
 
-def sweep_frequencies(derivative_time: float | None = None) -> dict[float, Trial]:
+def sweep_frequencies(
+    derivative_time: float | None = None, dead_zone: float = DEAD_ZONE, limit: float = LIMIT
+) -> dict[float, Trial]:
     """Figure 4.23: falling crossovers [rad/s] at one derivative time [s], that of (4.10)."""
+    return {w: _at(w, derivative_time, dead_zone, limit) for w in FREQUENCIES}
+
+
+def _at(crossing: float, derivative_time: float | None, dead_zone: float, limit: float) -> Trial:
     held = TUNED_TAPS.derivative_time(DT) if derivative_time is None else derivative_time
     num, den = position_transfer(Linear())
-    return {w: trial(pd_by_time(num, den, DT, w, held)) for w in FREQUENCIES}
+    return trial(pd_by_time(num, den, DT, crossing, held), dead_zone=dead_zone, limit=limit)
 
 
-def chosen() -> Trial:
-    """The stated rule: keep the derivative time of (4.10) and lower the crossover from
-    9.91 rad/s in steps of 0.05 until the tuned model neither overshoots by half a count
-    nor asks for more than 5 V after the first sample."""
-    held = TUNED_TAPS.derivative_time(DT)
-    num, den = position_transfer(Linear())
+def chosen(
+    derivative_time: float | None = None, dead_zone: float = DEAD_ZONE, limit: float = LIMIT
+) -> Trial:
+    """The stated rule: keep the derivative time [s], by default that of (4.10), and lower the
+    crossover from 9.91 rad/s in steps of 0.05 until the tuned model neither overshoots by
+    half a count nor asks for more than `limit` [V] after the first sample. Raises
+    `InputError` where no crossover down to 0.5 rad/s does, as with a dead-zone inverse near
+    the limit or too short a derivative time."""
     for w in np.arange(FREQUENCIES[0], 0.5, -0.05):
-        found = trial(pd_by_time(num, den, DT, float(w), held))
+        found = _at(float(w), derivative_time, dead_zone, limit)
         if found.saturated == 0 and found.overshoot < SMALL:
             return found
-    raise AssertionError("the effort falls with the crossover, so the rule ends")
+    held = TUNED_TAPS.derivative_time(DT) if derivative_time is None else derivative_time
+    raise InputError(
+        "the thesis' rule for the PD",
+        f"dead-zone inverse {dead_zone:g} V, limit {limit:g} V, derivative time {held:g} s",
+        "settings with which some crossover from 9.91 to 0.5 rad/s neither saturates nor "
+        "overshoots on the thesis' model",
+    )
 
 
 def ratio_below_limit() -> float:

@@ -48,7 +48,8 @@ NONE = "none"
     WIRE,
     TIME,  # rig: time [s] of the newest sample
     FROM,  # rig: bench truth: where the carriage was at the onset [m]
-) = range(13)
+    ONSET_NS,  # rig: the onset on the monotonic clock [ns]
+) = range(14)
 CELLS = 16
 
 
@@ -148,6 +149,8 @@ class Faulty(Twin):
         if fresh:
             self._number, self._fault = number, _FAULTS[number]
         fault = self._fault
+        if fresh:
+            cells[FROM], cells[ONSET_NS] = self.state.macro.x, time.monotonic_ns()
         if fault.raises:
             cells[ONSET] = self.tick * self.dt
             raise OSError(fault.raises)
@@ -160,7 +163,6 @@ class Faulty(Twin):
         self._true = true.encoder
         self._count += moved * fault.step + (fault.jump if fresh else 0.0)
         if fresh:
-            cells[FROM] = self.state.macro.x
             cells[ONSET] = true.t if number else math.nan
             self._hall = true.hall
         cells[TIME] = true.t

@@ -1,40 +1,59 @@
 """A sweep on a cluster: chunks as tasks of dask.distributed, journaled here as they complete.
 
-The workers need this version of the package, and nothing else: a task is a range of
-indices and the spec. dask hands the tasks of a worker that is lost to others.
+The workers need the same code as here, and nothing else: a task is a range of indices and
+the spec, an answer says with which code it was computed. dask hands the tasks of a worker
+that is lost to others.
 """
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+from urllib.parse import urlsplit
 
-from macromicro import __version__
 from macromicro.errors import InputError
 from macromicro.sweep import journal
+from macromicro.sweep.extras import remedy
 from macromicro.sweep.folder import locked, next_number
+from macromicro.sweep.origin import Code, running
 from macromicro.sweep.todo import Chunk, Todo
-from macromicro.sweep.work import Bench, SweepError, Task, sized, smoothed
+from macromicro.sweep.work import Bench, SweepError, Task, foreign, sized, smoothed
+from macromicro.textfile import printable
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
 Report = Callable[[int, int], None]
 Stop = Callable[[], bool]
-Answer = tuple[int, journal.Block, float]
+
+
+class Answer(NamedTuple):
+    """What `compute` gives: with which code and where, the size of the job's blocks, the
+    chunk's variants, and the seconds that they took."""
+
+    code: Code
+    where: str
+    size: int
+    block: journal.Block
+    seconds: float
+
 
 CHUNK = 1.0  # s of work in a task
 RATE = 100.0  # tasks per second that the scheduler and this process are spared more of
+SCHEMES = ("tcp", "tls", "ws", "wss")
 _CONNECT = 5.0  # s
+_CLOSE = 1.0  # s for a client that found no scheduler
 _WORKERS = 20.0  # s to wait for a first worker
 _POLL = 0.2  # s between looks at `stop`
 _AHEAD = 2  # tasks per thread of the cluster, so that none waits for this process
 _COUNT_AGAIN = 5.0  # s between looks at how many threads there are
 _SYNC = 1.0  # s of results that a power cut may take
+_ACCEPTED = "the address of a dask scheduler that is running (tcp://HOST:8786)"
 _mine = threading.local()
 
 
@@ -43,40 +62,80 @@ def require() -> None:
     try:
         import distributed  # noqa: F401
     except ImportError:
-        accepted = "an installation with it: pip install 'macromicro[cluster]'"
-        raise InputError("--scheduler", "dask.distributed is not installed", accepted) from None
+        missing = "dask.distributed is not installed"
+        raise InputError("--scheduler", missing, remedy("cluster")) from None
 
 
-def connect(address: str) -> Client:
+def checked(address: str) -> str:
+    """`address` with its scheme, tcp where it has none.
+
+    Raises `InputError` unless it is SCHEME://HOST:PORT with a scheme of `SCHEMES`.
+    """
+    text = printable(address, 200)
+    if not text.isascii() or " " in address or text != address:
+        raise InputError(f"--scheduler {text}", "no address", _ACCEPTED)
+    full = address if "://" in address else f"tcp://{address}"
+    where = f"--scheduler {address}"
+    try:
+        parts = urlsplit(full)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise InputError(where, str(error), _ACCEPTED) from None
+    if parts.scheme not in SCHEMES:
+        raise InputError(where, parts.scheme, f"{' or '.join(SCHEMES)}, as in tcp://HOST:8786")
+    if not host:
+        raise InputError(where, "no host", _ACCEPTED)
+    if not port:
+        raise InputError(where, "no port", _ACCEPTED)
+    if parts.path or parts.query or parts.fragment or "@" in parts.netloc:
+        raise InputError(where, "more than host and port", _ACCEPTED)
+    return full
+
+
+def connect(address: str, code: Code) -> Client:
     """A client of the scheduler at `address`, such as tcp://10.0.0.1:8786.
 
     Raises `InputError` within seconds: not an address, nothing answers there, no workers,
-    workers without this version of the package.
+    workers that have not just this `code` of the package.
     """
     require()
-    from distributed import Client
-
-    _silence()
-    where, accepted = f"--scheduler {address}", "the address of a dask scheduler that is running"
-    try:
-        client = Client(address, timeout=_CONNECT, set_as_default=False)
-    except Exception as error:  # dask has many kinds for what is no address
-        words = str(error).split("\n")[0] or "nothing answers"
-        raise InputError(where, words[:200], f"{accepted} (tcp://HOST:8786)") from None
+    full, where = checked(address), f"--scheduler {address}"
+    client = _reached(full, where)
     try:
         client.wait_for_workers(1, timeout=_WORKERS)
-        versions = client.run(_version)
+        found = client.run(running)
     except TimeoutError:
         client.close()
         raise InputError(where, "a scheduler without workers", "one with workers") from None
     except Exception as error:
         client.close()
-        raise InputError(where, _words(error), "workers that have macromicro installed") from None
-    for worker, version in versions.items():
-        if version != __version__:
+        accepted = f"workers that have macromicro {code} installed"
+        raise InputError(where, _words(error), accepted) from None
+    for worker, theirs in found.items():
+        if theirs != code:
             client.close()
-            accepted = f"macromicro {__version__} on every worker, as here"
-            raise InputError(f"{where}, worker {worker}", version, accepted)
+            accepted = f"macromicro {code} on every worker, as here"
+            raise InputError(f"{where}, worker {worker}", str(theirs), accepted)
+    return client
+
+
+def _reached(address: str, where: str) -> Client:
+    """A client of a scheduler that answers. One that found none is closed here: left to the
+    garbage collector, it waits for long and prints a traceback."""
+    from distributed import Client
+
+    _silence()
+    client = Client.__new__(Client)
+    try:
+        Client.__init__(client, address, timeout=_CONNECT, set_as_default=False)
+    except BaseException as error:
+        with contextlib.suppress(Exception):
+            client.close(timeout=_CLOSE)
+        client.status = "closed"
+        if not isinstance(error, Exception):
+            raise
+        words = " ".join(str(error).split())[:200] or "nothing answers"
+        raise InputError(where, words, _ACCEPTED) from None
     return client
 
 
@@ -92,7 +151,8 @@ def run(client: Client, task: Task, todo: Todo, folder: Path, report: Report, st
     """Compute what is to do; what completes goes into one new journal in `folder`.
 
     `report`, `stop`: as `local.run`; a stop waits for nothing, for what is not here yet is
-    not finished. Raises `SweepError` where a task fails or the scheduler is lost.
+    not finished. Raises `SweepError` where a task fails, a worker has other code, as one may
+    that joined later, or the scheduler is lost.
     """
     spec = task.spec
     path = folder / f"{next_number(folder):06d}{journal.SUFFIX}"
@@ -148,23 +208,30 @@ class _Flow:
         except Exception as error:  # whatever it is, it is the connection
             raise _lost(error) from None
 
-    def completed(self) -> list[tuple[Chunk, journal.Block]]:
-        """The answers that came within a moment, fetched together."""
+    def completed(self) -> Iterator[tuple[Chunk, journal.Block]]:
+        """The answers that came within a moment, fetched together; those of workers with
+        other code are none, and end it after the others."""
         try:
             firsts = [self._done.get(timeout=_POLL)]
         except queue.Empty:
             if self._client.status != "running":
                 raise _lost(self._client.status) from None
-            return []
+            return
         while not self._done.empty():
             firsts.append(self._done.get())
         chunks, futures = zip(*(self.pending[first] for first in firsts), strict=True)
         answers = self._fetched(chunks, futures)
-        for chunk, (size, _, seconds) in zip(chunks, answers, strict=True):
-            self._block = size
-            each = seconds / chunk.size
-            self._each = smoothed(self._each, each)
-        return [(chunk, block) for chunk, (_, block, _) in zip(chunks, answers, strict=True)]
+        ours, others = self._task.code, None
+        for chunk, answer in zip(chunks, answers, strict=True):
+            if ours is not None and getattr(answer, "code", None) != ours:
+                others = answer
+                continue
+            self._block = answer.size
+            self._each = smoothed(self._each, answer.seconds / chunk.size)
+            yield chunk, answer.block
+        if others is not None and ours is not None:
+            theirs = getattr(others, "code", "of another version")
+            raise foreign(f"worker {getattr(others, 'where', '')}".rstrip(), theirs, ours)
 
     def _fetched(self, chunks: Sequence[Chunk], futures: Sequence[Future]) -> list[Answer]:
         from distributed import KilledWorker
@@ -196,19 +263,16 @@ class _Flow:
 
 
 def compute(task: Task, first: int, count: int) -> Answer:
-    """On a worker: the size of the job's blocks, the chunk, and the seconds that it took."""
+    """On a worker."""
+    from distributed import get_worker
+
     if getattr(_mine, "task", None) != task:
         _mine.task, _mine.bench = task, Bench(task)
     bench: Bench = _mine.bench
     started = time.perf_counter()
     block = journal.joined(list(bench.blocks(first, count)))
-    return bench.job.block, block, time.perf_counter() - started
-
-
-def _version() -> str:
-    import macromicro
-
-    return macromicro.__version__
+    seconds = time.perf_counter() - started
+    return Answer(running(), get_worker().address, bench.job.block, block, seconds)
 
 
 def _lost(why: object) -> SweepError:

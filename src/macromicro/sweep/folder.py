@@ -20,10 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from macromicro import __version__
 from macromicro.errors import InputError
-from macromicro.kernel import cache_folder
 from macromicro.sweep import journal
+from macromicro.sweep.origin import Code
 from macromicro.sweep.spec import Spec
 from macromicro.textfile import printable
 
@@ -36,24 +35,26 @@ _OWN = (SPEC, SUMMARY, RESULTS)
 _ROW = 8  # bytes of a number
 
 
-def needed_bytes(spec: Spec) -> int:
-    """Bytes on the disk, at most: the journal and, beside it, the results."""
+def needed_bytes(spec: Spec, left: int) -> int:
+    """Bytes on the disk, at most, that a sweep with `left` variants to compute still needs:
+    their journal and, beside it, the results of all."""
     columns = 1 + len(spec.axes) + len(spec.metrics)
-    return spec.variants * _ROW * (columns + len(spec.metrics) + 1) + 1_000_000
+    return _ROW * (spec.variants * columns + left * (len(spec.metrics) + 1)) + 1_000_000
 
 
-def prepare(place: Path, spec: Spec, text: str, *, resume: bool, overwrite: bool) -> str:
+def prepare(
+    place: Path, spec: Spec, text: str, code: Code, *, resume: bool, overwrite: bool
+) -> None:
     """Make the folder's files for a new sweep, or see that this one can be gone on with.
 
-    Returns what a person should know of it, mostly nothing.
-
-    Raises `InputError` for a folder that is in use, of another spec or of another version
-    of the package, or that has content and neither `resume` nor `overwrite` is asked for.
+    Raises `InputError` for a folder that is in use, of another spec or of other code than
+    `code`, or that has content and neither `resume` nor `overwrite` is asked for.
     """
     where = f"--out {printable(place, 300)}"
     content = {p.name for p in place.iterdir()} if place.is_dir() else set()
     if resume and SUMMARY in content:
-        return _check_same(place, spec, where)
+        _check_same(place, spec, code, where)
+        return
     begun = resume and content <= {SPEC, JOURNAL}  # killed before it was said what to do
     if content and not overwrite and not begun:
         accepted = "a new or empty folder, --resume or --overwrite"
@@ -69,29 +70,31 @@ def prepare(place: Path, spec: Spec, text: str, *, resume: bool, overwrite: bool
         for path in (place / JOURNAL).glob(f"*{journal.SUFFIX}"):
             path.unlink()
         (place / SPEC).write_text(text, encoding="utf-8")
-        write_json(place / SUMMARY, {"state": "begun", **origin(spec)})
-    return ""
+        write_json(place / SUMMARY, {"state": "begun", **origin(spec, code)})
 
 
-def origin(spec: Spec) -> dict[str, Any]:
-    """What decides the results: the spec, this version and its sources."""
-    sources = cache_folder().name.rpartition("-")[2]
-    told = {"version": __version__, "sources": sources, "digest": spec.digest}
-    return {**told, "spec": spec.canonical}
+def origin(spec: Spec, code: Code) -> dict[str, Any]:
+    """What decides the results: the spec, and the code with its version."""
+    return {**code._asdict(), "digest": spec.digest, "spec": spec.canonical}
 
 
-def _check_same(place: Path, spec: Spec, where: str) -> str:
+def _check_same(place: Path, spec: Spec, code: Code, where: str) -> None:
     told = summary(place, where)
-    if told["version"] != __version__:
+    if told["version"] != code.version:
         raise InputError(
             f"{where}, version",
             told["version"],
-            f"{__version__}, which this is: install that one to go on, or --overwrite",
+            f"{code.version}, which this is: install that one to go on, or --overwrite",
         )
     if told["digest"] == spec.digest:
-        if told["sources"] == origin(spec)["sources"]:
-            return ""
-        return "the package's sources changed since this sweep began; what is done is kept"
+        if told["sources"] == code.sources:
+            return
+        raise InputError(
+            f"{where}, sources",
+            told["sources"],
+            f"{code.sources}, which these are: macromicro's files changed since that sweep "
+            "began; put them back to go on, or another --out, or --overwrite",
+        )
     then, now = told["spec"], spec.canonical
     for key in dict.fromkeys([*now, *then]):
         if key not in then or key not in now or then[key] != now[key]:

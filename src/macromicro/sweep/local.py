@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro.sweep import journal
 from macromicro.sweep.folder import locked, next_number, spans
+from macromicro.sweep.origin import running
 from macromicro.sweep.todo import Chunk, Todo
-from macromicro.sweep.work import Bench, SweepError, Task, sized, smoothed
+from macromicro.sweep.work import Bench, SweepError, Task, foreign, sized, smoothed
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess
@@ -203,6 +204,9 @@ def work(pipe: Connection, task: Task, path: Path, parent: int) -> None:
     for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[name] = "1"  # the cores are the workers'
     try:
+        if task.code is not None and running() != task.code:
+            pipe.send(("failed", str(foreign("a worker", running(), task.code))))
+            return
         bench = Bench(task)
         spec = task.spec
         with (

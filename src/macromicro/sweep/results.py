@@ -14,7 +14,9 @@ import numpy as np
 
 from macromicro.errors import InputError
 from macromicro.sweep import journal
+from macromicro.sweep.extras import remedy
 from macromicro.sweep.journal import Array, Block, joined
+from macromicro.sweep.origin import Code
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec
 
@@ -52,8 +54,7 @@ def require() -> None:
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
-        accepted = "an installation with it: pip install 'macromicro[sweep]'"
-        raise InputError("results", "pyarrow is not installed", accepted) from None
+        raise InputError("results", "pyarrow is not installed", remedy("sweep")) from None
 
 
 def write(
@@ -61,18 +62,19 @@ def write(
     spec: Spec,
     metrics: Sequence[Metric],
     journals: Sequence[Path],
+    code: Code,
     stop: Callable[[], bool] = lambda: False,
 ) -> Written | None:
     """The results of all variants to `path`, all or nothing; None if `stop()` said so.
 
     Columns: `index`, the parameters by path, the metrics by name, `error` (text where a
-    variant is impossible, its metrics NaN); units and meanings in the fields' metadata. The
-    file depends on the spec and the metrics only, not on who computed what when. Raises
-    ValueError if a variant is missing.
+    variant is impossible, its metrics NaN); units and meanings in the fields' metadata, the
+    spec and the `code` that computed all of it in the schema's. The file depends on spec, metrics
+    and code only, not on who computed what when. Raises ValueError if a variant is missing.
     """
     import pyarrow.parquet as pq
 
-    schema = _schema(spec, metrics)
+    schema = _schema(spec, metrics, code)
     sampler = Sampler(spec)
     tally = _Tally(spec.metrics)
     fresh = path.with_name(f".{path.name}.new")
@@ -92,7 +94,7 @@ def write(
     return tally.written()
 
 
-def _schema(spec: Spec, metrics: Sequence[Metric]) -> pa.Schema:
+def _schema(spec: Spec, metrics: Sequence[Metric], code: Code) -> pa.Schema:
     import pyarrow as pa
 
     fields = [pa.field("index", pa.int64(), nullable=False)]
@@ -104,8 +106,9 @@ def _schema(spec: Spec, metrics: Sequence[Metric]) -> pa.Schema:
         notes = {"unit": metric.unit, "meaning": metric.meaning}
         fields.append(pa.field(metric.name, pa.float64(), nullable=False, metadata=notes))
     fields.append(pa.field("error", pa.string()))
-    told = json.dumps(spec.canonical, sort_keys=True)
-    return pa.schema(fields, metadata={"macromicro.sweep": told})
+    told = {"macromicro.sweep": json.dumps(spec.canonical, sort_keys=True)}
+    told |= {f"macromicro.{key}": value for key, value in code._asdict().items()}
+    return pa.schema(fields, metadata=told)
 
 
 def _table(schema: pa.Schema, sampler: Sampler, block: Block) -> pa.Table:
@@ -207,6 +210,14 @@ class _Tally:
                 mean = float(self._sum[k]) / finite
                 ranges[name] = Range(finite, float(self._least[k]), mean, float(self._most[k]))
         return Written(self._rows, self._impossible, self._words, ranges)
+
+
+def constant(written: Written) -> bool:
+    """Whether all of two or more possible variants have the same metrics."""
+    possible = written.rows - written.impossible
+    return possible > 1 and all(
+        r.least == r.most and r.finite == possible for r in written.ranges.values()
+    )
 
 
 def as_json(written: Written, metrics: Sequence[Metric]) -> dict[str, Any]:

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.errors import InputError
+from macromicro.recording import check_space
 from macromicro.sweep import cluster, folder, local, results
+from macromicro.sweep.origin import code
 from macromicro.sweep.spec import Spec, load
 from macromicro.sweep.todo import Todo
 from macromicro.sweep.work import FACTORY, Task, factory
@@ -40,14 +42,13 @@ class Request(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A sweep that can begin: its folder is made. `note`: what a person should know."""
+    """A sweep that can begin: its folder is made."""
 
     task: Task
     metrics: Sequence[Metric]
     out: Path
     workers: int
     client: Client | None
-    note: str
 
 
 class Outcome(NamedTuple):
@@ -64,7 +65,8 @@ def check(request: Request) -> Ready:
     """Everything that can be wrong before the first variant; makes the folder.
 
     Raises `InputError`: the options, the spec, a package that is missing, a scheduler that
-    does not answer, a folder that must not be written to. Nothing existing is touched then.
+    does not answer or whose workers have other code, a folder that must not be written to, a
+    full disk. Nothing existing is touched then.
     """
     if request.resume and request.overwrite:
         raise InputError("--resume", "beside --overwrite", "one of them")
@@ -79,14 +81,16 @@ def check(request: Request) -> Ready:
     metrics = make(spec.job, **dict(spec.options)).metrics
     out = Path("results") / request.spec.stem if request.out is None else request.out
     _check_place(out, spec, resume=request.resume)
-    client = None if request.scheduler is None else cluster.connect(request.scheduler)
+    ours = code()
+    client = None if request.scheduler is None else cluster.connect(request.scheduler, ours)
+    how = {"resume": request.resume, "overwrite": request.overwrite}
     try:
-        note = folder.prepare(out, spec, text, resume=request.resume, overwrite=request.overwrite)
+        folder.prepare(out, spec, text, ours, **how)
     except BaseException:
         if client is not None:
             client.close()
         raise
-    return Ready(Task(spec, request.factory), metrics, out, workers, client, note)
+    return Ready(Task(spec, request.factory, ours), metrics, out, workers, client)
 
 
 def _cores() -> int:
@@ -94,14 +98,14 @@ def _cores() -> int:
 
 
 def _check_place(out: Path, spec: Spec, *, resume: bool) -> None:
-    from macromicro.recording import check_space
-
     where = f"--out {printable(out, 300)}"
     if "\0" in str(out):
         raise InputError(where, "not a file name", "a folder, or a place to make one")
     if out.exists() and not out.is_dir():
         raise InputError(where, "a file", "a folder, or a place to make one")
-    check_space(out, 0 if resume else folder.needed_bytes(spec))
+    # What is finished of a sweep that is gone on with shows its journal, later.
+    begun = resume and (out / folder.SUMMARY).exists()
+    check_space(out, 0 if begun else folder.needed_bytes(spec, spec.variants))
 
 
 def execute(
@@ -116,7 +120,7 @@ def execute(
     `begin(count, before)` is told how many variants there are and are finished already,
     `report(variants, impossible)` every finished block; `stop()`: true to end early.
     `software`: what it was made with, for the summary. Raises `SweepError` where it cannot
-    go on; what is finished is kept.
+    go on, `InputError` where the disk has no room for what is missing; what is finished is kept.
     """
     try:
         with folder.alone(ready.out):
@@ -142,6 +146,7 @@ def _execute(
         return Outcome(spec.variants, spec.variants, 0.0, results.restored(told["results"]))
     todo = Todo(spec.variants, folder.spans(folder.journals(ready.out), spec))
     before = spec.variants - todo.left
+    check_space(ready.out, folder.needed_bytes(spec, todo.left))
     begin(spec.variants, before)
     if todo:
         if ready.client is None:
@@ -154,12 +159,13 @@ def _execute(
     if finished < spec.variants:
         return Outcome(finished, before, seconds, None)
     path = ready.out / folder.RESULTS
-    written = results.write(path, spec, ready.metrics, folder.journals(ready.out), stop)
+    made = ready.task.code or code()
+    written = results.write(path, spec, ready.metrics, folder.journals(ready.out), made, stop)
     if written is None:
         return Outcome(finished, before, seconds, None)
     summary: dict[str, Any] = {
         "state": "complete",
-        **folder.origin(spec),
+        **folder.origin(spec, made),
         "results": results.as_json(written, ready.metrics),
         "started": started.isoformat(sep=" ", timespec="seconds"),
         "seconds": round(seconds, 3),

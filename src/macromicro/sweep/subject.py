@@ -23,8 +23,12 @@ Options = tuple[tuple[str, Any], ...]
 _READ = (".toml", ".csv")  # what a job may read
 TREES = ("settings", "tree")  # what jobs call the parameters that variants start from
 _KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
-# Beside the tree's parameters, where a job has measurement noise.
-_SEED = Entry("seed", Par("", "seed of the measurement noise", lo=0.0, hi=2.0**53), 0)
+# What jobs take for each variant beside their tree's parameters; an option of the same name
+# is what it is without.
+_BESIDE = (
+    Entry("seed", Par("", "seed of the measurement noise", lo=0.0, hi=2.0**53), 0),
+    Entry("reference", Par("count", "step", lo=-1e6, hi=1e6), 0.0),
+)
 
 
 class Subject(NamedTuple):
@@ -73,9 +77,12 @@ def plain_options(job: Job) -> dict[str, Any]:
 
 
 def parameters(job: Job) -> dict[str, Entry]:
-    """The parameters of a job by dotted path, and the seed of its noise if it has one."""
+    """The parameters of a job by dotted path, and beside them what else a variant may have:
+    the seed of the noise, the step of a job that has none in its tree."""
     known = {entry.path: entry for entry in entries(job.base())}
-    return known | {"seed": _SEED} if "seed" in plain_options(job) else known
+    options = plain_options(job)
+    beside = [e for e in _BESIDE if e.path in options and e.path not in known]
+    return known | {e.path: e._replace(value=options[e.path]) for e in beside}
 
 
 def _options(raw: object, known: dict[str, Any], where: str) -> Options:

@@ -11,6 +11,7 @@ import numpy as np
 
 from macromicro.errors import MacromicroError
 from macromicro.sweep.journal import Array, Block
+from macromicro.sweep.origin import Code
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec
 from macromicro.sweep.subject import Factory
@@ -25,10 +26,20 @@ class SweepError(MacromicroError):
 
 
 class Task(NamedTuple):
-    """What a worker must know: the spec, and where jobs come from ("module:function")."""
+    """What a worker must know: the spec, where jobs come from ("module:function"), and the
+    code that all variants are to be computed with; None where that is not looked at."""
 
     spec: Spec
     factory: str = FACTORY
+    code: Code | None = None
+
+
+def foreign(who: str, theirs: object, ours: Code) -> SweepError:
+    """The error for a worker of other code: its results must not stand beside ours."""
+    return SweepError(
+        f"{who} has macromicro {theirs}, this sweep is of {ours}; what is finished is kept, "
+        "--resume goes on where all have that code"
+    )
 
 
 def factory(name: str) -> Factory:

@@ -1,6 +1,7 @@
 """Benches like the default one: what a robust controller must live with.
 
-Each member is drawn by Latin hypercube; the first is the bench as it is. A range is a
+Each member is drawn by Latin hypercube. In the ensemble that a search sees the first is the
+bench as it is; the one that judges what was found (`fresh`) has new draws alone. A range is a
 factor on the bench's own parameters, or the value itself. The linear model of the
 macro-stage has no belt and takes the mass through its pole: with (4.2) the pole goes with
 1 / mass while the steady speed per volt stays.
@@ -9,6 +10,7 @@ macro-stage has no belt and takes the mass through its pole: with (4.2) the pole
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +25,7 @@ Array = npt.NDArray[np.float64]
 
 AGGREGATES = ("worst", "q95")
 FEWEST, MOST = 2, 1000
+HELD_OUT = 1  # number of the random stream that a search never draws from
 
 
 class Spread(NamedTuple):
@@ -60,8 +63,8 @@ SPREADS = {"macro": MACRO, "micro": MICRO}
 
 
 class Ensemble(NamedTuple):
-    """Members' draws (members, spreads), the first row nominal: factors 1, or the value that
-    the bench has. `aggregate`: worst or q95, over the members' costs."""
+    """Members' draws (members, spreads); of a search's the first row is nominal: factors 1, or
+    the value that the bench has. `aggregate`: worst or q95, over the members' costs."""
 
     spreads: tuple[Spread, ...]
     draws: Array
@@ -94,15 +97,31 @@ class Ensemble(NamedTuple):
 
 
 def draw(stage: str, settings: Any, members: int, aggregate: str, seed: int) -> Ensemble:
-    """An ensemble for a stage; raises `InputError` for a bad number or aggregation."""
+    """An ensemble for a stage's search; raises `InputError` for a bad number or aggregation."""
     if aggregate not in AGGREGATES:
         raise InputError("--aggregate", printable(aggregate), f"one of {', '.join(AGGREGATES)}")
-    if not FEWEST <= members <= MOST:
-        raise InputError("--benches", members, f"a whole number from {FEWEST} to {MOST}")
+    _within("--benches", members)
     spreads = SPREADS[stage]
-    low, high = (np.array([getattr(s, end) for s in spreads]) for end in ("low", "high"))
-    draws = np.empty((members, len(spreads)))
     present = {e.path: e.value for e in entries(settings)}
-    draws[0] = [present[s.paths[0]] if s.absolute else 1.0 for s in spreads]
-    draws[1:] = low + (high - low) * latin(len(spreads), members - 1, seed)
+    nominal = [present[s.paths[0]] if s.absolute else 1.0 for s in spreads]
+    draws = np.vstack((nominal, _drawn(spreads, members - 1, seed)))
     return Ensemble(spreads, draws, aggregate, seed)
+
+
+def fresh(searched: Ensemble, members: int) -> Ensemble:
+    """Another ensemble like the one that was searched on, to judge by: from a random stream
+    of its own, without the nominal bench. Raises `InputError` for a bad number."""
+    _within("--held-out", members)
+    draws = _drawn(searched.spreads, members, (searched.seed, HELD_OUT))
+    return searched._replace(draws=draws)
+
+
+def _within(option: str, members: int) -> None:
+    if not FEWEST <= members <= MOST:
+        raise InputError(option, members, f"a whole number from {FEWEST} to {MOST}")
+
+
+def _drawn(spreads: tuple[Spread, ...], members: int, seed: int | Sequence[int]) -> Array:
+    low, high = (np.array([getattr(s, end) for s in spreads]) for end in ("low", "high"))
+    found: Array = low + (high - low) * latin(len(spreads), members, seed)
+    return found

@@ -6,7 +6,7 @@ optimization over continuous spaces, 1997, as `scipy.optimize` has it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,7 +78,7 @@ def minimise(
     return Found(kept[0][0], history[-1], size * len(history), tuple(history), *kept)
 
 
-def latin(columns: int, rows: int, seed: int) -> Array:
+def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
     """A Latin hypercube (rows, columns) within 0 and 1 (McKay, Beckman and Conover, 1979)."""
     random = np.random.default_rng(seed)
     strata = np.stack([random.permutation(rows) for _ in range(columns)], axis=1)

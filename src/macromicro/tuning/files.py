@@ -14,7 +14,7 @@ from macromicro.settings import Settings
 from macromicro.textfile import printable
 from macromicro.tuning import pictures, tables
 from macromicro.tuning.objectives import OVER, SATURATED
-from macromicro.tuning.tune import Tuning
+from macromicro.tuning.tune import Plan, Tuning
 
 SETTINGS, NUMBERS = "tuned.toml", "tuning.json"
 FILES = (SETTINGS, NUMBERS, pictures.RESPONSE, pictures.BODE)
@@ -49,13 +49,18 @@ def as_toml(found: Tuning) -> str:
     ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
     about = [
         f"# {plan.request.stage} law {plan.law.name}, tuned by {ways} for {plan.objective.name}",
-        f"# {found.evaluations} evaluations on {plan.engine}, seed {plan.request.seed}, "
-        f"macromicro {macromicro.__version__}",
+        f"# {found.evaluations} {_tried(plan)}, macromicro {macromicro.__version__}",
         *(f"# {printable(line, 300)}" for line in tables.remarks(found)),
     ]
     parts = ["\n".join(about)]
     parts += ["\n".join([table, *rows]) for table, rows in sorted(lines.items())]
     return "\n\n".join(parts) + "\n"
+
+
+def _tried(plan: Plan) -> str:
+    if plan.request.route == "thesis":
+        return "trials on the thesis' model"
+    return f"evaluations on {plan.engine}, seed {plan.seed}"
 
 
 def as_json(found: Tuning) -> str:
@@ -81,7 +86,7 @@ def as_json(found: Tuning) -> str:
             "formula": plan.objective.formula,
         },
         "engine": plan.engine,
-        "seed": request.seed,
+        "seed": None if request.route == "thesis" else plan.seed,
         "evaluations": found.evaluations,
         "search": [k._asdict() for k in plan.law.knobs],
         "gains": _pairs(tables.gains(found)),
@@ -89,6 +94,7 @@ def as_json(found: Tuning) -> str:
         "bench": _pairs(tables.measured(found)),
         "bench_metrics": _pair([shown.metrics for shown in found.bench]),
         "better_on_the_bench": found.better,
+        "judged_on": "the bench" if found.held_out is None else "held-out benches",
         "remarks": list(tables.remarks(found)),
         "margins": None if found.margins is None else _pair([m._asdict() for m in found.margins]),
         "ripple_margin": None if found.ripple_margins is None else _pair(found.ripple_margins),
@@ -102,15 +108,20 @@ def as_json(found: Tuning) -> str:
 
 
 def _ensemble(found: Tuning) -> dict[str, Any] | None:
-    ensemble = found.plan.ensemble
-    if ensemble is None:
+    searched, fresh = found.plan.ensemble, found.plan.held_out
+    if searched is None or fresh is None:
         return None
     return {
-        "aggregate": ensemble.aggregate,
-        "seed": ensemble.seed,
-        "ranges": [s._asdict() for s in ensemble.spreads],
-        "draws": ensemble.draws.tolist(),
+        "aggregate": searched.aggregate,
+        "seed": searched.seed,
+        "ranges": [s._asdict() for s in searched.spreads],
+        "draws": searched.draws.tolist(),
         "bench_cost": None if found.robust_costs is None else _pair(found.robust_costs),
+        "held_out": {
+            "draws": fresh.draws.tolist(),
+            "bench_cost": None if found.held_out is None else _pair(found.held_out.costs),
+            "cheaper_on": None if found.held_out is None else found.held_out.cheaper,
+        },
     }
 
 

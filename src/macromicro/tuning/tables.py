@@ -52,10 +52,15 @@ def measured(found: Tuning) -> list[Line]:
     """The metrics on the bench, and the cost there."""
     lines, objective = _metrics(found), found.plan.objective
     lines.append(Line(f"cost ({objective.name})", *found.bench_costs, objective.unit))
-    if found.robust_costs is not None and found.plan.ensemble is not None:
-        words = "worst" if found.plan.ensemble.aggregate == "worst" else "95 %"
-        name = f"cost, {words} of {len(found.plan.ensemble.draws)} benches"
-        lines.append(Line(name, *found.robust_costs, objective.unit))
+    plan = found.plan
+    for ensemble, costs, which in (
+        (plan.ensemble, found.robust_costs, "searched"),
+        (plan.held_out, found.held_out and found.held_out.costs, "fresh"),
+    ):
+        if ensemble is not None and costs is not None:
+            words = "worst" if ensemble.aggregate == "worst" else "95 %"
+            name = f"cost, {words} of {len(ensemble.draws)} {which}"
+            lines.append(Line(name, *costs, objective.unit))
     return lines
 
 
@@ -118,18 +123,34 @@ def remarks(found: Tuning) -> Iterator[str]:
             f"Cheaper designs passed over: {found.rejected}, whose ripple margin was below "
             f"{LEAST:g}."
         )
-    first, last = found.robust_costs or found.bench_costs
-    where = "on the ensemble of benches" if found.robust_costs else "on the bench"
+    first, last = found.verdict
+    where = "on the bench" if found.held_out is None else "on fresh benches"
     if found.better:
         yield f"The tuned law is better {where}: cost {_number(first)} to {_number(last)}."
     elif last == first:
         yield f"The tuned law is no better {where}: it costs the same, {_number(first)}."
     else:
         yield f"The tuned law is NOT better {where}: cost {_number(first)} to {_number(last)}."
-    worse = [line for line in _metrics(found) if abs(line.after) > abs(line.before)]
+    if found.held_out is not None and plan.held_out is not None:
+        yield (
+            f"It costs less on {found.held_out.cheaper} of {len(plan.held_out.draws)} benches that "
+            "the search has not seen."
+        )
+    worse = [line for line in _metrics(found) if _worse(line)]
     if worse:
-        each = (f"{x.name} {_number(x.before)} to {_number(x.after)} {x.unit}" for x in worse)
-        yield f"Worse on the bench than before: {'; '.join(s.strip() for s in each)}."
+        yield f"Worse on the bench than before: {'; '.join(_change(x) for x in worse)}."
+
+
+def _worse(line: Line) -> bool:
+    """Larger than before, or (NaN) not reached any more."""
+    if math.isnan(line.after):
+        return not math.isnan(line.before)
+    return abs(line.after) > abs(line.before)
+
+
+def _change(line: Line) -> str:
+    after = "no value" if math.isnan(line.after) else f"{_number(line.after)} {line.unit}"
+    return f"{line.name} {_number(line.before)} to {after}".strip()
 
 
 def _number(value: float) -> str:

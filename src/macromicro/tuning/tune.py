@@ -9,56 +9,39 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.design.margins import Margins
-from macromicro.errors import InputError
 from macromicro.settings import Settings
-from macromicro.textfile import printable
-from macromicro.tuning import ensemble as ensembles
 from macromicro.tuning import jobs, laws, loops, measuring, objectives, thesis
 from macromicro.tuning.ensemble import Ensemble
 from macromicro.tuning.evolution import minimise
-from macromicro.tuning.laws import Law
 from macromicro.tuning.measuring import Shown
-from macromicro.tuning.objectives import Objective, Scale
+from macromicro.tuning.objectives import Scale
+from macromicro.tuning.request import Plan, Request, check
 
 Array = npt.NDArray[np.float64]
 Tell = Callable[[int, float], None]
 
-STAGES = ("macro", "micro")
-ROUTES = ("optimise", "thesis")
-ENGINES = ("model", "bench")
-MOST = 10_000_000
-MAX_SEED = 2**31
+__all__ = [
+    "Plan",
+    "Request",
+    "Searched",
+    "Tuning",
+    "check",
+    "engine_costs",
+    "judge",
+    "macro",
+    "micro",
+    "prepare",
+    "search",
+    "tune",
+]
 
 
-class Request(NamedTuple):
-    """What is wanted. `law`: by default the settings' own; `on`: model or bench, by default
-    the model where it has the law; `aggregate` and `benches` of the ensemble, if `robust`;
-    `saturate`: the macro effort may saturate after its first sample at no cost."""
+class HeldOut(NamedTuple):
+    """What fresh benches say: costs before and after, aggregated, and on how many of the
+    benches the tuned law costs less."""
 
-    stage: str
-    objective: str = "settling"
-    law: str | None = None
-    evaluations: int = 300
-    seed: int = 0
-    settings: Settings = Settings()
-    on: str | None = None
-    route: str = "optimise"
-    robust: bool = False
-    aggregate: str = "worst"
-    benches: int = 16
-    saturate: bool = False
-
-
-class Plan(NamedTuple):
-    """A request that was found good. `engine`: a job's name; `start`: the settings with the
-    law chosen; `ensemble` for a robust search."""
-
-    request: Request
-    law: Law
-    objective: Objective
-    engine: str
-    start: Settings
-    ensemble: Ensemble | None
+    costs: tuple[float, float]
+    cheaper: int
 
 
 class Tuning(NamedTuple):
@@ -66,8 +49,9 @@ class Tuning(NamedTuple):
 
     `tuned`: settings with the new gains, the old ones where nothing better was found.
     `engine_costs`: on the engine, aggregated over its benches; `bench`: runs on the full
-    bench, `bench_costs` what they cost; `robust_costs`: aggregated over the ensemble of
-    full benches. `margins` with the linear model (macro), `ripple_margins`: measured (micro).
+    bench, `bench_costs` what they cost; `robust_costs`: aggregated over full benches of the
+    ensemble that was searched on, `held_out` over fresh ones. `margins` with the linear model
+    (macro), `ripple_margins`: measured (micro).
     `history`: the least cost after each generation; `trials`: the thesis' route's sweeps;
     `rejected`: cheaper designs that were passed over (micro), see `loops.holds`.
     """
@@ -79,6 +63,7 @@ class Tuning(NamedTuple):
     bench: tuple[Shown, Shown]
     bench_costs: tuple[float, float]
     robust_costs: tuple[float, float] | None
+    held_out: HeldOut | None
     margins: tuple[Margins, Margins] | None
     ripple_margins: tuple[float, float] | None
     history: tuple[float, ...]
@@ -87,54 +72,15 @@ class Tuning(NamedTuple):
 
     @property
     def better(self) -> bool:
-        """Whether the tuned law costs less on the bench, by the ensemble if there is one."""
-        before, after = self.robust_costs or self.bench_costs
+        """Whether the tuned law costs less on the bench, or on fresh ones if it was tuned for
+        an ensemble."""
+        before, after = self.verdict
         return after < before
 
-
-def check(request: Request) -> Plan:
-    """Everything that can be wrong with a request is said here. Raises `InputError`."""
-    stage = request.stage
-    _one_of("stage", stage, STAGES)
-    _one_of("--route", request.route, ROUTES)
-    if request.on is not None:
-        _one_of("--on", request.on, ENGINES)
-    objective = objectives.find(stage, request.objective)
-    law = laws.find(stage, request.law, request.settings.controller)
-    if not 1 <= request.evaluations <= MOST:
-        raise InputError("--evaluations", request.evaluations, f"a whole number from 1 to {MOST}")
-    if not 0 <= request.seed < MAX_SEED:
-        raise InputError("--seed", request.seed, f"a whole number from 0 to {MAX_SEED - 1}")
-    modelled = stage == "macro" and law.name in jobs.MODELLED
-    if request.on == "model" and not modelled:
-        raise InputError(
-            "--on", "model", f"bench for {law.name}: the model's batch has {jobs.MODELLED_WORDS}"
-        )
-    if request.route == "thesis":
-        if not modelled:
-            raise InputError(
-                "--route",
-                "thesis",
-                f"optimise for {stage} {law.name}: the thesis "
-                "tunes the macro-stage's PD in this way",
-            )
-        if request.robust:
-            raise InputError("--robust", "with --route thesis", "--route optimise")
-    present = laws.gains_of(request.settings.controller, law)
-    control = laws.with_gains(request.settings.controller, law, present)
-    start = request.settings._replace(controller=control)
-    ensemble = None
-    if request.robust:
-        ensemble = ensembles.draw(stage, start, request.benches, request.aggregate, request.seed)
-    on_model = modelled and request.on != "bench"
-    return Plan(
-        request, law, objective, f"{stage}-{'model' if on_model else 'bench'}", start, ensemble
-    )
-
-
-def _one_of(where: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise InputError(where, printable(value), f"one of {', '.join(known)}")
+    @property
+    def verdict(self) -> tuple[float, float]:
+        """The costs before and after that judge the tuned law."""
+        return self.bench_costs if self.held_out is None else self.held_out.costs
 
 
 def tune(request: Request, tell: Tell = lambda done, best: None) -> Tuning:
@@ -163,21 +109,21 @@ def prepare(plan: Plan) -> None:
 
 
 def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
-    """The best gains by the plan's route."""
+    """The best gains by the plan's route. Raises `InputError` where the thesis' finds none."""
     costs = engine_costs(plan)
     present = laws.gains_of(plan.start.controller, plan.law)
     before = float(costs(present[None, :])[0])
     if plan.request.route == "thesis":
-        taps, trials = thesis.tuned(tell)
+        taps, trials = thesis.tuned(tell, plan.start.controller)
         gains = np.array(taps)
         after = float(costs(gains[None, :])[0])
         return Searched(plan, gains, len(trials), (before, after), (), trials)
-    law, request = plan.law, plan.request
+    law = plan.law
     found = minimise(
         lambda designs: costs(law.decoded(designs)),
         law.present(),
-        request.evaluations,
-        request.seed,
+        plan.evaluations,
+        plan.seed,
         jobs.unit(plan.engine) if plan.ensemble is None else 1,
         tell,
     )
@@ -186,7 +132,7 @@ def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
         if not least < before:
             break
         tried = law.decoded(design[None, :])[0]
-        if request.stage == "macro" or _holds(plan, tried):
+        if plan.request.stage == "macro" or _holds(plan, tried):
             gains, cost = tried, float(least)
             break
         rejected += 1
@@ -199,18 +145,18 @@ def _holds(plan: Plan, gains: Array) -> bool:
     return loops.holds(plan.start._replace(controller=control), plan.law)
 
 
-def engine_costs(plan: Plan, engine: str | None = None) -> Callable[[Array], Array]:
-    """Costs (n,) of gains (n, gains) on the plan's engine or another, over the ensemble if
-    there is one."""
-    many = jobs.engine(engine or plan.engine, plan.start, plan.law, plan.ensemble)
+def engine_costs(plan: Plan) -> Callable[[Array], Array]:
+    """Costs (n,) of gains (n, gains) on the plan's engine, over the ensemble if there is one."""
+    each, ensemble = _each(plan, plan.engine, plan.ensemble), plan.ensemble
+    return lambda gains: each(gains)[:, 0] if ensemble is None else ensemble.total(each(gains))
+
+
+def _each(plan: Plan, engine: str, ensemble: Ensemble | None) -> Callable[[Array], Array]:
+    """Costs (n, members) of gains (n, gains) on an engine."""
+    many = jobs.engine(engine, plan.start, plan.law, ensemble)
     first = many.metrics(laws.gains_of(plan.start.controller, plan.law)[None, :])
     scale = _scale(plan, first)
-
-    def costs(gains: Array) -> Array:
-        each = objectives.costs(plan.objective, many.metrics(gains), scale)
-        return each[:, 0] if plan.ensemble is None else plan.ensemble.total(each)
-
-    return costs
+    return lambda gains: objectives.costs(plan.objective, many.metrics(gains), scale)
 
 
 def _scale(plan: Plan, first: dict[str, Array]) -> Scale:
@@ -226,16 +172,12 @@ def judge(found: Searched) -> Tuning:
     plan, start = found.plan, found.plan.start
     stage = plan.request.stage
     tuned = start._replace(controller=laws.with_gains(start.controller, plan.law, found.gains))
-    pair = (start, tuned)
     run: Callable[[Settings], Shown] = measuring.macro if stage == "macro" else measuring.micro
     shown = (run(start), run(tuned))
     arrays = [{k: np.array([[v]]) for k, v in s.metrics.items()} for s in shown]
     scale = _scale(plan, arrays[0])
-    robust = margins = ripples = None
-    if plan.ensemble is not None:
-        gains = [laws.gains_of(s.controller, plan.law) for s in pair]
-        before, after = engine_costs(plan, f"{stage}-bench")(np.stack(gains))
-        robust = (float(before), float(after))
+    robust, held_out = _robust(plan, tuned)
+    margins = ripples = None
     if stage == "macro":
         margins = (loops.macro_margins(start.controller), loops.macro_margins(tuned.controller))
     else:
@@ -249,12 +191,30 @@ def judge(found: Searched) -> Tuning:
         shown,
         (first, last),
         robust,
+        held_out,
         margins,
         ripples,
         found.history,
         found.trials,
         found.rejected,
     )
+
+
+def _robust(plan: Plan, tuned: Settings) -> tuple[tuple[float, float] | None, HeldOut | None]:
+    """Costs before and after on full benches: those of the search, and fresh ones."""
+    if plan.ensemble is None or plan.held_out is None:
+        return None, None
+    gains = np.stack([laws.gains_of(s.controller, plan.law) for s in (plan.start, tuned)])
+    engine = f"{plan.request.stage}-bench"
+    searched = plan.ensemble.total(_each(plan, engine, plan.ensemble)(gains))
+    each = _each(plan, engine, plan.held_out)(gains)
+    held_out = HeldOut(_two(plan.held_out.total(each)), int(np.sum(each[1] < each[0])))
+    return _two(searched), held_out
+
+
+def _two(costs: Array) -> tuple[float, float]:
+    before, after = costs
+    return float(before), float(after)
 
 
 def macro(**options: Any) -> Tuning:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import signal
 import sys
 import tempfile
 import traceback
@@ -24,6 +25,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of commands, faults and noise")
     parser.add_argument("--out", type=Path, default=Path("results/soak.md"), help="the table")
     given = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # and clean up
     with tempfile.TemporaryDirectory(prefix="macromicro-soak-") as folder:
         victim = Victim(Path(folder), given.seed)
         try:

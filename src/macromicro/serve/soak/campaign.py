@@ -22,7 +22,7 @@ from macromicro.serve.soak.faults import (
 )
 from macromicro.serve.soak.judge import Verdict, judge
 from macromicro.serve.soak.operator import Operator
-from macromicro.serve.soak.victim import Client, Load, Victim, until
+from macromicro.serve.soak.victim import Client, Load, Victim, safe_after, until
 
 ROTATE_S = 45.0
 # A count and a half, where both the reading and the place at homing are whole counts; and
@@ -160,7 +160,8 @@ class Campaign(Operator):
         code, told = self._fault()
         safe = math.nan
         if code:
-            safe = float(until(lambda: cells[faulty.SAFE_AT] >= 0.0) and self._safe())
+            until(lambda: cells[faulty.SAFE_AT] >= 0.0)
+            safe = safe_after(self.victim)
             self._claim(code, *self._suspect)
         elif trial.sure and under_way:
             self.complaints.append(f"{trial.name} was not found; {order} ended as {outcome}")
@@ -173,10 +174,6 @@ class Campaign(Operator):
         if trial.name == "laser-lost":
             told = "event: laser lost"
         self.rounds.append(Round(trial.name, code, safe, told, outcome))
-
-    def _safe(self) -> float:
-        cells = self.victim.cells
-        return max(float(cells[faulty.SAFE_AT] - cells[faulty.ONSET]), 0.0)
 
     def _around(self, trial: Trial, order: str) -> None:
         """A fault beside the machine. Times are from what was done to outputs safe."""

@@ -12,7 +12,7 @@ from macromicro.rig import faulty
 from macromicro.serve.soak.campaign import Round
 from macromicro.serve.soak.faults import port_in_use
 from macromicro.serve.soak.judge import judge
-from macromicro.serve.soak.victim import Client, Victim, until
+from macromicro.serve.soak.victim import Client, Victim, safe_after, until
 
 KILLS = 3
 
@@ -32,7 +32,7 @@ def finale(victim: Victim, seed: int) -> tuple[list[Round], list[str]]:
             faulty.inject(victim.cells, name)
             until(partial(_off, client))
             told = next(csv.reader([client.ask("FAUL?")]))[2]
-            safe = float(victim.cells[faulty.SAFE_AT] - victim.cells[faulty.ONSET])
+            safe = safe_after(victim)
             faulty.inject(victim.cells, faulty.NONE)
             victim.end()
         else:

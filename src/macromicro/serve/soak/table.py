@@ -40,8 +40,8 @@ def _faults(rounds: list[Round]) -> Iterable[str]:
     for name in dict.fromkeys(r.name for r in rounds):
         mine = [r for r in rounds if r.name == name]
         times = sorted(1e3 * r.safe for r in mine if not math.isnan(r.safe))
-        median = f"{statistics.median(times):.0f}" if times else "-"
-        worst = f"{times[-1]:.0f}" if times else "-"
+        median = f"{statistics.median(times):.1f}" if times else "-"
+        worst = f"{times[-1]:.1f}" if times else "-"
         stopped = sum(r.code != 0 for r in mine)
         told = Counter(r.told for r in mine if r.told).most_common(1)
         words = (told[0][0] if told else "nothing").replace("|", "/")[:110]

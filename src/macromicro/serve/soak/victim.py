@@ -112,6 +112,11 @@ class Victim:
         return Load(*_use(self.pid), *_use(self.loop))
 
 
+def safe_after(victim: Victim) -> float:
+    """Seconds from the fault's first sample to outputs that have been safe since."""
+    return max(float(victim.cells[faulty.SAFE_NS] - victim.cells[faulty.ONSET_NS]) * 1e-9, 0.0)
+
+
 def until(true: Callable[[], Any], patience: float = 30.0) -> Any:
     """What `true` gives once that is true; MacromicroError where it does not come."""
     deadline = time.monotonic() + patience

@@ -1,0 +1,41 @@
+"""With which code results are made: the package's version and a digest of its files."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import macromicro
+from macromicro.kernel import cache_folder
+
+_DATA = (".csv", ".toml", ".json")  # the shipped calibration, programmes, sizes of units
+
+
+class Code(NamedTuple):
+    """The version, and a digest of the package's sources and data in 16 hexadecimal digits."""
+
+    version: str
+    sources: str
+
+    def __str__(self) -> str:
+        return f"{self.version}, sources {self.sources}"
+
+
+def code() -> Code:
+    """The code that this package's files hold now."""
+    package = Path(macromicro.__file__).parent
+    digest = hashlib.sha256(cache_folder().name.encode())  # of all Python sources
+    for path in sorted(package.rglob("*")):
+        name = path.relative_to(package)
+        if path.suffix in _DATA and not any(part.startswith(".") for part in name.parts):
+            digest.update(str(name).encode())
+            digest.update(path.read_bytes())
+    return Code(macromicro.__version__, digest.hexdigest()[:16])
+
+
+@cache
+def running() -> Code:
+    """The code of this process, looked at once: what it has imported, later edits do not change."""
+    return code()

@@ -1,0 +1,137 @@
+"""What a tuning is asked for, and whether that can be done."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from macromicro.errors import InputError
+from macromicro.settings import Settings
+from macromicro.textfile import printable
+from macromicro.tuning import ensemble as ensembles
+from macromicro.tuning import jobs, laws, objectives, thesis
+from macromicro.tuning.ensemble import Ensemble
+from macromicro.tuning.laws import Law
+from macromicro.tuning.objectives import Objective
+
+STAGES = ("macro", "micro")
+ROUTES = ("optimise", "thesis")
+ENGINES = ("model", "bench")
+MOST = 10_000_000
+MAX_SEED = 2**31
+EVALUATIONS, SEED, AGGREGATE, BENCHES, HELD_OUT = 300, 0, "worst", 16, 200
+
+
+class Request(NamedTuple):
+    """What is wanted; None: not said, so the default, which is a constant of this module.
+
+    `law`: by default the settings' own; `on`: model or bench, by default the model where it
+    has the law; `aggregate`, `benches` of the ensemble that is searched on and `held_out`
+    benches that judge, if `robust`; `saturate`: the macro effort may saturate after its
+    first sample at no cost.
+    """
+
+    stage: str
+    objective: str = "settling"
+    law: str | None = None
+    evaluations: int | None = None
+    seed: int | None = None
+    settings: Settings = Settings()
+    on: str | None = None
+    route: str = "optimise"
+    robust: bool = False
+    aggregate: str | None = None
+    benches: int | None = None
+    held_out: int | None = None
+    saturate: bool = False
+
+
+class Plan(NamedTuple):
+    """A request that was found good. `engine`: a job's name; `start`: the settings with the
+    law chosen; `evaluations`: the budget, or the thesis' route's trials; `ensemble` of a
+    robust search, and `held_out`, the fresh one that judges what it found."""
+
+    request: Request
+    law: Law
+    objective: Objective
+    engine: str
+    start: Settings
+    evaluations: int
+    seed: int
+    ensemble: Ensemble | None
+    held_out: Ensemble | None
+
+
+def check(request: Request) -> Plan:
+    """A request's plan. Raises `InputError` for anything wrong with it, an option that would
+    have no effect among that."""
+    stage = request.stage
+    _one_of("stage", stage, STAGES)
+    _one_of("--route", request.route, ROUTES)
+    if request.on is not None:
+        _one_of("--on", request.on, ENGINES)
+    objective = objectives.find(stage, request.objective)
+    law = laws.find(stage, request.law, request.settings.controller)
+    evaluations = EVALUATIONS if request.evaluations is None else request.evaluations
+    seed = SEED if request.seed is None else request.seed
+    if not 1 <= evaluations <= MOST:
+        raise InputError("--evaluations", evaluations, f"a whole number from 1 to {MOST}")
+    if not 0 <= seed < MAX_SEED:
+        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
+    modelled = stage == "macro" and law.name in jobs.MODELLED
+    if request.on == "model" and not modelled:
+        raise InputError(
+            "--on", "model", f"bench for {law.name}: the model's batch has {jobs.MODELLED_WORDS}"
+        )
+    if request.route == "thesis":
+        _thesis(request, law, modelled)
+        evaluations = thesis.TRIALS
+    if stage == "micro" and request.saturate:
+        raise InputError("--saturate", "with micro", "--saturate with macro")
+    present = laws.gains_of(request.settings.controller, law)
+    control = laws.with_gains(request.settings.controller, law, present)
+    start = request.settings._replace(controller=control)
+    ensemble, held_out = _ensembles(request, start, seed)
+    engine = f"{stage}-{'model' if modelled and request.on != 'bench' else 'bench'}"
+    return Plan(request, law, objective, engine, start, evaluations, seed, ensemble, held_out)
+
+
+def _thesis(request: Request, law: Law, modelled: bool) -> None:
+    """InputError for what the thesis' route does not do."""
+    if not modelled:
+        raise InputError(
+            "--route",
+            "thesis",
+            f"optimise for {request.stage} {law.name}: the thesis "
+            "tunes the macro-stage's PD in this way",
+        )
+    given = (
+        ("--robust", request.robust),
+        ("--on bench", request.on == "bench"),
+        ("--evaluations", request.evaluations is not None),
+        ("--seed", request.seed is not None),
+    )
+    for option, there in given:
+        if there:
+            raise InputError(option, "with --route thesis", f"{option} with --route optimise")
+
+
+def _ensembles(
+    request: Request, start: Settings, seed: int
+) -> tuple[Ensemble, Ensemble] | tuple[None, None]:
+    """Of a robust search: the benches to search on, and those to judge by."""
+    if not request.robust:
+        for option in ("aggregate", "benches", "held_out"):
+            if getattr(request, option) is not None:
+                flag = f"--{option.replace('_', '-')}"
+                raise InputError(flag, "without --robust", f"{flag} with --robust")
+        return None, None
+    benches = BENCHES if request.benches is None else request.benches
+    aggregate = AGGREGATE if request.aggregate is None else request.aggregate
+    searched = ensembles.draw(request.stage, start, benches, aggregate, seed)
+    count = HELD_OUT if request.held_out is None else request.held_out
+    return searched, ensembles.fresh(searched, count)
+
+
+def _one_of(where: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise InputError(where, printable(value), f"one of {', '.join(known)}")
