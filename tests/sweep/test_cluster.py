@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import socket
+import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +16,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.sweep import cluster, run
+from macromicro.sweep.origin import code, running
 from macromicro.sweep.work import SweepError
 
 distributed = pytest.importorskip("distributed")
@@ -90,20 +94,99 @@ def test_gone_on_with_on_the_cluster(make: Make, tmp_path: Path, workers: Any) -
     assert sorted(evaluated(log)) == list(range(80))
 
 
-def test_unreachable(make: Make, tmp_path: Path) -> None:
-    """Nothing listens there; the folder is not made."""
+def free_port() -> int:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        return int(free.getsockname()[1])
+
+
+def test_unreachable(make: Make, tmp_path: Path) -> None:
+    """Nothing listens there; the folder is not made."""
+    address = f"tcp://127.0.0.1:{free_port()}"
     with pytest.raises(InputError, match=f"--scheduler {address}.*dask scheduler that is running"):
         swept(make(10), tmp_path / "out", address)
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("address", ["nonsense", "tcp://", "", "xyz://a:1"])
+NO_ADDRESS = {
+    "nonsense": "no port",
+    "": "no host",
+    "tcp://": "no host",
+    "tcp://:8786": "no host",
+    "tcp://a": "no port",
+    "tcp://a:b": "Port could not be cast",
+    "tcp://a:99999": "out of range",
+    "tcp://a:1/b": "more than host and port",
+    "xyz://a:1": "'xyz'",
+    "tcp://a b:1": "no address",
+    "tcp://a\n:1": "no address",
+}
+
+
+@pytest.mark.parametrize("address", NO_ADDRESS)
 def test_no_address(make: Make, tmp_path: Path, address: str) -> None:
-    with pytest.raises(InputError, match="--scheduler"):
+    """Said before dask is asked."""
+    with pytest.raises(InputError, match=NO_ADDRESS[address]) as caught:
         swept(make(10), tmp_path / "out", address)
+    assert caught.value.where.startswith("--scheduler") and "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "address, full",
+    [
+        ("10.0.0.1:8786", "tcp://10.0.0.1:8786"),
+        ("tls://host.example:8786", "tls://host.example:8786"),
+        ("tcp://[::1]:8786", "tcp://[::1]:8786"),
+    ],
+)
+def test_addresses(address: str, full: str) -> None:
+    assert cluster.checked(address) == full
+
+
+@pytest.mark.parametrize("kind", ["malformed", "unreachable", "not dask"])
+def test_a_scheduler_that_is_none_is_one_line(make: Make, tmp_path: Path, kind: str) -> None:
+    """The whole command, to the end of its process: no client is left that complains then."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            while True:
+                try:
+                    peer = server.accept()[0]
+                except OSError:
+                    return
+                with peer:
+                    peer.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+
+        threading.Thread(target=answer, daemon=True).start()
+        address = {
+            "malformed": "nonsense",
+            "unreachable": f"tcp://127.0.0.1:{free_port()}",
+            "not dask": f"tcp://127.0.0.1:{server.getsockname()[1]}",
+        }[kind]
+        spec = tmp_path / "spec.toml"
+        spec.write_text('job = "macro-model"\n[parameters]\nreference = ["10 counts"]\n')
+        words = ["sweep", spec, "--out", tmp_path / "out", "--scheduler", address]
+        done = subprocess.run(
+            [sys.executable, "-m", "macromicro", *map(str, words)],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        server.shutdown(socket.SHUT_RDWR)
+    assert done.returncode == 2 and done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"macromicro: --scheduler {address}: ")
+
+
+def test_a_client_that_dask_refuses_is_left_closed(capfd: pytest.CaptureFixture[str]) -> None:
+    """An address that gets as far as dask: what was half built does not complain later."""
+    import gc
+
+    with pytest.raises(InputError, match="xyz"):
+        cluster._reached("xyz://127.0.0.1:1", "--scheduler")
+    gc.collect()
+    assert capfd.readouterr().err == ""
 
 
 def test_no_workers(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,11 +200,34 @@ def test_no_workers(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InputError, match=r"pip install 'macromicro\[cluster\]'"):
-        cluster.connect("tcp://127.0.0.1:1")
+    with pytest.raises(InputError, match=r"pip install 'macromicro\[cluster\]'") as caught:
+        cluster.connect("tcp://127.0.0.1:1", code())
+    assert ".venv/bin/pip install -e '.[cluster]'" in caught.value.accepted
 
 
-def test_another_version_on_the_workers(workers: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "__version__", "9.9.9")
-    with pytest.raises(InputError, match=r"macromicro 9\.9\.9 on every worker"):
-        cluster.connect(workers.scheduler_address)
+@pytest.mark.parametrize("key", ["version", "sources"])
+def test_other_code_on_the_workers(workers: Any, key: str) -> None:
+    """Of another version, and of this one with other sources."""
+    other = code()._replace(**{key: "9.9.9"})
+    with pytest.raises(InputError, match=r"macromicro .*9\.9\.9.* on every worker, as here"):
+        cluster.connect(workers.scheduler_address, other)
+
+
+def test_a_worker_of_other_code_that_joins_later(
+    make: Make, tmp_path: Path, workers: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each answer tells its code: one that is not the sweep's is not journaled."""
+    spec, out = make(20, block=4), tmp_path / "out"
+    ready = run.check(run.Request(spec, out, None, workers.scheduler_address, factory=FACTORY))
+    other = code()._replace(sources="0123456789abcdef")
+    task = ready.task._replace(code=other)
+    with pytest.raises(SweepError, match=rf"worker tcp://.* {code()}, this sweep is of {other}"):
+        run.execute(ready._replace(task=task), *[lambda *_: None] * 2, lambda: False)
+    assert json.loads((out / "sweep.json").read_text())["state"] == "begun"
+    outcome = swept(spec, out, workers.scheduler_address, resume=True)
+    assert (outcome.before, outcome.done) == (0, 20)
+
+
+def test_what_runs_here_is_what_the_files_hold(workers: Any) -> None:
+    with distributed.Client(workers.scheduler_address, set_as_default=False) as client:
+        assert set(client.run(running).values()) == {code()}

@@ -102,6 +102,49 @@ def test_impossible_variants_are_counted_and_the_first_is_told(
     assert "every variant is impossible" in capsys.readouterr().err
 
 
+REFERENCES = """
+job = "macro-bench"
+metrics = ["settling_time", "final_error"]
+options = { length = 2 }
+[parameters]
+reference = ["700 counts", "2800 counts"]
+"""
+
+
+def test_the_step_of_macro_bench_is_a_parameter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Beside the tree's, as the job takes it: the same bits as with the option."""
+    assert called(monkeypatch, "macro-bench", "--list") == 0
+    assert "  reference = 2800 count: step" in capsys.readouterr().out
+    (tmp_path / "steps.toml").write_text(REFERENCES)
+    assert called(monkeypatch, tmp_path / "steps.toml", "--out", tmp_path, "--workers", 1) == 2
+    capsys.readouterr()
+    out = tmp_path / "out"
+    assert called(monkeypatch, tmp_path / "steps.toml", "--out", out, "--workers", 1) == 0
+    assert "no metric varies" not in capsys.readouterr().err
+    table = pq.read_table(out / "results.parquet")
+    for row, counts in enumerate((700.0, 2800.0)):
+        job = batch.job("macro-bench", reference=counts, length=2.0)
+        friction = job.base().bench.friction.coulomb
+        same = batch.Variants(("bench.friction.coulomb",), np.array([[friction]]))
+        names = [m.name for m in job.metrics]
+        expected = job.evaluate(same)[0, names.index("settling_time")]
+        assert table["settling_time"][row].as_py() == expected
+
+
+def test_a_parameter_that_the_job_does_not_use_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The room's temperature is one of the bench's, but nothing to the macro-stage."""
+    spec = tmp_path / "rooms.toml"
+    text = REFERENCES.replace("reference = ", "bench.thermal.ambient = ")
+    spec.write_text(text.replace("700 counts", "20 degC").replace("2800 counts", "30 degC"))
+    assert called(monkeypatch, spec, "--out", tmp_path / "out", "--workers", 1) == 0
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last == ("macromicro: no metric varies; does macro-bench use bench.thermal.ambient?")
+
+
 HEAVY = ("dask", "distributed", "numba", "pyarrow", "scipy")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,8 @@ import pytest
 from macromicro import __version__
 from macromicro.errors import InputError
 from macromicro.sweep import folder, run
+from macromicro.sweep.origin import code
+from macromicro.sweep.work import SweepError
 
 Make = Callable[..., Path]
 
@@ -57,6 +60,7 @@ def test_the_summary(done: Path) -> None:
     assert told["results"]["metrics"]["product"]["unit"] == "kg"
     assert told["results"]["metrics"]["noise"]["finite"] == 5
     assert told["software"] == {"a": "b"}
+    assert told["sources"] == code().sources
 
 
 def test_units_stand_in_the_fields(done: Path) -> None:
@@ -66,6 +70,8 @@ def test_units_stand_in_the_fields(done: Path) -> None:
     product = schema.field("product").metadata
     assert product == {b"unit": b"kg", b"meaning": b"all parameters multiplied"}
     assert json.loads(schema.metadata[b"macromicro.sweep"])["job"] == "fake"
+    assert schema.metadata[b"macromicro.version"].decode() == __version__
+    assert schema.metadata[b"macromicro.sources"].decode() == code().sources
 
 
 def test_chosen_metrics_only(make: Make, tmp_path: Path) -> None:
@@ -120,13 +126,66 @@ def test_another_version_is_not_gone_on_with(make: Make, tmp_path: Path) -> None
         checked(spec, out, resume=True)
 
 
-def test_other_sources_of_the_same_version_are_said(make: Make, tmp_path: Path) -> None:
+def test_other_sources_of_the_same_version_are_not_gone_on_with(make: Make, tmp_path: Path) -> None:
+    """Results of two codes never stand in one file, finished or not."""
     spec, out = make(5), tmp_path / "out"
-    assert checked(spec, out).note == ""
-    assert checked(spec, out, resume=True).note == ""
+    checked(spec, out)
+    checked(spec, out, resume=True)
     told = json.loads((out / "sweep.json").read_text())
     folder.write_json(out / "sweep.json", {**told, "sources": "abc"})
-    assert "sources changed" in checked(spec, out, resume=True).note
+    with pytest.raises(InputError, match=r"sources: 'abc'.*put them back.*--overwrite") as caught:
+        checked(spec, out, resume=True)
+    assert caught.value.exit_status == 2
+    swept(spec, out, overwrite=True)
+    assert json.loads((out / "sweep.json").read_text())["sources"] == code().sources
+
+
+def test_workers_of_changed_sources_end_it(make: Make, tmp_path: Path) -> None:
+    """They start when files may have changed since the sweep was checked."""
+    ready = checked(make(5), tmp_path / "out", workers=1)
+    other = code()._replace(sources="abc")
+    ready = ready._replace(task=ready.task._replace(code=other))
+    with pytest.raises(SweepError, match=r"a worker has macromicro .*, this sweep is of .*abc"):
+        run.execute(ready, lambda *_: None, lambda *_: None, lambda: False)
+    assert not (tmp_path / "out" / "results.parquet").exists()
+
+
+def free(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """A disk with so many bytes free."""
+    usage = shutil.disk_usage("/")._replace(free=count)
+    monkeypatch.setattr(shutil, "disk_usage", lambda place: usage)
+
+
+def test_resume_looks_at_the_disk_for_what_is_missing(
+    make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All where nothing exists yet; without the finished variants' journal where they do."""
+    spec, out = make(40, block=4), tmp_path / "out"
+    ready = checked(spec, out, workers=1)
+    sweep, before = ready.task.spec, 0
+    whole = folder.needed_bytes(sweep, 40)
+    free(monkeypatch, whole - 1)
+    with pytest.raises(InputError, match="MB free"):
+        checked(spec, tmp_path / "new", resume=True)
+    assert not (tmp_path / "new").exists()
+    with pytest.raises(InputError, match="MB free") as caught:
+        swept(spec, out, resume=True)
+    assert caught.value.exit_status == 2
+    free(monkeypatch, whole)
+
+    def report(variants: int, impossible: int) -> None:
+        nonlocal before
+        before += variants
+
+    run.execute(ready, lambda *_: None, report, lambda: before >= 8)
+    assert 8 <= before < 40
+    free(monkeypatch, folder.needed_bytes(sweep, 40 - before) - 1)
+    with pytest.raises(InputError, match="MB free"):
+        swept(spec, out, resume=True)
+    free(monkeypatch, folder.needed_bytes(sweep, 40 - before))
+    assert swept(spec, out, resume=True).before == before
+    free(monkeypatch, 0)
+    assert swept(spec, out, resume=True).before == 40
 
 
 def test_overwrite_replaces(done: Path, make: Make, tmp_path: Path) -> None:
@@ -194,8 +253,9 @@ def test_without_pyarrow_the_extra_is_named(
     for name in [n for n in sys.modules if n.startswith("pyarrow")]:
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(InputError, match=r"pip install 'macromicro\[sweep\]'"):
+    with pytest.raises(InputError, match=r"pip install 'macromicro\[sweep\]'") as caught:
         checked(make(5), tmp_path / "out")
+    assert ".venv/bin/pip install -e '.[sweep]'" in caught.value.accepted
     assert not (tmp_path / "out").exists()
 
 

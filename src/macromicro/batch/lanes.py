@@ -116,3 +116,45 @@ def run_errors(s: Array, lanes: int, samples: int) -> None:
             s[ERROR + j] = error
             s[FAR + j] = course.farther(s[FAR + j], s[SIGN + j], seen)
             s[SUM + j] = course.gathered(s[SUM + j], error)
+
+
+@kernel
+def _load(s: Array, given: Array, first: int) -> int:
+    """Variants from `first` on into the lanes, state and course at rest; how many there are.
+
+    Lanes without a variant go along with the last one.
+    """
+    count = min(WIDE, given.shape[1] - first)
+    for i in range(given.shape[0]):
+        for j in range(WIDE):
+            s[WIDE * i + j] = given[i, first + min(j, count - 1)]
+    for j in range(_STATE, s.shape[0]):
+        s[j] = 0.0
+    return count
+
+
+@kernel
+def _show(s: Array, seen: Array, first: int, count: int) -> None:
+    """The last rows of a block into those of its variants."""
+    for i in range(SHOWN):
+        for j in range(count):
+            seen[i, first + j] = s[WIDE * (ROWS - SHOWN + i) + j]
+
+
+@kernel
+def blocks(s: Array, given: Array, seen: Array, samples: int) -> None:
+    """`run` on one block of variants after another: `given` (rows of GIVEN, n), `seen` (SHOWN,
+    n); `s` is the place of a block."""
+    for first in range(0, given.shape[1], WIDE):
+        count = _load(s, given, first)
+        run(s, -(-count // UNIT) * UNIT, samples)
+        _show(s, seen, first, count)
+
+
+@kernel
+def blocks_errors(s: Array, given: Array, seen: Array, samples: int) -> None:
+    """`blocks` by `run_errors`."""
+    for first in range(0, given.shape[1], WIDE):
+        count = _load(s, given, first)
+        run_errors(s, -(-count // UNIT) * UNIT, samples)
+        _show(s, seen, first, count)

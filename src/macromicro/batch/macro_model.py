@@ -88,7 +88,7 @@ class MacroModelJob:
         self._tree = MacroLoop() if tree is None else tree
         self._known = table(self._tree)
         self._base = np.array([[e.value] for e in self._known.values()])
-        self._kernel = lanes.run_errors if quick else lanes.run
+        self._kernel = lanes.blocks_errors if quick else lanes.blocks
         names = QUICK if quick else tuple(m.name for m in METRICS)
         self._columns = [i for i, m in enumerate(METRICS) if m.name in names]
         self.metrics = tuple(METRICS[i] for i in self._columns)
@@ -133,23 +133,11 @@ class MacroModelJob:
         for length in np.unique(samples):
             chosen = np.flatnonzero(samples == length)
             seen = np.empty((lanes.SHOWN, len(chosen)))
-            for k in range(0, len(chosen), lanes.WIDE):
-                part = slice(k, k + lanes.WIDE)
-                self._together(given[:, chosen[part]], int(length), seen[:, part])
+            here = np.ascontiguousarray(given[:, chosen])
+            compiled(self._kernel)(_block(), here, seen, int(length))
             target, dt = every[_TARGET, chosen], every[_DT, chosen]
             found = course.measured(seen[1:], seen[0], target, int(length), dt)
             out[chosen] = found[:, self._columns]
-
-    def _together(self, given: Array, samples: int, seen: Array) -> None:
-        """Run one block, at most `lanes.WIDE` variants; last errors and courses into `seen`."""
-        rows, n = _block(), given.shape[1]
-        wide = -(-n // lanes.UNIT) * lanes.UNIT
-        fixed = len(lanes.GIVEN)
-        rows[:fixed, :n] = given
-        rows[:fixed, n:wide] = given[:, -1:]  # lanes without a variant go with the last one
-        rows[fixed:, :wide] = 0.0
-        compiled(self._kernel)(rows.reshape(-1), wide, samples)
-        seen[:] = rows[-lanes.SHOWN :, :n]
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         """Position [counts] and effort sent [V], each `every`-th sample."""
@@ -188,8 +176,8 @@ def _judged(target: Array) -> Array:
 
 
 def _block() -> Array:
-    """This thread's block, (ROWS, WIDE)."""
+    """This thread's place for a block."""
     if not hasattr(_SCRATCH, "block"):
         _SCRATCH.block = lanes.place()
-    rows: Array = _SCRATCH.block.reshape(lanes.ROWS, lanes.WIDE)
-    return rows
+    place: Array = _SCRATCH.block
+    return place
