@@ -23,6 +23,7 @@ from compiling import NoCompilerError, version
 import macromicro
 
 RESULTS = Path(__file__).resolve().parents[2] / "results" / "peers.json"
+SOME = RESULTS.with_name("peers-some.json")
 
 
 def processor() -> str:
@@ -49,8 +50,14 @@ def machine() -> dict[str, Any]:
     }
 
 
-def main(wanted: list[str]) -> None:
-    """Measure, print, write."""
+def main(wanted: list[str]) -> int:
+    """Measure, print, write; 2 for a name that no peer has."""
+    known = [peer.name for peer in peers.PEERS]
+    for word in wanted:
+        if not any(word.lower() in name.lower() for name in known):
+            accepted = f"a word of {', '.join(known)}"
+            print(f"compare.py: {word!r}; accepted: {accepted}", file=sys.stderr)
+            return 2
     record: dict[str, Any] = {"machine": machine(), "without_c": ""}
     print("  ".join(f"{name}: {value}" for name, value in record["machine"].items()))
     if (record["machine"]["load_at_start"] or 0.0) > 0.5:
@@ -70,10 +77,12 @@ def main(wanted: list[str]) -> None:
         rows = peers.measure(job, folder, wanted)
         record["peers"] = [row._asdict() for row in rows]
         peers.show(rows)
-    RESULTS.parent.mkdir(parents=True, exist_ok=True)
-    RESULTS.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
-    print(f"written: {RESULTS}")
+    place = SOME if wanted else RESULTS  # what all gave stays beside what some give
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+    print(f"written: {place}")
+    return 0
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))

@@ -53,6 +53,8 @@ def test_json_alone(tmp_path: Path) -> None:
         (["macro", "--evaluations", "0"], "--evaluations"),
         (["macro", "--config", "none.toml"], "none.toml"),
         (["micro", "--route", "thesis"], "--route"),
+        (["macro", "--benches", "16"], "--benches"),
+        (["macro", "--route", "thesis", "--seed", "0"], "--seed"),
     ],
 )
 def test_bad_input(arguments: list[str], named: str, tmp_path: Path) -> None:

@@ -46,3 +46,33 @@ def test_every_objective_is_explained() -> None:
     for known in OBJECTIVES.values():
         for objective in known:
             assert f"| `{objective.name}` |" in PAGE
+
+
+ROBUST: list[tuple[str, dict[str, object], int]] = [
+    ("`--robust`", {}, 0),
+    ("`--robust`", {}, 1),
+    ("`--robust`", {}, 2),
+    ("`--robust --saturate`", {"saturate": True}, 0),
+    ("`--robust --saturate`", {"saturate": True}, 1),
+    ("`--robust --saturate`", {"saturate": True}, 2),
+]
+
+
+def check_robust(name: str, options: dict[str, object], seed: int) -> None:
+    found = tuning.macro(robust=True, seed=seed, **options)
+    assert found.robust_costs is not None
+    assert found.held_out is not None
+    printed = [float(cell) for cell in row(f"{name} | {seed}")[1:]]
+    assert printed[:4] == pytest.approx([*found.robust_costs, *found.held_out.costs], abs=0.0051)
+    assert printed[4] == found.held_out.cheaper
+
+
+@pytest.mark.parametrize(("name", "options", "seed"), ROBUST)
+def test_the_robust_table(name: str, options: dict[str, object], seed: int) -> None:
+    check_robust(name, options, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_robust_table_on_the_bench(seed: int) -> None:
+    check_robust("`--robust --on bench`", {"on": "bench"}, seed)

@@ -12,7 +12,7 @@ from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, Motor
 from macromicro.parameters import entries
 from macromicro.settings import Settings
-from macromicro.tuning.ensemble import SPREADS, draw
+from macromicro.tuning.ensemble import SPREADS, draw, fresh
 
 
 @pytest.mark.parametrize("stage", ["macro", "micro"])
@@ -34,6 +34,23 @@ def test_draws_stay_within_their_ranges_and_repeat() -> None:
         assert spread.high - 0.05 * width < column.max() <= spread.high
     assert np.array_equal(found.draws, draw("micro", Settings(), 40, "worst", 5).draws)
     assert not np.array_equal(found.draws, draw("micro", Settings(), 40, "worst", 6).draws)
+
+
+@pytest.mark.parametrize("stage", ["macro", "micro"])
+def test_fresh_benches_are_others_of_the_same_kind(stage: str) -> None:
+    """Neither the nominal bench nor a drawn one of this or the next seed is among them."""
+    searched = draw(stage, Settings(), 40, "q95", 5)
+    held_out = fresh(searched, 40)
+    assert held_out.aggregate == "q95"
+    for other in (
+        searched,
+        draw(stage, Settings(), 40, "q95", 6),
+        fresh(searched._replace(seed=6), 40),
+    ):
+        assert not np.isin(held_out.draws, other.draws).any()
+    for spread, column in zip(SPREADS[stage], held_out.draws.T, strict=True):
+        assert spread.low <= column.min() < column.max() <= spread.high
+    assert np.array_equal(held_out.draws, fresh(searched, 40).draws)
 
 
 def test_aggregation() -> None:

@@ -18,7 +18,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 @pytest.fixture(scope="module")
 def found() -> tuning.Tuning:
-    return tuning.macro(evaluations=64, robust=True, benches=3)
+    return tuning.macro(evaluations=64, robust=True, benches=3, held_out=12)
 
 
 @pytest.fixture(scope="module")
@@ -63,12 +63,22 @@ def test_the_numbers(place: Path, found: tuning.Tuning) -> None:
     assert ensemble["aggregate"] == "worst"
     assert len(ensemble["draws"]) == 3
     assert ensemble["ranges"][0]["name"] == "friction"
+    assert len(ensemble["held_out"]["draws"]) == 12
+    assert list(ensemble["held_out"]["bench_cost"].values()) == pytest.approx(found.verdict)
+    assert record["judged_on"] == "held-out benches"
     assert len(record["history"]) >= 1
 
 
 def test_the_table_has_before_and_after(found: tuning.Tuning) -> None:
     text = "\n".join(tables.text(found))
-    for word in ("settling into 2 %", "overshoot", "reversals", "disk margin", "cost, worst of 3"):
+    for word in (
+        "settling into 2 %",
+        "overshoot",
+        "reversals",
+        "disk margin",
+        "cost, worst of 3 searched",
+        "cost, worst of 12 fresh",
+    ):
         assert word in text
     rows = {line.name: line for line in tables.measured(found)}
     assert rows["samples saturated"].before == found.bench[0].metrics["saturated"]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from macromicro import tuning
+from macromicro.control.pd import PdTuned
 from macromicro.control.settings import Control
+from macromicro.design.margins import PdTaps
 from macromicro.errors import InputError
 from macromicro.experiments import macro_design
 from macromicro.settings import Settings
@@ -64,6 +68,40 @@ def test_the_thesis_route() -> None:
     assert found.bench[1].metrics["saturated"] == 0.0
 
 
+def test_the_thesis_route_takes_the_laws_own_dead_zone() -> None:
+    """An inverse that lifts too much leaves less below the limit: the rule ends later, and
+    what it ends at keeps to the rule on the bench, which the taps for 3 V do not."""
+    lifted = Settings(controller=Control(dead_zone=4.0))
+    found = tuning.macro(route="thesis", settings=lifted)
+    metrics = found.bench[1].metrics
+    assert metrics["saturated"] == metrics["overshoot"] == 0.0
+    last = found.trials[-1]
+    assert last["saturated"] == 0.0
+    assert last["crossover"] < macro_design.chosen().crossover.frequency  # type: ignore[operator]
+    plain = np.array(macro_design.chosen().taps)
+    other = judge(search(check(Request("macro", settings=lifted)))._replace(gains=plain))
+    assert other.bench[1].metrics["saturated"] > 100.0
+    assert other.bench[1].metrics["overshoot"] > 0.0
+
+
+def test_the_thesis_route_takes_the_laws_own_derivative_time() -> None:
+    """Where the law leads; (4.9) does not, so it gets the one of (4.10)."""
+    longer = Control(pd_tuned=PdTuned(0.0224593, -0.0212178))
+    found = tuning.macro(route="thesis", settings=Settings(controller=longer))
+    taps = PdTaps(*found.tuned.controller.pd_tuned)
+    assert taps.derivative_time(1e-3) == pytest.approx(
+        PdTaps(*longer.pd_tuned).derivative_time(1e-3)
+    )
+    first = tuning.macro(route="thesis", law="pd-initial").tuned.controller.pd_initial
+    assert first == pytest.approx(macro_design.chosen().taps)
+
+
+def test_the_thesis_route_says_when_the_rule_has_no_end() -> None:
+    full = Settings(controller=Control(dead_zone=5.0))
+    with pytest.raises(InputError, match="dead-zone inverse 5 V"):
+        tuning.macro(route="thesis", settings=full)
+
+
 def test_another_law_starts_from_its_own_gains() -> None:
     found = tuning.macro(law="pid", evaluations=30)
     assert found.plan.engine == "macro-bench"
@@ -84,14 +122,34 @@ def test_micro() -> None:
 
 
 def test_robust() -> None:
-    """Judged by the worst of the benches, on the model and then on full benches."""
-    found = tuning.macro(evaluations=40, robust=True, benches=3, seed=2)
+    """Searched on the model, then on full benches; the verdict is that of fresh ones."""
+    found = tuning.macro(evaluations=40, robust=True, benches=3, held_out=20, seed=2)
     assert found.robust_costs is not None
     assert found.plan.ensemble is not None
     assert found.plan.ensemble.draws.shape == (3, 5)
     # The bench as it is belongs to the ensemble.
     assert found.robust_costs[0] >= found.bench_costs[0] - 1e-9
     assert found.robust_costs[1] >= found.bench_costs[1] - 1e-9
+    assert found.held_out is not None
+    assert found.plan.held_out is not None
+    draws = found.plan.held_out.draws
+    assert draws.shape == (20, 5)
+    assert not np.isin(draws, found.plan.ensemble.draws).any()
+    assert found.verdict == found.held_out.costs
+    assert found.better is (found.held_out.costs[1] < found.held_out.costs[0])
+    assert f"less on {found.held_out.cheaper} of 20 benches" in " ".join(tables.remarks(found))
+
+
+def test_a_win_on_the_searched_benches_alone_is_no_win() -> None:
+    """Sixteen benches are soon fitted: with seed 0 and saturation penalised the search on the
+    bench halves their worst cost, and fresh benches say that it is worse than (4.10)."""
+    plan = check(Request("macro", robust=True, on="bench"))
+    fitted = np.array([0.6236276603167863, -0.6113633100363004])
+    found = judge(search(plan._replace(evaluations=1))._replace(gains=fitted))
+    assert found.robust_costs is not None
+    assert found.robust_costs[1] < 0.5 * found.robust_costs[0]
+    assert not found.better
+    assert "NOT better on fresh benches" in " ".join(tables.remarks(found))
 
 
 def test_it_says_when_nothing_was_won() -> None:
@@ -105,6 +163,16 @@ def test_it_says_when_nothing_was_won() -> None:
     same = judge(searched._replace(gains=present))
     assert not same.better
     assert "no better" in " ".join(tables.remarks(same))
+
+
+def test_what_is_not_reached_any_more_is_worse(quick: tuning.Tuning) -> None:
+    """A carriage that settled and now never does: NaN is above no number."""
+    before, after = quick.bench
+    stuck = after._replace(metrics={**after.metrics, "settling_time": math.nan})
+    said = " ".join(tables.remarks(quick._replace(bench=(before, stuck))))
+    assert "settling into 2 % 0.628 to no value" in said
+    freed = " ".join(tables.remarks(quick._replace(bench=(stuck, before))))
+    assert "settling into 2 %" not in freed
 
 
 def test_the_best_that_is_known_is_kept() -> None:
@@ -129,6 +197,14 @@ def test_the_best_that_is_known_is_kept() -> None:
         ({"stage": "macro", "route": "thesis", "robust": True}, "--robust"),
         ({"stage": "macro", "seed": -1}, "--seed"),
         ({"stage": "macro", "robust": True, "benches": 0}, "--benches"),
+        ({"stage": "macro", "robust": True, "held_out": 1}, "--held-out"),
+        ({"stage": "macro", "benches": 16}, "--benches: 'without --robust'"),
+        ({"stage": "macro", "aggregate": "worst"}, "--aggregate: 'without --robust'"),
+        ({"stage": "micro", "held_out": 100}, "--held-out: 'without --robust'"),
+        ({"stage": "micro", "saturate": True}, "--saturate: 'with micro'"),
+        ({"stage": "macro", "route": "thesis", "evaluations": 300}, "--evaluations: 'with --route"),
+        ({"stage": "macro", "route": "thesis", "seed": 0}, "--seed: 'with --route"),
+        ({"stage": "macro", "route": "thesis", "on": "bench"}, "--on bench: 'with --route"),
     ],
 )
 def test_bad_requests(options: dict[str, object], named: str) -> None:

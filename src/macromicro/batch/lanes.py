@@ -124,7 +124,7 @@ def _load(s: Array, given: Array, first: int) -> int:
 
     Lanes without a variant go along with the last one.
     """
-    count = min(WIDE, given.shape[1] - first)
+    count: int = min(WIDE, given.shape[1] - first)
     for i in range(given.shape[0]):
         for j in range(WIDE):
             s[WIDE * i + j] = given[i, first + min(j, count - 1)]

@@ -81,6 +81,7 @@ def _tornado(study: Study) -> Drawn:
         ax.set_visible(False)
     for letter, ax, name in zip("abcdef", axes.flat, names, strict=False):
         _bars(ax, study, name, letter)
+    _legend(figure, height)
     return Drawn(
         "tornado",
         "One parameter at a time",
@@ -89,6 +90,32 @@ def _tornado(study: Study) -> Drawn:
         f"the {_BARS} with most effect. Hatched to the edge: a move never settled, or the guard "
         "stopped the run before the metric was known.",
         figure,
+    )
+
+
+def _legend(figure: Figure, height: float) -> None:
+    """What colours and hatching say, once for all panels, above them."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    figure.subplots_adjust(top=1.0 - 0.68 / height)
+    figure.legend(
+        handles=[
+            Patch(facecolor=BLUE, label="at the low end"),
+            Patch(facecolor=ORANGE, label="at the high end"),
+            Patch(
+                facecolor="white",
+                edgecolor=_FAINT,
+                hatch="////",
+                linewidth=0.6,
+                label="never settled, or stopped",
+            ),
+            Line2D([], [], color=BLACK, linewidth=0.9, label="nominal"),
+        ],
+        loc="upper center",
+        ncols=4,
+        fontsize=8,
+        frameon=False,
     )
 
 
@@ -228,7 +255,8 @@ def _scatter(study: Study) -> Drawn:
         "Where requirements fail",
         f"Every machine of the sample over the two parameters that go furthest with "
         f'"{requirement.metric.meaning}" (rank correlations {ranked[0].correlation:+.2f} and '
-        f"{ranked[1].correlation:+.2f}), the requirement met least often.",
+        f"{ranked[1].correlation:+.2f}, over the machines of which it is known), the requirement "
+        "met least often.",
         figure,
     )
 

@@ -227,6 +227,7 @@ class Campaign(Operator):
         elif name == "disk full":
             with full_disk(self.victim):
                 told = str(until(lambda: self._words("REC?")[3]))
+            told = told.replace(f"{self.victim.recordings}/", "")
         elif name == "two busy processes":
             with busy():
                 time.sleep(2.0)
