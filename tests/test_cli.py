@@ -337,3 +337,14 @@ def test_version(tmp_path: Path) -> None:
         "macromicro",
         macromicro.__version__,
     ]
+
+
+@pytest.mark.parametrize("key", ["live", "serve", "live.homing", "serve.lost_client"])
+def test_config_shows_what_only_the_live_machine_has(tmp_path: Path, key: str) -> None:
+    """And `macromicro serve --config` takes it back."""
+    from macromicro.serve.settings import LiveSettings, load
+
+    shown = command("config", "show", key, cwd=tmp_path)
+    assert shown.returncode == 0, shown.stderr
+    (tmp_path / "mine.toml").write_text(shown.stdout)
+    assert load(tmp_path / "mine.toml") == LiveSettings()

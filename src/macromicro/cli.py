@@ -189,10 +189,18 @@ def config_show(
         str | None, typer.Argument(help="One set or parameter, such as bench.friction.")
     ] = None,
 ) -> None:
-    """Print the default settings as TOML, with units, meaning and source."""
+    """Print the default settings as TOML, with units, meaning and source.
+
+    `live` and `serve`, the tables that only the live machine has, are printed by their names.
+    """
     from macromicro.config import as_toml
     from macromicro.settings import Settings
 
+    if key is not None and key.partition(".")[0] in ("live", "serve"):
+        from macromicro.serve.settings import LiveSettings
+
+        print(as_toml(LiveSettings(), key), end="")
+        return
     print(as_toml(Settings(), key), end="")
 
 
