@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from hypothesis import example, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from macromicro.control.live import messages as m
@@ -52,6 +52,9 @@ def standard(bench) -> None:
 @given(data=st.binary(max_size=400))
 @example(data=b"MOVE:ABS")
 def test_random_bytes(make_bench, data: bytes) -> None:
+    """Bytes that spell no command give no order, to whoever has control."""
+    spelled = any(header.encode() in data.upper() for header in HEADERS)
+    assume(not spelled or data == b"MOVE:ABS")  # literals of the sources are drawn, too
     bench = make_bench()
     bench.station.acquire("test")
     feed(bench, data)
