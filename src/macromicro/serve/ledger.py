@@ -8,8 +8,8 @@ from collections import deque
 
 from macromicro.control.live.messages import Accepted, Event, Finished, Reply
 
-EVENTS = 10_000
-MOTIONS = 10_000
+EVENTS = 2_000
+MOTIONS = 2_000
 
 
 class Ledger:
