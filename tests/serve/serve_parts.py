@@ -12,13 +12,17 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted
 from macromicro.serve.machine import View
 from macromicro.types import SAFE, Command, Outputs, Sample
+
+if TYPE_CHECKING:  # the loop process needs no station
+    from macromicro.serve.station import Station
 
 PATIENCE_S = 60.0
 
@@ -184,3 +188,21 @@ def serve_until_killed(state: str) -> None:
     station.request("test", m.MoveTo(1e6))
     print("moving", flush=True)
     time.sleep(600.0)
+
+
+def begun(station: Station, seconds: float = 600.0) -> int:
+    """A motion of "test", which gets control."""
+    assert isinstance(station.acquire("test"), Accepted)
+    reply = station.request("test", m.MoveTo(seconds))
+    assert isinstance(reply, Accepted)
+    return reply.id
+
+
+def outcome(station: Station, motion: int) -> str:
+    finished = station.finished(motion, 60.0)
+    assert finished is not None
+    return finished.outcome
+
+
+def causes(station: Station, kind: str) -> list[str]:
+    return [e.cause for e in station.events()[1] if e.kind == kind]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from serve_parts import LEFT, MOTOR, until
+from serve_parts import LEFT, MOTOR, begun, causes, outcome, until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -18,24 +18,6 @@ from macromicro.errors import MacromicroError
 from macromicro.serve.station import Station
 
 Make = Callable[..., Station]
-
-
-def begun(station: Station, seconds: float = 600.0) -> int:
-    """A motion of "test", which gets control."""
-    assert isinstance(station.acquire("test"), Accepted)
-    reply = station.request("test", m.MoveTo(seconds))
-    assert isinstance(reply, Accepted)
-    return reply.id
-
-
-def outcome(station: Station, motion: int) -> str:
-    finished = station.finished(motion, 60.0)
-    assert finished is not None
-    return finished.outcome
-
-
-def causes(station: Station, kind: str) -> list[str]:
-    return [e.cause for e in station.events()[1] if e.kind == kind]
 
 
 def test_start_moves_nothing_and_stop_leaves_safe(station: Make, log: Any) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from serve_parts import FAIL_AT, LEFT, MOTOR, PID, until
+from serve_parts import FAIL_AT, LEFT, MOTOR, PID, begun, outcome, until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -19,24 +19,6 @@ from macromicro.serve import faults
 from macromicro.serve.station import Station
 
 Make = Callable[..., Station]
-
-
-def begun(station: Station, seconds: float = 600.0) -> int:
-    """A motion of "test", which gets control."""
-    assert isinstance(station.acquire("test"), Accepted)
-    reply = station.request("test", m.MoveTo(seconds))
-    assert isinstance(reply, Accepted)
-    return reply.id
-
-
-def outcome(station: Station, motion: int) -> str:
-    finished = station.finished(motion, 60.0)
-    assert finished is not None
-    return finished.outcome
-
-
-def causes(station: Station, kind: str) -> list[str]:
-    return [e.cause for e in station.events()[1] if e.kind == kind]
 
 
 def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any) -> None:

@@ -21,31 +21,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.columns import COLUMNS as RUN_COLUMNS
 from macromicro.recording_format import Column
 
 PERIOD = 1e-3
 RING_S = 60.0
 ROWS = round(RING_S / PERIOD)
 
+_RUN = {c.name: c for c in RUN_COLUMNS}
 COLUMNS = (
-    Column("t", "s", "time since the start"),
-    Column("macro_reference", "count", "set point of the macro-stage"),
-    Column("macro_position", "count", "encoder reading"),
-    Column("motor", "V", "motor output at the D/A"),
-    Column("macro_integral", "V", "integral effort of the macro controller"),
-    Column("micro_reference", "mm", "set point of the micro-stage"),
-    Column("hall_voltage", "V", "Hall sensor at the A/D"),
-    Column("hall_position", "mm", "contraction by the Hall calibration"),
-    Column("ctrl", "V", "CTRL output at the D/A"),
-    Column("micro_integral", "V", "integral effort of the micro controller"),
-    Column("laser", "um", "stage position by the laser since its last reset"),
-    Column("temperature_estimate", "degC", "wire temperature estimated from CTRL by the guard"),
+    *RUN_COLUMNS[: RUN_COLUMNS.index(_RUN["temperature_estimate"]) + 1],
     Column("mode", "1", "mode of the live machine, as its attribute `modes` lists them", "i1"),
     Column("motion", "1", "number of the motion under way, 0 for none", "i4"),
     Column("extend", "1", "EXTEND signal of the actuator (NaN of a rig without it: -1)", "i1"),
     Column("contract", "1", "CONTRACT signal of the actuator (NaN of a rig without it: -1)", "i1"),
-    Column("fan", "1", "fan output", "i1"),
-    Column("laser_reset", "1", "laser reset output", "i1"),
+    _RUN["fan"],
+    _RUN["laser_reset"],
     Column("position", "mm", "absolute position of the whole system"),
     Column("uncertainty", "um", "half width of the interval that holds this position"),
     Column("trusted", "1", "is the position known since homing? 0 or 1", "i1"),

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
-import socket
-import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from macromicro.errors import InputError, MacromicroError
 from macromicro.serve.scpi.connection import Bounds, Connection, Threads
 from macromicro.serve.scpi.device import Device
+from macromicro.serve.threaded import Threaded, check_port, refused
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
@@ -24,7 +21,7 @@ BEAT = 0.1
 _READY = Callable[[str, int], None]
 
 
-class Server:
+class Server(Threaded):
     """The SCPI server in a thread of its own; a context manager that starts and stops it.
 
     `port` 0 is any free one; `address` tells which. `token`: what a client must give before
@@ -41,67 +38,13 @@ class Server:
         folder: Path = Path(),
         bounds: Bounds | None = None,
     ) -> None:
+        super().__init__("SCPI", host, port)
         self._device = Device(station, folder, token)
-        self._where = host, port
         self._bounds = Bounds() if bounds is None else bounds
-        self._thread: threading.Thread | None = None
-        self._bound = threading.Event()
-        self._failures: list[BaseException] = []
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._task: asyncio.Task[None] | None = None
-        self.address = host, port
 
-    def start(self) -> None:
-        """Listen. Raises InputError where the address cannot be had (port in use)."""
-        if self._thread is not None:
-            raise MacromicroError("the SCPI server runs already")
-        self._bound.clear()
-        self._failures.clear()
-        self._thread = threading.Thread(target=self._run, name="scpi", daemon=True)
-        self._thread.start()
-        self._bound.wait()
-        if self._failures:
-            self._thread.join()
-            self._thread = None
-            raise self._failures[0]
-
-    def stop(self) -> None:
-        """End all connections; the station sees its clients go. Does nothing where it does
-        not run."""
-        thread, loop, task = self._thread, self._loop, self._task
-        if thread is None:
-            return
-        if loop is not None and task is not None:
-            with contextlib.suppress(RuntimeError):  # it has ended by itself
-                loop.call_soon_threadsafe(task.cancel)
-        thread.join()
-        self._thread = None
-
-    def __enter__(self) -> Server:
-        self.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
-
-    def _run(self) -> None:
-        try:
-            asyncio.run(self._main())
-        except BaseException as error:
-            self._failures.append(error)
-        finally:
-            self._bound.set()
-
-    async def _main(self) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._task = asyncio.current_task()
-
-        def ready(host: str, port: int) -> None:
-            self.address = host, port
-            self._bound.set()
-
+    async def _serve(self) -> None:
         with contextlib.suppress(asyncio.CancelledError):
-            await _serve(self._device, *self._where, self._bounds, ready)
+            await _serve(self._device, *self._where, self._bounds, self._listening)
 
 
 async def serve(
@@ -174,18 +117,8 @@ async def _listen(
     accept: Callable[[asyncio.StreamReader, asyncio.StreamWriter], None], host: str, port: int
 ) -> asyncio.Server:
     """Bind and listen; InputError in words where that fails."""
-    if not 0 <= port <= 65535:
-        raise InputError("port", port, "a whole number from 0 (any free one) to 65535")
+    check_port(port)
     try:
         return await asyncio.start_server(accept, host, port, backlog=16)
-    except socket.gaierror:
-        raise InputError("host", host, "an address of this computer, such as 127.0.0.1") from None
     except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            accepted = "a free port, or 0 for any; or end what listens there"
-            raise InputError(f"port {port}", f"in use on {host}", accepted) from None
-        if error.errno == errno.EACCES:
-            raise InputError(f"port {port}", "not permitted", "a port from 1024 on") from None
-        raise InputError(
-            "host", f"{host}: {error.strerror}", "an address of this computer, such as 127.0.0.1"
-        ) from None
+        raise refused(host, port, error) from None

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import logging
-import socket
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import InputError, MacromicroError
 from macromicro.serve.hosts import is_loopback
+from macromicro.serve.threaded import Threaded, check_port, refused
 from macromicro.serve.web.bounds import Bounds
 
 if TYPE_CHECKING:
@@ -30,7 +28,7 @@ _LOG.addHandler(logging.NullHandler())
 _LOG.propagate = False
 
 
-class WebServer:
+class WebServer(Threaded):
     """The page of a station; a context manager that starts and stops it.
 
     `port` 0 is any free one; `address` tells which, `url` where to look. `token`: what a
@@ -66,17 +64,12 @@ class WebServer:
             raise InputError("host", host, "127.0.0.1, or another one together with a token")
         if token is not None and not token.strip():
             raise InputError("token", token, "a text that is hard to guess")
-        self._station, self._where = station, (host, port)
+        super().__init__("web", host, port)
+        self._station = station
         self._gate = Gate(token, names)
         self._folder, self._table = folder, table
         self._bounds = bounds or Bounds()
-        self._thread: threading.Thread | None = None
-        self._bound = threading.Event()
-        self._failures: list[BaseException] = []
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._task: asyncio.Task[None] | None = None
         self._viewers = 0
-        self.address = host, port
 
     @property
     def url(self) -> str:
@@ -84,63 +77,15 @@ class WebServer:
         host, port = self.address
         return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
 
-    @property
-    def failure(self) -> BaseException | None:
-        """Why it ended by itself; None while it serves, and after `stop`."""
-        return self._failures[0] if self._failures else None
-
-    def start(self) -> None:
-        """Listen. Raises InputError where the address cannot be had (port in use)."""
-        if self._thread is not None:
-            raise MacromicroError("the web server runs already")
-        self._bound.clear()
-        self._failures.clear()
-        self._thread = threading.Thread(target=self._run, name="web", daemon=True)
-        self._thread.start()
-        self._bound.wait()
-        if self._failures:
-            self._thread.join()
-            self._thread = None
-            raise self._failures[0]
-
-    def stop(self) -> None:
-        """End all connections; the station sees its clients go. Does nothing where it does
-        not run."""
-        thread, loop, task = self._thread, self._loop, self._task
-        if thread is None:
-            return
-        if loop is not None and task is not None:
-            with contextlib.suppress(RuntimeError):  # it has ended by itself
-                loop.call_soon_threadsafe(task.cancel)
-        thread.join()
-        self._thread = None
-
-    def __enter__(self) -> WebServer:
-        self.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
-
-    def _run(self) -> None:
-        try:
-            asyncio.run(self._main())
-        except BaseException as error:
-            self._failures.append(error)
-        finally:
-            self._bound.set()
-
-    async def _main(self) -> None:
+    async def _serve(self) -> None:
         from macromicro.serve.web.room import Room
 
-        self._loop, self._task = asyncio.get_running_loop(), asyncio.current_task()
         room = Room(self._station, self._gate, self._folder, self._table, self._bounds)
         try:
             room.look()
             server = await self._listen(room)
             bound = server.sockets[0].getsockname()
-            self.address = bound[0], bound[1]
-            self._bound.set()
+            self._listening(bound[0], bound[1])
             with contextlib.suppress(asyncio.CancelledError):
                 while True:
                     await asyncio.sleep(LOOK_S)
@@ -158,8 +103,7 @@ class WebServer:
         from macromicro.serve.web.files import Files
 
         host, port = self._where
-        if not 0 <= port <= 65535:
-            raise InputError("port", port, "a whole number from 0 (any free one) to 65535")
+        check_port(port)
         files, bounds = Files(self._gate), self._bounds
 
         async def view(socket: ServerConnection) -> None:
@@ -178,10 +122,8 @@ class WebServer:
                 logger=_LOG,
                 server_header=None,
             )
-        except socket.gaierror:
-            raise InputError("host", host, _ADDRESS) from None
         except OSError as error:
-            raise _refused(host, port, error) from None
+            raise refused(host, port, error) from None
 
     async def _view(self, room: Room, socket: Any) -> None:
         from macromicro.serve.web.connection import Connection
@@ -194,16 +136,3 @@ class WebServer:
             await Connection(room, socket).run()
         finally:
             self._viewers -= 1
-
-
-_ADDRESS = "an address of this computer, such as 127.0.0.1"
-
-
-def _refused(host: str, port: int, error: OSError) -> InputError:
-    # asyncio words the error of each address anew, with the number kept.
-    if error.errno == errno.EADDRINUSE:
-        accepted = "a free port, or 0 for any; or end what listens there"
-        return InputError(f"port {port}", f"in use on {host}", accepted)
-    if error.errno == errno.EACCES:
-        return InputError(f"port {port}", "not permitted", "a port from 1024 on")
-    return InputError("host", f"{host}: {error.strerror}", _ADDRESS)
