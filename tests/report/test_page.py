@@ -9,9 +9,10 @@ from html.parser import HTMLParser
 import pytest
 
 from macromicro.drawing import style
+from macromicro.drawing.page import Picture
 from macromicro.experiments.run import Ended
 from macromicro.report import figures
-from macromicro.report.page import Picture, page
+from macromicro.report.page import page
 from macromicro.rig import guard
 from macromicro.rig.faults import describe
 

@@ -9,7 +9,6 @@ from macromicro.experiments.claim import REPRODUCED, Claim, holds, within
 from macromicro.experiments.cycle_runs import Array, CycleData, Cycles
 from macromicro.experiments.statements import stated
 
-SECTION = "Appendix D"
 LATE = 10  # cycles at the end that count as settled
 STEADY = 0.02  # of their mean, within which they may still change
 EARLY = 4  # cycles at the beginning, in which nearly all of the growth of the shares comes

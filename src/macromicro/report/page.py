@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import macromicro
 from macromicro import config
+from macromicro.drawing.page import Picture, filled
 from macromicro.experiments.run import Ended
 from macromicro.report import words
 from macromicro.report.provenance import software
@@ -16,29 +15,10 @@ from macromicro.report.provenance import software
 TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
 
 
-class Picture(NamedTuple):
-    """A drawn figure as a PNG file's bytes, with title and caption."""
-
-    name: str
-    title: str
-    caption: str
-    png: bytes
-
-    @property
-    def uri(self) -> str:
-        """The picture inlined."""
-        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
-
-
 def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:
     """The report as HTML. All text is escaped."""
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    return template.render(
+    return filled(
+        TEMPLATE,
         ended=ended,
         request=ended.job.request,
         programme=ended.job.programme,

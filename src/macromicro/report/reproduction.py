@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro import config
 from macromicro.drawing.exhibit import PNG, SVG, Exhibit
+from macromicro.drawing.page import filled
 from macromicro.experiments.claim import DIFFERS, REPRODUCED
 from macromicro.experiments.procedure import Procedure
 from macromicro.experiments.reproduce import Result, claims_of
@@ -55,12 +56,6 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     """The page as HTML. `procedures` give the results' titles and sections, and how many
     claims there are in all. All text is escaped; diagrams, which are ours, are inserted.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     anchors = Anchors()
     for taken in (
         "main",
@@ -81,7 +76,8 @@ def page(results: Sequence[Result], procedures: Sequence[Procedure], about: Abou
     order = {id(claim): k for k, claim in enumerate(claims_of(results))}
     claims = [c.claim for c in cards]
     parameters = free_parameters.free_parameters(about.settings)
-    return template.render(
+    return filled(
+        TEMPLATE,
         about=about,
         chapters=chapters,
         figures=index(chapters),

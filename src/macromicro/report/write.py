@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from macromicro.drawing import style
+from macromicro.drawing.page import Picture
 from macromicro.experiments import folder
 from macromicro.experiments.run import Ended
 from macromicro.report import figures
-from macromicro.report.page import Picture, page
+from macromicro.report.page import page
 from macromicro.report.summary import as_json, summary
 
 

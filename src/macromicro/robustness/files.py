@@ -13,10 +13,11 @@ from typing import Any
 import macromicro
 from macromicro import config
 from macromicro.drawing import style
+from macromicro.drawing.page import Picture
 from macromicro.experiments import folder
 from macromicro.robustness import figures, words
 from macromicro.robustness.metrics import NAMES, QUANTITIES
-from macromicro.robustness.page import Picture, page
+from macromicro.robustness.page import page
 from macromicro.robustness.sampling import settings_at
 from macromicro.robustness.statistics import CONFIDENCE, LEVELS, Share, spread
 from macromicro.robustness.study import Study, Worst, influences, overall, worst, yields

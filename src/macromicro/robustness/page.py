@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import macromicro
+from macromicro.drawing.page import Picture, filled
 from macromicro.robustness import words
 from macromicro.robustness.metrics import METRICS, NAMES
 from macromicro.robustness.statistics import rank_correlation
@@ -18,30 +17,11 @@ from macromicro.robustness.words import About
 TEMPLATE = Path(__file__).parent / "templates" / "robust.html.j2"
 
 
-class Picture(NamedTuple):
-    """A drawn figure as a PNG file's bytes, with title and caption."""
-
-    name: str
-    title: str
-    caption: str
-    png: bytes
-
-    @property
-    def uri(self) -> str:
-        """The picture inlined."""
-        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
-
-
 def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> str:
     """The study as HTML. All text is escaped."""
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     whole = overall(study)
-    return template.render(
+    return filled(
+        TEMPLATE,
         about=about,
         request=study.request,
         done=len(study.rows),

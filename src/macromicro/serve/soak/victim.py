@@ -19,7 +19,6 @@ from macromicro.rig import faulty
 RIG = "macromicro.rig.faulty:twin"
 # Homing at its normal pace would take half of the time.
 _SETTINGS = '[live.homing]\nspeed = "600 count/s"\n'
-_START_S = 180.0
 
 
 class Load(NamedTuple):
