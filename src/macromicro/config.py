@@ -62,13 +62,20 @@ def check(tree: Any, where: str, prefix: str = "") -> None:
         value = getattr(tree, name)
         if is_set(value):
             check(value, where, f"{prefix}{name}.")
+    for path, found, accepted in problems(tree, prefix):
+        raise InputError(f"{where}, {path}", found, accepted)
+
+
+def problems(tree: Any, prefix: str = "") -> Iterator[tuple[str, Any, str]]:
+    """The `problems()` that one set finds in itself, in words for a person: (path with
+    `prefix`, value with its unit, what is accepted with the other parameter's value)."""
     for path, value, accepted in getattr(tree, "problems", list)():
         mine = {e.path: e for e in entries(tree)}
         found = _spoken(mine[path].par, value) if path in mine else value
         words = accepted
         for e in mine.values():
             words = words.replace(f"{{{e.path}}}", f"{prefix}{e.path} ({_spoken(e.par, e.value)})")
-        raise InputError(f"{where}, {prefix}{path}", found, words)
+        yield f"{prefix}{path}", found, words
 
 
 def _spoken(par: Par, value: Any) -> Any:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+
 import pytest
 
+from macromicro.config import load_overrides
 from macromicro.control import settings
 from macromicro.control.macro import LAWS
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.settings import MICRO_LAWS, Control
+from macromicro.errors import InputError
+from macromicro.parameters import Entry, entries
+from macromicro.settings import Settings
+
+NUMBERS = [e for e in entries(Control()) if not e.par.choices]
 
 
 @pytest.mark.parametrize(
@@ -50,3 +59,29 @@ def test_limits_the_wrong_way_round_are_named(name: str) -> None:
     found = spec._replace(**{name: law}).problems()
     assert [path for path, _, _ in found] == [f"{name}.low"]
     assert spec.problems() == []
+
+
+@pytest.mark.parametrize("entry", NUMBERS, ids=lambda e: e.path)
+def test_every_number_has_finite_bounds_with_room_for_a_search(entry: Entry) -> None:
+    """A tuning searches a decade to either side; what is fixed at 0 is no gain of that law."""
+    par, gain = entry.par, entry.path.rpartition(".")[2] in ("kp", "ki", "kd", "kaw")
+    assert -math.inf < par.lo <= entry.value <= par.hi < math.inf
+    if gain and par.hi > 0.0:
+        assert par.lo == 0.0 and 10.0 * entry.value <= par.hi
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("pid.kp", "1e300 V/count"),
+        ("pid.kd", "-1 V*s/count"),
+        ("pi_antiwindup.kaw", "1e4 1/s"),
+        ("sequence.tolerance", "1e308 count"),
+        ("sequence.patience", "1e-300 s"),
+    ],
+)
+def test_a_file_with_a_senseless_gain_is_refused(key: str, value: str, tmp_path: Path) -> None:
+    file = tmp_path / "wild.toml"
+    file.write_text(f'controller.{key} = "{value}"\n')
+    with pytest.raises(InputError, match=rf"controller\.{key}.*accepted: from .* to "):
+        load_overrides(file, Settings())

@@ -13,6 +13,7 @@ from serve_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
+from macromicro.control.settings import Control
 from macromicro.recording import Recording
 from macromicro.rig import faulty
 from macromicro.serve import persist
@@ -53,13 +54,23 @@ class Safety(NamedTuple):
 class Scene:
     """A station on the faulty twin: homed, enabled, recorded."""
 
-    def __init__(self, folder: Path, **serve: Any) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        live: dict[str, Any] | None = None,
+        controller: Control | None = None,
+        **serve: Any,
+    ) -> None:
         self.folder = folder
         self.cells = faulty.board(os.environ[faulty.BOARD])
         settings = LiveSettings()
         # Machines that run tests are busy: nothing stops for lateness unless a test says so.
         serve = {"miss_share": 1.0, "parent_timeout": 5.0, "client_timeout": 60.0, **serve}
-        settings = settings._replace(serve=settings.serve._replace(**serve))
+        settings = settings._replace(
+            serve=settings.serve._replace(**serve),
+            live=settings.live._replace(**(live or {})),
+            controller=controller or settings.controller,
+        )
         self.station = Station(RIG, settings=settings, state=folder / "position.json")
         self.file = folder / "run.h5"
 

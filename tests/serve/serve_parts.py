@@ -106,12 +106,14 @@ def logged(seed: int) -> Logged:
 class Driver:
     """A machine that gives 1 V to the motor as long as a motion is under way.
 
-    MoveTo(x) begins a motion that lasts x seconds; SetGains asks for an illegal output.
+    MoveTo(x) begins a motion that lasts x seconds, Jog one without an end; SetGains asks for
+    an illegal output.
     """
 
     def __init__(self) -> None:
         self.mode, self.motion, self.count, self.left = m.DISABLED, 0, 0, 0.0
-        self.trusted, self.offset, self.illegal = False, 0.0, False
+        self.trusted, self.offset, self.illegal, self.fan = False, 0.0, False, 0.0
+        self.jogs = False
         self.log: list[str] = []
 
     def begin(self, sample: Sample, restored: Any) -> None:
@@ -130,16 +132,21 @@ class Driver:
         if self.illegal:
             volts = 99.0
         command = Command(0.0, 0.0, 0.0, 0.0, 0.0)
-        return command, Outputs(volts, 0.0, 0.0, 0.0), notices
+        return command, Outputs(volts, 0.0, self.fan, 0.0), notices
 
     def accept(self, request: Any) -> tuple[Any, tuple[Any, ...]]:
         self.log.append(type(request).__name__)
-        if isinstance(request, m.MoveTo):
-            if self.mode == m.FAULT:
-                return m.Refused("a fault is latched", "clear it"), ()
+        refusal = self.refusal(request)
+        if refusal:
+            return refusal, ()
+        self.jogs = isinstance(request, m.Jog)
+        if isinstance(request, m.MoveTo) or (self.jogs and request.speed):
             self.count += 1
-            self.motion, self.left, self.mode = self.count, request.position, m.MOVING_MACRO
+            self.left = math.inf if self.jogs else request.position
+            self.motion, self.mode = self.count, m.MOVING_MACRO
             return m.Accepted(self.count), ()
+        if isinstance(request, m.Fan):
+            self.fan = float(request.on)
         if isinstance(request, m.Home):
             self.trusted = True
             event = m.Event(0.0, "trust", "", "", "homed", {"trusted": True})
@@ -150,13 +157,31 @@ class Driver:
             self.mode = m.DISABLED if request.gone else self.mode
         return m.Accepted(0), self._ended_by(request)
 
+    def refusal(self, request: Any) -> m.Refused | None:
+        if isinstance(request, m.MoveTo | m.Jog) and self.mode == m.FAULT:
+            return m.Refused("a fault is latched", "clear it")
+        if isinstance(request, m.MoveTo) and not request.position > 0.0:
+            return m.Refused("it is no time", "some seconds")
+        if isinstance(request, m.Jog) and not request.speed and not (self.motion and self.jogs):
+            return m.Refused("no jog is under way", "begin one")
+        return None
+
     def _ended_by(self, request: Any) -> tuple[Any, ...]:
-        if isinstance(request, m.Stop):
+        if isinstance(request, m.Stop | m.Jog):
             return self._end(m.STOPPED_BY_REQUEST)
         if isinstance(request, m.LinkLost):
             event = m.Event(0.0, "link", "", "", request.action, {"client": request.client})
             return (event, *self._end(m.LOST))
-        return self._end(m.EMERGENCY) if isinstance(request, m.EmergencyStop) else ()
+        if isinstance(request, m.EmergencyStop):
+            self.fan = 0.0
+            return (*self.lose("emergency stop on the way"), *self._end(m.EMERGENCY, client=""))
+        return ()
+
+    def lose(self, words: str) -> tuple[Any, ...]:
+        if not self.trusted:
+            return ()
+        self.trusted = False
+        return (m.Event(0.0, "trust", "", "", words, {"trusted": False}),)
 
     def fail(self, words: str, evidence: dict[str, Any], lost: bool) -> tuple[Any, ...]:
         self.illegal = False
@@ -164,9 +189,12 @@ class Driver:
         self.mode = m.FAULT
         return (*notices, m.Event(0.0, "mode", "", "fault", words, evidence))
 
-    def _end(self, outcome: str) -> tuple[Any, ...]:
+    def _end(self, outcome: str, **evidence: Any) -> tuple[Any, ...]:
         ended, self.motion, self.mode = self.motion, 0, m.READY
-        return (m.Finished(ended, outcome, 0.0, 0.0, {}),) if ended else ()
+        return (m.Finished(ended, outcome, 0.0, 0.0, evidence),) if ended else ()
+
+    def found(self) -> None:
+        return None
 
     def view(self) -> View:
         trusted = 1.0 if self.trusted else 0.0
@@ -187,7 +215,8 @@ def serve_until_killed(state: str) -> None:
     station.request("test", m.Home())
     station.request("test", m.MoveTo(1e6))
     print("moving", flush=True)
-    time.sleep(600.0)
+    fault = until(lambda: station.snapshot().fault, 600.0)
+    print(fault.evidence, fault.remedy, flush=True)
 
 
 def begun(station: Station, seconds: float = 600.0) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from macromicro.serve import health
+from macromicro.serve import health, wanted
 from macromicro.serve.health import FAIL, OK, WARN, Finding
 from macromicro.serve.persist import Lock
 
@@ -123,22 +123,22 @@ def test_clock_sources(source: str, state: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("free", "state"), [(5e9, OK), (5e8, WARN), (5e7, FAIL)])
 def test_disk(free: float, state: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(health.shutil, "disk_usage", lambda _: type("U", (), {"free": free}))
-    (found,) = health.disk({"recordings": tmp_path / "not" / "there"})
+    monkeypatch.setattr(wanted.shutil, "disk_usage", lambda _: type("U", (), {"free": free}))
+    (found,) = wanted.disk({"recordings": tmp_path / "not" / "there"})
     assert found.state == state
     assert "of recording" in found.found
 
 
 def test_a_machine_that_is_served_already(tmp_path: Path) -> None:
     path = tmp_path / "position.json"
-    assert health.state_file(path).state == OK
+    assert wanted.state_file(path).state == OK
     lock = Lock(path)
     lock.take()
-    found = health.state_file(path)
+    found = wanted.state_file(path)
     assert found.state == WARN
     assert f"process {os.getpid()}" in found.found
     lock.drop()
-    assert health.state_file(path).state == OK
+    assert wanted.state_file(path).state == OK
 
 
 def test_browser(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,3 +148,57 @@ def test_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":9")
     monkeypatch.setattr(health.webbrowser, "get", lambda: type("B", (), {"name": "lynx"}))
     assert health.browser() == Finding("browser", OK, "lynx, display :9")
+
+
+def test_what_serve_would_be_told_is_looked_at(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder")
+    below = str(tmp_path / "file" / "x")
+    options = ("--rig", "nosuch:thing", "--host", "0.0.0.0", "--state", str(tmp_path))
+    status, text = doctor(
+        "--json", *options, "--record", below, "--scpi", "-1", "--web", "0", MACROMICRO_TOKEN=""
+    )
+    rows = {row["what"]: row for row in json.loads(text)}
+    assert status == 1
+    for what in ("rig", "address", "position file", "recording folder"):
+        assert rows[what]["state"] == FAIL and rows[what]["remedy"], what
+    assert "no module nosuch" in rows["rig"]["found"]
+    assert "MACROMICRO_TOKEN" in rows["address"]["remedy"]
+    assert rows["shared memory"]["state"] == OK
+    assert not [what for what in rows if what.startswith("port ")]
+
+
+@pytest.mark.parametrize("place", ["/proc/x", "/proc/x/y"])
+def test_a_file_system_that_takes_no_files(place: str) -> None:
+    assert wanted.recording_folder(Path(place)).state == FAIL
+    assert wanted.state_file(Path(place)).state == FAIL
+
+
+def test_a_rigs_module_is_imported_and_its_factory_not_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "looked_at.py").write_text("def rig(seed):\n    raise SystemExit(9)\n")
+    (tmp_path / "broken_rig.py").write_text("1 / 0\n")
+    assert wanted.rig("looked_at:rig").state == OK
+    assert "ZeroDivisionError" in wanted.rig("broken_rig:rig").found
+
+
+def test_a_port_is_looked_at_on_the_address_that_is_asked_for() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.2", 0))
+        taken.listen(1)
+        port = taken.getsockname()[1]
+        assert wanted.free_port(port, "SCPI", "127.0.0.2").state == WARN
+        assert wanted.free_port(port, "SCPI", "127.0.0.3").state == OK
+    assert wanted.free_port(port, "SCPI", "192.0.2.1").state == WARN
+    assert wanted.address("nosuch.invalid").state == FAIL
+
+
+def test_no_shared_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> int:
+        raise OSError(38, "Function not implemented")
+
+    monkeypatch.setattr(os, "memfd_create", refuse)
+    found = health.shared_memory()
+    assert found.state == FAIL and "memfd_create" in found.remedy

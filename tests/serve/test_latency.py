@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import signal
 import subprocess
 import sys
@@ -51,7 +52,7 @@ def test_the_numbers_are_of_every_period(tmp_path: Path) -> None:
 
 def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [*RUN, "--seconds", "600", "--config", config(tmp_path)],
+        [*RUN[:-1], "--seconds", "600", "--config", config(tmp_path)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -65,6 +66,7 @@ def test_ctrl_c_gives_what_was_measured_until_then(tmp_path: Path) -> None:
     assert process.returncode == 130
     assert "interrupted" in error
     assert "late at wake-up" in out
+    assert f"{'cyclictest':22}interrupted before it" in out
 
 
 def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Path) -> None:
@@ -74,6 +76,28 @@ def test_files_that_cannot_be_made_are_refused_before_anything_runs(tmp_path: Pa
         )
         assert done.returncode == 2
         assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "file", "found"),
+    [
+        ("--figure", "x.xyz", "suffix .xyz"),
+        ("--figure", "-", "no suffix"),
+        ("--figure", "x", "no suffix"),
+        ("--figure", "/proc/x.png", "No such file"),
+        ("--json", "/proc/x.json", "No such file"),
+        ("--json", ".", "Is a directory"),
+    ],
+)
+def test_results_that_could_not_be_written_are_refused_before_measuring(
+    option: str, file: str, found: str, tmp_path: Path
+) -> None:
+    done = subprocess.run(
+        [*RUN, option, file], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"macromicro: {option} {file}: ") and found in done.stderr
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_table_and_the_json_say_the_same() -> None:
@@ -120,6 +144,13 @@ def test_cyclictest_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     other = measuring.cyclictest(2.4, 33, False)
     assert isinstance(other, Cyclic)
     assert "--policy=other" in other.command
+
+
+@pytest.mark.skipif(shutil.which("cyclictest") is None, reason="cyclictest is not installed")
+def test_the_real_cyclictest_is_read() -> None:
+    found = measuring.cyclictest(1.0, 50, False)
+    assert isinstance(found, Cyclic)
+    assert 0.0 <= found.least <= found.mean <= found.most < 1.0
 
 
 def test_cyclictest_that_fails_or_is_not_there(

@@ -4,87 +4,16 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
-from serve_parts import Driver
+from loop_parts import Scene
 
-from macromicro.control import calibration
 from macromicro.control.live import messages as m
 from macromicro.rig import guard
-from macromicro.rig.guarded import Guarded
-from macromicro.rig.limits import Limits
-from macromicro.serve.link import Outbox, packed, pair, receive
-from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, LEAVE, SEEN, Shared
-from macromicro.serve.ticking import Loop
-from macromicro.types import SAFE, Outputs, Sample
-
-
-class Bench:
-    """A rig in this process, as fast as it goes; `at[k]` is done within reading number k."""
-
-    channels = ("encoder", "hall")
-
-    def __init__(self, machine: Driver) -> None:
-        self.clock, self.steps = self, 0
-        self.at: dict[int, Callable[[], None]] = {}
-        self.order = machine.log
-
-    def now(self) -> float:
-        return self.steps * 1e-3
-
-    def wait(self, dt: float) -> None:
-        pass
-
-    def read(self) -> Sample:
-        self.steps += 1
-        self.at.get(self.steps, int)()
-        volts = 2.5 + 1e-3 * (self.steps % 2)
-        return Sample(self.now(), 0.0, volts, 0.0, 0.0, 0.0)
-
-    def write(self, outputs: Outputs) -> None:
-        self.order.append("safe" if outputs == SAFE else "on")
-
-    def stop(self) -> None:
-        self.write(SAFE)
-
-    def __enter__(self) -> Bench:
-        return self
-
-    def __exit__(self, *what: object) -> None:
-        pass
-
-
-class Scene:
-    def __init__(self) -> None:
-        self.machine = Driver()
-        self.bench = Bench(self.machine)
-        self.shared = Shared.create(5000)
-        self.ours, theirs = pair()
-        limits = guard.prepare(Limits(), calibration.shipped())
-        self.rig = Guarded(self.bench, limits, 1e-3)
-        self.settings = ServeSettings(parent_timeout=10.0, miss_share=1.0)
-        self.loop = Loop(
-            self.rig, self.machine, self.shared, Outbox(theirs), self.settings, 1e-3, True
-        )
-
-    def leave(self) -> None:
-        self.shared.cells[LEAVE] = 1
-
-    def run(self) -> list[str]:
-        """What happened from reading 50 on, a motion under way since reading 2."""
-        self.bench.at[2] = lambda: self.machine.accept(m.MoveTo(600.0)) and None
-        seen = self.bench.at.get(50, int)
-
-        def begin() -> None:
-            self.machine.log.clear()
-            seen()
-
-        self.bench.at[50] = begin
-        self.bench.at[60] = self.leave
-        self.loop.run("no position was kept", "test")
-        return self.machine.log
+from macromicro.serve.link import packed, receive
+from macromicro.serve.orders import Order
+from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, SEEN
 
 
 @pytest.fixture
@@ -112,7 +41,7 @@ def test_an_emergency_stop_comes_before_the_next_step(scene: Scene) -> None:
 
 def test_what_was_asked_before_the_first_period_is_not_forgotten(scene: Scene) -> None:
     scene.shared.cells[EMERGENCY] = 7
-    scene.ours.send(packed((41, m.Enable())))
+    scene.ours.send(packed(Order(41, m.Enable(), 8, 2**63 - 1)))
     scene.shared.cells[COMMANDS] = 1
     scene.run()
     assert int(scene.shared.cells[SEEN]) == 7
@@ -123,7 +52,7 @@ def test_what_was_asked_before_the_first_period_is_not_forgotten(scene: Scene) -
 def test_an_emergency_stop_overrules_a_machine_that_goes_on(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(scene.machine, "_end", lambda outcome: ())
+    monkeypatch.setattr(scene.machine, "_end", lambda outcome, **_: ())
     scene.bench.at[50] = lambda: scene.shared.cells.__setitem__(EMERGENCY, 1)
     assert scene.run()[:4] == ["safe", "EmergencyStop", "step", "safe"]
 
@@ -218,3 +147,23 @@ def test_a_period_leaves_no_garbage(scene: Scene) -> None:
         assert gc.collect() == 0
     finally:
         gc.enable()
+
+
+def test_a_request_that_the_machine_cannot_judge_is_refused(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = scene.machine.accept
+
+    def accept(request: m.Request) -> tuple[m.Reply, tuple[m.Notice, ...]]:
+        return real(request) if not isinstance(request, m.MoveBy) else 1 // 0  # type: ignore[return-value]
+
+    monkeypatch.setattr(scene.machine, "accept", accept)
+    scene.ours.send(packed(Order(41, m.MoveBy(1.0), 1, 2**62)))
+    scene.ours.send(packed(Order(42, m.Enable(), 1, 2**62)))
+    scene.shared.cells[COMMANDS] = 2
+    assert scene.run()[-1] == "safe"  # it went on, and left when it was told to
+    assert receive(scene.ours)[0] == "begun"
+    reply = receive(scene.ours)
+    assert reply[:2] == ("reply", 41) and isinstance(reply[2], m.Refused)
+    assert "ZeroDivisionError" in reply[2].reason
+    assert receive(scene.ours) == ("reply", 42, m.Accepted(0))

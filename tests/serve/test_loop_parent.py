@@ -82,6 +82,12 @@ def test_a_halted_parent_is_as_good_as_dead(parent: subprocess.Popen[bytes], log
     parent.send_signal(signal.SIGSTOP)  # no death signal: only the heartbeat tells
     until(lambda: log[LEFT])
     assert log[MOTOR] == 0.0
+    parent.send_signal(signal.SIGCONT)
+    assert parent.stdout is not None
+    told = parent.stdout.readline().decode()
+    assert "the server was silent for " in told
+    assert "serve.parent_timeout" in told
+    assert "start it again" in told
 
 
 def test_while_a_loop_lives_its_machine_is_locked(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from macromicro.errors import MacromicroError
-from macromicro.serve import persist
+from macromicro.serve import keeping, persist
 from macromicro.serve.keeping import Keeper, Place
 from macromicro.serve.persist import Kept, Lock
 
@@ -51,11 +51,25 @@ def test_what_is_not_trusted(kept: Kept | str, count: float, why: str) -> None:
     assert why in restored.why
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"format": "other"}', "\x00\xff"])
+@pytest.mark.parametrize(
+    "text", ["", "{", "[" * 100_000, "[]", "{}", '{"format": "other"}', "\x00\xff"]
+)
 def test_a_damaged_file_is_no_position(text: str, tmp_path: Path) -> None:
     path = tmp_path / "position.json"
     path.write_text(text, "utf-8")
-    assert isinstance(persist.load(path), str)
+    assert str(path) in str(persist.load(path))
+
+
+@pytest.mark.parametrize("value", [10**400, True, [1]], ids=["huge", "flag", "list"])
+@pytest.mark.parametrize("field", ["encoder", "offset", "saved"])
+def test_what_is_no_number_of_the_machines_is_no_position(
+    field: str, value: object, tmp_path: Path
+) -> None:
+    path = tmp_path / "position.json"
+    persist.save(path, KEPT._replace(**{field: value}))
+    found = persist.load(path)
+    assert isinstance(found, str)
+    assert str(path) in found
 
 
 @pytest.mark.parametrize("field", ["encoder", "trusted", "moving", "why"])
@@ -99,6 +113,12 @@ def test_the_lock_names_who_has_it(tmp_path: Path) -> None:
     one.drop()
 
 
+def test_where_no_lock_can_be_made_the_message_says_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(MacromicroError, match="name another state file"):
+        Lock(tmp_path / "file" / "position.json").take()
+
+
 class Scene:
     """A keeper, the place that it is shown, and what it reported."""
 
@@ -108,8 +128,10 @@ class Scene:
         self.reports: list[str] = []
         self.keeper = Keeper(path, "twin", lambda: self.place, self.reports.append)
 
-    def show(self, row: int, count: float, moving: bool, trusted: bool = True) -> Kept | str:
-        self.place = Place(row, count, 0.0, trusted, "homed", moving)
+    def show(
+        self, row: int, count: float, moving: bool, trusted: bool = True, why: str = "homed"
+    ) -> Kept | str:
+        self.place = Place(row, count, 0.0, trusted, why, moving)
         self.keeper.update()
         return persist.load(self.path)
 
@@ -149,6 +171,7 @@ def test_where_nothing_can_be_written_the_file_goes(
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
+    monkeypatch.setattr(keeping, "RETRY_S", 0.0)
     monkeypatch.setattr(persist.os, "fsync", full)
     scene.keeper.begin_motion()
     assert persist.load(scene.path) == "no position was kept"
@@ -162,3 +185,44 @@ def test_where_nothing_can_be_written_the_file_goes(
     monkeypatch.setattr(Path, "unlink", locked)
     with pytest.raises(MacromicroError, match="nor this file be removed"):
         scene.keeper.begin_motion()
+
+
+def test_once_there_is_room_again_the_file_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene(tmp_path / "position.json")
+    monkeypatch.setattr(keeping, "RETRY_S", 0.0)
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as without_room:
+        without_room.setattr(persist.os, "fsync", full)
+        for row in range(3):
+            assert scene.show(row, 5.0, False) == "no position was kept"
+    assert len(scene.reports) == 1  # told once
+    assert scene.show(4, 5.0, False).encoder == 5.0  # type: ignore[union-attr]
+
+
+def test_a_full_disk_is_not_tried_all_the_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene(tmp_path / "position.json")
+    monkeypatch.setattr(keeping, "RETRY_S", math.inf)
+    tries = []
+
+    def full(_: int) -> None:
+        tries.append(1)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(persist.os, "fsync", full)
+    for row in range(3):
+        scene.show(row, 5.0, False)
+    assert len(tries) == 1
+
+
+def test_the_file_follows_why_the_place_is_not_known(tmp_path: Path) -> None:
+    scene = Scene(tmp_path / "position.json")
+    scene.show(1, 5.0, False, trusted=False)  # the row comes before the words
+    found = scene.show(2, 5.0, False, trusted=False, why="emergency stop on the way")
+    assert found.why == "emergency stop on the way"  # type: ignore[union-attr]

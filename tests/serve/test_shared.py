@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 
 import numpy as np
 import pytest
@@ -80,3 +81,29 @@ def test_a_row_shows_only_once_it_is_whole(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(shared, "ring", shared.ring.view(Watched))
     fill(shared, 0, 2)
     assert seen == [0, 1]
+
+
+def test_row_and_status_are_of_one_instant() -> None:
+    shared = Shared.create(16)
+    assert shared.now() is None
+    enough = threading.Event()
+
+    def write() -> None:
+        k = 0.0
+        while not enough.is_set():
+            k += 1.0
+            shared.show([k] * len(COLUMNS), Status(periods=k))
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    try:
+        seen = set()
+        while len(seen) < 50:
+            now = shared.now()
+            if now is not None:
+                number, row, status = now
+                assert number == row[0] == status.periods
+                seen.add(number)
+    finally:
+        enough.set()
+        writer.join()

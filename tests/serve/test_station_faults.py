@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from serve_parts import FAIL_AT, LEFT, MOTOR, PID, begun, outcome, until
+from serve_parts import FAIL_AT, LEFT, MOTOR, PID, begun, causes, outcome, until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
@@ -39,6 +39,7 @@ def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any)
     until(lambda: machine.snapshot().pace.periods)
     assert machine.snapshot().fault is None
     assert "interrupted" in machine.snapshot().trust
+    assert causes(machine, "loop") == ["started", "died", "started"]
 
 
 def test_a_loop_told_to_end_leaves_safe(station: Make, log: Any) -> None:

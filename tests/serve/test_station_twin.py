@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.recording import Recording
 from macromicro.serve import persist
+from macromicro.serve.persist import Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.station import Station
 
@@ -78,3 +81,54 @@ def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
         station.acquire("test")
         ask(station, m.Enable())
         assert isinstance(station.request("test", m.MoveTo(0.02)), Refused)
+
+
+@pytest.fixture
+def coasting(tmp_path: Path) -> Iterator[Station]:
+    """A trusted machine that was disabled on its way: the carriage coasts."""
+    settings = LiveSettings()
+    settings = settings._replace(serve=settings.serve._replace(miss_share=1.0))
+    path = tmp_path / "position.json"
+    persist.save(path, Kept("twin", 0.0, 0.0, True, "homed", False, 0.0))
+    with Station(settings=settings, state=path) as station:
+        until(lambda: station.snapshot().pace.periods)
+        station.acquire("test")
+        ask(station, m.Enable())
+        ask(station, m.MoveMacro(2500))
+        until(lambda: station.snapshot().macro_count > 300.0)
+        ask(station, m.Disable())
+        until(lambda: station.snapshot().mode == "disabled")
+        station._connection.keep()  # which goes on by itself, too, now and then
+        yield station
+
+
+def kept(folder: Path) -> Kept:
+    found = persist.load(folder / "position.json")
+    assert isinstance(found, Kept)
+    return found
+
+
+def test_the_file_says_moving_until_the_carriage_has_come_to_rest(
+    coasting: Station, tmp_path: Path
+) -> None:
+    began = coasting.snapshot().macro_count
+    until(lambda: not kept(tmp_path).moving)
+    left = kept(tmp_path)
+    assert left.encoder - left.offset > began + 2.0
+    time.sleep(0.5)
+    assert abs(coasting.snapshot().macro_count - (left.encoder - left.offset)) <= 1.0
+    assert left.trusted  # it was counted all the way
+    assert coasting.snapshot().trusted
+
+
+def test_a_kill_while_it_coasts_is_noticed(coasting: Station, tmp_path: Path) -> None:
+    os.kill(loop_of(coasting), signal.SIGKILL)
+    until(lambda: not coasting.snapshot().running)
+    assert kept(tmp_path).moving
+
+
+def test_an_orderly_end_waits_until_it_stands(coasting: Station, tmp_path: Path) -> None:
+    coasting.stop()
+    left = kept(tmp_path)
+    assert (left.moving, left.trusted) == (False, True)
+    assert left.encoder == pytest.approx(coasting.snapshot().macro_count + left.offset, abs=1.0)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
 if TYPE_CHECKING:
     from macromicro.serve.health import Finding
@@ -13,37 +16,44 @@ if TYPE_CHECKING:
 
 def doctor(
     rig: Annotated[
-        str, typer.Option(metavar="NAME", help="Whose position file: twin, or MODULE:FACTORY.")
+        str, typer.Option(metavar="NAME", help="The twin, or MODULE:FACTORY; it is not opened.")
     ] = "twin",
     config: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Settings file (.toml).", show_default=False),
     ] = None,
+    host: Annotated[str, typer.Option(help="Address to listen at.")] = HOST,
+    scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI; -1 for none.")] = SCPI_PORT,
+    web: Annotated[int, typer.Option(metavar="PORT", help="The page; -1 for none.")] = WEB_PORT,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for recordings.", show_default=str(FOLDER)),
+    ] = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Position file.", show_default="as of serve"),
+    ] = None,
     port: Annotated[
         list[int] | None,
         typer.Option(
-            metavar="N",
-            min=1,
-            max=65535,
-            help="Ports to look at.",
-            show_default="SCPI's and the web page's",
+            metavar="N", min=1, max=65535, help="Look at these ports instead.", show_default=False
         ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")] = False,
 ) -> None:
-    """Check Python, packages, cache, clock, permissions, disk and ports, and say what to do.
+    """Check whether `macromicro serve` with these options has what it needs, and what to do.
 
     Exit status 1 if anything fails; a warning is none.
     """
     from json import dumps
 
-    from macromicro.serve import health
+    from macromicro.serve import health, wanted
     from macromicro.serve.settings import load
 
     settings = load(config).serve
-    ports = dict.fromkeys(port, "as asked") if port else health.PORTS
+    asked = wanted.Asked(rig, host, _ports(scpi, web, port or ()), state, record or FOLDER)
     found = []
-    for each in health.findings(rig, settings, ports):
+    for each in wanted.findings(asked, settings):
         found.append(each)
         if not json:
             _say(each)
@@ -51,6 +61,20 @@ def doctor(
         print(dumps([each._asdict() for each in found], indent=2))
     if health.worst(found) == health.FAIL:
         raise typer.Exit(1)
+
+
+def _ports(scpi: int, web: int, others: Sequence[int]) -> dict[int, str]:
+    """What is to be looked at, by number; any free port is always there."""
+    from macromicro.errors import InputError
+
+    for option, port in (("--scpi", scpi), ("--web", web)):
+        if not -1 <= port <= 65535:
+            raise InputError(
+                option, port, "a port from 1 to 65535, 0 for any free one, -1 for none"
+            )
+    if others:
+        return dict.fromkeys(others, "as asked")
+    return {port: what for port, what in ((scpi, "SCPI"), (web, "web page")) if port > 0}
 
 
 def _say(each: Finding) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from macromicro.serve.settings import LiveSettings
 
 STDOUT = Path("-")
+PICTURES = (".png", ".pdf", ".svg")
 _EVERY = 10.0  # s between plain lines
 
 
@@ -42,7 +44,9 @@ def latency(
     ] = None,
     figure: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.png", help="Draw the histograms.", show_default=False),
+        typer.Option(
+            metavar="FILE", help="Draw the histograms (.png, .pdf or .svg).", show_default=False
+        ),
     ] = None,
     cyclictest: Annotated[
         bool, typer.Option("--cyclictest/--no-cyclictest", help="Compare with cyclictest.")
@@ -56,8 +60,10 @@ def latency(
     from macromicro.serve.settings import load
 
     settings = load(config)
-    _check(figure)
-    _check(json if json != STDOUT else None)
+    if figure is not None:
+        _check_figure(figure)
+    if json is not None and json != STDOUT:
+        _check(json, "--json")
     with Signals() as signals:
         if health.compiler_cache().state != health.OK:
             print("compiling the bench, once, about 10 s", file=sys.stderr, flush=True)
@@ -70,7 +76,9 @@ def latency(
 
             got = measuring.measure(settings, seconds, go_on)
         other: Cyclic | str = "not asked for"
-        if cyclictest and not signals.received:
+        if cyclictest and signals.received:
+            other = "interrupted before it"
+        elif cyclictest:
             rt = "SCHED_FIFO" in got.realtime
             other = measuring.cyclictest(min(seconds, 10.0), settings.serve.priority, rt)
     _give(got, other, settings, json)
@@ -85,12 +93,31 @@ def latency(
         raise typer.Exit(1)
 
 
-def _check(file: Path | None) -> None:
+def _check_figure(file: Path) -> None:
     from macromicro.errors import InputError
     from macromicro.textfile import printable
 
-    if file is not None and (file.is_dir() or not file.absolute().parent.is_dir()):
-        raise InputError(printable(file, 300), "", "a file to make in a folder that exists")
+    if file.suffix.lower() not in PICTURES:
+        found = f"suffix {printable(file.suffix)}" if file.suffix else "no suffix"
+        accepted = f"a name that ends in {' or '.join(PICTURES)}"
+        raise InputError(f"--figure {printable(file, 300)}", found, accepted)
+    _check(file, "--figure")
+
+
+def _check(file: Path, option: str) -> None:
+    """InputError unless the file can be written; one that is made for the trial is removed."""
+    from macromicro.errors import InputError
+    from macromicro.textfile import printable
+
+    where, accepted = f"{option} {printable(file, 300)}", "a file to make in a folder that exists"
+    try:
+        new = not os.path.lexists(file)
+        if new or file.is_file() or file.is_dir():  # a pipe is left to the one who made it
+            file.open("ab").close()
+        if new:
+            file.unlink()
+    except OSError as error:
+        raise InputError(where, error.strerror or str(error), accepted) from None
 
 
 @contextmanager
@@ -123,10 +150,10 @@ def _give(got: Latency, other: Cyclic | str, settings: LiveSettings, json: Path 
     if json == STDOUT:
         print(text, end="")
         return
-    if json is not None:
-        json.write_text(text, "utf-8")
     for line in table(got, other, settings):
         print(line)
+    if json is not None:
+        json.write_text(text, "utf-8")
 
 
 def table(got: Latency, other: Cyclic | str, settings: LiveSettings) -> Iterator[str]:

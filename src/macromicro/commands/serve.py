@@ -5,17 +5,32 @@ from __future__ import annotations
 import os
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from macromicro.commands.signals import Signals
+from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
+
+if TYPE_CHECKING:
+    from macromicro.serve.station import Station
+    from macromicro.serve.threaded import Threaded
 
 TOKEN = "MACROMICRO_TOKEN"
-SCPI_PORT, WEB_PORT = 5025, 8080
-FOLDER = Path("results/serve")
 MAX_SEED = 2**63 - 1
+_EARLY = "interrupted; ending as soon as it has started (once more: at once)"
+
+
+class _Doors(NamedTuple):
+    """Where clients come in: host, ports (-1: none), names of the page, token."""
+
+    host: str
+    scpi: int
+    web: int
+    names: tuple[str, ...]
+    token: str | None
 
 
 def serve(
@@ -28,9 +43,20 @@ def serve(
             help="TOML file with units; also the tables [live] and [serve].", show_default=False
         ),
     ] = None,
-    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
+    host: Annotated[
+        str, typer.Option(help="Address to listen at, or a name; 0.0.0.0 or :: for all.")
+    ] = HOST,
     scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI; -1 for none.")] = SCPI_PORT,
     web: Annotated[int, typer.Option(metavar="PORT", help="The page; -1 for none.")] = WEB_PORT,
+    name: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Name under which browsers reach the page, beside localhost and addresses; "
+            "may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     record: Annotated[
         Path | None,
         typer.Option(
@@ -54,21 +80,45 @@ def serve(
     A token in the environment variable MACROMICRO_TOKEN is asked of whoever gives orders; it
     is needed where others than this computer can connect. Nothing moves at the start.
     """
-    from macromicro.errors import InputError
-    from macromicro.serve import settings
+    from macromicro.serve import hosts, persist, places, settings
 
+    _check(rig, scpi, web, seed)
+    doors = _Doors(host, scpi, web, hosts.names(host, name or ()), _token(host))
+    chosen = settings.load(config)
+    if state is not None:
+        places.check_state(state)
+    else:
+        places.check_state(persist.default_path(rig), "state folder (--state, XDG_STATE_HOME):")
+    if record is not None:
+        places.make_folder(record, chosen.serve.recorder_capacity)
+    with Signals() as signals:
+        signals.later(_EARLY)
+        print(f"starting {rig}; the first time it compiles, about 15 s", file=sys.stderr)
+        from macromicro.serve.station import Station
+
+        with Station(rig, seed=seed, settings=chosen, state=state) as station:
+            signals.later()
+            if not signals.received:
+                print(f"loop: 1000 Hz; {station.realtime}")
+                _serve(station, doors, record, signals)
+            print("stopping: the machine decelerates, outputs go safe", file=sys.stderr)
+    raise typer.Exit(signals.status)
+
+
+def _check(rig: str, scpi: int, web: int, seed: int) -> None:
+    from macromicro.errors import InputError
+    from macromicro.rig.opening import TWIN, named
+
+    if rig != TWIN:
+        named(rig)
     if not 0 <= seed <= MAX_SEED:
         raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED}")
-    for name, port in (("--scpi", scpi), ("--web", web)):
+    for option, port in (("--scpi", scpi), ("--web", web)):
         if not -1 <= port <= 65535:
-            raise InputError(name, port, "a port from 1 to 65535, 0 for any free one, -1 for none")
+            accepted = "a port from 1 to 65535, 0 for any free one, -1 for none"
+            raise InputError(option, port, accepted)
     if scpi == web == -1:
         raise InputError("--scpi -1 --web -1", "nobody could give orders", "a port for one of them")
-    token = _token(host)
-    chosen = settings.load(config) if config is not None else settings.LiveSettings()
-    with Signals() as signals:
-        signals.later()
-        _serve(rig, chosen, (host, scpi, web), (token, record, state, seed), signals)
 
 
 def _token(host: str) -> str | None:
@@ -84,49 +134,63 @@ def _token(host: str) -> str | None:
     return token
 
 
-def _serve(
-    rig: str,
-    chosen: object,
-    where: tuple[str, int, int],
-    how: tuple[str | None, Path | None, Path | None, int],
-    signals: Signals,
-) -> None:
-    from contextlib import ExitStack
-
-    from macromicro.serve.settings import LiveSettings
-    from macromicro.serve.station import Station
-
-    assert isinstance(chosen, LiveSettings)
-    host, scpi, web = where
-    token, record, state, seed = how
-    folder = record or FOLDER
-    print(f"starting {rig}; the first time it compiles, about 15 s", file=sys.stderr)
+def _serve(station: Station, doors: _Doors, record: Path | None, signals: Signals) -> None:
+    """Let clients in until a signal; say what a person at this terminal must know."""
     with ExitStack() as stack:
-        station = Station(rig, seed=seed, settings=chosen, state=state)
-        stack.enter_context(station)
-        print(f"loop: 1000 Hz; {station.realtime}")
-        if scpi >= 0:
-            from macromicro.serve.scpi.server import Server
-
-            server = Server(station, host, scpi, token=token, folder=folder)
-            stack.enter_context(server)
-            print(f"SCPI: {server.address[0]} port {server.address[1]}")
-        page = None
-        if web >= 0:
-            from macromicro.serve.web.server import WebServer
-
-            page = WebServer(station, host, web, token, folder=folder)
-            stack.enter_context(page)
-            print(f"page: {page.url}")
+        servers = _open(station, doors, record or FOLDER, stack)
         if record is not None:
-            record.mkdir(parents=True, exist_ok=True)
-            name = record / time.strftime("live-%Y%m%d-%H%M%S.h5")
-            station.record(name)
-            print(f"recording: {name}")
+            path = record / time.strftime("live-%Y%m%d-%H%M%S.h5")
+            station.record(path)
+            print(f"recording: {path}")
         print("Ctrl-C ends it", flush=True)
+        troubles = Troubles(station)
         while not signals.received:
             time.sleep(0.1)
-            if page is not None and page.failure is not None:
-                raise page.failure
-        print("stopping: the machine decelerates, outputs go safe", file=sys.stderr)
-    raise typer.Exit(signals.status)
+            troubles.tell()
+            for server in servers:
+                if server.failure is not None:
+                    raise server.failure
+
+
+def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> list[Threaded]:
+    """The servers, which may fail later."""
+    from macromicro.serve import hosts
+
+    servers: list[Threaded] = []
+    if doors.scpi >= 0:
+        from macromicro.serve.scpi.server import Server
+
+        server = Server(station, doors.host, doors.scpi, token=doors.token, folder=folder)
+        servers.append(stack.enter_context(server))
+        bound, port = server.address
+        print(f"SCPI: {hosts.reached(doors.host, bound)} port {port}")
+    if doors.web < 0:
+        return servers
+    from macromicro.serve.web.server import WebServer
+
+    page = WebServer(station, doors.host, doors.web, doors.token, folder=folder, names=doors.names)
+    servers.append(stack.enter_context(page))
+    bound, port = page.address
+    print(f"page: {hosts.url(hosts.reached(doors.host, bound), port)}")
+    return servers
+
+
+class Troubles:
+    """What fails beside the machine (position file, recording, loop), on stderr, each once."""
+
+    def __init__(self, station: Station) -> None:
+        self._station = station
+        self._seen = -1
+        self._told: set[str] = set()
+
+    def tell(self) -> None:
+        """Print what is new."""
+        self._seen, events = self._station.events(self._seen)
+        for event in events:
+            reason = event.evidence.get("reason")
+            if event.kind not in ("position", "recording", "loop") or reason is None:
+                continue
+            text = f"{event.kind} {event.cause}: {reason}"
+            if text not in self._told:
+                self._told.add(text)
+                print(f"macromicro: {text}", file=sys.stderr, flush=True)

@@ -20,6 +20,7 @@ class Signals:
     def __init__(self) -> None:
         self.received = 0
         self._patient = False
+        self._words = ""
         self._before: dict[int, Any] = {}
 
     @property
@@ -27,9 +28,9 @@ class Signals:
         """Exit status of a run that a signal ended; 0 without one."""
         return INTERRUPTED + self.received if self.received else 0
 
-    def later(self) -> None:
-        """From now on let the first signal wait."""
-        self._patient = True
+    def later(self, words: str = "") -> None:
+        """From now on let the first signal wait, and answer it at once with `words`."""
+        self._patient, self._words = True, words
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
         again = self.received
@@ -39,6 +40,8 @@ class Signals:
             os._exit(self.status)
         if again:
             raise KeyboardInterrupt
+        if self._words:  # a handler must not print: what it interrupts may be printing
+            os.write(2, f"macromicro: {self._words}\n".encode())
 
     def __enter__(self) -> Self:
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.control.pid import STEEPEST
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
+
+PRESENT, PAST = "weight of the present error", "weight of the error one period ago"
+
+
+def _tap(meaning: str, source: str) -> Par:
+    """One tap; the two of a derivative have opposite signs."""
+    return Par("V/count", meaning, source, lo=-STEEPEST, hi=STEEPEST)
 
 
 class PdInitial(NamedTuple):
     """(4.9), designed on the linear model for a damping ratio of 1."""
 
-    now: Annotated[float, Par("V/count", "weight of the present error", "(4.9)")] = 0.00245865
-    before: Annotated[float, Par("V/count", "weight of the error one period ago", "(4.9)")] = (
-        0.0000998447
-    )
+    now: Annotated[float, _tap(PRESENT, "(4.9)")] = 0.00245865
+    before: Annotated[float, _tap(PAST, "(4.9)")] = 0.0000998447
 
 
 class PdTuned(NamedTuple):
     """(4.10) with the minus sign: only that puts the crossover at 4.91 rad/s."""
 
-    now: Annotated[float, Par("V/count", "weight of the present error", "(4.10)")] = 0.0124593
-    before: Annotated[
-        float, Par("V/count", "weight of the error one period ago", "(4.10), sign corrected")
-    ] = -0.0112178
+    now: Annotated[float, _tap(PRESENT, "(4.10)")] = 0.0124593
+    before: Annotated[float, _tap(PAST, "(4.10), sign corrected")] = -0.0112178
 
 
 @kernel

@@ -7,11 +7,17 @@ from typing import Annotated, NamedTuple
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 
+STEEPEST = 1000.0  # V/mm: the D/A's full scale of 5 V at 5 um, half of what counts as on target
+QUICKEST = 1e6  # V/(mm*s): one period of 1 ms adds as much as the steepest gain gives
+SWIFTEST = 1000.0  # 1/s: the excess is gone in one period; from twice that the loop is unstable
+
 
 class Proportional(NamedTuple):
     """Section 5.3.1, Figures 5.19-5.20."""
 
-    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.1")] = 3.0
+    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.1", lo=0.0, hi=STEEPEST)] = (
+        3.0
+    )
     ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
     kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
     low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 0.0
@@ -21,8 +27,12 @@ class Proportional(NamedTuple):
 class Pi(NamedTuple):
     """Section 5.3.1, Figures 5.22-5.23: winds up while the stage extends."""
 
-    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.1")] = 3.0
-    ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.1", lo=0.0)] = 2.25
+    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.1", lo=0.0, hi=STEEPEST)] = (
+        3.0
+    )
+    ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.1", lo=0.0, hi=QUICKEST)] = (
+        2.25
+    )
     kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
     low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 0.0
     high: Annotated[float, Par("V", "upper limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 5.0
@@ -31,9 +41,15 @@ class Pi(NamedTuple):
 class PiAntiWindup(NamedTuple):
     """Section 5.3.2, Figures 5.24-5.27: the integrator is held back by the saturation."""
 
-    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.2")] = 3.0
-    ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.2", lo=0.0)] = 30.0
-    kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.2", lo=0.0)] = 30.0
+    kp: Annotated[float, Par("V/mm", "proportional gain", "Section 5.3.2", lo=0.0, hi=STEEPEST)] = (
+        3.0
+    )
+    ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.2", lo=0.0, hi=QUICKEST)] = (
+        30.0
+    )
+    kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.2", lo=0.0, hi=SWIFTEST)] = (
+        30.0
+    )
     low: Annotated[float, Par("V", "lower limit", "Section 5.3.2", lo=0.0, hi=5.0)] = 1.3
     high: Annotated[float, Par("V", "upper limit", "Section 5.3.2", lo=0.0, hi=5.0)] = 1.9
 

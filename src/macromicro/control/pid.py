@@ -7,13 +7,26 @@ from typing import Annotated, NamedTuple
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 
+# An error of one count at 5 V/count, or a change by one count in 1 ms at 5 mV*s/count, is the
+# D/A's full scale: beyond that a law only switches. Twenty times as much is taken.
+STEEPEST = 100.0  # V/count
+SHARPEST = 0.1  # V*s/count
+# One period of 1 ms adds as much as the steepest proportional gain gives.
+QUICKEST = 1e5  # V/(count*s)
+
 
 class Pid(NamedTuple):
-    """Gains on the error in counts."""
+    """Gains on the error in counts; one below zero would drive the carriage away."""
 
-    kp: Annotated[float, Par("V/count", "proportional gain", "Section 4.3.1")] = 0.02
-    ki: Annotated[float, Par("V/(count*s)", "integral gain", "Section 4.3.1")] = 0.007
-    kd: Annotated[float, Par("V*s/count", "derivative gain", "Section 4.3.1")] = 0.0025
+    kp: Annotated[
+        float, Par("V/count", "proportional gain", "Section 4.3.1", lo=0.0, hi=STEEPEST)
+    ] = 0.02
+    ki: Annotated[
+        float, Par("V/(count*s)", "integral gain", "Section 4.3.1", lo=0.0, hi=QUICKEST)
+    ] = 0.007
+    kd: Annotated[
+        float, Par("V*s/count", "derivative gain", "Section 4.3.1", lo=0.0, hi=SHARPEST)
+    ] = 0.0025
 
 
 @kernel

@@ -25,25 +25,32 @@ WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)
 PHASES = ("waiting", "macro moving", "settling", "micro", "done", "fault")
 
 
+FARTHEST = 100.0  # counts, 7 mm: twice what the micro-stage could make up for
+LONGEST = 600.0  # s; the whole travel at 0.3 mm/s
+
+
 class Sequence(NamedTuple):
     """When a macro move counts as arrived, and what follows."""
 
     tolerance: Annotated[
-        float, Par("count", "macro error that counts as arrived", "Section 4.3", lo=0.0)
+        float,
+        Par("count", "macro error that counts as arrived", "Section 4.3", lo=0.0, hi=FARTHEST),
     ] = 2.0
     dwell: Annotated[
-        float, Par("s", "time within the tolerance before arrival is declared", lo=0.0)
+        float, Par("s", "time within the tolerance before arrival is declared", lo=0.0, hi=60.0)
     ] = 0.2
     patience: Annotated[
         float,
         Par(
             "s",
             "longest wait for an arrival; the move is then reported as not arrived",
-            positive=True,
+            lo=0.1,
+            hi=LONGEST,
         ),
     ] = 15.0
     wait: Annotated[
-        float, Par("s", "wait between arrival and the micro-stage", "Section 6.1", lo=0.0)
+        float,
+        Par("s", "wait between arrival and the micro-stage", "Section 6.1", lo=0.0, hi=LONGEST),
     ] = 2.0
     park: Annotated[
         int,

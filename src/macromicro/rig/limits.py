@@ -112,5 +112,5 @@ class Limits(NamedTuple):
 
 
 # A machine that serves is stopped sooner. In the simulator a carriage that its controller
-# cannot move is a result, and is left to its patience. Homing leans on the stop for 0.7 s.
+# cannot move is a result, and is left to its patience. Homing leans on the stop for 0.6 s.
 LIVE = Limits()._replace(stuck=0.1, leant=1.0)

@@ -40,6 +40,10 @@ class Factory:
         _check(made, self)
         return made
 
+    def check(self) -> None:
+        """Import it, without calling it. InputError if it is not to be had."""
+        _found(self.module, self.function)
+
     def __str__(self) -> str:
         return f"{self.module}:{self.function}"
 
@@ -53,11 +57,7 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
     `Fixture`. Raises
     `InputError`. The twin is no `Fixture`: callers know it by its name.
     """
-    module, colon, function = name.partition(":")
-    parts = (*module.split("."), function)
-    if not colon or not all(part.isidentifier() for part in parts):
-        raise InputError(OPTION, printable(name), ACCEPTED)
-    factory = Factory(module, function)
+    factory = named(name)
     rig = factory(seed)
     kind = getattr(rig, "kind", BENCH)
     if kind not in KINDS:
@@ -76,6 +76,15 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
     if kind != KILN and fixture.dt != known.dt:
         raise InputError(f"{OPTION} {factory}, dt", fixture.dt, f"{known.dt:g} s for a {kind}")
     return fixture._replace(pitch=_number(rig, factory, "pitch", fixture.pitch))
+
+
+def named(name: str) -> Factory:
+    """The factory that "MODULE:FACTORY" names, not looked for. InputError for another text."""
+    module, colon, function = name.partition(":")
+    parts = (*module.split("."), function)
+    if not colon or not all(part.isidentifier() for part in parts):
+        raise InputError(OPTION, printable(name) or "nothing", ACCEPTED)
+    return Factory(module, function)
 
 
 def _found(module: str, function: str) -> Any:

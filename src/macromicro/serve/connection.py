@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
-import signal
 import subprocess
 import threading
 import time
@@ -13,22 +11,18 @@ from pathlib import Path
 from typing import Any
 
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Event, Finished, Refused, Reply
-from macromicro.errors import MacromicroError
-from macromicro.serve import faults, link, persist, watching
+from macromicro.control.live.messages import Event, Finished, Reply
+from macromicro.serve import faults, link, persist, sending, watching
 from macromicro.serve.keeping import Keeper, Place
 from macromicro.serve.launching import Child, launch
 from macromicro.serve.ledger import Ledger
 from macromicro.serve.loop_spec import Spec
+from macromicro.serve.sending import Allowed, Sender
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, LEAVE, SEEN, WRITTEN, Shared
+from macromicro.serve.shared import HEARTBEAT, LEAVE, Shared
 from macromicro.serve.snapshot import Trouble
 
-ANSWER_S = 1.0  # an emergency stop that takes longer ends the loop process
 END_S = 3.0
-_MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Programme)
-_SILENT = Refused("the loop did not answer in time", "see the events; stop, and start again")
-_OFF = Refused("the loop process is not running", "start it again")
 
 
 class Connection:
@@ -48,7 +42,8 @@ class Connection:
         self._child: Child | None = None
         self._keeper: Keeper | None = None
         self._lock: persist.Lock | None = None
-        self._sending = threading.Lock()
+        self.turn = threading.RLock()  # of what is sent, and of who may send; held shortly
+        self._sender: Sender | None = None
         self._threads: list[threading.Thread] = []
 
     # Start and end
@@ -74,7 +69,18 @@ class Connection:
         self.realtime = child.privileges.words
         self._lock, self._child, self.shared = lock, child, shared
         self._keeper = Keeper(self._path, self._rig, self._place, self._report)
+        self._sender = Sender(
+            child,
+            shared,
+            self._keeper,
+            self.ledger,
+            self.turn,
+            settings.serve.reply_timeout,
+            lambda: self.running,
+            self._report,
+        )
         self.ledger.open()
+        self.tell("loop", "started", {"process": child.process.pid, "realtime": self.realtime})
         self.running = True
         self._threads = [
             threading.Thread(target=self._listen, args=(child,), name="listener", daemon=True),
@@ -82,7 +88,6 @@ class Connection:
         ]
         for thread in self._threads:
             thread.start()
-        self.tell("loop", "started", {"process": child.process.pid, "realtime": self.realtime})
 
     def stop(self) -> None:
         """End the loop process, with outputs safe; kill it where it does not end."""
@@ -106,60 +111,40 @@ class Connection:
 
     # Orders
 
-    def ask(self, request: Any) -> Reply:
-        """Send a request, wait for its reply. Nobody's right to it is checked here."""
-        child, shared, keeper = self._child, self.shared, self._keeper
-        if not self.running or child is None or shared is None or keeper is None:
-            return _OFF
-        moves = isinstance(request, _MOTIONS) or (isinstance(request, m.Jog) and request.speed != 0)
-        if moves:
-            try:
-                keeper.begin_motion()
-            except MacromicroError as error:
-                return Refused(str(error), "make room, or make the file's folder writable")
-        serial = self.ledger.serial()
-        reply: Reply | None = self._post(child, shared, serial, request)
-        if reply is not None:
-            self.ledger.forget(serial)
-        else:
-            reply = self.ledger.await_reply(serial, self._settings.serve.reply_timeout)
-        if moves:
-            keeper.answered(int(shared.cells[WRITTEN]))
-        return reply or (_SILENT if self.running else _OFF)
+    def ask(
+        self, request: Any, allowed: Allowed = sending.anybody, since: int | None = None
+    ) -> Reply:
+        """Send a request, wait for its reply; see `Sender.ask`."""
+        sender = self._sender
+        return sender.ask(request, allowed, since) if sender and self.running else sending.OFF
 
-    def _post(self, child: Child, shared: Shared, serial: int, request: Any) -> Refused | None:
-        data = link.packed((serial, request))
-        if len(data) > link.LARGEST:
-            return Refused(f"a request of {len(data)} bytes", f"at most {link.LARGEST} bytes")
-        with self._sending:
-            try:
-                child.end.send(data, link.DONT_WAIT)
-            except BlockingIOError:
-                return _SILENT
-            except OSError:
-                return _OFF
-            shared.cells[COMMANDS] += 1
-        return None
+    def post(self, request: Any) -> None:
+        """Send a request whose reply nobody waits for. Does nothing where no loop runs."""
+        if self._sender is not None and self.running:
+            self._sender.post(request)
 
-    def emergency(self) -> float:
+    def released(self) -> None:
+        """Nobody holds control any more; see `Sender.released`."""
+        if self._sender is not None and self.running:
+            self._sender.released()
+
+    @property
+    def stops(self) -> int:
+        """Stops that the running loop was asked for so far."""
+        return self._sender.stops if self._sender is not None else 0
+
+    def emergency(self, client: str) -> float:
         """Set the flag, wait for the loop's answer; see `Station.emergency`."""
-        shared, child = self.shared, self._child
-        if shared is None or child is None or not self.running:
-            return math.nan
-        stamp = time.monotonic_ns()
-        shared.cells[EMERGENCY] = stamp
-        deadline = time.monotonic() + ANSWER_S
-        while time.monotonic() < deadline and self.running:
-            if int(shared.cells[SEEN]) >= stamp:
-                return watching.emergency_time(shared)
-            time.sleep(0.0005)
-        if self.running:
-            with contextlib.suppress(ProcessLookupError):
-                child.process.send_signal(signal.SIGTERM)
-            self._report(f"no answer to an emergency stop in {ANSWER_S:g} s; the loop is ended")
-        return math.nan
+        sender = self._sender
+        return sender.emergency(client) if sender and self.running else math.nan
 
     # What comes by itself
+
+    @property
+    def moving(self) -> bool:
+        """Is a motion under way, or does the carriage coast? False where no loop runs."""
+        place = self._place()
+        return self.running and place is not None and place.moving
 
     def keep(self) -> None:
         """Bring the position file up to date. Raises MacromicroError where it cannot be."""
@@ -202,7 +187,7 @@ class Connection:
         if kind == "reply":
             self.ledger.reply(*rest)
         elif kind == "notice":
-            notice = rest[0]
+            notice = self._sender.signed(rest[0]) if self._sender else rest[0]
             if isinstance(notice, Finished):
                 self.ledger.end(notice)
             else:

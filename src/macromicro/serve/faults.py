@@ -1,4 +1,5 @@
-"""Faults that the guard does not know: of the loop's time, of the loop, of the rig."""
+"""Faults that the guard does not know: of the loop's time, of the loop, of the rig, and what
+the live machine finds itself."""
 
 from __future__ import annotations
 
@@ -6,12 +7,13 @@ from macromicro.rig import faults, guard
 from macromicro.serve.shared import Status
 from macromicro.serve.snapshot import Trouble
 
-LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED = range(100, 104)
+LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED, LOST_COUNTS = range(100, 105)
 _NAMES = {
     LATE: "control periods missed",
     RIG_FAILED: "rig failed",
     CONTROL_FAILED: "controller failed",
     LOOP_DIED: "loop process ended",
+    LOST_COUNTS: "laser and encoder disagree",
 }
 
 
@@ -29,6 +31,28 @@ def late(share: float, limit: float, time: float) -> Trouble:
     )
 
 
+def lost_counts(by_laser: float, by_encoder: float, time: float) -> Trouble:
+    """The carriage's place by the laser and by the encoder [counts] differ."""
+    return Trouble(
+        LOST_COUNTS,
+        _NAMES[LOST_COUNTS],
+        "The laser and the encoder disagree: counts were lost, or the laser was disturbed.",
+        f"the carriage is at {by_laser:.1f} counts by the laser and at {by_encoder:.0f} by the "
+        f"encoder, at {time:.3f} s; all outputs are safe",
+        "Check the encoder's strip and cable and the laser's beam, then clear and home; "
+        "live.edges.lost and live.edges.span set what is allowed, live.edges.use = 0 leaves the "
+        "laser out, and live.pitch must be the strip's.",
+    )
+
+
+def silent(seconds: float, allowed: float) -> str:
+    """Why a loop ends that has not heard from its server."""
+    return (
+        f"the server was silent for {seconds:.1f} s, allowed {allowed:g} s "
+        "(serve.parent_timeout): it was halted, or the computer slept or was overloaded"
+    )
+
+
 def failed(code: int, evidence: str) -> Trouble:
     """The rig or the controller raised an error, or the loop process is gone."""
     message, remedy = {
@@ -42,7 +66,8 @@ def failed(code: int, evidence: str) -> Trouble:
         ),
         LOOP_DIED: (
             "The loop process has ended; nothing drives the machine.",
-            "See that the machine stands, then start again; its position is to be homed.",
+            "See that the machine stands, then end the server and start it again; a position "
+            "that was lost is to be homed.",
         ),
     }[code]
     return Trouble(code, _NAMES[code], message, evidence, remedy)
@@ -55,6 +80,8 @@ def trouble(status: Status) -> Trouble | None:
         return None
     if code == LATE:
         return late(status.value, status.limit, status.time)
+    if code == LOST_COUNTS:
+        return lost_counts(status.value, status.limit, status.time)
     watch = guard.fresh()._replace(
         fault=code, value=status.value, limit=status.limit, time=status.time
     )

@@ -1,4 +1,4 @@
-"""What the live machine needs of this computer, checked one thing at a time."""
+"""What the live machine needs of any computer, checked one thing at a time."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import importlib.util
 import os
 import platform
 import shutil
-import socket
 import sys
+import tempfile
 import threading
 import time
 import webbrowser
@@ -17,12 +17,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import macromicro
-from macromicro.errors import MacromicroError
 from macromicro.kernel import cache_folder
-from macromicro.recording_format import needed_bytes
-from macromicro.serve import persist
-from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import COLUMNS, PERIOD
+from macromicro.serve.shared import Shared
 
 OK, WARN, FAIL = "ok", "warn", "fail"
 NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "pydantic", "pint", "typer")
@@ -34,10 +30,8 @@ EXTRAS = {  # distribution: what for, and the extra of this package that brings 
     "distributed": ("sweeps on a dask cluster", "cluster"),
     "websockets": ("live page in the browser", "web"),
 }
-PORTS = {5025: "SCPI", 8080: "web page"}
 _OLDEST = (3, 11)
 _CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page", "xen")
-_LITTLE, _TOO_LITTLE = 1e9, 1e8
 _SYS = Path("/sys/devices/system")
 
 
@@ -50,23 +44,14 @@ class Finding(NamedTuple):
     remedy: str = ""
 
 
-def findings(
-    rig: str, settings: ServeSettings, ports: Mapping[int, str] = PORTS
-) -> Iterator[Finding]:
-    """Everything, in the order in which it matters."""
-    yield python()
-    yield from packages(constraints())
-    yield from extras()
-    yield compiler_cache()
-    yield cores()
-    yield realtime(settings.priority)
-    yield from clock()
-    yield state_file(persist.default_path(rig))
-    yield from disk({"recordings": Path.cwd(), "position": persist.default_path(rig).parent})
-    for port, what in ports.items():
-        yield free_port(port, what)
-    yield browser()
-    yield cyclictest()
+def shared_memory() -> Finding:
+    """Can loop and server share memory?"""
+    try:
+        Shared.create().close()
+    except (OSError, ValueError) as error:
+        remedy = "Linux with memfd_create, and room for it in memory (ulimit -f, ulimit -v)"
+        return Finding("shared memory", FAIL, str(error), remedy)
+    return Finding("shared memory", OK, "given")
 
 
 def python() -> Finding:
@@ -126,7 +111,7 @@ def compiler_cache() -> Finding:
     """Can compiled code be kept, and is it there already?"""
     what, folder = "compiler's cache", cache_folder()
     remedy = "make it writable, or name another folder in MACROMICRO_CACHE"
-    refusal = _unwritable(folder)
+    refusal = unwritable(folder)
     if refusal:
         return Finding(what, FAIL, f"{folder}: {refusal}", remedy)
     kernels = [next(folder.rglob(f"bench.{k}-*.nbi"), None) for k in ("measure", "advance")]
@@ -137,14 +122,18 @@ def compiler_cache() -> Finding:
     return Finding(what, OK, f"{folder}: warm")
 
 
-def _unwritable(folder: Path) -> str:
+def unwritable(folder: Path) -> str:
     """Why nothing can be written in a folder that may not exist yet; "" if it can."""
     place = folder
     while not place.exists() and place != place.parent:
         place = place.parent
     if not place.is_dir():
         return f"{place} is no folder"
-    return "" if os.access(place, os.W_OK | os.X_OK) else f"{place} may not be written to"
+    try:  # permissions alone tell of no file system that takes no files
+        tempfile.TemporaryFile(dir=place).close()
+    except OSError as error:
+        return f"{place} may not be written to ({error.strerror})"
+    return ""
 
 
 def cores() -> Finding:
@@ -205,52 +194,6 @@ def _text(path: Path) -> str:
         return path.read_text("ascii").strip()
     except (OSError, UnicodeDecodeError):
         return ""
-
-
-def state_file(path: Path) -> Finding:
-    """Can the position be kept, and does nobody serve this machine already?"""
-    refusal = _unwritable(path.parent)
-    if refusal:
-        remedy = "make it writable, or set XDG_STATE_HOME; positions are not kept otherwise"
-        return Finding("position file", FAIL, f"{path}: {refusal}", remedy)
-    if not path.with_name(f"{path.name}.lock").exists():
-        return Finding("position file", OK, f"{path}: not there yet")
-    lock = persist.Lock(path)
-    try:
-        lock.take()
-    except (MacromicroError, OSError) as error:
-        return Finding("position file", WARN, str(error), "nothing, if that is what you want")
-    lock.drop()
-    return Finding("position file", OK, f"{path}: nobody serves this machine now")
-
-
-def disk(places: Mapping[str, Path]) -> Iterator[Finding]:
-    """Is there room, and for how long a recording?"""
-    second = (needed_bytes(COLUMNS, 10_000) - needed_bytes(COLUMNS, 0)) / 10_000 / PERIOD
-    for what, place in places.items():
-        folder = place
-        while not folder.exists() and folder != folder.parent:
-            folder = folder.parent
-        free = shutil.disk_usage(folder).free
-        found = f"{folder}: {free / 1e9:.1f} GB free"
-        if what == "recordings":
-            found += f", {free / second / 3600.0:.0f} h of recording"
-        state = OK if free >= _LITTLE else WARN if free >= _TOO_LITTLE else FAIL
-        yield Finding(f"disk, {what}", state, found, "" if state == OK else "make room")
-
-
-def free_port(port: int, what: str) -> Finding:
-    """May we listen at this port of this machine?"""
-    name = f"port {port}, {what}"
-    with socket.socket() as trial:
-        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            trial.bind(("127.0.0.1", port))
-            trial.listen(1)
-        except OSError as error:
-            text = f"taken or refused ({error.strerror})"
-            return Finding(name, WARN, text, "choose another port, or end what listens there")
-    return Finding(name, OK, "free")
 
 
 def browser() -> Finding:

@@ -6,6 +6,7 @@ import threading
 import time
 
 from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.errors import InputError
 from macromicro.textfile import printable
 
 
@@ -34,7 +35,9 @@ class Holders:
             return tuple(self._clients)
 
     def connect(self, client: str) -> None:
-        """A client that watches."""
+        """A client that watches. Raises InputError for one without a name."""
+        if not client:
+            raise InputError("client", client, "a name")
         with self._lock:
             self._clients[client] = None
 
@@ -42,13 +45,15 @@ class Holders:
         """The client is gone; True if it held control, which is free now."""
         with self._lock:
             self._clients.pop(client, None)
-            held = self._holder == client
+            held = self._holder == client != ""
             if held:
                 self._holder = ""
             return held
 
     def acquire(self, client: str) -> Reply:
         """Control for the client, if no other one holds it."""
+        if not client:
+            return Refused("a client without a name cannot hold control", "give it a name")
         with self._lock:
             if self._holder not in ("", client):
                 return Refused(

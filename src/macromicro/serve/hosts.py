@@ -1,8 +1,19 @@
-"""Addresses to listen at."""
+"""Where the server is by default; addresses and names to listen at and to reach it by."""
 
 from __future__ import annotations
 
 import ipaddress
+import re
+import socket
+from collections.abc import Sequence
+from pathlib import Path
+
+from macromicro.errors import InputError
+from macromicro.textfile import printable
+
+HOST, SCPI_PORT, WEB_PORT = "127.0.0.1", 5025, 8080
+FOLDER = Path("results/serve")  # of recordings that a client begins
+_NAME = re.compile(r"[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?", re.IGNORECASE)
 
 
 def is_loopback(host: str) -> bool:
@@ -13,3 +24,42 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def names(host: str, given: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names that the page answers to: those `given`, a `host` that is a name, and this
+    computer's own where it listens at all addresses. InputError for what is no name."""
+    for name in given:
+        if not _NAME.fullmatch(name):
+            accepted = "a host name such as bench.lab, without scheme and port"
+            raise InputError("--name", printable(name, 300), accepted)
+    own = () if _address(host) else (host,)
+    if is_everywhere(host) and _NAME.fullmatch(socket.gethostname()):
+        own = (socket.gethostname(),)
+    return tuple(dict.fromkeys(name.lower() for name in (*given, *own)))
+
+
+def reached(host: str, bound: str) -> str:
+    """What to type elsewhere to reach a server told to listen at `host` and `bound` there."""
+    if is_everywhere(host):
+        name = socket.gethostname()
+        return name.lower() if _NAME.fullmatch(name) else bound
+    return bound if _address(host) or is_loopback(host) else host
+
+
+def url(host: str, port: int) -> str:
+    """The page's address for a browser."""
+    return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
+
+
+def is_everywhere(host: str) -> bool:
+    """Does it stand for all addresses of this computer?"""
+    return _address(host) and ipaddress.ip_address(host).is_unspecified
+
+
+def _address(host: str) -> bool:
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True

@@ -14,11 +14,12 @@ from macromicro.serve import persist
 from macromicro.serve.persist import Kept
 
 FLICKER = 1.0  # counts: a carriage at rest may stand on an encoder's edge
+RETRY_S = 1.0  # after which a file that could not be written is tried again
 
 
 class Place(NamedTuple):
     """What the loop shows now: row number, encoder [counts], offset [counts], trust and why,
-    and whether a motion is under way."""
+    and whether anything moves."""
 
     row: int
     encoder: float
@@ -44,7 +45,14 @@ class Keeper:
         self._pending = 0
         self._barrier = -1
         self._moving = False
-        self._saved: Kept | None = None
+        self._saved: Kept | None = None  # what is in the file; None where that is not known
+        self._failed = -math.inf  # when it could not be written, unless it was since
+        self._told = False
+
+    @property
+    def moving(self) -> bool:
+        """Does the file say so, or is it gone?"""
+        return self._moving
 
     def begin_motion(self) -> None:
         """A motion may begin: the file says so when this returns.
@@ -79,16 +87,21 @@ class Keeper:
             place = self._look()
             if place is None or not math.isfinite(place.encoder):
                 return
-            if self._pending or place.row <= self._barrier:
+            if self._pending or place.row <= self._barrier or self._says(place):
                 return
-            saved = self._saved
-            if saved is not None and saved.moving == place.moving:
-                same = saved.trusted == place.trusted and saved.offset == place.offset
-                near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
-                if near and (same or not (saved.trusted or place.trusted)):
-                    return
+            if time.monotonic() - self._failed < RETRY_S:
+                return
             self._save(place)
             self._moving = place.moving
+
+    def _says(self, place: Place) -> bool:
+        """Does the file say this?"""
+        saved = self._saved
+        if saved is None or saved.moving != place.moving or saved.why != place.why:
+            return False
+        same = saved.trusted == place.trusted and saved.offset == place.offset
+        near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
+        return near and (same or not (saved.trusted or place.trusted))
 
     def _save(self, place: Place) -> None:
         kept = Kept(
@@ -100,13 +113,17 @@ class Keeper:
             place.moving,
             time.time(),
         )
-        self._saved = kept
+        self._saved = None
         try:
             persist.save(self._path, kept)
+            self._saved, self._failed, self._told = kept, -math.inf, False
         except OSError as error:
+            self._failed = time.monotonic()
             text = f"{self._path}: the position cannot be kept: {error.strerror}"
             try:
                 self._path.unlink(missing_ok=True)
             except OSError:
                 raise MacromicroError(f"{text}, nor this file be removed") from None
-            self._report(f"{text}; the next start will have to home")
+            if not self._told:
+                self._told = True
+                self._report(f"{text}; the next start will have to home")

@@ -9,7 +9,7 @@ import sys
 import time
 from typing import Any, NamedTuple
 
-from macromicro.errors import MacromicroError
+from macromicro.errors import InputError, MacromicroError
 from macromicro.serve import link
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.shared import Shared
@@ -31,7 +31,7 @@ def launch(spec: Spec, shared: Shared, lock_fd: int) -> Child:
     """Start the loop process; returns when it is about to begin its first period.
 
     It inherits the lock's descriptor, and so keeps the machine locked as long as it lives.
-    Raises MacromicroError with what it said where it cannot start.
+    Raises MacromicroError with what it said where it cannot start, InputError for the rig.
     """
     ours, theirs = link.pair()
     fds = (theirs.fileno(), shared.fd, lock_fd)
@@ -69,6 +69,8 @@ def _greeting(process: subprocess.Popen[bytes], ours: socket.socket) -> tuple[An
         raise MacromicroError(
             f"the loop process ended at its start (status {status}); its messages are above"
         ) from None
+    if kind == "refused":
+        raise InputError(*said)
     if kind != "ready":
         raise MacromicroError(f"the machine cannot be opened: {said[0]}")
     ours.settimeout(None)

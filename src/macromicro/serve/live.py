@@ -7,7 +7,7 @@ from typing import Any
 
 from macromicro.control.calibration import Calibration
 from macromicro.control.live import accept, machine, state
-from macromicro.control.live.messages import Notice, Reply
+from macromicro.control.live.messages import Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters, prepare
 from macromicro.serve.machine import View
 from macromicro.serve.persist import Restored
@@ -45,6 +45,23 @@ class Live:
         )
         return notices
 
+    def refusal(self, request: Any) -> Refused | None:
+        """Why it would be refused now."""
+        _, reply, _ = accept.accept(self._p, self._s, request)
+        return reply if isinstance(reply, Refused) else None
+
+    def lose(self, words: str) -> tuple[Notice, ...]:
+        """The position is not known any more."""
+        self._s, notices = machine.lose(self._s, words)
+        return notices
+
+    def found(self) -> tuple[float, float] | None:
+        """Laser and encoder disagree: the carriage's place [counts] by each of them."""
+        fault = self._s.fault
+        if fault is None or fault.words != machine.DISAGREE:
+            return None
+        return fault.evidence["by_laser_counts"], fault.evidence["by_encoder_counts"]
+
     def view(self) -> View:
         """The present state, for the telemetry."""
         s = self._s
@@ -57,6 +74,7 @@ class Live:
             state.uncertainty(self._p, s),
             1.0 if s.frame.trusted else 0.0,
             s.frame.offset,
+            s.limits,
         )
 
 

@@ -22,7 +22,7 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 from macromicro.control import calibration
-from macromicro.errors import MacromicroError
+from macromicro.errors import InputError, MacromicroError
 from macromicro.rig import guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.opening import TWIN, open_rig
@@ -35,8 +35,9 @@ from macromicro.serve.machine import Machine
 from macromicro.serve.persist import Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import PERIOD, Shared
-from macromicro.serve.ticking import Loop
+from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import warm
+from macromicro.textfile import printable
 
 _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
@@ -67,6 +68,9 @@ def main() -> None:
         make = getattr(maker, spec.machine.partition(":")[2])
         machine: Machine = make(spec.settings, opened.table)
         warm(lambda: make(spec.settings, opened.table), opened.guard, spec.settings)
+    except InputError as error:
+        outbox.send(("refused", error.where, printable(error.value, 300), error.accepted))
+        sys.exit(1)
     except MacromicroError as error:
         outbox.send(("failed", str(error)))
         sys.exit(1)
@@ -87,8 +91,8 @@ def open_machine(spec: Spec) -> Opened:
         return Opened(rig, guard.prepare(settings.guard, table), table, False)
     fixture = open_rig(spec.rig, spec.seed)
     if fixture.kind != BENCH:
-        found = f"{fixture.name} is a {fixture.kind}"
-        raise MacromicroError(f"--rig: {found}; only a bench with both stages can be served")
+        found = f"a {fixture.kind}"
+        raise InputError(f"--rig {fixture.name}", found, "a bench with both stages")
     fixture.need("the live machine", *NEEDED)
     table = calibration.shipped() if fixture.table is None else fixture.table
     rig = fixture.make(spec.seed)
@@ -130,7 +134,7 @@ def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: 
     try:
         with rig:
             outbox.send(("ready", privileges, tuple(session.channels)))
-            loop.run(spec.kept, spec.rig)
+            ending = loop.run(spec.kept, spec.rig)
     except KeyboardInterrupt:
         outbox.send(("ended", "told to end by a signal"))
         return 0
@@ -142,6 +146,9 @@ def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: 
         if not from_rig:
             traceback.print_exc()
         return 1
+    if ending == ORPHANED:  # one that was only halted hears of it once it goes on
+        allowed = spec.settings.serve.parent_timeout
+        outbox.send(("ended", faults.silent(loop.silence, allowed)))
     return 0
 
 

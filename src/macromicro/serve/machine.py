@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
-from macromicro.control.live.messages import Notice, Reply
+from macromicro.control.live.messages import Notice, Refused, Reply
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve.persist import Restored
 from macromicro.types import Command, Outputs, Sample
 
@@ -12,7 +13,7 @@ from macromicro.types import Command, Outputs, Sample
 class View(NamedTuple):
     """What the telemetry shows of a machine. `mode`: index into `messages.MODES`; `motion`:
     number under way, or 0; integrals [V]; `position`, `uncertainty` [m]; `trusted` 0 or 1;
-    `offset` [counts]: what the encoder reads at coordinate 0."""
+    `offset` [counts]: what the encoder reads at coordinate 0; `limits`: soft limits in force."""
 
     mode: float
     motion: float
@@ -22,6 +23,7 @@ class View(NamedTuple):
     uncertainty: float
     trusted: float
     offset: float
+    limits: SoftLimits = SoftLimits()
 
 
 class Machine(Protocol):
@@ -36,11 +38,21 @@ class Machine(Protocol):
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
         """A request, between two periods."""
 
+    def refusal(self, request: Any) -> Refused | None:
+        """Why this request would be refused now; changes nothing."""
+
     def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
         """The loop has made the outputs safe (the guard tripped, periods were missed): latch.
 
         `position_lost`: counts may have been missed.
         """
+
+    def lose(self, words: str) -> tuple[Notice, ...]:
+        """Counts may have been missed: the position is not known any more."""
+
+    def found(self) -> tuple[float, float] | None:
+        """A fault that the machine has found and latched itself, its outputs safe: the
+        carriage's place [counts] by the laser and by the encoder; None without one."""
 
     def view(self) -> View:
         """The present state, for the telemetry."""

@@ -78,21 +78,22 @@ def load(path: Path) -> Kept | str:
         found = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return "no position was kept"
-    except (OSError, ValueError) as error:
-        return f"the kept position cannot be read ({printable(error, 80)})"
+    except (OSError, ValueError, RecursionError) as error:
+        return f"{path}: the kept position cannot be read ({printable(error, 80)})"
     try:
         if found.pop("format") != FORMAT:
             raise ValueError
         kept = Kept(**found)
         numbers = (kept.encoder, kept.offset, kept.saved)
         flags = (kept.trusted, kept.moving)
-        if not all(isinstance(x, int | float) for x in numbers):
+        if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in numbers):
             raise ValueError
         if not all(isinstance(x, bool) for x in flags) or not isinstance(kept.why, str):
             raise ValueError
-    except (KeyError, TypeError, ValueError, AttributeError):
-        return "the kept position cannot be read (not written by this version)"
-    return kept
+        encoder, offset, saved = (float(x) for x in numbers)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
+        return f"{path}: the kept position cannot be read (not written by this version)"
+    return kept._replace(encoder=encoder, offset=offset, saved=saved)
 
 
 def restore(kept: Kept | str, rig: str, count: float) -> Restored:
@@ -129,9 +130,16 @@ class Lock:
         self.fd = -1
 
     def take(self) -> None:
-        """Lock. Raises MacromicroError that names the process that has it."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        fd = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        """Lock. Raises MacromicroError: it names the process that has it, or says why no file
+        can be made."""
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            fd = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        except OSError as error:
+            raise MacromicroError(
+                f"{self.path}: the position cannot be kept there: {error.strerror}; make the "
+                "folder writable, or name another state file"
+            ) from None
         try:
             fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:

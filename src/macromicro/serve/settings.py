@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.config import load_overrides
+from macromicro.control.live import leaning
 from macromicro.control.live.parameters import Live
 from macromicro.control.settings import Control
 from macromicro.parameters import Par
@@ -53,7 +54,13 @@ class ServeSettings(NamedTuple):
     ] = STOP
     reply_timeout: Annotated[
         float,
-        Par("s", "longest wait for the loop's answer to a request", CHOICE, lo=0.05, hi=60.0),
+        Par(
+            "s",
+            "time in which the loop has to come to a request; later it is void",
+            CHOICE,
+            lo=0.05,
+            hi=60.0,
+        ),
     ] = 1.0
     miss_share: Annotated[
         float,
@@ -122,7 +129,7 @@ class LiveSettings(NamedTuple):
         window = round(serve.miss_window / 1e-3)
         if serve.miss_share * window < 1.0:
             return [("serve.miss_share", serve.miss_share, "at least one period of the window")]
-        return []
+        return leaning.problems(self.live, self.guard.lean, self.guard.leant)
 
 
 def load(path: Path | None) -> LiveSettings:

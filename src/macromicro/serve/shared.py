@@ -62,12 +62,14 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
 _TRIES = 10_000
+_LOOKS, _LOOK_S = 200, 5e-5
 
 
 class Status(NamedTuple):
     """What the loop tells beside the telemetry. `fault` with what was measured, its limit
     and the time [s] of it, as in `rig.guard.Watch`; `latest`, `longest` [s]; `offset`
-    [counts]: what the encoder reads at coordinate 0, NaN where that is not known."""
+    [counts]: what the encoder reads at coordinate 0, NaN where that is not known; then the
+    soft limits in force, as `control.live.parameters.SoftLimits`."""
 
     periods: float = 0.0
     missed: float = 0.0
@@ -79,6 +81,12 @@ class Status(NamedTuple):
     limit: float = 0.0
     time: float = 0.0
     offset: float = math.nan
+    macro_low: float = 0.0
+    macro_high: float = 0.0
+    micro_low: float = 0.0
+    micro_high: float = 0.0
+    whole_low: float = 0.0
+    whole_high: float = 0.0
 
 
 class Shared:
@@ -126,6 +134,25 @@ class Shared:
         self.cells[STATUS_TURN] += 1
         self._status[:] = status
         self.cells[STATUS_TURN] += 1
+
+    def show(self, row: Sequence[float], status: Sequence[float]) -> None:
+        """Append a row and replace the status, of one and the same instant (loop process
+        only)."""
+        self.cells[STATUS_TURN] += 1
+        self.put(row)
+        self._status[:] = status
+        self.cells[STATUS_TURN] += 1
+
+    def now(self) -> tuple[int, NDArray[np.float64], Status] | None:
+        """The newest row with its number, counted from 1, and the status of the same instant
+        (of a loop that was killed writing it: as it is); None before the first."""
+        for _ in range(_LOOKS):
+            turn = int(self.cells[STATUS_TURN])
+            written, row, values = int(self.cells[WRITTEN]), self.last(), self._status.tolist()
+            if turn % 2 == 0 and turn == int(self.cells[STATUS_TURN]):
+                break
+            time.sleep(_LOOK_S)
+        return None if row is None else (written, row, Status(*values))
 
     def status(self) -> Status:
         """The status, all of one instant (of a loop that was killed writing it: as it is)."""

@@ -1,4 +1,4 @@
-"""A channel that no control depends on: its silence stops nothing, and is told."""
+"""A channel whose silence stops nothing, and is told."""
 
 from __future__ import annotations
 
@@ -26,6 +26,6 @@ class Silence:
         self._missing += 1
         if self._missing != PERIODS or not self._present:
             return None
-        words = "no control depends on it; its column is empty from here on"
+        words = "the position is known to half a count from here on; its column is empty"
         remedy = "clear its beam, see that its controller is on; zero it again before use"
         return Event(time, "sensor", "", "", "laser lost", {"effect": words, "remedy": remedy})

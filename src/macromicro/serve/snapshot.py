@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from macromicro.control.live.parameters import SoftLimits
+
 
 class Trouble(NamedTuple):
     """A latched fault in words. `code`: of `rig.guard`, or from 100 on of `serve.faults`."""
@@ -50,7 +52,8 @@ class Snapshot(NamedTuple):
     system's, `trusted` whether it is known since homing, `trust` why (not). `macro_count`,
     `macro_reference` [counts]; `micro_mm`, `micro_reference_mm` by the Hall calibration.
     Efforts: `motor_v`, `ctrl_v` [V at the D/A], `fan`. `temperature_c`: of the wires,
-    estimated from CTRL. `motion`: number of the motion under way, 0 for none.
+    estimated from CTRL. `motion`: number of the motion under way, 0 for none. `limits`: soft
+    limits in force.
 
     `fault`: None if all is well. `holder`: client that holds control, or ""; `clients`:
     all that are connected. `emergency_s`: how long the last emergency stop took until the
@@ -74,6 +77,7 @@ class Snapshot(NamedTuple):
     fan: bool
     temperature_c: float
     motion: int
+    limits: SoftLimits
     fault: Trouble | None
     pace: Pace
     recording: RecordingState

@@ -21,9 +21,9 @@ from macromicro.serve import watching
 from macromicro.serve.connection import Connection
 from macromicro.serve.holders import Holders
 from macromicro.serve.loop_spec import LIVE
-from macromicro.serve.recording import Recording
-from macromicro.serve.settings import STOP, LiveSettings
-from macromicro.serve.shared import BINS, NAMES, PERIOD
+from macromicro.serve.recordings import Recordings
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.shared import BINS, NAMES
 from macromicro.serve.snapshot import RecordingState, Snapshot
 
 REST_S = 5.0  # longest wait for rest at the end
@@ -54,12 +54,12 @@ class Station:
     ) -> None:
         self.settings = settings or LiveSettings()
         self.rig = rig
-        self._seed = seed
         self._serve = self.settings.serve
         self._holders = Holders(self._serve.client_timeout)
         self._connection = Connection(rig, seed, self.settings, state, machine)
-        self._recording: Recording | None = None
-        self._recording_lock = threading.Lock()
+        attributes: dict[str, str | int | float] = {"rig": rig, "seed": seed}
+        attributes["modes"] = ", ".join(m.MODES)
+        self._recordings = Recordings(self._connection, self._serve, attributes)
         self._minder: threading.Thread | None = None
         self._ended = threading.Event()
 
@@ -91,7 +91,7 @@ class Station:
         if self._connection.running:
             self._connection.ask(m.Stop(client="shutdown"))
             deadline = time.monotonic() + REST_S
-            while time.monotonic() < deadline and self.snapshot().motion:
+            while time.monotonic() < deadline and self._connection.moving:
                 time.sleep(0.01)
         self._ended.set()
         if self._minder is not None and self._minder is not threading.current_thread():
@@ -115,16 +115,18 @@ class Station:
     # Clients
 
     def connect(self, client: str) -> None:
-        """From now on the client is listed as one that watches."""
+        """From now on the client is listed as one that watches. InputError for "" as name."""
         self._holders.connect(client)
 
     def disconnect(self, client: str) -> None:
         """The client is gone; if it held control, this is a lost client (`heartbeat`)."""
-        if self._holders.disconnect(client):
-            self._lost(client, "disconnected")
+        with self._connection.turn:
+            if self._holders.disconnect(client):
+                self._lost(client, "disconnected")
 
     def acquire(self, client: str) -> Reply:
-        """Give control to the client: Accepted, or Refused where another one holds it."""
+        """Give control to the client: Accepted, or Refused where another one holds it, or where
+        the client has no name."""
         before = self._holders.holder
         reply = self._holders.acquire(client)
         if isinstance(reply, Accepted) and before != client:
@@ -134,11 +136,13 @@ class Station:
     def release(self, client: str) -> Reply:
         """Give control back: Accepted, or Refused where this client does not hold it.
 
-        A motion under way goes on to its end.
+        A jog under way ends, as nobody is left to end it; any other motion goes on to its end.
         """
-        reply = self._holders.release(client)
-        if isinstance(reply, Accepted):
-            self._tell("control", "released", {"client": client})
+        with self._connection.turn:
+            reply = self._holders.release(client)
+            if isinstance(reply, Accepted):
+                self._tell("control", "released", {"client": client})
+                self._connection.released()
         return reply
 
     def heartbeat(self, client: str) -> None:
@@ -154,44 +158,52 @@ class Station:
 
         Refused at once, and not passed on, where the client does not hold control (Stop and
         EmergencyStop need no control), or where no loop answers. Never raises for what a
-        client can cause.
+        client can cause. A motion is refused, too, where a stop is asked for, or the client
+        loses control, before it has begun; and what the loop comes to later than
+        serve.reply_timeout is refused and not done (but Stop, EmergencyStop, Disable, and a
+        jog's end are always done).
         """
+        since = self._connection.stops
         if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
             found = type(request).__name__
             return Refused(f"{found} is no request of a client", "a request of control.live")
         if isinstance(request, m.EmergencyStop):
-            if math.isnan(self.emergency()):
+            if math.isnan(self.emergency(client)):
                 return Refused("the loop did not answer", "switch the machine's supply off")
             return Accepted()
         if not isinstance(request, _FREE):
             refusal = self._holders.refusal(client)
             if refusal is not None:
                 return refusal
-        else:
-            self._holders.heartbeat(client)
+            return self._connection.ask(
+                request._replace(client=client), lambda: self._holders.refusal(client), since
+            )
+        self._holders.heartbeat(client)
         return self._connection.ask(request._replace(client=client))
 
-    def emergency(self) -> float:
+    def emergency(self, client: str = "") -> float:
         """Emergency stop: outputs safe before the loop's next control step.
 
-        Needs no control, takes no lock, passes through no queue. Returns the seconds from
+        Needs no control, waits for nobody else, passes through no queue. `client`: who asks,
+        for the events. Returns the seconds from
         this call until the outputs were safe, measured by the loop; NaN where it did not
         answer within a second: then the loop process is told to end, which makes them safe
         as far as the rig still answers it.
         """
-        return self._connection.emergency()
+        return self._connection.emergency(client)
 
     # Watching
 
     def snapshot(self) -> Snapshot:
         """The machine now."""
-        connection, recording = self._connection, self._recording
+        connection = self._connection
         return watching.snapshot(
             connection.shared,
             connection.running,
             connection.trust,
             connection.trouble,
-            recording.state if recording is not None else watching.NO_RECORDING,
+            self.settings.live.limits,
+            self._recordings.state,
             self._holders.holder,
             self._holders.clients,
         )
@@ -229,59 +241,37 @@ class Station:
 
     # Recording
 
+    @property
+    def recorded(self) -> tuple[Path, ...]:
+        """Files of all recordings that were begun, by whomever, oldest first."""
+        return self._recordings.begun
+
     def record(self, path: Path, *, overwrite: bool = False) -> None:
-        """Record telemetry from now on into an HDF5 file; raises as `Recorder` does, and
-        `MacromicroError` where a recording is under way or nothing runs."""
-        with self._recording_lock:
-            shared = self._connection.shared
-            if shared is None or not self._connection.running:
-                raise MacromicroError("nothing runs that could be recorded; start it first")
-            if self._recording is not None and self._recording.state.active:
-                found = self._recording.state.path
-                raise MacromicroError(f"a recording is under way, into {found}; end it first")
-            self._recording = Recording(
-                shared,
-                path,
-                round(self._serve.recorder_capacity / PERIOD),
-                {"rig": self.rig, "seed": self._seed, "modes": ", ".join(m.MODES)},
-                self._recording_failed,
-                overwrite=overwrite,
-            )
-        self._tell("recording", "begun", {"path": self._recording.state.path})
+        """Record telemetry from now on into an HDF5 file, in a folder that is made where
+        there is none; raises as `Recorder` does, and `MacromicroError` where a recording is
+        under way or nothing runs."""
+        self._recordings.begin(path, overwrite=overwrite)
 
     def end_recording(self) -> RecordingState:
         """Complete the file and close it; what it holds now."""
-        with self._recording_lock:
-            recording = self._recording
-            if recording is None:
-                return watching.NO_RECORDING
-            active = recording.state.active
-            state = recording.end()
-        if active:
-            facts = {"path": state.path, "rows": state.rows, "lost": state.lost}
-            self._tell("recording", "ended", facts)
-        return state
-
-    def _recording_failed(self, reason: str) -> None:
-        self._tell("recording", "failed", {"reason": reason})
-        if self._serve.recorder_failure == STOP:
-            self._connection.ask(m.Stop(client="recorder"))
+        return self._recordings.end()
 
     # What goes on by itself
 
     def _mind(self) -> None:
         """Look after lost clients and the position file."""
         while not self._ended.wait(0.05):
-            lost = self._holders.lost()
-            if lost:
-                self._lost(lost, f"silent for {self._serve.client_timeout:g} s")
+            with self._connection.turn:
+                lost = self._holders.lost()
+                if lost:
+                    self._lost(lost, f"silent for {self._serve.client_timeout:g} s")
             self._guarded(self._connection.keep)
         self._guarded(self._connection.keep)
 
     def _lost(self, client: str, cause: str) -> None:
         action = self._serve.lost_client
         self._tell("control", "client lost", {"client": client, "why": cause, "action": action})
-        self._connection.ask(m.LinkLost(action, client))
+        self._connection.post(m.LinkLost(action, client))
 
     def _guarded(self, do: Callable[[], None]) -> None:
         try:

@@ -11,13 +11,22 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from macromicro.control.live.messages import ClearFault, EmergencyStop
+from macromicro.control.live.messages import (
+    MODES,
+    Accepted,
+    ClearFault,
+    EmergencyStop,
+    Event,
+    Notice,
+    Refused,
+)
 from macromicro.rig import guard
 from macromicro.rig.faults import describe
 from macromicro.rig.guarded import Guarded
-from macromicro.serve import faults
+from macromicro.serve import faults, orders
 from macromicro.serve.link import Outbox
 from macromicro.serve.machine import Machine
+from macromicro.serve.orders import Order
 from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Kept, restore
 from macromicro.serve.settings import ServeSettings
@@ -53,6 +62,7 @@ class Loop:
         self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = 0
         self._heard = time.monotonic()
+        self.silence = 0.0  # s, of the serving process, where that was the end
         self._fault = (0.0, 0.0, 0.0, 0.0)
 
     def run(self, kept: Kept | str, rig_name: str) -> str:
@@ -87,7 +97,9 @@ class Loop:
     def rehearse(self, requests: Sequence[Any], periods: int) -> None:
         """Every request once, `periods` after each, without waiting. For a bench of its own."""
         for request in requests:
-            self._answer(0, request)
+            order = Order(0, request, time.monotonic_ns(), 2**63 - 1)
+            self._handle(order._replace(trial=True))
+            self._handle(order)
             for _ in range(periods):
                 self._tick(self._rig.read())
                 self._rig.clock.wait(self._dt)
@@ -108,6 +120,7 @@ class Loop:
         if heartbeat != self._heartbeat:
             self._heartbeat, self._heard = heartbeat, now
         elif now - self._heard > self._settings.parent_timeout:
+            self.silence = now - self._heard
             return ORPHANED
         if leave or self.orphaned:
             return ORDERED if leave else ORPHANED
@@ -117,6 +130,9 @@ class Loop:
         command, wanted, notices = self._machine.step(sample, self._dt)
         self._rig.expect(command)
         self._rig.write(SAFE if halted or self._fault[0] else wanted)
+        found = self._machine.found()
+        if found is not None and not self._fault[0]:
+            self._fault = (float(faults.LOST_COUNTS), *found, sample.t)
         watch = self._rig.watch
         if watch.fault != guard.OK and not self._fault[0]:
             self._fault = (float(watch.fault), watch.value, watch.limit, watch.time)
@@ -124,6 +140,8 @@ class Loop:
             assert fault is not None
             facts = {"evidence": fault.evidence}
             notices += self._machine.fail(fault.name, facts, watch.fault in _BLIND)
+        if self._fault[0]:
+            notices += self._overlooked()
         laser = self._laser.look(sample.laser, sample.t)
         if laser is not None:
             notices += (laser,)
@@ -135,20 +153,35 @@ class Loop:
 
     def _halt(self, stamp: int) -> None:
         """Emergency stop: outputs safe first, everything else after."""
+        fan = self._rig.given.fan
         self._rig.stop()
         self._cells[SAFE_SINCE] = time.monotonic_ns()
         self._cells[SEEN] = stamp
         self._emergency = stamp
         _, notices = self._machine.accept(EmergencyStop())
+        if fan and not notices:  # disabled already: what has changed is told all the same
+            mode = MODES[int(self._machine.view().mode)]
+            facts = {"on": False, "client": ""}
+            notices = (Event(self._rig.clock.now(), "fan", mode, mode, "emergency stop", facts),)
         for notice in notices:
             self._outbox.send(("notice", notice))
 
     def _take(self) -> None:
         """Answer one request."""
-        message = self._outbox.receive()
-        if message is None:
+        order = self._outbox.receive()
+        if order is not None:
+            self._handle(order)
+
+    def _handle(self, order: Order) -> None:
+        refusal = orders.void(order, self._emergency, time.monotonic_ns())
+        if refusal is None and not order.trial:
+            self._answer(order.serial, order.request)
             return
-        self._answer(*message)
+        try:
+            reply = refusal or self._machine.refusal(order.request) or Accepted()
+        except Exception as error:
+            reply = _defect(error)
+        self._outbox.send(("reply", order.serial, reply))
 
     def _answer(self, serial: int, request: Any) -> None:
         if isinstance(request, EmergencyStop):
@@ -157,16 +190,35 @@ class Loop:
             if self._fault[0]:  # renewing the guard for nothing would outwit its timers
                 self._renew()
             request = request._replace(gone=True)
-        reply, notices = self._machine.accept(request)
+        try:
+            reply, notices = self._machine.accept(request)
+        except Exception as error:  # a defect: it must not take the machine with it
+            reply, notices = _defect(error), ()
         self._outbox.send(("reply", serial, reply))
         for notice in notices:
             self._outbox.send(("notice", notice))
 
     def _renew(self) -> None:
-        """Unlatch. The estimated heat stays: clearing a fault cools no wire."""
-        self._rig.watch = guard.fresh()._replace(heat=self._rig.watch.heat._replace(idle=0.0))
+        """Unlatch. The estimated heat stays: clearing a fault cools no wire. So does the last
+        count: a jump from there to the next one is one."""
+        fresh, last = guard.fresh(), self._rig.watch.seen
+        seen = fresh.seen._replace(
+            encoder=last.encoder, encoder_age=last.encoder_age, time=last.time
+        )
+        heat = self._rig.watch.heat._replace(idle=0.0)
+        self._rig.watch = fresh._replace(seen=seen, heat=heat)
         self._fault = (0.0, 0.0, 0.0, 0.0)
         self.pacer.forget()
+
+    def _overlooked(self) -> tuple[Notice, ...]:
+        """Counts that may have been missed while a fault is latched, of which the guard then
+        says nothing. (Counts against a push, and none for one, need a motor that is on.)"""
+        seen = self._rig.watch.seen
+        if seen.encoder_age > 0.0:
+            return self._machine.lose("no reading of the encoder while a fault was latched")
+        if seen.jump > seen.possible:
+            return self._machine.lose("the encoder jumped while a fault was latched")
+        return ()
 
     def _judge(self) -> None:
         """Were too many periods missed lately?"""
@@ -176,7 +228,7 @@ class Loop:
         self._rig.stop()
         now = float(self._rig.clock.now())
         self._fault = (float(faults.LATE), share, limit, now)
-        self._set_status()
+        self._shared.set_status(self._status())
         trouble = faults.late(share, limit, now)
         for notice in self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False):
             self._outbox.send(("notice", notice))
@@ -185,7 +237,7 @@ class Loop:
         """Telemetry and status of this period."""
         rig, pacer, view = self._rig, self.pacer, self._machine.view()
         given = rig.given
-        self._shared.put(
+        self._shared.show(
             (
                 sample.t,
                 command.macro_reference,
@@ -211,20 +263,24 @@ class Loop:
                 self._fault[0],
                 pacer.late * 1e6,
                 pacer.worked * 1e6,
-            )
+            ),
+            self._status(),
         )
-        self._set_status()
 
-    def _set_status(self) -> None:
-        pacer = self.pacer
-        self._shared.set_status(
-            (
-                pacer.periods,
-                pacer.missed,
-                pacer.share,
-                pacer.lateness.largest,
-                pacer.work.largest,
-                *self._fault,
-                self._machine.view().offset,
-            )
+    def _status(self) -> tuple[float, ...]:
+        pacer, view = self.pacer, self._machine.view()
+        return (
+            pacer.periods,
+            pacer.missed,
+            pacer.share,
+            pacer.lateness.largest,
+            pacer.work.largest,
+            *self._fault,
+            view.offset,
+            *view.limits,
         )
+
+
+def _defect(error: Exception) -> Refused:
+    """The answer to a request that the machine could not judge; its state is as it was."""
+    return Refused(f"it cannot be judged: {type(error).__name__}: {error}"[:300], "report this")

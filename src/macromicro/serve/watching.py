@@ -6,15 +6,16 @@ import math
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
 from macromicro.control.live.messages import DISABLED, MODES, MOVING
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve import faults
-from macromicro.serve.keeping import Place
-from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, SAFE_SINCE, SEEN, WRITTEN, Shared
+from macromicro.serve.keeping import FLICKER, Place
+from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, PERIOD, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
+STOOD_S = 0.2  # without a new count, after which a carriage stands
 _NOTHING = np.full(len(INDEX), math.nan)
 
 
@@ -23,21 +24,24 @@ def snapshot(
     running: bool,
     trust: str,
     trouble: Trouble | None,
+    limits: SoftLimits,
     recording: RecordingState,
     holder: str,
     clients: tuple[str, ...],
 ) -> Snapshot:
-    """The machine now. `trouble`: a fault that the shared memory does not tell."""
-    row = shared.last() if shared is not None else None
-    if shared is None or row is None:
+    """The machine now. `trouble`: a fault that the shared memory does not tell; `limits`: the
+    machine's own, until it tells which are in force."""
+    now = shared.now() if shared is not None else None
+    if shared is None or now is None:
         row, pace, age, offset, fault = _NOTHING, Pace(0, 0, 0.0, 0.0, 0.0), math.nan, 0.0, None
     else:
-        status = shared.status()
+        _, row, status = now
         pace = Pace(
             int(status.periods), int(status.missed), status.share, status.latest, status.longest
         )
         age = (time.monotonic_ns() - int(shared.cells[ALIVE])) * 1e-9
         offset, fault = status.offset, faults.trouble(status)
+        limits = SoftLimits(*(getattr(status, name) for name in SoftLimits._fields))
     value = dict(zip(INDEX, row.tolist(), strict=True))
     mode = int(value["mode"]) if math.isfinite(value["mode"]) else DISABLED
     return Snapshot(
@@ -58,6 +62,7 @@ def snapshot(
         fan=running and value["fan"] > 0.5,
         temperature_c=value["temperature_estimate"],
         motion=int(value["motion"]) if running and math.isfinite(value["motion"]) else 0,
+        limits=limits,
         fault=trouble or fault,
         pace=pace,
         recording=recording,
@@ -76,17 +81,28 @@ def emergency_time(shared: Shared | None) -> float:
 
 
 def place(shared: Shared, why: str) -> Place | None:
-    """What the position file is to say; None before the first row."""
-    written = int(shared.cells[WRITTEN])
-    row: NDArray[np.float64] | None = shared.last()
-    if row is None:
+    """What the position file is to say; None before the first row.
+
+    It is moving while a motion is under way and as long as the carriage coasts, or is pushed.
+    """
+    now = shared.now()
+    if now is None:
         return None
-    moving = int(row[INDEX["mode"]]) in MOVING or row[INDEX["motion"]] > 0.0
+    written, row, status = now
+    moving = int(row[INDEX["mode"]]) in MOVING or bool(row[INDEX["motion"]] > 0.0)
     return Place(
         written,
         float(row[INDEX["macro_position"]]),
-        shared.status().offset,
+        status.offset,
         bool(row[INDEX["trusted"]] > 0.5),
         why,
-        bool(moving),
+        moving or not _stands(shared, written),
     )
+
+
+def _stands(shared: Shared, written: int) -> bool:
+    """Has the carriage given no more than the flicker of one edge in the last `STOOD_S`?"""
+    _, _, block = shared.since(max(written - round(STOOD_S / PERIOD), 0))
+    counts = block[INDEX["macro_position"]]
+    counts = counts[np.isfinite(counts)]
+    return counts.size == 0 or bool(np.ptp(counts) <= FLICKER)

@@ -73,9 +73,14 @@ class Machine:
 class Bench(Machine):
     """The machine on the twin, which is its own rig and clock."""
 
-    def __init__(self, position: float = 0.0, seed: int = 0, **rest: Any) -> None:
+    def __init__(
+        self,
+        position: float = 0.0,
+        seed: int = 0,
+        settings: Settings = Settings(),  # noqa: B008
+        **rest: Any,
+    ) -> None:
         super().__init__(**rest)
-        settings = Settings()
         plant = bench.prepare(settings.bench, settings.sensors)
         self.twin = Twin(
             plant,
@@ -89,6 +94,7 @@ class Bench(Machine):
         self._judge = compiled(guard.step)
         self.watch = guard.fresh()
         self.given = self.out
+        self.leant = 0.0  # the longest that the guard has seen so far [s]
 
     def tick(self) -> None:
         sample = self.twin.read()
@@ -96,6 +102,7 @@ class Bench(Machine):
         self.watch, self.given = self._judge(
             self._guard, self.watch, sample, self.command, wanted, DT
         )
+        self.leant = max(self.leant, self.watch.seen.leant)
         if self.watch.fault != OK and self.s.mode != m.FAULT:
             self.fault(f"guard: {self.watch.fault}", value=self.watch.value)
         self.twin.write(self.given)

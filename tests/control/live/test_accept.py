@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.supervisor import Plan
 from macromicro.types import SAFE
 
@@ -24,11 +27,11 @@ REQUESTS: dict[str, Any] = {
     "jog": m.Jog("macro", 0.01), "stop": m.Stop(), "emergency": m.EmergencyStop(),
     "zero": m.Zero(), "fan": m.Fan(True), "programme": m.Programme(PLAN),
     "gains": m.SetGains((("pd_tuned.now", 0.01),)), "clear": m.ClearFault(True),
-    "lost": m.LinkLost("stop"),
+    "lost": m.LinkLost("stop"), "limits": m.SetLimits(),
 }  # fmt: skip
 ALWAYS = {"disable", "stop", "emergency", "lost"}
 MOTIONS = {"home", "move to", "move by", "move macro", "move micro", "jog", "programme"}
-QUIET = {"fan", "zero", "gains"}
+QUIET = {"fan", "zero", "gains", "limits"}
 ACCEPTED = {
     "disabled": ALWAYS | QUIET | {"enable"},
     "ready": ALWAYS | QUIET | MOTIONS,
@@ -38,7 +41,7 @@ ACCEPTED = {
     "moving-macro": ALWAYS | {"fan"},
     "settling": ALWAYS | {"fan"},
     "moving-micro": ALWAYS | {"fan"},
-    "fault": ALWAYS | {"clear", "gains"},
+    "fault": ALWAYS | {"clear", "gains", "limits"},
 }
 
 
@@ -248,3 +251,126 @@ def test_a_stop_holds_the_micro_stage_where_it_is() -> None:
 def test_programmes_that_cannot_be_are_refused(change: dict[str, Any]) -> None:
     reply = ready().ask(m.Programme(PLAN._replace(**change)))
     assert isinstance(reply, Refused) and reply.reason and reply.remedy
+
+
+def test_an_emergency_stop_on_the_way_tells_that_the_trust_is_gone() -> None:
+    f = ready()
+    f.ask(m.MoveMacro(300))
+    f.run(0.003)
+    f.events.clear()
+    f.ask(m.EmergencyStop())
+    assert [(e.kind, e.cause) for e in f.events] == [
+        ("trust", "emergency stop on the way"), ("mode", "emergency stop"),
+    ]  # fmt: skip
+    assert f.events[0].evidence == {"trusted": False} and not f.s.frame.trusted
+    f.ask(m.Enable())
+    f.ask(m.Home())
+    f.events.clear()
+    f.ask(m.EmergencyStop())  # it was not trusted any more
+    assert [e.kind for e in f.events] == ["mode"]
+
+
+@pytest.mark.parametrize("begun", [1.8, 0.0])
+def test_a_stop_beyond_the_soft_limits_moves_nothing(begun: float) -> None:
+    """It stands outside limits that were narrowed, or below the machine's own."""
+    limits = QUICK.limits if begun else QUICK.limits._replace(micro_low=0.5)
+    f = ready(live=QUICK._replace(limits=limits))
+    if begun:
+        f.ask(m.MoveMicro(begun))
+        f.until("holding")
+        f.ask(m.SetLimits(limits._replace(micro_high=1.0)))
+    f.ask(m.MoveMicro(0.9))
+    f.run(0.001)
+    here = f.s.seen.fine
+    assert not f.s.limits.micro_low <= here <= f.s.limits.micro_high
+    f.ask(m.Stop())
+    f.run(0.1)
+    assert (f.ends[-1].outcome, f.mode) == ("stopped", "holding")
+    assert f.s.drive.micro_reference == here
+
+
+class Odd:
+    """It can neither be written nor compared."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+    def __eq__(self, other: object) -> bool:
+        raise RuntimeError
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+COLUMNS = st.one_of(
+    st.sampled_from([None, [1.0], (), np.zeros((2, 2)), np.array(["a"]), np.array([None]),
+                     np.ma.masked_array([0.0], [True]), np.array([True]), np.array([1j]),
+                     np.array([1.0]), np.array([0]), np.array([0, 1]), np.array([math.inf]),
+                     np.array([math.nan]), np.array([-math.inf]), np.array([2**63], dtype="u8"),
+                     np.array([1.0], dtype="f2"), np.array([1.0], dtype=np.longdouble)]),
+    st.floats(), st.integers(),
+)  # fmt: skip
+ANYTHING: st.SearchStrategy[Any] = st.recursive(
+    st.one_of(
+        st.none(), st.booleans(), st.floats(), st.integers(-(10**400), 10**400), st.text(),
+        st.sampled_from([10**400, object(), 1j, np.array([1, 2]), {}, set(),
+                         np.float64(0.5), np.int64(3), np.float32(math.inf), "macro", "micro",
+                         "stop", "sequence.wait", "macro_law", "pd_tuned.now", "pid", QUICK.limits,
+                         np.array(["macro", "micro"]), 0.0, 1.0, 1e308, -1e308, 5e-324]),
+        st.builds(Plan, COLUMNS, COLUMNS, COLUMNS, COLUMNS, COLUMNS),
+        st.builds(SoftLimits, *[st.one_of(st.floats(), st.sampled_from([10**400, "a", 1]))] * 6),
+    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.lists(inner, max_size=3).map(tuple)),
+    max_leaves=6,
+)  # fmt: skip
+
+
+@settings(max_examples=400)
+@given(data=st.data(), mode=st.sampled_from(["ready", "holding", "moving-micro", "disabled"]))
+def test_no_request_whatever_is_in_it_raises(data: st.DataObject, mode: str) -> None:
+    kind = data.draw(st.sampled_from(m.Request.__args__))
+    request = kind(*[data.draw(ANYTHING) for _ in kind._fields])
+    f = in_mode(mode)
+    before = f.s
+    reply = f.ask(request)
+    assert isinstance(reply, Accepted | Refused)
+    if isinstance(reply, Refused):
+        assert f.s is before and reply.reason and reply.remedy
+    f.run(0.01)
+    f.ask(m.Stop())
+    f.run(0.01)
+
+
+@pytest.mark.parametrize("change", [
+    {"start": np.array([math.inf])}, {"start": np.array([-math.inf])}, {"end": math.inf},
+    {"end": "x"}, {"end": None}, {"end": True}, {"end": 10**400}, {"stage": np.array([0.0])},
+    {"stage": [0]}, {"start": None}, {"hold": np.array([None])},
+    {name: np.zeros((2, 2), int) for name in ("start", "stage", "target", "hold")},
+])  # fmt: skip
+def test_programmes_without_columns_and_times_are_refused(change: dict[str, Any]) -> None:
+    reply = ready().ask(m.Programme(PLAN._replace(**change)))
+    assert isinstance(reply, Refused) and reply.reason and reply.remedy
+
+
+@pytest.mark.parametrize("request_", [
+    m.MoveTo(10**400), m.MoveBy(-(10**400)), m.MoveMacro(10**5000), m.MoveMicro(10**400),
+    m.Jog("macro", 10**400), m.Jog(np.array(["macro"]), 0.01), m.LinkLost(np.array([1, 2])),
+    m.SetGains((("sequence.wait", 10**400),)), m.SetGains((("macro_law", np.array([1, 2])),)),
+    m.SetLimits(SoftLimits(macro_low=-(10**400))),
+])  # fmt: skip
+def test_numbers_beyond_floats_and_no_words_are_refused(request_: Any) -> None:
+    f = ready()
+    before = f.s
+    reply = f.ask(request_)
+    assert isinstance(reply, Refused) and reply.reason and reply.remedy
+    assert f.s is before
+
+
+@pytest.mark.parametrize("value", [Odd(), -(10**5000)], ids=["odd", "long"])
+@pytest.mark.parametrize("kind", m.Request.__args__)
+def test_what_can_be_neither_shown_nor_compared_is_refused(kind: Any, value: Any) -> None:
+    f = ready()
+    for count in range(len(kind._fields)):
+        values = [value if k == count else "macro" for k in range(len(kind._fields))]
+        before = f.s
+        reply = f.ask(kind(*values))
+        assert isinstance(reply, Accepted) or (f.s is before and reply.reason and reply.remedy)

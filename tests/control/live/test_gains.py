@@ -10,7 +10,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Change, Refused
 
-from .follower import QUICK, ready
+from .follower import QUICK, QUICK_CONTROL, ready
 
 
 def test_new_values_are_in_force_and_old_ones_told() -> None:
@@ -33,6 +33,7 @@ def test_new_values_are_in_force_and_old_ones_told() -> None:
     (("dead_zone", 5.1),), (("sequence.patience", 0.0),), (("sequence.park", 0.5),),
     (("macro_law", "fuzzy"),), (("macro_law", 1),), (("p.ki", 0.1),),
     (("pi_antiwindup.low", 2.0),), (("pd_tuned.now", 0.02), ("dead_zone", 9.0)),
+    (("pid.kp", 1e300),), (("sequence.tolerance", 1e308),), (("sequence.patience", 1e-300),),
 ])  # fmt: skip
 def test_what_cannot_be_changes_nothing(changes: Any) -> None:
     f = ready()
@@ -40,6 +41,13 @@ def test_what_cannot_be_changes_nothing(changes: Any) -> None:
     reply = f.ask(m.SetGains(changes))
     assert isinstance(reply, Refused) and reply.reason and reply.remedy
     assert f.s is before
+
+
+def test_a_limit_beyond_the_other_is_told_with_the_others_value() -> None:
+    reply = ready().ask(m.SetGains((("pi_antiwindup.low", 4.0),)))
+    assert isinstance(reply, Refused)
+    assert reply.reason == "pi_antiwindup.low: 4 V does not fit the others"
+    assert reply.remedy == "accepted: below pi_antiwindup.high (1.9 V)"
 
 
 def test_two_limits_may_pass_each_other_together() -> None:
@@ -80,3 +88,27 @@ def test_a_law_without_an_integral_keeps_none() -> None:
     assert f.s.drive.integral != 0.0
     f.ask(m.SetGains((("micro_law", "p"),)))
     assert f.s.drive.integral == 0.0 and f.s.laws.micro.ki == 0.0
+
+
+@pytest.mark.parametrize("wanted", [0, 1])
+@pytest.mark.parametrize("moving", [False, True])
+def test_parking_or_not_moves_no_carriage(wanted: int, moving: bool) -> None:
+    """Pushed by hand while it was parked, or held against a push: it is held where it is."""
+    q = QUICK_CONTROL.sequence._replace(park=1 - wanted)
+    f = ready(live=QUICK._replace(gains_while_moving=1), control=QUICK_CONTROL._replace(sequence=q))
+    f.ask(m.MoveMicro(1.0))
+    f.until("moving-micro" if moving else "holding")
+    for _ in range(42):
+        f.encoder += 1.0
+        f.out = f.out._replace(motor=0.0)  # stronger than the motor
+        f.tick()
+        if moving and f.mode != "moving-micro":
+            f.ask(m.MoveMicro(2.0 if f.fine < 1.5 else 1.0))
+    f.out = f.out._replace(motor=0.0)
+    there = f.encoder
+    assert there == pytest.approx(42.0, abs=2.0)
+    assert isinstance(f.ask(m.SetGains((("sequence.park", wanted),))), Accepted)
+    for _ in range(20):
+        assert f.tick().motor == 0.0
+        assert f.command.macro_reference == there or wanted == 1
+    assert f.encoder == there

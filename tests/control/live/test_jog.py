@@ -8,9 +8,13 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
+from macromicro.plant import carriage
+from macromicro.rig.guard import OK
+from macromicro.rig.limits import LIVE
+from macromicro.settings import Settings
 from macromicro.types import SAFE
 
-from .bench import PITCH, homed
+from .bench import DT, PITCH, Bench, homed
 from .follower import QUICK, hall, ready
 
 
@@ -60,6 +64,38 @@ def test_a_carriage_that_does_not_follow_has_stalled() -> None:
     machine.ask(m.Jog("macro", 0.02))
     for _ in range(2000):
         assert machine.see(0.0).motor <= QUICK.homing.volts
+
+
+@pytest.mark.parametrize("speed", [1e-4, 1e-3, 1e-2, 5e-2])
+def test_a_jog_into_a_stop_has_stalled_before_the_guard_finds_it_stuck(speed: float) -> None:
+    b = Bench(0.02, settings=Settings(guard=LIVE), coordinate=2985.0, trusted=True)  # it is not
+    b.twin.state = b.twin.state._replace(
+        macro=carriage.at_rest(b.twin.plant.macro.carriage.stop_high - 2e-4)
+    )
+    b.tick()
+    b.ask(m.Enable())
+    live = b.p.settings
+    b.s = b.s._replace(limits=live.limits._replace(macro_high=9999.0))
+    b.ask(m.Jog("macro", speed))
+    end = b.wait(20.0)
+    assert (end.outcome, b.watch.fault, b.mode) == ("stalled", OK, "stopped")
+    assert b.leant == pytest.approx(live.jogging.patience, abs=3 * DT)
+
+
+@pytest.mark.parametrize("friction", [0.7, 1.0, 1.05])
+@pytest.mark.parametrize("speed", [1e-4, -1e-3, 1e-2])
+def test_a_sticky_carriage_that_moves_has_not_stalled(speed: float, friction: float) -> None:
+    q = Settings()
+    rubs = q.bench.friction
+    rubs = rubs._replace(coulomb=friction * rubs.coulomb, stribeck=friction * rubs.stribeck)
+    q = q._replace(bench=q.bench._replace(friction=rubs), guard=LIVE)
+    b = Bench(0.07, settings=q, coordinate=1000.0, trusted=True)
+    b.tick()
+    b.ask(m.Enable())
+    b.ask(m.Jog("macro", speed))
+    b.run(6.0)
+    assert not b.ends and b.watch.fault == OK
+    assert (b.twin.truth().carriage - 0.07) / speed == pytest.approx(6.0, rel=0.15, abs=1.0)
 
 
 def test_a_micro_jog_ends_at_its_limit_once_there() -> None:

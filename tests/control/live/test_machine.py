@@ -6,8 +6,10 @@ import math
 
 import pytest
 
+from macromicro.control.live import machine
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
+from macromicro.control.pid import Pid
 from macromicro.types import SAFE, Sample
 
 from .bench import HALL_OUT, PITCH, Machine
@@ -48,8 +50,6 @@ def test_a_fault_latches_and_ends_the_motion(request_: m.Request) -> None:
 def test_a_fault_at_rest_leaves_the_trust_unless_counts_were_lost() -> None:
     for lost in (False, True):
         f = ready()
-        from macromicro.control.live import machine
-
         f.s, _ = machine.fault(f.p, f.s, "hall silent", {}, position_lost=lost)
         assert f.s.frame.trusted == (not lost)
 
@@ -124,9 +124,55 @@ def test_a_time_that_leaps_ends_no_wait(leap: float) -> None:
 
 
 def test_what_a_law_cannot_compute_is_left_to_the_guard() -> None:
-    """Gains may be any finite numbers, and inf - inf is none: no motion could explain it."""
+    """Gains beyond all bounds: inf - inf is no number, and no motion could explain it."""
     f = ready()
-    gains = (("macro_law", "pid"), ("pid.kp", 1e308), ("pid.kd", -1e308))
-    assert isinstance(f.ask(m.SetGains(gains)), Accepted)
+    macro = f.s.laws.macro._replace(law=0, dead_zone=0.0, pid=Pid(1e308, 0.0, -1e308))
+    f.s = f.s._replace(laws=f.s.laws._replace(macro=macro))
     f.ask(m.MoveMacro(300))
     assert math.isnan(f.tick().motor)
+
+
+@pytest.mark.parametrize("leap", [3600.0, -10.0, 0.15])
+def test_after_a_leap_events_are_in_the_samples_time_again(leap: float) -> None:
+    """And what had begun before it lasts for as long as has passed."""
+    f = ready()
+    f.ask(m.MoveMacro(300))
+    f.run(0.01)
+    began, told = f.s.time - 0.01, f.s.time + leap
+    for k in range(1, 6):
+        f.show(Sample(told + 1e-3 * k, f.encoder, HALL_OUT, 0.0, 1.0, 0.0))
+    f.show(Sample(math.nan, f.encoder, HALL_OUT, 0.0, 1.0, 0.0))
+    f.ask(m.Fan(True))
+    assert f.events[-1].time == pytest.approx(told + 6e-3)
+    f.fault("stuck")
+    assert f.s.fault is not None and f.s.fault.time == f.events[-1].time
+    assert f.events[-1].time == pytest.approx(told + 6e-3)
+    assert f.ends[-1].evidence["seconds"] == pytest.approx(f.s.time - began) == pytest.approx(0.016)
+
+
+def test_two_leaps_add_up() -> None:
+    f = ready()
+    began = f.s.time
+    for told in (50.0, 50.001, 7.0, 7.001, 7.002):
+        f.show(Sample(told, 0.0, HALL_OUT, 0.0, 1.0, 0.0))
+    f.ask(m.Fan(True))
+    assert f.events[-1].time == 7.002
+    assert f.s.time - began == pytest.approx(5e-3)
+
+
+@pytest.mark.parametrize("moving", [True, False])
+@pytest.mark.parametrize("lost", [True, False])
+def test_a_fault_that_costs_the_trust_tells_so(moving: bool, lost: bool) -> None:
+    f = ready()
+    if moving:
+        f.ask(m.MoveMacro(300))
+        f.tick()
+    f.events.clear()
+    f.s, notices = machine.fault(f.p, f.s, "carriage stuck", {}, position_lost=lost)
+    f.note(notices)
+    gone = moving or lost
+    assert f.s.frame.trusted is not gone
+    causes = [("trust", "fault: carriage stuck")] * gone + [("mode", "fault")]
+    assert [(e.kind, e.cause) for e in f.events] == causes
+    if gone:
+        assert f.events[0].evidence == {"trusted": False}

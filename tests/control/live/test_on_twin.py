@@ -49,9 +49,10 @@ def test_an_absolute_move_arrives(bench: Bench) -> None:
     assert isinstance(reply, Accepted)
     end = bench.wait(30.0)
     assert (end.id, end.outcome, bench.mode) == (reply.id, "done", "holding")
-    assert end.uncertainty == 0.5 * PITCH
+    assert 7e-6 < end.uncertainty < 15e-6 and end.evidence["by"] == "laser"
     assert abs(end.position - 0.042123) < 20e-6  # one noisy Hall reading; its mean within 10 um
-    assert abs(bench.true_position() - 0.042123) <= end.uncertainty + 5e-6
+    assert abs(bench.true_position() - end.position) <= end.uncertainty
+    assert abs(bench.true_position() - 0.042123) <= 20e-6
     modes = [e.to_mode for e in bench.events[before:] if e.kind == "mode"]
     assert modes == ["moving-macro", "settling", "moving-micro", "holding"]
     assert 0.3 <= bench.s.drive.micro_reference <= 3.5

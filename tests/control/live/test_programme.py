@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -13,7 +14,7 @@ from macromicro.control.supervisor import Plan
 from macromicro.types import SAFE, Sample
 
 from .bench import DT
-from .follower import Follower, ready
+from .follower import QUICK, QUICK_CONTROL, Follower, ready
 
 
 def plan(*moves: tuple[int, float, float], start: float = math.nan, end: float = math.nan) -> Plan:
@@ -62,14 +63,92 @@ def test_a_move_that_does_not_arrive_ends_it() -> None:
 def test_an_end_off_target_is_not_done() -> None:
     f = ready()
     f.ask(m.Programme(plan((1, 1.0, 0.05))))
-    for _ in range(100):
+    for _ in range(200):
         f.see(0.0)  # the stage does not move
     assert [e.outcome for e in f.ends] == ["stalled"]
-    # Too short a hold shows no full window: nothing is known about where it is.
+    assert f.ends[-1].evidence["error_mm"] == pytest.approx(1.0, abs=0.1)
+    assert f.ends[-1].evidence["seconds"] == pytest.approx(0.05 + QUICK.fine.patience, abs=2 * DT)
+    assert (f.mode, f.out) == ("stopped", SAFE)
+
+
+@pytest.mark.parametrize("end", [math.nan, 0.002])
+def test_a_last_fine_move_settles_behind_the_end_as_a_single_one_does(end: float) -> None:
+    """Neither a short hold nor the timetable's end lets a stage that passes be on target."""
+    f = ready()
+    f.ask(m.Programme(plan((1, 1.0, 0.002), end=end)))
+    held = []
+    while f.s.motion is not None:
+        f.tick()
+        held.append(abs(f.fine - 1.0) <= QUICK.fine.band)
+    assert [e.outcome for e in f.ends] == ["done"] and f.mode == "ready"
+    assert sum(held) * DT >= QUICK.fine.dwell and all(held[-round(QUICK.fine.dwell / DT) :])
+    assert abs(f.ends[-1].evidence["error_mm"]) <= QUICK.fine.band
+    assert f.tick() == SAFE
+
+
+def test_a_stop_behind_the_end_ends_it() -> None:
     f = ready()
     f.ask(m.Programme(plan((1, 1.0, 0.002))))
-    f.run(0.1)
+    f.run(0.005)
+    f.ask(m.Stop())
+    assert (f.ends[-1].outcome, f.mode) == ("stopped", "holding")
+
+
+def without_wait(**sequence: float) -> Follower:
+    """The supervisor passes through the wait within the period of the arrival."""
+    q = QUICK_CONTROL.sequence._replace(wait=0.0, **sequence)
+    return ready(control=QUICK_CONTROL._replace(sequence=q))
+
+
+@pytest.mark.parametrize("moves", [
+    [(0, 60.0, 0.0)], [(0, 60.0, 0.0), (1, 1.0, 0.05)], [(0, 60.0, 0.0), (0, 20.0, 0.0)],
+    [(1, 1.0, 0.05), (0, 60.0, 0.0)],
+])  # fmt: skip
+def test_without_a_wait_what_arrives_is_done(moves: list[tuple[int, float, float]]) -> None:
+    f = without_wait()
+    f.ask(m.Programme(plan(*moves)))
+    f.run(0.5)
+    assert [e.outcome for e in f.ends] == ["done"]
+    arrivals = [e.evidence["move"] for e in f.events if e.cause == "arrived"]
+    assert arrivals == [k for k, (stage, _, _) in enumerate(moves) if stage == 0]
+    told = [e for e in f.events if e.kind == "mode"]
+    assert all(a.to_mode == b.from_mode for a, b in itertools.pairwise(told))
+
+
+@pytest.mark.parametrize("after", [(1, 1.0, 0.1), (0, 10.0, 0.0), None])
+def test_without_a_wait_what_does_not_arrive_has_stalled(
+    after: tuple[int, float, float] | None,
+) -> None:
+    f = without_wait()
+    f.ask(m.Programme(plan((0, 2000.0, 0.0), *([after] if after else []))))
+    for _ in range(600):
+        f.see(0.0)
     assert [e.outcome for e in f.ends] == ["stalled"]
+    assert (f.ends[-1].evidence["move"], f.ends[-1].evidence["error_counts"]) == (0, 2000.0)
+    assert not [e for e in f.events if e.to_mode == "moving-micro" or e.cause == "next move"][1:]
+    assert f.out == SAFE
+
+
+def test_what_the_timetable_cuts_off_is_told_and_not_done() -> None:
+    f = ready()
+    moves = plan((0, 2000.0, 0.0), (0, 20.0, 0.0), (1, 1.0, 0.05))
+    f.ask(m.Programme(moves._replace(start=np.array([0.0, 0.02, math.nan]))))
+    f.run(0.5)
+    assert [e.outcome for e in f.ends] == ["stalled"]
+    found = f.ends[-1].evidence
+    assert found["cut_off_move"] == 0
+    assert found["cut_off_error_counts"] == pytest.approx(1800.0, abs=40.0)
+    assert found["moves"] == 3 and abs(f.encoder - 20.0) <= 2.0  # it went on to its end
+    assert [e.evidence["move"] for e in f.events if e.cause == "cut off"] == [0]
+
+
+def test_moves_that_the_end_leaves_out_are_not_done() -> None:
+    f = ready()
+    moves = plan((0, 20.0, 0.0), (0, 40.0, 0.0), end=0.2)
+    f.ask(m.Programme(moves._replace(start=np.array([0.0, 5.0]))))
+    f.run(0.5)
+    assert [e.outcome for e in f.ends] == ["stalled"]
+    assert f.ends[-1].evidence["moves_left"] == 1
 
 
 def test_a_scheduled_programme_waits_for_its_time_and_ends_by_it() -> None:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from macromicro.serve.scpi import Server
 from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.message import parse
 from macromicro.serve.scpi.session import Session
 from macromicro.serve.scpi.tree import TREE
+
+from .client import Client
 
 _SPEC = importlib.util.spec_from_file_location(
     "scpi_fake_station", Path(__file__).with_name("fake_station.py")
@@ -102,3 +105,22 @@ def guarded(tmp_path: Path) -> Bench:
 def station() -> Any:
     """A fake station."""
     return _MODULE.FakeStation()
+
+
+@pytest.fixture
+def server(station, tmp_path) -> Iterator[Server]:
+    with Server(station, port=0, folder=tmp_path) as server:
+        yield server
+
+
+@pytest.fixture
+def connect(server) -> Iterator[Callable[[], Client]]:
+    clients: list[Client] = []
+
+    def make() -> Client:
+        clients.append(Client(server.address))
+        return clients[-1]
+
+    yield make
+    for client in clients:
+        client.close()

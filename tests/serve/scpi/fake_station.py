@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from macromicro.control.live import bounds, parameters, state
 from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
 from macromicro.serve.settings import LiveSettings
@@ -39,6 +40,8 @@ class FakeStation:
         self.fault: Trouble | None = None
         self.recording = RecordingState(False, "", 0, 0, "")
         self.trusted = True
+        self.p = parameters.prepare(self.settings.live, self.settings.controller)
+        self.s = state.begin(self.p)
         self.running = True
         self.copied: list[int] = []
         self.rows = np.arange(len(NAMES) * 5000, dtype=float).reshape(len(NAMES), 5000)
@@ -74,10 +77,16 @@ class FakeStation:
     def heartbeat(self, client: str) -> None:
         self.beats.append(client)
 
-    def request(self, client: str, request: Any) -> m.Reply:  # noqa: PLR0911
+    def request(self, client: str, request: Any) -> m.Reply:  # noqa: PLR0911, PLR0912
         with self.lock:
             if self.holder != client and not isinstance(request, m.Stop | m.EmergencyStop):
                 return m.Refused("this client does not hold control", "acquire control first")
+            if self.beyond(request):
+                return m.Refused("beyond the soft limits", "stay within them", True)
+            if isinstance(request, m.SetLimits):
+                self.s, reply, _ = bounds.change(self.p, self.s, request.limits)
+                if isinstance(reply, m.Refused):
+                    return reply
             self.requests.append(request)
             if isinstance(request, m.Stop):
                 if self.motion:
@@ -89,6 +98,9 @@ class FakeStation:
                 self.go("disabled")
                 return m.Accepted()
             if isinstance(request, m.Enable):
+                if self.mode != "disabled":
+                    self.requests.pop()
+                    return m.Refused("the positioner is enabled", "go on, or disable it first")
                 self.go("ready")
             if isinstance(request, MOTIONS):
                 if self.mode == "disabled":
@@ -104,6 +116,23 @@ class FakeStation:
                 self.told.append(m.Event(0.0, "gains", self.mode, self.mode, "set gains", facts))
             return m.Accepted()
 
+    def beyond(self, request: Any) -> bool:
+        q, wanted = self.s.limits, []
+        if isinstance(request, m.MoveTo):
+            wanted = [(request.position, q.whole_low, q.whole_high)]
+        if isinstance(request, m.MoveBy):
+            place = self.snapshot().position_m + request.distance
+            wanted = [(place, q.whole_low, q.whole_high)]
+        if isinstance(request, m.MoveMacro):
+            wanted = [(request.counts, q.macro_low, q.macro_high)]
+        if isinstance(request, m.MoveMicro):
+            wanted = [(request.position, q.micro_low, q.micro_high)]
+        if isinstance(request, m.Programme):
+            ends = ((q.macro_low, q.macro_high), (q.micro_low, q.micro_high))
+            stages, targets = request.plan.stage.tolist(), request.plan.target.tolist()
+            wanted = [(x, *ends[k]) for k, x in zip(stages, targets, strict=True)]
+        return not all(low <= x <= high for x, low, high in wanted)
+
     def go(self, mode: str) -> None:
         self.told.append(m.Event(1.5, "mode", self.mode, mode, "test", {"error_mm": 0.25}))
         self.mode = mode
@@ -114,7 +143,7 @@ class FakeStation:
             self.motion = 0
             self.go("holding" if outcome == "done" else "stopped")
 
-    def emergency(self) -> float:
+    def emergency(self, client: str = "") -> float:
         with self.lock:
             self.emergencies += 1
             if self.motion:
@@ -141,6 +170,7 @@ class FakeStation:
             fan=False,
             temperature_c=61.5,
             motion=self.motion,
+            limits=self.s.limits,
             fault=self.fault,
             pace=Pace(1000, 3, 0.003, 1.5e-3, 2e-4),
             recording=self.recording,

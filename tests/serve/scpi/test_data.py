@@ -41,6 +41,7 @@ def refused(parameter: object, text: str) -> int:
         ("42123E-3\tMM", 0.042123),
         ("-1 MM", -0.001),
         ("0 MM", 0.0),
+        ("\x001\x0bMM\x00", 0.001),  # all up to the space but the newline is white space
     ],
 )
 def test_units_of_length(text: str, value: float) -> None:
@@ -118,7 +119,8 @@ def test_words_and_flags() -> None:
     assert refused(word, "1") == -104
     flag = Flag("state")
     assert [flag.read(one(t)) for t in ("on", "OFF", "1", "0")] == [True, False, True, False]
-    for text, number in (("2", -224), ("TRUE", -224), ('"ON"', -104), ("1 V", -138)):
+    assert [flag.read(one(t)) for t in ("2", "-7.5", "0.4", "1e-9")] == [True, True, False, False]
+    for text, number in (("TRUE", -224), ('"ON"', -104), ("1 V", -138)):
         assert refused(flag, text) == number
 
 

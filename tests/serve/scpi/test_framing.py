@@ -52,12 +52,21 @@ def test_a_long_line_is_one_error_and_what_follows_is_heard() -> None:
     assert framer.held == 0
 
 
-def test_a_block_that_is_too_long_is_passed_over_as_data() -> None:
-    """What stands in it never becomes a command."""
-    content = b"\nMOVE:ABS 10 MM\n" * 100
+def test_a_block_that_is_too_long_ends_it_all_at_once() -> None:
+    """Its head is enough; nothing behind it becomes a command, or is kept."""
     framer = Framer(1000, 500)
-    found = list(framer.feed(b"PROG:LOAD #4%d" % len(content) + content + b"\n*IDN?\n"))
-    assert numbers(found) == [-223, b"*IDN?"]
+    found = list(framer.feed(b"*IDN?\nPROG:LOAD #9999999999\nMOVE:ABS 10 MM\n"))
+    assert numbers(found) == [b"*IDN?", -223]
+    assert framer.broken and framer.held == 0
+    assert list(framer.feed(b"x" * 10_000 + b"\nMOVE:ABS 10 MM\n")) == []
+    assert framer.held == 0
+
+
+def test_it_tells_that_it_waits_for_a_block() -> None:
+    framer = Framer()
+    assert list(framer.feed(b"A #15ab")) == [] and framer.in_block
+    assert list(framer.feed(b"cde;STOP\n")) == [b"A #15abcde;STOP"] and not framer.in_block
+    assert list(framer.feed(b"A ")) == [] and not framer.in_block
 
 
 @given(st.lists(st.sampled_from([b"x" * 5000, b'"', b"#", b"9", b"\0", b"#3100", b"'", b"MOVE"])))
@@ -73,4 +82,12 @@ def test_memory_is_bounded(pieces: list[bytes]) -> None:
 def test_blocks_of_one_message_count_together() -> None:
     framer = Framer(1000, 500)
     found = list(framer.feed(b"A #3300" + b"b" * 300 + b",#3300" + b"\n" * 300 + b"\nB\n"))
-    assert numbers(found) == [-223, b"B"]
+    assert numbers(found) == [-223]
+
+
+def test_it_counts_what_takes_time() -> None:
+    framer = Framer()
+    list(framer.feed(b"x" * 10_000 + b"\n"))
+    assert framer.steps == 1
+    list(framer.feed(b'"' * 10_000 + b"\n"))
+    assert framer.steps == 10_002

@@ -23,8 +23,8 @@ PIECES = st.one_of(
 GARBAGE = st.lists(PIECES, max_size=40).map(b"".join)
 # A reader of its own for the one kind of message below: what the mutated one may mean.
 MOVE = re.compile(
-    rb"[ \t\r;]*:?MOVE(?::ABS(?:OLUTE)?)?[ \t\r]+"
-    rb"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]+)?)[ \t]*(MM|UM|CM|M)[ \t\r;]*",
+    rb"[\0-\x20;]*:?MOVE(?::ABS(?:OLUTE)?)?[\0-\x20]+"
+    rb"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]+)?)[\0-\x20]*(MM|UM|CM|M)[\0-\x20;]*",
     re.IGNORECASE,
 )
 SCALE = {b"MM": 1e-3, b"UM": 1e-6, b"CM": 1e-2, b"M": 1.0}
@@ -101,10 +101,10 @@ def test_a_damaged_move_moves_to_what_it_says_or_not_at_all(
     feed(bench, damaged)
     moves = [r for r in bench.requests if isinstance(r, m.MoveTo)]
     assert moves == bench.requests
-    lines = [x for x in damaged.split(b"\n") if x.strip(b" \t\r;")]
+    lines = [x for x in damaged.split(b"\n") if x.strip(bytes(range(33)) + b";")]
     said = [MOVE.fullmatch(line) for line in lines]
     meant = [float(s[1]) * SCALE[s[2].upper()] for s in said if s]
-    limits = bench.device.limits
+    limits = bench.station.snapshot().limits
     inside = [x for x in meant if limits.whole_low <= x <= limits.whole_high]
     assert len(moves) == len(inside)
     for move, x in zip(moves, inside, strict=True):

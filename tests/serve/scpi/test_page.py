@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from macromicro.serve.scpi import Server
-from macromicro.serve.scpi.connection import Bounds
 from macromicro.serve.scpi.errors import QUEUE
 from macromicro.serve.scpi.message import MOST_UNITS
+from macromicro.serve.scpi.rates import Bounds
 from macromicro.serve.scpi.tree import COMMANDS
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -48,7 +48,7 @@ def test_page_s_session_runs(station: Any, monkeypatch: pytest.MonkeyPatch) -> N
     pyvisa = pytest.importorskip("pyvisa")
     block = re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     assert block is not None
-    request = station.request
+    request, station.mode = station.request, "disabled"
 
     def at_once(client: str, order: Any) -> Any:
         reply = request(client, order)
@@ -66,3 +66,33 @@ def test_page_s_session_runs(station: Any, monkeypatch: pytest.MonkeyPatch) -> N
         found["positioner"].close()
     assert pyvisa is not None
     assert [type(r).__name__ for r in station.requests] == ["Enable", "Home", "MoveTo"]
+
+
+@pytest.mark.parametrize(
+    ("mode", "outcome", "last"),
+    [("disabled", "done", '0,"No error"'), ("holding", "done", '0,"No error"'),
+     ("ready", "stalled", "-240,")],
+)  # fmt: skip
+def test_readme_s_line_tells_whether_the_move_was_made(
+    station: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any, mode: str, outcome: str, last: str
+) -> None:
+    """Enabled before or not; what went wrong is in what it prints."""
+    pytest.importorskip("pyvisa")
+    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    block = re.search(r"## Live.*?```python\n(.*?)```", text, re.DOTALL)
+    assert block is not None
+    request, station.mode = station.request, mode
+
+    def at_once(client: str, order: Any) -> Any:
+        reply = request(client, order)
+        if station.motion:
+            station.end("done" if type(order).__name__ == "Home" else outcome)
+        return reply
+
+    monkeypatch.setattr(station, "request", at_once)
+    with Server(station, port=0) as server:
+        found: dict[str, Any] = {}
+        exec(compile(block[1].replace("5025", str(server.address[1])), "README.md", "exec"), found)
+        found["stage"].close()
+    assert "MoveTo" in [type(r).__name__ for r in station.requests]
+    assert capsys.readouterr().out.startswith(f"1;1;42.1234,0.0357,1;{last}")

@@ -88,7 +88,7 @@ def test_home_and_move(instrument, running, folder) -> None:
     assert instrument.query("SYST:ERR:ALL?;:MODE?") == '0,"No error";"holding"'
     position, uncertainty, trusted = instrument.query_ascii_values("POS?")
     assert abs(position - 12.5) < 0.02 and trusted == 1.0
-    assert uncertainty == pytest.approx(0.5 * 200.0 / 2800.0, rel=1e-6)
+    assert 0.0 < uncertainty < 0.5 * 200.0 / 2800.0  # by laser: better than half a count
     instrument.write("FORM REAL,64")
     place = instrument.query_binary_values(
         "WAV:DATA? position,0.2", datatype="d", is_big_endian=True
@@ -111,20 +111,24 @@ def test_emergency_stop_on_the_connection_that_waits(instrument, running) -> Non
     assert instrument.query("POS?").endswith(",0")
 
 
-def test_a_client_that_is_killed_in_the_middle_of_a_move(instrument, running) -> None:
+@pytest.mark.parametrize("waiting", [0, 500])
+def test_a_client_that_is_killed_in_the_middle_of_a_move(instrument, running, waiting) -> None:
+    """Also behind more messages than the server reads ahead."""
     homed(instrument)
     instrument.write("SYST:LOCK:REL")
     station, server = running
     code = (
         "import socket, time\n"
         f"s = socket.create_connection({server.address!r})\n"
-        "s.sendall(b'SYST:LOCK:REQ?;:MOVE:ABS 150 MM;*OPC?\\n')\n"
+        f"s.sendall(b'SYST:LOCK:REQ?;:MOVE:ABS 150 MM;*OPC?\\n' + b'POS?\\n' * {waiting})\n"
         "time.sleep(100)\n"
     )
     process = subprocess.Popen([sys.executable, "-c", code])
     try:
         until(lambda: station.snapshot().mode == "moving-macro")
         motion = station.snapshot().motion
+        if waiting:
+            time.sleep(0.3)  # they are on their way
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
         end = station.finished(motion, 60.0)

@@ -10,7 +10,6 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -20,56 +19,7 @@ from macromicro.errors import InputError
 from macromicro.serve.hosts import is_loopback
 from macromicro.serve.scpi import Bounds, Server, serve
 
-WAIT = 10.0
-
-
-class Client:
-    """A raw socket."""
-
-    def __init__(self, address: tuple[str, int]) -> None:
-        self.socket = socket.create_connection(address, timeout=WAIT)
-        self.file = self.socket.makefile("rb")
-
-    def send(self, text: str | bytes) -> None:
-        self.socket.sendall((text.encode() if isinstance(text, str) else text) + b"\n")
-
-    def ask(self, text: str) -> str:
-        self.send(text)
-        return self.line()
-
-    def line(self) -> str:
-        return self.file.readline().decode().removesuffix("\n")
-
-    def close(self) -> None:
-        self.file.close()
-        self.socket.close()
-
-
-def until(true: Callable[[], bool]) -> None:
-    """Wait for what must come; fails where it does not."""
-    deadline = time.monotonic() + WAIT
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
-@pytest.fixture
-def server(station, tmp_path) -> Iterator[Server]:
-    with Server(station, port=0, folder=tmp_path) as server:
-        yield server
-
-
-@pytest.fixture
-def connect(server) -> Iterator[Callable[[], Client]]:
-    clients: list[Client] = []
-
-    def make() -> Client:
-        clients.append(Client(server.address))
-        return clients[-1]
-
-    yield make
-    for client in clients:
-        client.close()
+from .client import WAIT, Client, until
 
 
 def test_question_and_answer(connect) -> None:
@@ -244,14 +194,6 @@ def test_half_open_connections_are_found_by_the_system(connect, server) -> None:
     until(lambda: timer()[0].startswith("02:"))  # not while an answer is on its way
     ((kind, ticks),) = [t.split(":") for t in timer()]
     assert kind == "02" and int(ticks, 16) <= 5 * os.sysconf("SC_CLK_TCK")
-
-
-def test_a_reset_connection_is_gone(server, station) -> None:
-    client = Client(server.address)
-    client.ask("SYST:LOCK:REQ?")
-    client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
-    client.close()
-    until(lambda: station.holder == "" and not station.connected)
 
 
 def test_garbage_and_long_lines_leave_the_others_alone(connect, station) -> None:

@@ -9,8 +9,11 @@ import pytest
 
 import macromicro
 from macromicro.control.live import messages as m
+from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Trouble
+
+OWN = LiveSettings().live.limits
 
 
 def test_identification(bench) -> None:
@@ -34,10 +37,14 @@ def test_identification(bench) -> None:
         ("JOG:MICR 100 UM/S", m.Jog("micro", 0.0001, "test")),
         ("HOME", m.Home("test")),
         ("ZERO", m.Zero("test")),
-        ("ENAB", m.Enable("test")),
         ("DIS", m.Disable("test")),
         ("FAN ON", m.Fan(True, "test")),
         ("FAN 0", m.Fan(False, "test")),
+        ("FAN 2", m.Fan(True, "test")),
+        ("MOVE:ABS\0MAX", m.MoveTo(OWN.whole_high, "test")),
+        ("MOVE:MACR MIN", m.MoveMacro(OWN.macro_low, "test")),
+        ("MOVE:MICR MAXIMUM", m.MoveMicro(OWN.micro_high, "test")),
+        ("PROG:STOP", m.Stop("test")),
         ("FAUL:CLE", m.ClearFault(client="test")),
         ("STOP", m.Stop("test")),
         ('GAIN "sequence.wait",1.5', m.SetGains((("sequence.wait", 1.5),), "test")),
@@ -71,7 +78,9 @@ def test_a_command_is_one_request(bench, message, request_) -> None:
         ("MOVE:MICR 1.5", -131),
         ("JOG:MACR 5", -131),
         ("JOG:MACR 5 MM", -131),
-        ("FAN 2", -224),
+        ("FAN BIG", -224),
+        ("MOVE:ABS DEF", -224),
+        ("MOVE:ABS? DEF", -224),
         ("HOME 1", -108),
         ("HOME?", -113),
         ("MOVE:ABS 1 MM;FOO", -113),
@@ -90,7 +99,7 @@ def test_a_command_is_one_request(bench, message, request_) -> None:
         ("REC OFF", -221),
         ("LIM:ABS 0 MM,900 MM", -222),
         ("LIM:ABS 100 MM,50 MM", -222),
-        ("\x00MOVE:ABS 1 MM", -102),
+        ("\x00@MOVE:ABS 1 MM", -102),
         ("ÿMOVE:ABS 1 MM", -101),
     ],
 )
@@ -99,6 +108,77 @@ def test_what_is_refused_moves_nothing(bench, message, number) -> None:
     assert bench.errors() == [number]
     assert bench.requests == []
     assert not bench.station.recording.active
+
+
+def test_enabling_what_is_enabled_is_no_error(bench) -> None:
+    """So a message that begins with it goes on."""
+    bench.ask("ENAB;HOME")
+    assert bench.requests == [m.Home("test")] and bench.errors() == []
+    bench.ask("*RST;ENAB")
+    assert bench.requests[-1] == m.Enable("test") and bench.station.mode == "ready"
+
+
+def test_ends_of_what_is_allowed(bench) -> None:
+    """MINimum and MAXimum: the limits in force for a move, the machine's for a limit."""
+    assert bench.ask("MOVE:ABS? MIN;ABS? MAX") == bench.ask("LIM:ABS? MIN;ABS? MAX")
+    machine = bench.ask("LIM:ABS?")
+    bench.ask("LIM:ABS 10 MM,MAX;MICR 0.5 MM,DEF")
+    assert bench.station.s.limits == OWN._replace(whole_low=0.01, micro_low=0.5)
+    assert bench.ask("MOVE? MIN;:LIM:ABS?") == f"10;10,{machine.split(',')[1]}"
+    assert bench.ask("LIM:ABS? DEF") == machine
+    assert bench.ask("MOVE:MICR? MIN;MACR? MAX") == f"0.5;{OWN.macro_high:g}"
+    bench.ask("LIM:ABS MIN,DEF")
+    assert bench.ask("LIM:ABS?") == machine and bench.errors() == []
+
+
+def test_the_target_of_the_whole(bench) -> None:
+    assert bench.ask("MOVE:ABS?") == "9.91E37"  # ready, nothing held
+    where = {"target_m": 0.0125}
+    bench.station.told.append(m.Event(1.0, "mode", "ready", "holding", "macro move", where))
+    bench.station.mode = "holding"
+    assert bench.ask("MOVE:ABS?;MACR?;MICR?") == "12.5;589;0.3" and bench.errors() == []
+
+
+def test_gains_as_at_the_start(bench) -> None:
+    bench.ask("GAIN:DEF")
+    assert bench.requests == []
+    bench.ask('GAIN "sequence.wait",1.5;GAIN "macro_law","pid"')
+    bench.ask("GAIN:DEF")
+    own = bench.device.settings.controller
+    changes = (("macro_law", own.macro_law), ("sequence.wait", own.sequence.wait))
+    assert sorted(bench.requests[-1].changes) == sorted(changes)
+    assert bench.ask('GAIN? "sequence.wait";:GAIN? "macro_law"') == '2;"pd-tuned"'
+    assert bench.errors() == []
+
+
+@pytest.mark.parametrize("message", ["MOVE:NUMB?;STOP", "PROG:STAT?;STOP", "STAT:OPER?;*ESR?;STOP"])
+def test_a_stop_is_a_stop_behind_any_path(watcher, message) -> None:
+    watcher.ask(message)
+    watcher.ask("MOVE:NUMB?;ABOR;NUMB?")  # what comes behind it starts from the root
+    assert watcher.requests == [m.Stop("test")]
+    assert watcher.station.emergencies == 1 and watcher.errors() == [-113]
+
+
+def test_one_stop_of_each_kind_at_once(bench) -> None:
+    """A message with a thousand of them is one."""
+    bench.ask("ABOR;" * 300 + "STOP;:PROG:STOP;:" * 300)
+    assert bench.station.emergencies == 1 and bench.requests == [m.Stop("test")]
+    bench.station.mode = "ready"
+    bench.ask("MOVE:ABS 1 MM;:STOP;:MOVE:ABS 2 MM;:STOP;:FOO")  # broken: but for its stops
+    assert [type(r) for r in bench.requests] == [m.Stop, m.Stop]
+
+
+def test_headers_say_which_have_no_query(bench) -> None:
+    lines = bench.ask("SYST:HELP:HEAD?")[6:].split("\n")  # behind the block's head
+    assert {"*IDN?/qonly/", "*RST/nquery/", "*ESE", "MOVE[:ABSolute]", "STOP/nquery/"} <= set(lines)
+    assert len(lines) == len(set(lines))
+
+
+def test_masks_are_rounded(bench) -> None:
+    """IEEE 488.2, 10.10."""
+    assert bench.ask("*ESE 3.7;*ESE?;*ESE 255.4;*ESE?;*ESE -0.4;*ESE?") == "4;255;0"
+    bench.ask("*ESE 255.5")
+    assert bench.errors() == [-222]
 
 
 def test_limits_narrow_what_all_clients_may(bench) -> None:
@@ -111,11 +191,11 @@ def test_limits_narrow_what_all_clients_may(bench) -> None:
     assert bench.errors() == [-222]
     bench.ask("MOVE:REL 8 MM")  # from 42.12 mm
     assert bench.errors() == [-222]
-    bench.ask("JOG:MACR 1 MM/S")
-    assert bench.errors() == [-221]
-    assert bench.requests == []
+    bench.ask("LIM:MACR 0,4000")  # wider than the machine's own
+    assert bench.errors() == [-222]
     bench.ask("MOVE:ABS 50 MM")
-    assert bench.requests == [m.MoveTo(0.05, "test")]
+    narrower = own._replace(whole_low=0.04, whole_high=0.05)
+    assert bench.requests == [m.SetLimits(narrower, "test"), m.MoveTo(0.05, "test")]
     bench.ask("LIM:DEF")
     assert bench.ask("LIM:ABS?;MACR?;MICR?") == machine
     bench.ask("LIM:MICR 0.5 MM,3 MM;MACR 100,200")
@@ -303,6 +383,7 @@ def test_error_queue_overflow(bench) -> None:
     for _ in range(40):
         bench.ask("NONSENSE")
     assert bench.ask("SYST:ERR:COUN?") == "32"
+    assert int(bench.ask("*ESR?")) & 8  # -350 is a device's error
     assert bench.errors() == [-113] * 31 + [-350]
     assert bench.ask("SYST:ERR?") == '0,"No error"'
     bench.ask("A;B")
@@ -323,7 +404,7 @@ def test_queries(bench) -> None:
 def test_gains(bench) -> None:
     assert '"pd_tuned.now"' in bench.ask("GAIN:CAT?")
     assert bench.ask('GAIN? "sequence.wait"') == "2"
-    assert bench.ask('GAIN:BOUN? "sequence.wait"').startswith('0,9.9E37,"s","wait between')
+    assert bench.ask('GAIN:BOUN? "sequence.wait"').startswith('0,600,"s","wait between')
     bench.ask('GAIN "sequence.wait",1.5')
     assert bench.ask('GAIN? "sequence.wait"') == "1.5"
     assert bench.ask('GAIN? "macro_law"') == '"pd-tuned"'
@@ -361,6 +442,7 @@ def test_programme_error_names_no_file(bench) -> None:
 def test_programme_within_narrowed_limits(bench) -> None:
     bench.ask('PROG:LOAD "thesis"')
     bench.ask("LIM:MACR 0,1000")
+    bench.requests.clear()
     bench.ask("PROG:RUN")
     assert bench.errors() == [-222] and bench.requests == []
 
@@ -415,7 +497,7 @@ def test_reset(bench) -> None:
     machine = bench.ask("LIM:MACR?")
     bench.ask("FORM REAL;:LIM:MACR 0,100;*OPC;:MOVE:ABS 10 MM")
     bench.ask("*RST")
-    assert [type(r) for r in bench.requests[1:]] == [m.Disable, m.Fan]
+    assert [type(r) for r in bench.requests[2:]] == [m.Disable, m.SetLimits, m.Fan]
     assert bench.ask("FORM?;:LIM:MACR?") == f"ASC,0;{machine}"
     assert bench.errors() == [-200]  # the motion was stopped
 

@@ -1,4 +1,4 @@
-"""A web server before a station without a machine."""
+"""A web server before a station without a machine; the page in a browser, before the bench."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests import browser
 
+from macromicro.serve import station as real
+from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import WebServer
 
 sys.path.insert(0, str(Path(__file__).parent))
+from page_parts import Page
 from web_parts import Client, Station
 
 
@@ -52,3 +56,40 @@ def client(serve: Callable[..., WebServer]) -> Iterator[Callable[..., Client]]:
     yield make
     for each in made:
         each.close()
+
+
+@pytest.fixture(scope="session")
+def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("web")
+
+
+@pytest.fixture(scope="session")
+def station(profile: Path) -> Iterator[real.Station]:
+    """The virtual bench. Machines that run tests are busy: nothing stops for lateness."""
+    settings = LiveSettings()
+    serve = settings.serve._replace(miss_share=1.0, parent_timeout=5.0, client_timeout=2.0)
+    with real.Station(
+        settings=settings._replace(serve=serve), state=profile / "state.json"
+    ) as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def chromium() -> None:
+    browser.needed()
+
+
+@pytest.fixture(scope="session")
+def page(chromium: None, station: real.Station, profile: Path) -> Iterator[Page]:
+    with WebServer(station, port=0, folder=profile) as server:
+        driver = browser.driver(profile / "browser", "127.0.0.1")
+        try:
+            yield Page(driver, server, station)
+        finally:
+            driver.quit()
+
+
+@pytest.fixture
+def ready(page: Page) -> Page:
+    page.ready()
+    return page

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import http.client
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
+from web_parts import until
 from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
@@ -140,6 +142,37 @@ def test_a_foreign_name_gets_no_page(serve: Serve) -> None:
     response, body = get(server, "/", host="evil.example")
     assert response.status == 421 and b"<html" not in body
     assert get(server, "/", host="localhost")[0].status == 200
+
+
+def test_the_refusal_of_a_name_says_what_to_do(serve: Serve) -> None:
+    _, body = get(serve(), "/", host="bench.lab")
+    assert b"--name NAME" in body and b"bench" not in body
+    named = serve(names=["bench.lab"])
+    assert get(named, "/", host=f"bench.lab:{named.address[1]}")[0].status == 200
+
+
+def test_a_server_that_others_reach_knows_its_own_names(
+    fake: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("socket.gethostname", lambda: "Bench")
+    monkeypatch.setattr("socket.getfqdn", lambda name="": "bench.lab.example")
+    with WebServer(fake, "0.0.0.0", 0, token="open sesame", folder=tmp_path) as server:
+        for name in ("bench", "bench.local", "bench:80"):
+            assert get(server, "/", host=name)[0].status == 200
+        until(lambda: get(server, "/", host="bench.lab.example")[0].status == 200)
+        assert get(server, "/", host="evil.example")[0].status == 421
+
+
+def test_a_server_of_this_computer_alone_does_not(
+    serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("socket.gethostname", lambda: "bench")
+    assert get(serve(), "/", host="bench")[0].status == 421
+
+
+def test_a_host_given_by_name_is_a_name(fake: Any) -> None:
+    server = WebServer(fake, "bench.lab", 0, token="open sesame")
+    assert server._gate.host(asked("bench.lab:80")) == "bench.lab:80"
 
 
 def test_another_method_is_refused(serve: Serve) -> None:

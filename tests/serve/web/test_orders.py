@@ -55,6 +55,9 @@ def test_orders_become_requests_in_the_machines_units(order: dict[str, Any], wan
         {"do": "gains", "changes": []},
         {"do": "gains", "changes": [["pd_tuned.now", 1]]},
         {"do": "gains", "changes": [["sequence.wait", 2.0, None]]},
+        {"do": "gains", "changes": [["sequence.wait", 2.0, 10**400]]},
+        {"do": "gains", "changes": [["sequence.wait", 2.0, "x" * 201]]},
+        {"do": "move micro", "value": 1e307, "unit": "m"},
     ],
 )
 def test_bad_orders_are_refused(order: dict[str, Any]) -> None:

@@ -7,6 +7,7 @@ import math
 import struct
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import h5py
@@ -74,7 +75,7 @@ def test_an_emergency_without_an_answer_is_told(
     client: Make, fake: Station, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     viewer = client()
-    monkeypatch.setattr(fake, "emergency", lambda: math.nan)
+    monkeypatch.setattr(fake, "emergency", lambda client: math.nan)
     reply = viewer.order("emergency")
     assert not reply["ok"] and "supply" in reply["remedy"]
 
@@ -191,14 +192,6 @@ def test_a_token_is_needed_for_orders_but_not_for_stops(client: Make, fake: Stat
     assert not stolen.welcome["admitted"]  # the session alone does not open
 
 
-def test_tokens_cannot_be_tried_for_long(client: Make) -> None:
-    viewer = client({"token": "a"}, token="open sesame", bounds=Bounds(pause=0.01, tries=3))
-    assert viewer.welcome["problem"]
-    with pytest.raises(ConnectionClosed):
-        for _ in range(3):
-            viewer.order("login", token="b")
-
-
 @pytest.mark.parametrize(
     "message",
     [
@@ -268,7 +261,7 @@ def test_too_many_orders_do_not_queue(client: Make, fake: Station) -> None:
     viewer = client(bounds=Bounds(waiting=3))
     viewer.order("take")
     fake.open.clear()
-    numbers = [viewer.begin("enable") for _ in range(8)]
+    numbers = [viewer.begin("fan", on=True) for _ in range(8)]
     assert "wait" in viewer.reply(numbers[-1])["reason"]
     fake.open.set()
     assert viewer.reply(numbers[0])["ok"]
@@ -278,6 +271,7 @@ def test_too_many_viewers_are_turned_away(serve: Serve) -> None:
     port = serve(bounds=Bounds(viewers=2)).address[1]
     first, second = Client(port, {}), Client(port, {})
     third = Client(port)
+    third.put(do="hello")
     with pytest.raises(ConnectionClosed):
         third.socket.recv(10.0)
     first.close()
@@ -356,6 +350,38 @@ def test_gains_are_told_anew_after_a_change(client: Make, fake: Station) -> None
     assert {g["path"]: g["value"] for g in seen}["sequence.wait"] == 1.25
     refused = viewer.order("gains", changes=[["sequence.wait", old, 3.0]])
     assert not refused["ok"] and "1.25" in refused["reason"]
+
+
+def test_gains_are_checked_against_those_of_this_moment(client: Make, fake: Station) -> None:
+    """There and back at once, and a change that somebody else has just made."""
+    viewer = client()
+    old = {g["path"]: g["value"] for g in viewer.get("gains")}["sequence.wait"]
+    viewer.order("take")
+    for _ in range(10):
+        assert viewer.order("gains", changes=[["sequence.wait", old, 1.25]])["ok"]
+        assert viewer.order("gains", changes=[["sequence.wait", 1.25, old]])["ok"]
+    fake.request(viewer.welcome["client"], m.SetGains((("sequence.wait", 9.0),)))
+    stale = viewer.order("gains", changes=[["sequence.wait", old, 3.0]])
+    assert not stale["ok"] and "9.0" in stale["reason"]
+
+
+def test_recordings_of_others_are_handed_out_too(
+    client: Make, fake: Station, tmp_path: Path
+) -> None:
+    own, other = tmp_path / "run.h5", tmp_path / "other" / "run.h5"
+    other.parent.mkdir()
+    for path, content in ((own, b"own"), (other, b"other")):
+        path.write_bytes(content)
+        fake.record(path)
+        fake.end_recording()
+    (tmp_path / "secret.h5").write_bytes(b"x")
+    viewer = client()
+    listed = viewer.get("state")["recordings"]
+    assert [(r["name"], r["bytes"]) for r in listed] == [("run.h5", 3), ("run-2.h5", 5)]
+    viewer.frames.clear()
+    assert viewer.order("download", name="run-2.h5", offset=0)["ok"]
+    assert any(frame.endswith(b"other") for frame in viewer.frames)
+    assert not viewer.order("download", name="secret.h5", offset=0)["ok"]
 
 
 def test_a_recording_can_be_fetched_piece_by_piece(

@@ -50,12 +50,17 @@ class Station(_MODULE.FakeStation):  # type: ignore[misc]
         self.entered: list[str] = []
         self.written = 5000
         self.grow = 33
+        self.recorded: tuple[Path, ...] = ()
 
     def request(self, client: str, request: Any) -> m.Reply:
         self.entered.append(type(request).__name__)
         if not isinstance(request, m.Stop):
             assert self.open.wait(30.0)
         return super().request(client, request)
+
+    def record(self, path: Path, *, overwrite: bool = False) -> None:
+        super().record(path, overwrite=overwrite)
+        self.recorded = (*self.recorded, path)
 
     def telemetry(self, since: int = -1) -> tuple[int, Any, Any]:
         self.written += self.grow

@@ -10,11 +10,12 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from macromicro.control.live import brake, gains, homing, jog, moves, programme, targets
+from macromicro.control.live import bounds, brake, gains, homing, jog, moves, programme, targets
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.plain import among, shown
 from macromicro.control.live.state import Jogged, LiveState, Motion
 
 Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
@@ -48,9 +49,11 @@ def _disable(p: LiveParameters, s: LiveState, request: m.Disable) -> Answer:
 
 def _emergency(p: LiveParameters, s: LiveState, request: m.EmergencyStop) -> Answer:
     s = s._replace(fan=0.0, drive=t.idle(s.drive))
+    told: tuple[Notice, ...] = ()
     if s.motion is not None:
-        s = s._replace(frame=s.frame._replace(trusted=False))
-    return _off(p, s, m.EMERGENCY, t.EMERGENCY, request.client)
+        s, told = t.untrusted(s, t.EMERGENCY + " on the way")
+    s, reply, notices = _off(p, s, m.EMERGENCY, t.EMERGENCY, request.client)
+    return s, reply, (*told, *notices)
 
 
 def _off(p: LiveParameters, s: LiveState, outcome: str, cause: str, client: str) -> Answer:
@@ -71,8 +74,8 @@ def _stop(p: LiveParameters, s: LiveState, request: m.Stop) -> Answer:
 
 
 def _lost(p: LiveParameters, s: LiveState, request: m.LinkLost) -> Answer:
-    if request.action not in ("stop", "hold"):
-        return s, Refused(f"{request.action!r:.80} is no action", '"stop" or "hold"'), ()
+    if not among(request.action, ("stop", "hold")):
+        return s, Refused(f"{shown(request.action)} is no action", '"stop" or "hold"'), ()
     notices: tuple[Notice, ...] = ()
     if s.mode in (m.MOVING_MICRO, m.HOLDING) and request.action == "stop":
         s, notices = t.conclude(p, s, m.STOPPED, (m.LOST, t.LINK_LOST), {})
@@ -101,13 +104,17 @@ def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
         return s, _FAULT, ()
     on: Any = request.on
     if on is not True and on is not False:
-        return s, Refused(f"{request.on!r:.80} is neither on nor off", "True or False"), ()
+        return s, Refused(f"{shown(request.on)} is neither on nor off", "True or False"), ()
     s = s._replace(fan=1.0 if request.on else 0.0)
     return s, _OK, (t.told(s, "fan", "fan", {"on": request.on, "client": request.client}),)
 
 
 def _gains(p: LiveParameters, s: LiveState, request: m.SetGains) -> Answer:
     return gains.change(p, s, request.changes)
+
+
+def _limits(p: LiveParameters, s: LiveState, request: m.SetLimits) -> Answer:
+    return bounds.change(p, s, request.limits)
 
 
 def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
@@ -151,7 +158,11 @@ def _home(p: LiveParameters, s: LiveState, request: m.Home) -> Answer:
     motion: Motion | Refused = Motion(s.given + 1, "home", math.nan, math.nan, math.nan, s.time)
     if s.motion is not None and s.mode in _RUNNING:
         motion = _BUSY  # homing never replaces a motion
-    return _begin(p, s, _obstacle(p, s) or motion, homing.start)
+
+    def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+        return homing.start(p, s, motion)
+
+    return _begin(p, s, _obstacle(p, s) or motion, start)
 
 
 def _rests(s: LiveState) -> bool:
@@ -182,7 +193,7 @@ def _move_by(p: LiveParameters, s: LiveState, request: m.MoveBy) -> Answer:
     if refusal:
         return s, _obstacle(p, s) or refusal, ()
     here = s.seen.position if math.isnan(s.target) else s.target
-    return _whole(p, s, here + request.distance, "move by")
+    return _whole(p, s, here + float(request.distance), "move by")
 
 
 def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer:
@@ -192,7 +203,7 @@ def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer
         facts = {"target_counts": motion.coarse - s.frame.offset}
         return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
 
-    return _begin(p, s, refusal or targets.coarse(p, s, request.counts), start)
+    return _begin(p, s, refusal or targets.coarse(s, request.counts), start)
 
 
 def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer:
@@ -203,11 +214,12 @@ def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         return moves.start_micro(s, motion, t.MICRO_MOVE, {"micro_mm": motion.fine})
 
-    return _begin(p, s, refusal or targets.contraction(p, s, request.position), start)
+    return _begin(p, s, refusal or targets.contraction(s, request.position), start)
 
 
 def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
-    refusal = _obstacle(p, s, f"jog {request.stage}")
+    stage = request.stage if among(request.stage, m.STAGES) else ""
+    refusal = _obstacle(p, s, f"jog {stage}")
     motion = refusal or targets.jog(p, s, request.stage, request.speed)
     if isinstance(motion, Refused):
         return s, motion, ()
@@ -246,7 +258,7 @@ def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         return programme.start(s, motion, request.plan)
 
-    return _begin(p, s, refusal or targets.plan(p, s, request.plan), start)
+    return _begin(p, s, refusal or targets.plan(s, request.plan), start)
 
 
 _FAULT = Refused("a fault is latched", "remove its cause and clear it first")
@@ -268,6 +280,7 @@ _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
     m.Fan: _fan,
     m.Programme: _programme,
     m.SetGains: _gains,
+    m.SetLimits: _limits,
     m.ClearFault: _clear,
     m.LinkLost: _lost,
 }

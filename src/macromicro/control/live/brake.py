@@ -11,7 +11,7 @@ import math
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.effort import Efforts, macro_effort
-from macromicro.control.live.messages import Notice
+from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import REST, TICK, Braking, LiveState, Motion
 from macromicro.control.live.transitions import finished, go
@@ -25,14 +25,15 @@ def distance(p: LiveParameters, speed: float) -> float:
 
 
 def start(
-    p: LiveParameters, s: LiveState, outcome: str, cause: str
+    p: LiveParameters, s: LiveState, outcome: str, cause: str, found: Evidence | None = None
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin to brake; the motion ends with `outcome` once the carriage has come to rest."""
+    """Begin to brake; the motion ends with `outcome` once the carriage has come to rest, and
+    tells what was `found` before."""
     q = p.settings.brake
     speed = min(max(s.seen.speed, -q.fastest), q.fastest)
     allowed = distance(p, speed)
     until = s.time + abs(speed) * p.settings.pitch / q.deceleration + q.patience
-    work = Braking(s.time, until, speed, outcome, cause, s.seen.encoder, allowed)
+    work = Braking(s.time, until, speed, outcome, cause, s.seen.encoder, allowed, found or {})
     drive = s.drive._replace(
         macro_reference=s.seen.encoder, micro_reference=0.0, memory=REST, integral=0.0, reset=False
     )
@@ -52,6 +53,7 @@ def step(
         return s, Efforts()
     way = s.seen.encoder - work.origin
     evidence = {"way_counts": way, "allowed_counts": work.allowed, "cause": work.cause}
+    evidence |= work.found
     rested = s.seen.standing >= p.settings.brake.rest - TICK
     if not rested:
         evidence["rest"] = "did not come to rest in time"
@@ -70,7 +72,7 @@ def _slow_down(
     if abs(speed) < less or stands:
         speed = 0.0
     reference = s.drive.macro_reference + speed * dt
-    q = p.settings.limits
+    q = s.limits
     if s.frame.trusted:
         low, high = q.macro_low + s.frame.offset, q.macro_high + s.frame.offset
         reference = min(max(reference, min(low, work.origin)), max(high, work.origin))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from macromicro.config import problems
 from macromicro.control import settings
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Change, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import LiveState, busy
+from macromicro.control.live.plain import among, finite, shown
+from macromicro.control.live.state import REST, LiveState, Running, busy
 from macromicro.control.settings import Control
 from macromicro.parameters import Entry, Par, entries, replaced
 
@@ -33,8 +35,8 @@ def change(
             return s, taken, ()
         new = replaced(new, taken.path, taken.new)
         done.append(taken)
-    for path, value, accepted in new.problems():
-        return s, Refused(f"{path}: {value!r} does not fit the others", f"accepted: {accepted}"), ()
+    for path, value, accepted in problems(new):
+        return s, Refused(f"{path}: {value} does not fit the others", f"accepted: {accepted}"), ()
     if busy(s) and (new.macro_law, new.micro_law) != (s.control.macro_law, s.control.micro_law):
         return s, Refused("a motion is under way", "change the law when it has ended"), ()
     s = _put(p, s, new)
@@ -52,7 +54,16 @@ def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
         integral += (old.kp - laws.micro.kp) * error
     if laws.micro.ki == 0.0:  # a law without an integral has no such memory
         integral = 0.0
-    return s._replace(control=new, laws=laws, drive=s.drive._replace(integral=integral))
+    drive = s.drive._replace(integral=integral)
+    if laws.sequence.park != s.laws.sequence.park and _parked(s):
+        # What is held from now on is where the carriage is, wherever it was parked.
+        drive = drive._replace(macro_reference=s.seen.encoder, memory=REST)
+    return s._replace(control=new, laws=laws, drive=drive)
+
+
+def _parked(s: LiveState) -> bool:
+    """Has the micro-stage its turn, outside a programme, which has macro targets of its own?"""
+    return s.mode in (m.HOLDING, m.MOVING_MICRO) and not isinstance(s.work, Running)
 
 
 def _taken(known: dict[str, Entry], pair: Any) -> Change | Refused:
@@ -62,10 +73,10 @@ def _taken(known: dict[str, Entry], pair: Any) -> Change | Refused:
     path, value = pair
     entry = known.get(path) if isinstance(path, str) else None
     if entry is None:
-        return Refused(f"{path!r:.80} is no setting of the controller", LIST)
+        return Refused(f"{shown(path)} is no setting of the controller", LIST)
     problem = _problem(entry, value)
     if problem:
-        return Refused(f"{path}: {value!r:.80} is {problem}", LIST)
+        return Refused(f"{path}: {shown(value)} is {problem}", LIST)
     return Change(path, entry.value, float(value) if isinstance(entry.value, float) else value)
 
 
@@ -73,11 +84,9 @@ def _problem(entry: Entry, value: Any) -> str:
     """What is wrong with a value, "" if nothing is."""
     par, kind = entry.par, type(entry.value)
     if kind is str:
-        return "" if value in par.choices else "none of " + ", ".join(par.choices)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return "no number"
-    if not math.isfinite(value):
-        return "not finite"
+        return "" if among(value, par.choices) else "none of " + ", ".join(par.choices)
+    if not finite(value):
+        return "no finite number"
     if kind is int and not isinstance(value, int):
         return "no whole number"
     return _bound(par, value)

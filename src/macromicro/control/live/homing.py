@@ -1,28 +1,42 @@
 """Homing without a switch: feel for the low end stop, back off, name that place.
 
-The macro law follows a slow reference downwards. Where the carriage lags by the whole
-lead and stands, the motor pushes with the full homing effort - below what the guard takes
-for stuck - and a carriage that stands under it has met the stop.
+The macro law follows a slow reference downwards. Where the carriage stands, the motor pushes
+with the full homing effort - below what the guard takes for stuck - and a carriage that goes on
+standing under it has met the stop. One that had only stuck is freed by the push. So homing
+leans on a stop for twice `stand`, whichever law is in force, wherever it began.
+
+A stop has to be met twice at the same place, backing off in between: one that was held up for
+longer, and is free again then, goes on.
 """
 
 from __future__ import annotations
 
 import math
 
-from macromicro.control.live import brake
+from macromicro.control.live import brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, limited, macro_effort
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Homing, LiveParameters
-from macromicro.control.live.state import NAN, REST, TICK, Frame, LiveState, Motion, Search
+from macromicro.control.live.state import (
+    NAN,
+    REST,
+    TICK,
+    Frame,
+    LiveState,
+    Motion,
+    Search,
+    position,
+)
 from macromicro.types import Sample
 
 SEARCH, PUSH, BACK = range(3)
 GIVE = 20.0  # counts that a stop's rubber may give under the push
+AGAIN = 2.0 * GIVE  # counts to back off before it is felt for again
 
 
-def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
     """Begin to search; the place is not trusted until it is found again."""
     trust = t.told(s, "trust", "homing", {"trusted": False})
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
@@ -32,6 +46,7 @@ def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         drive=drive,
         frame=s.frame._replace(trusted=False),
         target=NAN,
+        survey=survey.again(s.survey, p.settings.pitch),
     )
     s, event = t.go(s, m.HOMING, t.HOME, {})
     return s, (trust, event)
@@ -66,8 +81,8 @@ def _search(
     floor = sample.encoder - q.lead
     reference = max(s.drive.macro_reference - q.speed * dt, floor)
     drive, motor = macro_effort(s, sample.encoder, reference, dt)
-    if reference <= floor and s.seen.standing >= q.stand - TICK:
-        work = Search(PUSH, s.time, sample.encoder, NAN)
+    if min(s.seen.standing, s.time - work.since) >= q.stand - TICK:
+        work = Search(PUSH, s.time, sample.encoder, work.stop)
     return s._replace(drive=drive, work=work), Efforts(_slow(q, s, motor), 0.0, 1.0)
 
 
@@ -77,15 +92,16 @@ def _push(
     q = p.settings.homing
     if abs(sample.encoder - work.origin) > GIVE:  # it had only stuck
         drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
-        return s._replace(work=Search(SEARCH, s.time, NAN, NAN), drive=drive), Efforts(
-            0.0, 0.0, 1.0
-        )
+        work = Search(SEARCH, s.time, NAN, work.stop)
+        return s._replace(work=work, drive=drive), Efforts(0.0, 0.0, 1.0)
     stood = min(s.seen.standing, s.time - work.since)
     if stood < q.stand - TICK:
         return s, Efforts(_slow(q, s, -q.volts), 0.0, 1.0)
     drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
-    event = t.told(s, "move", "end stop found", {"stop_raw_counts": sample.encoder})
-    s = s._replace(work=Search(BACK, NAN, NAN, sample.encoder), drive=drive)
+    sure = abs(sample.encoder - work.stop) <= GIVE  # never, the first time: no stop is known
+    cause = "end stop confirmed" if sure else "end stop found"
+    event = t.told(s, "move", cause, {"stop_raw_counts": sample.encoder})
+    s = s._replace(work=Search(BACK, NAN, NAN, sample.encoder, sure), drive=drive)
     return s, Efforts(0.0, 0.0, 1.0, 0.0, (event,))
 
 
@@ -94,17 +110,23 @@ def _back(
 ) -> tuple[LiveState, Efforts]:
     """Back off; `since`: within the tolerance since then, or NaN."""
     q, sequence = p.settings.homing, s.laws.sequence
-    goal = work.stop + q.back_off
+    goal = work.stop + (q.back_off if work.sure else AGAIN)
     reference = min(s.drive.macro_reference + q.speed * dt, goal, sample.encoder + q.lead)
     since = NAN
+    if not work.sure and sample.encoder >= goal - sequence.tolerance:
+        drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
+        s = s._replace(work=Search(SEARCH, s.time, NAN, work.stop), drive=drive)
+        return s, Efforts(0.0, 0.0, 1.0)
     if abs(goal - sample.encoder) <= sequence.tolerance:
         since = s.time if math.isnan(work.since) else work.since
-    if not math.isnan(since) and s.time - since >= sequence.dwell - TICK:
+    if work.sure and not math.isnan(since) and s.time - since >= sequence.dwell - TICK:
         offset = goal - q.coordinate
         shift = offset - s.frame.offset  # counts lost or gained since it was last known
-        s = s._replace(frame=Frame(offset, 0.0, True, s.frame.zero))
-        place = (sample.encoder - offset) * p.settings.pitch + s.seen.fine * 1e-3
-        s = s._replace(seen=s.seen._replace(position=place))
+        s = s._replace(
+            frame=Frame(offset, 0.0, True, s.frame.zero),
+            survey=survey.homed(p.settings.edges, s.survey, offset),
+        )
+        s = s._replace(seen=s.seen._replace(position=position(p, s)))
         found = {
             "offset_raw_counts": offset,
             "stop_raw_counts": work.stop,

@@ -54,7 +54,7 @@ def macro(
     goal, reference = work.goal, s.drive.macro_reference
     limit = math.inf
     if s.frame.trusted:
-        bound = q.limits.macro_high if goal > 0.0 else q.limits.macro_low
+        bound = s.limits.macro_high if goal > 0.0 else s.limits.macro_low
         limit = max(math.copysign(1.0, goal) * (bound + s.frame.offset - reference), 0.0)
         goal = math.copysign(min(abs(goal), math.sqrt(2.0 * most * limit)), goal)
     speed = work.speed + limited(goal - work.speed, most * dt)
@@ -64,21 +64,24 @@ def macro(
     else:
         reference += speed * dt
     lead = q.homing.lead
-    held_back = work.held_back
+    held_back, ahead = work.held_back, 0.0
     if not math.isnan(sample.encoder):
         ahead = reference - sample.encoder
-        held_back = held_back + dt if abs(ahead) >= lead and s.seen.standing > 0.0 else 0.0
         reference = sample.encoder + limited(ahead, lead)
+    drive, motor = macro_effort(s, sample.encoder, reference, dt)
+    motor = limited(motor, q.homing.volts)
+    if not math.isnan(sample.encoder):
+        leans = abs(ahead) >= lead or abs(motor) >= q.jogging.lean
+        held_back = held_back + dt if leans and s.seen.standing > 0.0 else 0.0
     if held_back >= q.jogging.patience - TICK:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, Efforts(notices=notices)
-    drive, motor = macro_effort(s, sample.encoder, reference, dt)
     s = s._replace(drive=drive, work=work._replace(speed=speed, held_back=held_back))
     arrived = abs(reference - sample.encoder) <= s.laws.sequence.tolerance
     if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
         s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
         return s, Efforts(notices=notices)
-    return s, Efforts(limited(motor, q.homing.volts), 0.0, 1.0)
+    return s, Efforts(motor, 0.0, 1.0)
 
 
 def micro(
@@ -86,7 +89,7 @@ def micro(
 ) -> tuple[LiveState, Efforts]:
     """One period of a micro jog; at the limit it ends once the stage is there."""
     q = p.settings
-    bound = q.limits.micro_high if work.goal > 0.0 else q.limits.micro_low
+    bound = s.limits.micro_high if work.goal > 0.0 else s.limits.micro_low
     sign = math.copysign(1.0, work.goal)
     reference = s.drive.micro_reference + work.goal * dt
     if not math.isnan(sample.hall):

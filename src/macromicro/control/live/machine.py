@@ -1,4 +1,4 @@
-"""The live machine: `begin`, `accept` a request, `step` a control period, `fault`.
+"""The live machine: `begin`, `accept` a request, `step` a control period, `fault`, `lose`.
 
 The machine is pure: it takes a sample and gives outputs, reads no clock and no file. It
 calls the control laws that the simulator compiles, interpreted.
@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 
 from macromicro.control import calibration
-from macromicro.control.live import brake, homing, jog, moves, programme
+from macromicro.control.live import brake, homing, jog, moves, programme, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.accept import accept
@@ -18,6 +18,7 @@ from macromicro.control.live.effort import NONE, Efforts
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
+    TICK,
     Approach,
     Braking,
     Jogged,
@@ -28,11 +29,13 @@ from macromicro.control.live.state import (
     Settle,
     Trouble,
     begin,
+    now,
 )
 from macromicro.types import SAFE, Command, Outputs, Sample
 
-__all__ = ["accept", "begin", "fault", "step"]
+__all__ = ["accept", "begin", "fault", "lose", "step"]
 
+DISAGREE = "laser and encoder disagree"
 _SPEED_TIME = 0.01  # s: time constant of the speed that the encoder shows
 _LEAP = 0.1  # s: a longer step of the samples' time is no passing of time
 
@@ -45,6 +48,9 @@ def step(
     Motor and CTRL are 0 V in disabled, ready, fault, and in stopped once at rest.
     """
     s, sample = _look(p, s, sample, dt)
+    if s.survey.apart >= p.settings.edges.span - TICK and _driven(s):
+        s, notices = fault(p, s, DISAGREE, _disagreement(p, s), position_lost=True)
+        return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
     s, efforts = _work(p, s, sample, dt)
     motor, ctrl, macro_active, micro_active, notices = efforts
     d = s.drive
@@ -53,7 +59,8 @@ def step(
         return s, command, SAFE, notices
     reset = 0.0
     if d.reset:
-        s, reset = s._replace(drive=d._replace(reset=False)), 1.0
+        s = s._replace(drive=d._replace(reset=False), survey=survey.reset_given(s.survey))
+        reset = 1.0
     # A law that gives NaN, for numbers beyond all measure, is the guard's to stop and to tell.
     return s, command, Outputs(motor, ctrl, s.fan, reset), notices
 
@@ -76,12 +83,24 @@ _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
 }
 
 
+def _time(s: LiveState, told: float, dt: float) -> tuple[float, float]:
+    """Time [s] that has passed, and what the samples' time is ahead of it.
+
+    A leap of the samples' time is no passing of time, and shortens no wait.
+    """
+    if not math.isfinite(told):
+        return s.time + dt, s.shift
+    time = told - s.shift
+    if not math.isnan(s.seen.encoder) and not 0.0 <= time - s.time <= _LEAP:
+        time = s.time + dt
+        return time, told - time
+    return time, s.shift
+
+
 def _look(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Sample]:
     """Readings, speed, standstill and position after this sample; what is no number is missing."""
-    time, encoder, hall = sample.t, sample.encoder, sample.hall
-    begun = not math.isnan(s.seen.encoder)
-    if not math.isfinite(time) or (begun and not 0.0 <= time - s.time <= _LEAP):
-        time = s.time + dt
+    encoder, hall = sample.encoder, sample.hall
+    time, shift = _time(s, sample.t, dt)
     if math.isinf(encoder) or math.isinf(hall) or time != sample.t:
         encoder = encoder if math.isfinite(encoder) else math.nan
         hall = hall if math.isfinite(hall) else math.nan
@@ -98,9 +117,36 @@ def _look(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[L
         last = encoder
     if not math.isnan(hall):
         fine = calibration.position(p.calibration, hall)
-    position = (last - frame.offset) * p.settings.pitch + fine * 1e-3
+    q = p.settings
+    watched = survey.NOTHING
+    if s.mode != m.FAULT or frame.trusted:  # else counts are not what they were
+        moving = survey.Moving(fine, speed, standing, frame.offset)
+        watched = survey.look(q.edges, q.pitch, s.survey, sample, moving, dt)
+    if frame.trusted and watched.half < 0.5 * q.pitch:
+        position = survey.whole(watched, q.pitch, frame.offset)
+    else:
+        position = (last - frame.offset) * q.pitch + fine * 1e-3
     seen = Seen(last, speed, standing, fine, position)
-    return s._replace(time=time, seen=seen, frame=frame), sample
+    return s._replace(time=time, shift=shift, seen=seen, frame=frame, survey=watched), sample
+
+
+def _driven(s: LiveState) -> bool:
+    """Does the motor have its turn, or had it just now? What the laser tells of a carriage
+    that is left alone, and of a Hall sensor, waits until then."""
+    return s.mode in (m.HOMING, m.MOVING_MACRO, m.SETTLING) or (
+        s.mode == m.STOPPED and s.motion is not None
+    )
+
+
+def _disagreement(p: LiveParameters, s: LiveState) -> Evidence:
+    """Where the carriage is by either witness [counts, homed frame]."""
+    by_encoder = s.seen.encoder - s.frame.offset
+    return {
+        "by_laser_counts": by_encoder + s.survey.gap,
+        "by_encoder_counts": by_encoder,
+        "allowed_counts": p.settings.edges.lost,
+        "for_s": s.survey.apart,
+    }
 
 
 def fault(
@@ -111,19 +157,22 @@ def fault(
     *,
     position_lost: bool = False,
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """A fault was found outside (by the guard, by the pacing): it latches, all is off.
+    """A fault was found, here or outside (by the guard, by the pacing): it latches, all is off.
 
     A motion ends as "fault" and the place is no longer trusted; nor is it where the caller
     says that counts may have been missed (`position_lost`). The first fault stays.
     """
     if s.mode == m.FAULT:
         return s, ()
-    trusted = s.frame.trusted and s.motion is None and not position_lost
-    s = s._replace(
-        fault=Trouble(s.time, words, evidence),
-        fan=0.0,
-        drive=t.idle(s.drive),
-        frame=s.frame._replace(trusted=trusted),
-    )
+    told: tuple[Notice, ...] = ()
+    if s.motion is not None or position_lost:
+        s, told = t.untrusted(s, f"fault: {words}")
+    s = s._replace(fault=Trouble(now(s), words, evidence), fan=0.0, drive=t.idle(s.drive))
     facts = {"words": words, **evidence}
-    return t.conclude(p, s, m.FAULT, (m.FAULTED, t.FAULT), facts)
+    s, notices = t.conclude(p, s, m.FAULT, (m.FAULTED, t.FAULT), facts)
+    return s, (*told, *notices)
+
+
+def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
+    """Counts may have been missed, whoever found it: the place is no longer trusted."""
+    return t.untrusted(s, words)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.supervisor import Plan
 
 (
@@ -150,6 +151,13 @@ class SetGains(NamedTuple):
     client: str = ""
 
 
+class SetLimits(NamedTuple):
+    """Soft limits for whatever moves from now on, within the machine's own; None: these."""
+
+    limits: SoftLimits | None = None
+    client: str = ""
+
+
 class ClearFault(NamedTuple):
     """Fault to disabled. `gone`: the caller has renewed the guard, the cause is away."""
 
@@ -180,6 +188,7 @@ Request = (
     | Fan
     | Programme
     | SetGains
+    | SetLimits
     | ClearFault
     | LinkLost
 )
@@ -201,10 +210,12 @@ class Accepted(NamedTuple):
 
 
 class Refused(NamedTuple):
-    """Nothing was changed and nothing moves: why, and what would help."""
+    """Nothing was changed and nothing moves: why, and what would help. `beyond`: a value is
+    out of range; else it is not the time for the request."""
 
     reason: str
     remedy: str
+    beyond: bool = False
 
 
 Reply = Accepted | Refused
@@ -213,8 +224,8 @@ Reply = Accepted | Refused
 class Event(NamedTuple):
     """Something happened at `time` [s, of the samples]; modes by name.
 
-    `kind`: "mode" (a transition), "move" (a programme's next move), "trust", "gains",
-    "zero", "fan". `cause`: a word or two, for "mode" one of the table's.
+    `kind`: "mode" (a transition), "move" (a programme's next move, or one cut off), "trust",
+    "gains", "limits", "zero", "fan". `cause`: a word or two, for "mode" one of the table's.
     """
 
     time: float

@@ -30,6 +30,7 @@ from macromicro.control.live.state import (
     LiveState,
     Motion,
     Settle,
+    carriage,
 )
 from macromicro.types import Sample
 
@@ -125,7 +126,7 @@ def settle(
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
         return s, Efforts(notices=notices)
     rest = remaining(p, s, motion.target)
-    if not p.settings.limits.micro_low <= rest <= p.settings.fine.bias_high:
+    if not s.limits.micro_low <= rest <= p.settings.fine.bias_high:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, Efforts(notices=notices)
     s, notices = start_micro(s, motion._replace(fine=rest), t.SETTLED, {**found, "micro_mm": rest})
@@ -133,8 +134,8 @@ def settle(
 
 
 def remaining(p: LiveParameters, s: LiveState, target: float) -> float:
-    """Contraction [mm] that takes the whole from the present count to `target` [m]."""
-    return (target - (s.seen.encoder - s.frame.offset) * p.settings.pitch) * 1e3
+    """Contraction [mm] that takes the whole from where the carriage is to `target` [m]."""
+    return (target - carriage(p, s)) * 1e3
 
 
 def fine(
@@ -154,7 +155,7 @@ def fine(
         # The carriage is not where it was: aim anew from where it is now.
         again = motion._replace(fine=remaining(p, s, motion.target))
         s = s._replace(motion=again, work=Settle(work.entered, s.seen.encoder, EMPTY))
-        if p.settings.limits.micro_low <= again.fine <= p.settings.limits.micro_high:
+        if s.limits.micro_low <= again.fine <= s.limits.micro_high:
             return s, efforts
         return _gives_up(p, s, {**found, "micro_mm": again.fine})
     if s.time - work.entered >= q.patience - TICK:
@@ -175,7 +176,8 @@ def hold(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
 def stay(
     p: LiveParameters, s: LiveState, outcome: str, cause: str
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """End a motion of the micro-stage where it is, and hold it there."""
-    here = min(max(s.seen.fine, 0.0), p.settings.limits.micro_high)
+    """End a motion of the micro-stage where it is, and hold it there: beyond the soft limits,
+    if it stands there, for towards them it would move by itself."""
+    here = max(s.seen.fine, 0.0)
     s = s._replace(drive=s.drive._replace(micro_reference=here))
     return t.conclude(p, s, m.HOLDING, (outcome, cause), {"micro_mm": here})

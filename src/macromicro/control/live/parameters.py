@@ -67,7 +67,12 @@ class Homing(NamedTuple):
         float, _own("count", "farthest that the reference runs ahead of the carriage", lo=10.0)
     ] = 100.0
     stand: Annotated[
-        float, _own("s", "standstill under full push that is taken for the stop", positive=True)
+        float,
+        _own(
+            "s",
+            "standstill before the full push, and under it, that is taken for the stop",
+            positive=True,
+        ),
     ] = 0.3
     patience: Annotated[
         float, _own("s", "longest search; homing has then stalled", positive=True)
@@ -94,8 +99,12 @@ class Jogging(NamedTuple):
         float, _own("mm", "farthest that a micro jog runs ahead of the stage", positive=True)
     ] = 0.2
     patience: Annotated[
-        float, _own("s", "longest time that a carriage may lag by the whole lead", positive=True)
-    ] = 1.0
+        float, _own("s", "longest time that a carriage may be leaned on and stand", positive=True)
+    ] = 0.85
+    lean: Annotated[
+        float,
+        _own("V", "effort at which the carriage should move", "guard.lean is 2.9 V", positive=True),
+    ] = 2.9
 
 
 class Brake(NamedTuple):
@@ -118,6 +127,57 @@ class Brake(NamedTuple):
     ] = 1.0
 
 
+class Edges(NamedTuple):
+    """The laser beside the encoder: it places the encoder's edges, and tells of lost counts."""
+
+    use: Annotated[
+        int, _own("", "1: the laser refines the position and watches the count", lo=0, hi=1)
+    ] = 1
+    needed: Annotated[
+        int, _own("", "edges that must have been crossed before the laser is relied on", lo=1)
+    ] = 12
+    fastest: Annotated[
+        float,
+        _own("count/s", "speed up to which a crossing tells where its edge is", positive=True),
+    ] = 400.0
+    factor: Annotated[
+        float, _own("", "standard errors of the phase within the uncertainty told", lo=1.0)
+    ] = 3.0
+    laser: Annotated[
+        float, _own("m", "half peak-to-peak of the laser", "I5", shown="um", lo=0.0)
+    ] = 2e-6
+    hall: Annotated[
+        float, _own("m", "accuracy of the Hall calibration", "D6", shown="um", lo=0.0)
+    ] = 5e-6
+    noise: Annotated[
+        float, _own("m", "standard error of a slow crossing's path", shown="um", positive=True)
+    ] = 5e-6
+    rocking: Annotated[
+        float,
+        _own("m", "the same for two seconds after a fast way", "the belt, I2", shown="um", lo=0.0),
+    ] = 12e-6
+    lag: Annotated[float, _own("s", "lag of the Hall sensor", "S11", shown="ms", lo=0.0)] = 3e-3
+    reset: Annotated[
+        float, _own("m", "what a reset of the laser adds (rms)", "I5", shown="um", lo=0.0)
+    ] = 0.45e-6
+    drift: Annotated[
+        float, _own("m", "what the laser drifts in a second (rms)", shown="um", lo=0.0)
+    ] = 0.05e-6
+    scale: Annotated[
+        float, _own("1", "standard error of `pitch`, as a share of it", positive=True, hi=0.01)
+    ] = 2e-4
+    lost: Annotated[
+        float, _own("count", "disagreement of laser and encoder that is a fault", lo=1.5)
+    ] = 2.0
+    span: Annotated[
+        float, _own("s", "time for which it must have been beyond that", positive=True)
+    ] = 0.05
+    skew: Annotated[
+        float,
+        _own("s", "age of the laser's reading; lets more pass at speed", shown="ms", lo=0.0),
+    ] = 1e-3
+
+
 class Live(NamedTuple):
     """Everything about the live machine beside the control laws."""
 
@@ -129,6 +189,7 @@ class Live(NamedTuple):
     homing: Homing = Homing()
     jogging: Jogging = Jogging()
     brake: Brake = Brake()
+    edges: Edges = Edges()
     supersede: Annotated[
         int, _own("", "1: a new motion replaces one under way; 0: it is refused", lo=0, hi=1)
     ] = 0

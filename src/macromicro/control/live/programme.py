@@ -1,7 +1,12 @@
 """A programme: the supervisor's schedule and laws, told as modes and events of the machine.
 
-"Done": every macro move arrived, and the last move is on target when the programme ends.
-A macro move out of patience ends the programme as stalled.
+"Done": every move was begun and every macro move arrived, and at the end the last move is on
+target: a macro move within its tolerance, a fine one settled as a single one has to be, for
+`fine.dwell`. It is given up to `fine.patience` after the plan's end for that. Fine moves that
+the timetable passes over lack nothing.
+
+A macro move out of patience ends the programme as stalled. One that the timetable cuts off does
+not: the timetable goes on to its end, which is then "stalled", and tells of the first such move.
 """
 
 from __future__ import annotations
@@ -13,10 +18,10 @@ from macromicro.control import supervisor
 from macromicro.control.live import brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live.effort import Efforts, observe
+from macromicro.control.live.effort import Efforts, fine_efforts, observe
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, REST, TICK, LiveState, Motion, Running
+from macromicro.control.live.state import EMPTY, NAN, REST, TICK, LiveState, Motion, Running
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, Plan, Progress
 from macromicro.types import Sample
 
@@ -28,7 +33,7 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
     raw = _raw(plan, s.frame.offset)
     progress = supervisor.begin(s.seen.encoder)
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
-    work = Running(raw, progress, s.time, EMPTY)
+    work = Running(raw, progress, s.time, EMPTY, NAN, None)
     s = s._replace(motion=motion, work=work, drive=drive, target=math.nan)
     s, event = t.go(s, m.MOVING_MACRO, t.PROGRAMME, {"moves": len(plan.stage)})
     return s, (event,)
@@ -46,12 +51,24 @@ def step(
     p: LiveParameters, s: LiveState, motion: Motion, work: Running, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
     """One period of the programme."""
+    if not math.isnan(work.over):
+        return _settle(p, s, work, sample, dt)
     before = work.progress
     local = sample._replace(t=s.time - work.start)
     progress, command, out = supervisor.step(s.laws, work.plan, before, local, dt)
-    if progress.phase == SETTLING and before.phase == MACRO and _stalled(s, progress, local.t):
-        s, ends = brake.start(p, s, m.STALLED, t.STALLED)
-        return s, Efforts(notices=ends)
+    notices: tuple[Notice, ...] = ()
+    if before.phase == MACRO and _left(work.plan, before, progress):
+        late = local.t - before.began >= s.laws.sequence.patience
+        found = _way(s, work)
+        if _arrived(s, before, local):
+            s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
+        elif late:
+            s, ends = brake.start(p, s, m.STALLED, t.STALLED, found)
+            return s, Efforts(notices=ends)
+        else:
+            work = work._replace(cut_off=work.cut_off or found)
+            event = t.told(s, "move", "cut off", found)
+        notices = (event,)
     window = work.window
     fresh = progress.move != before.move
     if progress.phase == MICRO:
@@ -59,7 +76,8 @@ def step(
         off = progress.micro_reference - s.seen.fine
         window = observe(p.settings.fine, window, sample.hall, off, dt)
     if progress.phase == DONE:
-        return _end(p, s, work)
+        s, efforts = _end(p, s, work._replace(over=s.time), sample, dt)
+        return s, efforts._replace(notices=(*notices, *efforts.notices))
     drive = s.drive._replace(
         macro_reference=progress.macro_reference,
         micro_reference=progress.micro_reference,
@@ -68,22 +86,37 @@ def step(
         reset=s.drive.reset or out.laser_reset > 0.5,
     )
     s = s._replace(drive=drive, work=work._replace(progress=progress, window=window))
-    notices: tuple[Notice, ...] = ()
     mode = MODES.get(progress.phase, s.mode)
     if mode != s.mode:
-        s, event = t.go(
-            s, mode, t.ARRIVED if mode == m.SETTLING else t.NEXT_MOVE, {"move": progress.move}
-        )
-        notices = (event,)
+        s, event = t.go(s, mode, t.NEXT_MOVE, {"move": progress.move})
+        notices = (*notices, event)
     if fresh:
         notices = (*notices, _told(s, work, progress))
     return s, Efforts(out.motor, out.ctrl, command.macro_active, command.micro_active, notices)
 
 
-def _stalled(s: LiveState, progress: Progress, now: float) -> bool:
-    """Did the supervisor give up waiting for an arrival?"""
-    inside = progress.inside
-    return math.isnan(inside) or now - inside < s.laws.sequence.dwell - TICK
+def _left(plan: Plan, before: Progress, progress: Progress) -> bool:
+    """Is the macro move that was under way over? Moves passed over do not end it."""
+    fresh = progress.move != before.move and plan.stage[progress.move] == 0
+    return progress.phase != MACRO or fresh
+
+
+def _arrived(s: LiveState, before: Progress, sample: Sample) -> bool:
+    """Has the macro move that was under way arrived by now, as the supervisor judges it? With
+    no wait behind it, the supervisor's own state is that of the next move already."""
+    q = s.laws.sequence
+    if not abs(before.macro_reference - sample.encoder) <= q.tolerance:
+        return False
+    inside = sample.t if math.isnan(before.inside) else before.inside
+    return sample.t - inside >= q.dwell - TICK
+
+
+def _way(s: LiveState, work: Running) -> Evidence:
+    """The macro move under way, and what it lacks [counts]."""
+    move = work.progress.move
+    while work.plan.stage[move] != 0:  # passed over on its way
+        move -= 1
+    return {"move": move, "error_counts": work.progress.macro_reference - s.seen.encoder}
 
 
 def _told(s: LiveState, work: Running, progress: Progress) -> m.Event:
@@ -106,25 +139,47 @@ def _result(s: LiveState, work: Running) -> Evidence:
     return {"error_mm": work.window.mean}
 
 
-def _end(p: LiveParameters, s: LiveState, work: Running) -> tuple[LiveState, Efforts]:
-    """The plan has been worked off: was its last move on target?"""
-    move = work.progress.move
-    found = {"moves": move + 1, **(_result(s, work) if move >= 0 else {})}
-    if move < 0:
-        good = False
-    elif work.plan.stage[move] == 0:
-        good = (
-            work.progress.phase == SETTLING
-            and abs(found["error_counts"]) <= s.laws.sequence.tolerance
-        )
-    else:
-        good = abs(found["error_mm"]) <= p.settings.fine.band
-    if good:
+def _end(
+    p: LiveParameters, s: LiveState, work: Running, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """The plan has been worked off: all of it, and is its last move on target?"""
+    move, plan = work.progress.move, work.plan
+    left = len(plan.stage) - move - 1
+    found: Evidence = {"moves": move + 1, **(_result(s, work) if move >= 0 else {})}
+    if left or work.cut_off is not None:
+        found |= {"moves_left": left} if left else {}
+        if work.cut_off is not None:
+            found |= {f"cut_off_{name}": value for name, value in work.cut_off.items()}
+        return _stalled(p, s, found)
+    if plan.stage[move] == 1:
+        return _settle(p, s, work, sample, dt)
+    if abs(found["error_counts"]) > s.laws.sequence.tolerance:
+        return _stalled(p, s, found)
+    s, notices = t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)
+    return s, Efforts(notices=notices)
+
+
+def _settle(
+    p: LiveParameters, s: LiveState, work: Running, sample: Sample, dt: float
+) -> tuple[LiveState, Efforts]:
+    """One period behind the plan's end, its last move a fine one: has it settled?"""
+    q, window = p.settings.fine, work.window
+    found: Evidence = {"moves": work.progress.move + 1, **_result(s, work)}
+    if window.held >= q.dwell - TICK:
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)
         return s, Efforts(notices=notices)
+    if s.time - work.over >= q.patience - TICK:
+        return _stalled(p, s, found)
+    reference = work.progress.micro_reference
+    s, efforts = fine_efforts(s, sample, reference, dt)
+    window = observe(q, window, sample.hall, reference - s.seen.fine, dt)
+    return s._replace(work=work._replace(window=window)), efforts
+
+
+def _stalled(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveState, Efforts]:
     if s.mode == m.MOVING_MICRO:
         s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found)
     else:
         s = s._replace(drive=s.drive._replace(memory=REST))
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
     return s, Efforts(notices=notices)

@@ -6,8 +6,10 @@ import math
 from typing import NamedTuple
 
 from macromicro.control import settings
+from macromicro.control.live import survey
 from macromicro.control.live.messages import DISABLED, Evidence
-from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.parameters import LiveParameters, SoftLimits
+from macromicro.control.live.survey import NOTHING, Survey
 from macromicro.control.macro import MacroMemory
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan, Progress, Supervisor
@@ -84,12 +86,14 @@ class Settle(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Homing: phase, since when, where it began [raw counts] and the stop, once felt."""
+    """Homing: phase, since when, where it began [raw counts] and the stop, once felt; `sure`: at
+    the same place for the second time."""
 
     phase: int
     since: float
     origin: float
     stop: float
+    sure: bool = False
 
 
 class Jogged(NamedTuple):
@@ -104,7 +108,8 @@ class Jogged(NamedTuple):
 
 class Braking(NamedTuple):
     """Coming to rest since `since`: speed of the reference [count/s], how it will be
-    reported, where it began [raw counts], and the way that it may take [counts]."""
+    reported, where it began [raw counts], the way that it may take [counts], and what is to be
+    told at its end beside these."""
 
     since: float
     until: float
@@ -113,15 +118,19 @@ class Braking(NamedTuple):
     cause: str
     origin: float
     allowed: float
+    found: Evidence
 
 
 class Running(NamedTuple):
-    """A programme: plan in raw counts, the supervisor's progress, time of its start [s]."""
+    """A programme: plan in raw counts, the supervisor's progress, time of its start [s]; `over`:
+    when its plan was worked off [s], or NaN; what the first move cut off lacked, if any."""
 
     plan: Plan
     progress: Progress
     start: float
     window: Window
+    over: float
+    cut_off: Evidence | None
 
 
 Work = Approach | Settle | Search | Jogged | Braking | Running
@@ -136,13 +145,16 @@ class Trouble(NamedTuple):
 
 
 class LiveState(NamedTuple):
-    """The machine. `control` are the settings in force, `laws` the same for the kernels;
-    `target` [m]: what is being held after an absolute move, or NaN; `given`: ids so far."""
+    """The machine. `control` are the settings in force, `laws` the same for the kernels,
+    `limits` the soft limits in force; `time` [s] has no leaps, the samples' is `shift` ahead;
+    `survey` is what the laser tells beside the encoder; `target` [m]: what is being held after
+    an absolute move, or NaN; `given`: ids so far."""
 
     mode: int
     time: float
     control: Control
     laws: Supervisor
+    limits: SoftLimits
     seen: Seen
     frame: Frame
     drive: Drive
@@ -152,6 +164,8 @@ class LiveState(NamedTuple):
     fan: float
     fault: Trouble | None
     given: int
+    survey: Survey = NOTHING
+    shift: float = 0.0
 
 
 EMPTY = Window(0.0, 0, NAN, 0.0)
@@ -174,6 +188,7 @@ def begin(
         0.0,
         p.control,
         settings.prepare(p.control, False, p.calibration),
+        p.settings.limits,
         Seen(NAN, 0.0, 0.0, NAN, NAN),
         Frame(NAN, first, trusted and known, 0.0),
         Drive(0.0, 0.0, REST, 0.0, False),
@@ -186,10 +201,34 @@ def begin(
     )
 
 
+def now(s: LiveState) -> float:
+    """Time [s] of the last sample, as the rig tells it."""
+    return s.time + s.shift
+
+
 def uncertainty(p: LiveParameters, s: LiveState) -> float:
-    """Half width [m] of the interval that holds the position: half a count, as the place of
-    the encoder's edges is not calibrated; infinite where the frame is not trusted."""
-    return 0.5 * p.settings.pitch if s.frame.trusted else math.inf
+    """Half width [m] of the interval that holds the position: by laser where it knows the
+    encoder's edges, else half a count; infinite where the frame is not trusted."""
+    return min(0.5 * p.settings.pitch, s.survey.half) if s.frame.trusted else math.inf
+
+
+def by_laser(p: LiveParameters, s: LiveState) -> bool:
+    """Is the position the laser's? Else the encoder's and the Hall sensor's."""
+    return s.frame.trusted and s.survey.half < 0.5 * p.settings.pitch
+
+
+def position(p: LiveParameters, s: LiveState) -> float:
+    """Of the whole positioner [m] by the last readings."""
+    if by_laser(p, s):
+        return survey.whole(s.survey, p.settings.pitch, s.frame.offset)
+    return coordinate(s) * p.settings.pitch + s.seen.fine * 1e-3
+
+
+def carriage(p: LiveParameters, s: LiveState) -> float:
+    """Of the carriage [m]: a count's middle, or by laser its place within the count."""
+    if by_laser(p, s):
+        return s.seen.position - s.seen.fine * 1e-3
+    return coordinate(s) * p.settings.pitch
 
 
 def coordinate(s: LiveState) -> float:

@@ -10,26 +10,30 @@ import numpy as np
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import NAN, LiveState, Motion, coordinate
+from macromicro.control.live.plain import among, finite, shown
+from macromicro.control.live.state import NAN, LiveState, Motion, carriage, coordinate
 from macromicro.control.supervisor import Plan
 
+_LOAD = "load it with macromicro.programme"
 HOME_FIRST = Refused("the position is not known (not homed, or a move was cut off)", "home first")
 
 
 def number(value: Any, what: str, unit: str) -> Refused | None:
     """Refuses what is no finite number."""
-    good = isinstance(value, int | float) and not isinstance(value, bool)
-    if good and math.isfinite(value):
+    if finite(value):
         return None
-    return Refused(f"{what} {value!r:.80} is no finite number", f"give it in {unit}")
+    return Refused(f"{what} {shown(value)} is no finite number", f"give it in {unit}", True)
 
 
 def _beyond(value: float, low: float, high: float, what: str, unit: str) -> Refused | None:
     if low <= value <= high:
         return None
+    if unit == "m":  # a person reads mm
+        value, low, high, unit = value * 1e3, low * 1e3, high * 1e3, "mm"
     return Refused(
         f"{what} {value:.9g} {unit} is beyond the soft limits",
         f"give one from {low:.9g} to {high:.9g} {unit}",
+        True,
     )
 
 
@@ -46,7 +50,7 @@ def whole(
     band. Otherwise the macro-stage goes to the highest count from which, with its whole
     tolerance to either side, the rest is within the band; the rest is chosen on arrival.
     """
-    q, fine, pitch = p.settings.limits, p.settings.fine, p.settings.pitch
+    q, fine, pitch = s.limits, p.settings.fine, p.settings.pitch
     refusal = number(target, "position", "m") or _beyond(
         target, q.whole_low, q.whole_high, "position", "m"
     )
@@ -55,7 +59,7 @@ def whole(
     target = float(target)
     low = max(fine.bias_low, q.micro_low)
     high = min(fine.bias_high, q.micro_high)
-    rest = (target - coordinate(s) * pitch) * 1e3
+    rest = (target - carriage(p, s)) * 1e3
     if carriage_rests and low <= rest <= high:
         return _motion(s, kind, target, NAN, rest)
     tolerance = s.laws.sequence.tolerance
@@ -64,28 +68,31 @@ def whole(
     rest = (target - (count - tolerance) * pitch) * 1e3
     if count < q.macro_low or rest > high:
         return Refused(
-            f"position {target:.9g} m is beyond the reach of both stages together",
+            f"position {target * 1e3:.9g} mm is beyond the reach of both stages together",
             "stay within the soft limits of macro- and micro-stage",
+            True,
         )
     return _motion(s, kind, target, count + s.frame.offset, NAN)
 
 
-def coarse(p: LiveParameters, s: LiveState, counts: Any) -> Motion | Refused:
+def coarse(s: LiveState, counts: Any) -> Motion | Refused:
     """A move of the macro-stage to `counts` in the homed frame."""
-    q = p.settings.limits
+    q = s.limits
     refusal = number(counts, "macro position", "counts") or _beyond(
         counts, q.macro_low, q.macro_high, "macro position", "counts"
     )
     if refusal:
         return refusal
     if counts != math.floor(counts):
-        return Refused(f"{counts!r} counts is no whole number", "give a whole number of counts")
+        return Refused(
+            f"{counts!r} counts is no whole number", "give a whole number of counts", True
+        )
     return _motion(s, "move macro", NAN, float(counts) + s.frame.offset, NAN)
 
 
-def contraction(p: LiveParameters, s: LiveState, position: Any) -> Motion | Refused:
+def contraction(s: LiveState, position: Any) -> Motion | Refused:
     """A move of the micro-stage to `position` [mm]."""
-    q = p.settings.limits
+    q = s.limits
     refusal = number(position, "micro position", "mm") or _beyond(
         position, q.micro_low, q.micro_high, "micro position", "mm"
     )
@@ -94,16 +101,16 @@ def contraction(p: LiveParameters, s: LiveState, position: Any) -> Motion | Refu
 
 def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Refused:
     """A jog; an untrusted carriage may only creep."""
-    q, limits = p.settings.jogging, p.settings.limits
-    if stage not in m.STAGES:
-        return Refused(f"{stage!r:.80} is no stage", 'name "macro" or "micro"')
+    q, limits = p.settings.jogging, s.limits
+    if not among(stage, m.STAGES):
+        return Refused(f"{shown(stage)} is no stage", 'name "macro" or "micro"')
     most = q.micro if stage == m.MICRO else q.macro if s.frame.trusted else q.slow
     refusal = number(speed, "speed", "m/s")
     if refusal:
         return refusal
     if abs(speed) > most:
         hint = "" if stage == m.MICRO or s.frame.trusted else " (not homed)"
-        return Refused(f"speed {speed:.9g} m/s is too fast{hint}", f"at most {most:g} m/s")
+        return Refused(f"speed {speed:.9g} m/s is too fast{hint}", f"at most {most:g} m/s", True)
     place, low, high = coordinate(s), limits.macro_low, limits.macro_high
     if stage == m.MICRO:
         place, low, high = s.seen.fine, limits.micro_low, limits.micro_high
@@ -113,18 +120,23 @@ def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Ref
     return _motion(s, f"jog {stage}", NAN, NAN, NAN)
 
 
-def plan(p: LiveParameters, s: LiveState, plan: Any) -> Motion | Refused:
+def _column(values: Any) -> bool:
+    """Is this one number per move, of a kind that floats hold?"""
+    if type(values) is not np.ndarray:
+        return False
+    return values.ndim == 1 and values.dtype.kind in "iuf" and values.dtype.itemsize <= 8
+
+
+def _unset(time: Any) -> bool:
+    return isinstance(time, float) and math.isnan(time)
+
+
+def plan(s: LiveState, plan: Any) -> Motion | Refused:
     """A programme: every target within the soft limits."""
-    if not isinstance(plan, Plan) or not len(plan.stage):
-        return Refused("this is no programme with moves", "load it with macromicro.programme")
-    shape = plan.stage.shape
-    if any(a.shape != shape for a in (plan.start, plan.target, plan.hold)):
-        return Refused("the programme's columns differ in length", "give one value per move")
-    if not np.isin(plan.stage, (0, 1)).all() or not np.isfinite(plan.target).all():
-        return Refused("the programme has moves without stage or target", "correct these moves")
-    if not (np.isfinite(plan.hold).all() and (plan.hold >= 0.0).all()):
-        return Refused("the programme has holds that are no times", "give seconds, 0 or more")
-    q = p.settings.limits
+    refusal = _misshapen(plan) or _senseless(plan)
+    if refusal:
+        return refusal
+    q = s.limits
     bounds = ((q.macro_low, q.macro_high, "counts"), (q.micro_low, q.micro_high, "mm"))
     for k, (low, high, unit) in enumerate(bounds):
         for value in plan.target[plan.stage == k]:
@@ -132,3 +144,23 @@ def plan(p: LiveParameters, s: LiveState, plan: Any) -> Motion | Refused:
             if refusal:
                 return refusal
     return _motion(s, "programme", NAN, NAN, NAN)
+
+
+def _misshapen(plan: Any) -> Refused | None:
+    if not isinstance(plan, Plan) or not all(_column(a) for a in plan[:4]):
+        return Refused("this is no programme with moves", _LOAD)
+    if plan.stage.dtype.kind not in "iu" or not plan.stage.size:
+        return Refused("this is no programme with moves", _LOAD)
+    if any(a.shape != plan.stage.shape for a in plan[:4]):
+        return Refused("the programme's columns differ in length", "give one value per move")
+    return None
+
+
+def _senseless(plan: Plan) -> Refused | None:
+    if np.isinf(plan.start).any() or not (finite(plan.end) or _unset(plan.end)):
+        return Refused("the programme has times that are none", "give seconds, or NaN for no time")
+    if not np.isin(plan.stage, (0, 1)).all() or not np.isfinite(plan.target).all():
+        return Refused("the programme has moves without stage or target", "correct these moves")
+    if not (np.isfinite(plan.hold).all() and (plan.hold >= 0.0).all()):
+        return Refused("the programme has holds that are no times", "give seconds, 0 or more")
+    return None

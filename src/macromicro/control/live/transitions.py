@@ -26,7 +26,15 @@ from __future__ import annotations
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Evidence, Finished, Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import NAN, REST, Drive, LiveState, uncertainty
+from macromicro.control.live.state import (
+    NAN,
+    REST,
+    Drive,
+    LiveState,
+    by_laser,
+    now,
+    uncertainty,
+)
 
 _AT_REST = (m.READY, m.HOLDING, m.STOPPED)
 _STARTS = (*_AT_REST, m.MOVING_MACRO, m.SETTLING, m.MOVING_MICRO)  # the latter superseded
@@ -73,13 +81,21 @@ TRANSITIONS = _table()
 
 def go(s: LiveState, mode: int, cause: str, evidence: Evidence) -> tuple[LiveState, Event]:
     """The machine in another mode, and the event that tells it."""
-    event = Event(s.time, "mode", m.MODES[s.mode], m.MODES[mode], cause, evidence)
+    event = Event(now(s), "mode", m.MODES[s.mode], m.MODES[mode], cause, evidence)
     return s._replace(mode=mode), event
 
 
 def told(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
     """An event that is no transition."""
-    return Event(s.time, kind, m.MODES[s.mode], m.MODES[s.mode], cause, evidence)
+    return Event(now(s), kind, m.MODES[s.mode], m.MODES[s.mode], cause, evidence)
+
+
+def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
+    """The place is no longer known, and that is told, if it was."""
+    if not s.frame.trusted:
+        return s, ()
+    s = s._replace(frame=s.frame._replace(trusted=False))
+    return s, (told(s, "trust", why, {"trusted": False}),)
 
 
 def idle(d: Drive) -> Drive:
@@ -93,7 +109,8 @@ def finished(
     """End the motion under way, if any, with this outcome; the mode stays."""
     if s.motion is None:
         return s._replace(work=None), ()
-    facts = {"kind": s.motion.kind, "seconds": s.time - s.motion.began, **evidence}
+    by = "laser" if by_laser(p, s) else "encoder"
+    facts = {"kind": s.motion.kind, "seconds": s.time - s.motion.began, "by": by, **evidence}
     end = Finished(s.motion.id, outcome, s.seen.position, uncertainty(p, s), facts)
     target = s.motion.target if outcome == m.DONE else NAN
     return s._replace(motion=None, work=None, target=target), (end,)

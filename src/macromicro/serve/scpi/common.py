@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import macromicro
-from macromicro.control.live.messages import Disable, Fan
+from macromicro.control.live.messages import Disable, Fan, SetLimits
 from macromicro.serve.scpi.command import CONTROL, Answer, Call, Command, Handler
 from macromicro.serve.scpi.parameters import Number
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from macromicro.serve.scpi.session import Session
     from macromicro.serve.scpi.status import Register
 
-_BYTE = Number("mask", lo=0, hi=255, whole=True)
-_BITS = Number("mask", lo=0, hi=65535, whole=True)
+_BYTE = Number("mask", lo=0, hi=255, rounds=True)
+_BITS = Number("mask", lo=0, hi=65535, rounds=True)
 
 
 def _idn(call: Call) -> Answer:
@@ -27,7 +27,7 @@ def _rst(call: Call) -> Answer:
     session.order(Disable(session.client))
     session.completing = False
     session.programme, session.format, session.swapped = None, ("ASC", 0), False
-    session.device.reset_limits()
+    session.order(SetLimits(None, session.client))
     if session.snapshot().fault is None:
         session.order(Fan(False, session.client))
     return None
@@ -85,7 +85,7 @@ COMMON = (
         "*RST",
         _rst,
         "Both stages off at once (disabled; a motion under way ends as stopped), fan off, soft "
-        "limits, format and programme memory as at the beginning.",
+        "limits, format and programme memory as at the beginning; gains stay (GAIN:DEFault).",
         access=CONTROL,
     ),
     Command("*CLS", _cls, "Clear the error queue and all event registers; forget *OPC."),
@@ -96,7 +96,7 @@ COMMON = (
     Command(
         "*ESR?",
         _esr,
-        "Standard event status register, which reading clears: 1 operation complete, 4 query, "
+        "Standard event status register, which reading clears: 1 operation complete, "
         "8 device, 16 execution, 32 command error, 128 connected.",
         answer="mask",
     ),
@@ -179,5 +179,3 @@ STATUS = (
     *_register("QUEStionable", "questionable", "questionable register"),
     Command("STATus:PRESet", _preset, "Enable nothing; every rising bit is an event."),
 )
-
-COMMANDS = (*COMMON, *STATUS)

@@ -4,56 +4,30 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import socket
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor
-from typing import NamedTuple, TypeVar
+from concurrent.futures import Executor, Future
+from typing import Any, NamedTuple, TypeVar
 
 from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.errors import ScpiError
-from macromicro.serve.scpi.framing import BLOCK_LIMIT, LINE_LIMIT, Framer
+from macromicro.serve.scpi.framing import Framer
 from macromicro.serve.scpi.message import Message, Unit, parse
+from macromicro.serve.scpi.rates import Bounds, Bucket
 from macromicro.serve.scpi.session import Session
 from macromicro.serve.scpi.system import MOST_FAILURES
 from macromicro.serve.scpi.tree import TREE
+from macromicro.serve.scpi.wire import Ear, keep_alive
 
 POLL = 0.02  # s between two looks at motions that *OPC? waits for
 PENALTY = 1.0  # s that a wrong token costs
+GRACE = 2.0  # s for which queries of a client that has closed are still answered
 _READ = 16 * 1024
+_UNIT_BYTES = 256  # memory of a parsed command
+_UNIT_COST, _STOP_COST = 0.25, 5.0  # of reading one, of doing one at once, in the intake
+_STEP_COST = 0.02  # of a framer's step, in the intake
+_LONG, _PER_BYTE = 4096, 1 / 2000  # answer from which on its bytes cost, and how much
 _T = TypeVar("_T")
-
-
-class Bounds(NamedTuple):
-    """What one client may use. `clients`: at a time, all together; `messages`: waiting;
-    `line`, `block` [bytes]; `rate`: simple commands per second in the long run, `burst` of
-    them at once; `unread` [s]: for which a client may leave its answers unread."""
-
-    clients: int = 16
-    messages: int = 64
-    line: int = LINE_LIMIT
-    block: int = BLOCK_LIMIT
-    rate: float = 500.0
-    burst: float = 500.0
-    unread: float = 10.0
-
-
-class Bucket:
-    """Delays what comes faster than `rate` for longer than `burst` (a token bucket)."""
-
-    def __init__(self, rate: float, burst: float) -> None:
-        self._rate, self._burst = rate, burst
-        self._level = burst
-        self._time = time.monotonic()
-
-    async def take(self, cost: float) -> None:
-        """Return once `cost` is within the rate."""
-        now = time.monotonic()
-        self._level = min(self._burst, self._level + (now - self._time) * self._rate)
-        self._time = now
-        self._level -= cost
-        if self._level < 0.0:
-            await asyncio.sleep(-self._level / self._rate)
 
 
 class Threads(NamedTuple):
@@ -61,6 +35,16 @@ class Threads(NamedTuple):
 
     orders: Executor
     urgent: Executor
+
+
+class _Waiting(NamedTuple):
+    """A message that waits: what of it is to be done, the client's stops when it came, and
+    its size in memory [bytes]."""
+
+    message: Message
+    units: tuple[Unit, ...]
+    stops: int
+    size: int
 
 
 class Connection:
@@ -73,49 +57,68 @@ class Connection:
     def __init__(
         self,
         device: Device,
-        reader: asyncio.StreamReader,
+        ear: Ear,
         writer: asyncio.StreamWriter,
         threads: Threads,
         bounds: Bounds,
     ) -> None:
-        self._reader, self._writer = reader, writer
+        self._ear, self._writer = ear, writer
+        self._framer = Framer(bounds.line, bounds.block)
         self._threads, self._bounds = threads, bounds
         self._bucket = Bucket(bounds.rate, bounds.burst)
         self._intake = Bucket(bounds.rate, bounds.burst)
-        self._queue: asyncio.Queue[tuple[Message, tuple[Unit, ...], int] | None] = asyncio.Queue(
-            bounds.messages
-        )
-        self._heard = time.monotonic()
+        self._queue: asyncio.Queue[_Waiting | None] = asyncio.Queue(bounds.messages)
+        self._bytes = 0  # of what waits
+        self._calls: set[Future[Any]] = set()  # those under way in other threads
+        self._working = False
+        self._waited = time.monotonic()  # until when the client waited for us
+        self._patience: float = device.settings.serve.client_timeout
         peer = writer.get_extra_info("peername")
         self.session = Session(device, f"scpi {peer[0]}:{peer[1]}")
 
     async def run(self) -> None:
-        """Serve; returns when the client is gone."""
+        """Serve; returns when the client is gone and nothing is being done for it any more."""
         keep_alive(self._writer.get_extra_info("socket"))
         await self._in(self._threads.orders, self._station_connect)
         worker = asyncio.create_task(self._work())
         reading = asyncio.create_task(self._read())
+        ended = asyncio.create_task(self._ear.ended.wait())
+        tasks = worker, reading, ended
         try:
-            await asyncio.wait({worker, reading}, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             await self._in(self._threads.urgent, self.session.close)
-            if not worker.done():  # queries that came before the end are still answered
+            if not worker.done() and not self._ear.reset:
+                # What came before the end: stops are done and queries answered.
                 with contextlib.suppress(TimeoutError, OSError):
-                    async with asyncio.timeout(2.0):
-                        await self._finish(worker)
+                    async with asyncio.timeout(GRACE):
+                        await self._finish(reading, worker)
         finally:
             self.session.gone.set()
-            for task in (worker, reading):
+            for task in tasks:
                 task.cancel()
-            await asyncio.gather(worker, reading, return_exceptions=True)
+            await asyncio.gather(*tasks, return_exceptions=True)
             self._writer.transport.abort()
+            while self._calls:
+                await asyncio.sleep(POLL)
+
+    def watch(self) -> None:
+        """Notice that the client is gone, apart from reading what it has sent; to be called
+        in the event loop now and then. Whom this server cannot keep up with any more, so that
+        its end could not be seen, is let go too, and who leaves a block unfinished."""
+        ear, now = self._ear, time.monotonic()
+        ear.look(self._writer.get_extra_info("socket"))
+        deaf = ear.deaf_since is not None and now - ear.deaf_since > self._patience
+        stuck = self._framer.in_block and now - ear.heard > self._bounds.unread
+        if deaf or (stuck and not self._behind):
+            ear.reset = True
+            ear.ended.set()
 
     def beat(self) -> None:
         """Tell the station that this client lives; lose it where its watchdog has run out."""
         session = self.session
-        if session.gone.is_set():
+        if session.gone.is_set() or self._ear.ended.is_set():
             return
-        silent = time.monotonic() - self._heard
-        if session.watchdog and silent > session.watchdog:
+        if session.watchdog and self._silence() > session.watchdog:
             station = session.device.station
             if station.snapshot().holder == session.client:
                 station.disconnect(session.client)
@@ -124,10 +127,22 @@ class Connection:
             return
         session.device.station.heartbeat(session.client)
 
+    @property
+    def _behind(self) -> bool:
+        """Is there something of this client's still to be done?"""
+        return self._working or not self._queue.empty() or self._ear.deaf_since is not None
+
+    def _silence(self) -> float:
+        """For how long [s] nothing came, though nothing was waited for; while this server is
+        the slow one, for a client_timeout less."""
+        silent = time.monotonic() - max(self._ear.heard, self._waited)
+        return silent - (self._patience if self._behind else 0.0)
+
     def _station_connect(self) -> None:
         self.session.device.station.connect(self.session.client)
 
-    async def _finish(self, worker: asyncio.Task[None]) -> None:
+    async def _finish(self, reading: asyncio.Task[None], worker: asyncio.Task[None]) -> None:
+        await reading
         await self._queue.put(None)
         await worker
         await self._writer.drain()
@@ -135,31 +150,44 @@ class Connection:
         await self._writer.wait_closed()
 
     async def _in(self, executor: Executor, act: Callable[..., _T], *given: object) -> _T:
-        return await asyncio.get_running_loop().run_in_executor(executor, act, *given)
+        future = executor.submit(act, *given)
+        self._calls.add(future)
+        future.add_done_callback(self._calls.discard)
+        return await asyncio.wrap_future(future)
 
     async def _read(self) -> None:
         """Frame what comes; stops are done here, the rest waits for its turn."""
-        framer = Framer(self._bounds.line, self._bounds.block)
-        while True:
+        while not self._framer.broken:
             try:
-                data = await self._reader.read(_READ)
+                data = await self._ear.take(_READ)
             except OSError:  # reset, or the peer no longer answers
                 return
             if not data:
                 return
-            self._heard = time.monotonic()
+            steps = self._framer.steps
             await self._intake.take(len(data) / 4096)
-            for found in framer.feed(data):
+            for found in self._framer.feed(data):
                 if isinstance(found, ScpiError):
-                    await self._queue.put((Message((), found), (), self.session.stops))
+                    await self._put(Message((), found), (), 0)
                     continue
                 message = parse(TREE, found)
                 urgent, rest = message.parted()
                 for unit in urgent:
                     await self._in(self._threads.urgent, self._now, unit)
                 if rest or message.error is not None:
-                    await self._queue.put((message, rest, self.session.stops))
-                await self._intake.take(0.25)
+                    await self._put(message, rest, len(found))
+                await self._intake.take(
+                    _UNIT_COST * max(1, message.size) + _STOP_COST * len(urgent)
+                )
+            await self._intake.take(_STEP_COST * (self._framer.steps - steps))
+
+    async def _put(self, message: Message, units: tuple[Unit, ...], length: int) -> None:
+        """Let a message wait for its turn."""
+        size = length + _UNIT_BYTES * len(units)
+        while self._bytes and self._bytes + size > self._bounds.waiting:
+            await asyncio.sleep(POLL)
+        self._bytes += size
+        await self._queue.put(_Waiting(message, units, self.session.stops, size))
 
     def _now(self, unit: Unit) -> None:
         self.session.attempt(unit, self.session.stops, self.session.failed)
@@ -167,14 +195,17 @@ class Connection:
     async def _work(self) -> None:
         """Do messages one after the other."""
         while True:
+            if self._queue.empty() and self._working:
+                self._working, self._waited = False, time.monotonic()
             item = await self._queue.get()
             if item is None:
                 return
-            message, units, stops = item
-            await self._bucket.take(message.cost)
-            if message.error is not None:
-                self.session.fail(message.error)
-            if not await self._do(units, stops):
+            self._working = True
+            await self._bucket.take(item.message.cost)
+            self._bytes -= item.size
+            if item.message.error is not None:
+                self.session.fail(item.message.error)
+            if not await self._do(item.units, item.stops):
                 return
 
     async def _do(self, units: tuple[Unit, ...], stops: int) -> bool:
@@ -195,6 +226,8 @@ class Connection:
                 session.answered = True
                 if not await self._drained():
                     return False
+                if len(data) > _LONG:
+                    await self._bucket.take(len(data) * _PER_BYTE)
         if session.answered:
             session.answered = False
             self._writer.write(b"\n")
@@ -207,7 +240,7 @@ class Connection:
         while not await self._in(self._threads.orders, self.session.poll):
             if self.session.gone.is_set():
                 return False
-            self._heard = time.monotonic()  # it waits for us: this is no silence
+            self._waited = time.monotonic()  # it waits for us: this is no silence
             await asyncio.sleep(POLL)
         return True
 
@@ -218,16 +251,3 @@ class Connection:
         except (TimeoutError, OSError):
             return False
         return True
-
-
-def keep_alive(connection: socket.socket) -> None:
-    """Let the system find out within about 11 s that the other end is gone without a word."""
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for option, value in (
-        ("TCP_KEEPIDLE", 5),
-        ("TCP_KEEPINTVL", 2),
-        ("TCP_KEEPCNT", 3),
-        ("TCP_USER_TIMEOUT", 11_000),
-    ):
-        if hasattr(socket, option):
-            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)

@@ -8,12 +8,13 @@ from typing import NamedTuple
 from macromicro.serve.scpi.errors import ScpiError
 
 WORD, NUMBER, STRING, BLOCK = "word", "number", "string", "block"
-_BLANK = b" \t\r"
+BLANK = bytes(k for k in range(33) if k != 10)  # white space is all of these: 7.4.1.2
 _NUMBER = re.compile(rb"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[eE]([+-]?[0-9]+))?")
 _BASED = re.compile(rb"#([hH][0-9A-Fa-f]+|[qQ][0-7]+|[bB][01]+)")
 _BASES = {"H": 16, "Q": 8, "B": 2}
-_SUFFIX = re.compile(rb"[ \t]*([A-Za-z%][A-Za-z0-9/.%*^-]*)")
+_SUFFIX = re.compile(rb"[\x00-\x09\x0b-\x20]*([A-Za-z%][A-Za-z0-9/.%*^-]*)")
 _WORD = re.compile(rb"[A-Za-z][A-Za-z0-9_]*")
+_BEHIND = (b"", b",", b";", *(bytes([k]) for k in BLANK))
 LONGEST_WORD = 40
 LONGEST_SUFFIX = 12
 MOST_DIGITS = 255
@@ -56,7 +57,7 @@ def elements(message: bytes, place: int) -> tuple[list[Element], int]:
 
 def blank(message: bytes, place: int) -> int:
     """The first place from `place` on that holds no white space."""
-    while place < len(message) and message[place] in _BLANK:
+    while place < len(message) and message[place] in BLANK:
         place += 1
     return place
 
@@ -99,7 +100,7 @@ def _number(message: bytes, number: re.Match[bytes]) -> tuple[Element, int]:
         if len(unit[1]) > LONGEST_SUFFIX:
             raise ScpiError(-134, shown(unit[1]))
         end, suffix = unit.end(), unit[1].decode().upper()
-    elif message[end : end + 1] not in (b"", b",", b";", b" ", b"\t", b"\r"):
+    elif message[end : end + 1] not in _BEHIND:
         raise ScpiError(-121, shown(message[number.start() :]))
     return Element(NUMBER, number[0].decode(), suffix), end
 

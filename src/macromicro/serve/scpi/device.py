@@ -1,8 +1,9 @@
-"""What all SCPI clients share: the station, its settings, the limits set here."""
+"""What all SCPI clients share: the station, its settings and its newest rows."""
 
 from __future__ import annotations
 
 import hmac
+import math
 import threading
 import time
 from pathlib import Path
@@ -11,10 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.parameters import entries, replaced
-from macromicro.serve.scpi.errors import ScpiError
+from macromicro.serve.aims import aim, aimed
 from macromicro.serve.shared import PERIOD
 
 if TYPE_CHECKING:
@@ -42,9 +42,9 @@ class Device:
         self.folder = folder
         self._token = token
         self._lock = threading.Lock()
-        self._limits = self.settings.live.limits
         self._control: Control = self.settings.controller
         self._seen = -1
+        self._followed, self._target = -1, math.nan
         self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
 
     @property
@@ -57,49 +57,22 @@ class Device:
         wanted = self._token or ""
         return hmac.compare_digest(token.encode(), wanted.encode()) and bool(wanted)
 
-    # Soft limits
+    # Positions
 
-    @property
-    def limits(self) -> SoftLimits:
-        """In force for SCPI clients: the machine's own, or narrower ones."""
-        return self._limits
+    def extreme(self, kind: str, which: str) -> float:
+        """The lower ("MIN") or upper ("MAX") soft limit in force: of the whole [m], of the
+        macro-stage [counts], of the micro-stage [mm]."""
+        limits = self.station.snapshot().limits
+        return float(getattr(limits, f"{kind}_{'low' if which == 'MIN' else 'high'}"))
 
-    @property
-    def narrowed(self) -> bool:
-        """Are they narrower than the machine's own?"""
-        return self._limits != self.settings.live.limits
-
-    def set_limits(self, kind: str, low: float, high: float) -> None:
-        """New limits of "macro" [counts], "micro" [mm] or "whole" [m], within the machine's.
-
-        Raises ScpiError -222.
-        """
-        own = self.settings.live.limits
-        lowest, highest = getattr(own, f"{kind}_low"), getattr(own, f"{kind}_high")
-        if not lowest <= low < high <= highest:
-            accepted = f"from {lowest:g} to {highest:g}, the lower one first"
-            raise ScpiError(-222, f"{low:g} to {high:g}; accepted: {accepted}")
+    def target(self) -> float:
+        """Where the whole positioner is going or is held [m]; NaN where it is not."""
         with self._lock:
-            changed = {f"{kind}_low": low, f"{kind}_high": high}
-            self._limits = self._limits._replace(**changed)
-
-    def reset_limits(self) -> None:
-        """The machine's own limits again."""
-        self._limits = self.settings.live.limits
-
-    def check(self, kind: str, value: float, margin: float = 0.0) -> None:
-        """ScpiError -222 unless `value` is within the limits of its kind by `margin`."""
-        low = getattr(self._limits, f"{kind}_low")
-        high = getattr(self._limits, f"{kind}_high")
-        if not low + margin <= value <= high - margin:
-            # In the unit that a person reads: counts, mm, mm.
-            scale, unit = {"macro": (1.0, "counts"), "micro": (1.0, "mm"), "whole": (1e3, "mm")}[
-                kind
-            ]
-            found = f"{value * scale:.6g} {unit}"
-            raise ScpiError(
-                -222, f"{found}; accepted: {low * scale:.6g} to {high * scale:.6g} {unit}"
-            )
+            self._followed, events = self.station.events(self._followed)
+            for event in events:
+                self._target = aimed(event, self._target)
+            target = self._target
+        return aim(self.station.snapshot(), target, self.settings.live.pitch)
 
     # Telemetry
 
@@ -127,6 +100,8 @@ class Device:
             self._seen, events = self.station.events(self._seen)
             known = {e.path for e in entries(self._control)}
             for event in events:
+                if event.kind == "loop" and event.cause == "started":
+                    self._control = self.settings.controller
                 for path, change in event.evidence.items() if event.kind == "gains" else ():
                     if path in known:
                         self._control = replaced(self._control, path, change["new"])

@@ -89,13 +89,14 @@ class ErrorQueue:
         self._size = size
         self._entries: deque[Entry] = deque()
 
-    def put(self, error: ScpiError) -> None:
-        """Append an error; what does not fit is lost, and -350 says so."""
+    def put(self, error: ScpiError) -> int:
+        """Append an error; what does not fit is lost, and -350 says so. The number queued."""
         if len(self._entries) >= self._size:
             self._entries[-1] = Entry(-350, TEXTS[-350])
-            return
+            return -350
         detail = f";{error.detail}" if error.detail else ""
         self._entries.append(Entry(error.number, f"{TEXTS[error.number]}{detail}"[:LONGEST]))
+        return error.number
 
     def get(self) -> Entry:
         """The oldest error, taken out; 0 "No error" of an empty queue."""

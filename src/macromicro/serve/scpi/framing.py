@@ -17,13 +17,15 @@ class Framer:
     """Cuts a stream at its newlines, those inside of a block excepted.
 
     It holds at most one message: a line of `line_limit` bytes, blocks not counted, and
-    blocks of `block_limit` bytes altogether. Of a longer one nothing is kept; the bytes that
-    a block announces are passed over as data even then, and the message ends at the newline
-    behind them.
+    blocks of `block_limit` bytes altogether. Of a longer line nothing is kept up to its end.
+    A block's head that announces more is the end of it all: where the next message begins
+    could only be told by passing over what it announces, deaf to stops. `broken` then.
     """
 
     def __init__(self, line_limit: int = LINE_LIMIT, block_limit: int = BLOCK_LIMIT) -> None:
         self.line_limit, self.block_limit = line_limit, block_limit
+        self.broken = False
+        self.steps = 0  # quotes, number signs and newlines so far: what takes time
         self._buffer = bytearray()
         self._fresh()
 
@@ -39,12 +41,24 @@ class Framer:
         """Bytes in memory."""
         return len(self._buffer)
 
+    @property
+    def in_block(self) -> bool:
+        """Must more of a block come before anything else is heard?"""
+        return self._skip > 0
+
     def feed(self, data: bytes) -> Iterator[bytes | ScpiError]:
         """The messages that `data` completes, each without its newline, or why it is none."""
         for start in range(0, len(data), 4096):  # so that no more than limits and this is held
+            if self.broken:
+                return
             self._buffer += data[start : start + 4096]
             while True:
                 end = self._scan()
+                if self._blocks > self.block_limit:
+                    self.broken = True
+                    self._buffer.clear()
+                    yield ScpiError(-223, f"blocks of at most {self.block_limit} bytes")
+                    return
                 if end < 0:
                     break
                 message, error = bytes(self._buffer[:end]), self._error
@@ -67,6 +81,7 @@ class Framer:
             if found is None:
                 self._scanned = len(buffer)
                 break
+            self.steps += 1
             place, mark = found.start(), buffer[found.start()]
             if mark == 0x0A:
                 return place
@@ -96,9 +111,7 @@ class Framer:
         self._skip = int(number)
         self._blocks += self._skip
         self._scanned = place + 2 + digits
-        if self._blocks > self.block_limit and self._error is None:
-            self._error = ScpiError(-223, f"blocks of at most {self.block_limit} bytes")
-        return True
+        return self._blocks <= self.block_limit
 
     def _bound(self) -> None:
         """Let go of a message that has grown too long, without losing its end."""

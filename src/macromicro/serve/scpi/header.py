@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
+from macromicro.serve.scpi.command import ALWAYS
 from macromicro.serve.scpi.data import shown
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.parameters import spellings
@@ -77,8 +78,8 @@ class Tree:
     def find(self, header: str, path: tuple[str, ...]) -> Found:
         """The command of a header (ASCII, as it was written) behind the path of the one before.
 
-        A header that begins with ":" starts from the root (IEEE 488.2, appendix A). Raises
-        ScpiError -112, -113, -114.
+        A header that begins with ":" starts from the root (IEEE 488.2, appendix A), and so
+        does a stop that is none behind that path. Raises ScpiError -112, -113, -114.
         """
         text = header.upper()
         query = text.endswith("?")
@@ -95,6 +96,10 @@ class Tree:
         matches = [_MNEMONIC.fullmatch(m) for m in whole]
         names = tuple(m[1] if m else "" for m in matches)
         entry = self._known.get((names, query))
+        if entry is None and path and not query:
+            plain = self._known.get((mnemonics, query))
+            if plain is not None and plain[0].access == ALWAYS:
+                return Found(plain[0], (), mnemonics[:-1])
         if entry is None:
             raise ScpiError(-113, shown(header))
         digits = [m[2] if m else "" for m in matches]

@@ -6,7 +6,7 @@ import re
 from typing import Any, NamedTuple
 
 from macromicro.serve.scpi.command import ALWAYS, CONTROL, Command
-from macromicro.serve.scpi.data import blank, elements, shown
+from macromicro.serve.scpi.data import BLANK, blank, elements, shown
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.header import Tree
 from macromicro.serve.scpi.parameters import read
@@ -39,11 +39,13 @@ class Message(NamedTuple):
     def parted(self) -> tuple[tuple[Unit, ...], tuple[Unit, ...]]:
         """The stops that need not wait for what came before the message, and the rest.
 
-        Those are the ones with nothing before them in the message that moves or waits.
+        Those are the ones with nothing before them in the message that moves or waits; of
+        each kind there is one, as another one at the same time would change nothing.
         """
         first = next((k for k, u in enumerate(self.units) if _ordered(u)), len(self.units))
         head = self.units[:first]
-        urgent = tuple(u for u in head if u.command.access == ALWAYS)
+        kinds = {u.command.act: u for u in reversed(head) if u.command.access == ALWAYS}
+        urgent = tuple(reversed(kinds.values()))
         rest = tuple(u for u in head if u.command.access != ALWAYS)
         return urgent, rest + self.units[first:]
 
@@ -92,7 +94,7 @@ def _unit(
         raise ScpiError(number, f"{shown(message[place:])}; a header was expected")
     found = tree.find(header[0].decode(), path)
     end = header.end()
-    if message[end : end + 1] not in (b"", b";", b" ", b"\t", b"\r"):
+    if end < len(message) and message[end] not in BLANK + b";":
         raise ScpiError(-102, f"{shown(message[end:])} behind {shown(header[0])}")
     given, end = elements(message, end)
     values = read(found.command.parameters, given)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 from macromicro.control.live.messages import (
     MACRO,
     MICRO,
@@ -20,17 +23,28 @@ from macromicro.control.live.messages import (
 from macromicro.serve.scpi.answers import number
 from macromicro.serve.scpi.command import ALWAYS, CONTROL, Answer, Call, Command, Handler
 from macromicro.serve.scpi.errors import ScpiError, quoted
-from macromicro.serve.scpi.parameters import Flag, Number
+from macromicro.serve.scpi.parameters import Flag, Number, Word
+from macromicro.serve.scpi.status import OFF
 
+if TYPE_CHECKING:
+    from macromicro.serve.scpi.session import Session
+
+_ENDS = ("MINimum", "MAXimum")
 # Wider than any machine's travel: what is out of the soft limits is told with their values.
 _LENGTH = Number("position", "m", -10.0, 10.0)
-_COUNTS = Number("position", "counts", -1e6, 1e6, whole=True)
+_COUNTS = Number("position", "counts", -1e6, 1e6, whole=True, instead=_ENDS)
 _SPEED = Number("speed", "m/s", -1.0, 1.0)
+_WHICH = Word("end", _ENDS, optional=True)
+
+
+def _wanted(call: Call, kind: str) -> float:
+    """The position that is asked for: a number, or an end of what is allowed now."""
+    (value,) = call.values
+    return call.session.device.extreme(kind, value) if isinstance(value, str) else float(value)
 
 
 def _absolute(call: Call) -> Answer:
-    session, (position,) = call.session, call.values
-    session.device.check("whole", position)
+    session, position = call.session, _wanted(call, "whole")
     motion = session.order(MoveTo(position, session.client))
     session.began(motion, f"move to {position * 1e3:.6g} mm")
     return None
@@ -38,36 +52,41 @@ def _absolute(call: Call) -> Answer:
 
 def _relative(call: Call) -> Answer:
     session, (distance,) = call.session, call.values
-    now = session.snapshot()
-    if now.trusted:  # else the machine refuses, and says why
-        margin = now.uncertainty_m if session.device.narrowed else 0.0
-        session.device.check("whole", now.position_m + distance, margin)
     motion = session.order(MoveBy(distance, session.client))
     session.began(motion, f"move by {distance * 1e3:.6g} mm")
     return None
 
 
 def _macro(call: Call) -> Answer:
-    session, (counts,) = call.session, call.values
-    session.device.check("macro", counts)
+    session, counts = call.session, _wanted(call, "macro")
     motion = session.order(MoveMacro(counts, session.client))
     session.began(motion, f"macro move to {counts:.0f} counts")
     return None
 
 
 def _micro(call: Call) -> Answer:
-    session, contraction = call.session, round(call.values[0] * 1e3, 9)
-    session.device.check("micro", contraction)
+    session, contraction = call.session, _wanted(call, "micro")
+    if not isinstance(call.values[0], str):
+        contraction = round(contraction * 1e3, 9)
     motion = session.order(MoveMicro(contraction, session.client))
     session.began(motion, f"micro move to {contraction:.6g} mm")
     return None
 
 
+def _asked(kind: str, scale: float, target: Callable[[Session], float]) -> Handler:
+    """The target, or an end of what is allowed now, times `scale`."""
+
+    def act(call: Call) -> Answer:
+        (end,) = call.values
+        found = call.session.device.extreme(kind, end) if end else target(call.session)
+        return number(round(found * scale, 9))
+
+    return act
+
+
 def _jog(stage: str) -> Handler:
     def act(call: Call) -> Answer:
         session, (speed,) = call.session, call.values
-        if speed != 0.0 and session.device.narrowed:
-            raise ScpiError(-221, "no jog within limits set by LIMit; LIMit:DEFault first")
         motion = session.order(Jog(stage, speed, session.client))
         if speed == 0.0:
             session.ends(motion)
@@ -76,7 +95,8 @@ def _jog(stage: str) -> Handler:
     return act
 
 
-def _stop(call: Call) -> Answer:
+def stop(call: Call) -> Answer:
+    """Decelerate, whatever moves."""
     call.session.stop()
     return None
 
@@ -93,7 +113,12 @@ def _home(call: Call) -> Answer:
 
 
 def _enable(call: Call) -> Answer:
-    call.session.order(Enable(call.session.client))
+    session = call.session
+    try:
+        session.order(Enable(session.client))
+    except ScpiError as refused:
+        if refused.number != -221 or session.snapshot().mode in OFF:
+            raise
     return None
 
 
@@ -132,8 +157,16 @@ COMMANDS = (
         _absolute,
         "The whole positioner to a position: macro-stage, wait, micro-stage; or the "
         "micro-stage alone where that reaches it.",
-        (_LENGTH,),
+        (_LENGTH._replace(instead=_ENDS),),
         access=CONTROL,
+    ),
+    Command(
+        "MOVE[:ABSolute]?",
+        _asked("whole", 1e3, lambda session: session.device.target()),
+        "Where the whole positioner is going or is held; or between which ends it may be told "
+        "to go.",
+        (_WHICH,),
+        answer="position mm; 9.91E37 where it goes nowhere and holds nothing",
     ),
     Command(
         "MOVE:RELative",
@@ -150,11 +183,25 @@ COMMANDS = (
         access=CONTROL,
     ),
     Command(
+        "MOVE:MACRo?",
+        _asked("macro", 1.0, lambda session: session.snapshot().macro_reference),
+        "Its set point, or these ends.",
+        (_WHICH,),
+        answer="counts",
+    ),
+    Command(
         "MOVE:MICRo",
         _micro,
         "The micro-stage alone, to a contraction; the macro-stage stands.",
-        (_LENGTH._replace(name="contraction", lo=-1.0, hi=1.0),),
+        (_LENGTH._replace(name="contraction", lo=-1.0, hi=1.0, instead=_ENDS),),
         access=CONTROL,
+    ),
+    Command(
+        "MOVE:MICRo?",
+        _asked("micro", 1.0, lambda session: session.snapshot().micro_reference_mm),
+        "Its set point, or these ends.",
+        (_WHICH,),
+        answer="mm",
     ),
     Command(
         "MOVE:NUMBer?",
@@ -172,7 +219,7 @@ COMMANDS = (
     ),
     Command(
         "STOP",
-        _stop,
+        stop,
         "Decelerate; *OPC? waits for rest. What this client has sent before and is not done "
         "yet is dropped.",
         access=ALWAYS,
@@ -206,7 +253,12 @@ COMMANDS = (
         access=CONTROL,
     ),
     Command("ZERO", _zero, "Laser and relative reading to zero here.", access=CONTROL),
-    Command("ENABle", _enable, "From disabled to ready. Nothing moves.", access=CONTROL),
+    Command(
+        "ENABle",
+        _enable,
+        "From disabled to ready; as it is where it is enabled. Nothing moves.",
+        access=CONTROL,
+    ),
     Command("DISable", _disable, "Both stages off at once.", access=CONTROL),
     Command("FAN", _fan, "The actuator's fan.", (Flag("state"),), access=CONTROL),
     Command(

@@ -21,17 +21,23 @@ NEEDED = ("m", "m/s")  # 0.1 could be meant in mm: a length or a speed must say 
 
 
 class Number(NamedTuple):
-    """A finite number stored in `unit` (a key of `UNITS`), from `lo` to `hi`, `whole` or not."""
+    """A finite number stored in `unit` (a key of `UNITS`), from `lo` to `hi`; it must be
+    `whole`, or it `rounds` to a whole one, or neither. One of `instead` may stand in its place,
+    words as SCPI writes them ("MINimum")."""
 
     name: str
     unit: str = ""
     lo: float = -math.inf
     hi: float = math.inf
     whole: bool = False
+    rounds: bool = False
+    instead: tuple[str, ...] = ()
     optional: bool = False
 
-    def read(self, element: Element) -> float:
-        """The value; raises ScpiError -104, -131, -138, -222."""
+    def read(self, element: Element) -> float | str:
+        """The value, or the word's short form; raises ScpiError -104, -131, -138, -222."""
+        if element.kind == WORD and self.instead:
+            return Word(self.name, self.instead).read(element)
         if element.kind != NUMBER:
             raise ScpiError(-104, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
         known = UNITS[self.unit]
@@ -43,6 +49,8 @@ class Number(NamedTuple):
         number = Decimal(element.text)
         value = float(number * known.get(element.suffix, Decimal(1)))
         fine = math.isfinite(value) and (value != 0.0) == (number != 0)
+        if fine and self.rounds:  # IEEE 488.2, 10.10
+            value = float(math.floor(value + 0.5))
         if not (fine and self.lo <= value <= self.hi):
             raise ScpiError(-222, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
         if self.whole and value != math.floor(value):
@@ -52,6 +60,8 @@ class Number(NamedTuple):
     def words(self) -> str:
         """What is accepted."""
         kind = "a whole number" if self.whole else "a number"
+        if self.rounds:
+            kind = "a number, rounded to a whole one,"
         bounds = ""
         if self.hi < math.inf:
             bounds = f" from {self.lo:g} to {self.hi:g}" + (f" {self.unit}" if self.unit else "")
@@ -59,11 +69,12 @@ class Number(NamedTuple):
             bounds = f" of at least {self.lo:g}"
         units = ", ".join(UNITS[self.unit])
         must = "" if self.unit in NEEDED else " or none"
-        return f"{kind}{bounds}" + (f", unit {units}{must}" if units else "")
+        instead = f"; or {', '.join(self.instead)}" if self.instead else ""
+        return f"{kind}{bounds}" + (f", unit {units}{must}" if units else "") + instead
 
 
 class Flag(NamedTuple):
-    """ON, OFF, 1 or 0."""
+    """ON, OFF, or a number, which is ON unless it rounds to 0 (SCPI-99, volume 1, 7.3)."""
 
     name: str
     optional: bool = False
@@ -76,8 +87,8 @@ class Flag(NamedTuple):
             raise ScpiError(-138, f"{self.name}: {element.suffix}")
         if element.kind in (STRING, BLOCK):
             raise ScpiError(-104, f"{self.name}; accepted: {self.words()}")
-        if element.kind == NUMBER and element.text in ("0", "1"):
-            return element.text == "1"
+        if element.kind == NUMBER:
+            return abs(Decimal(element.text)) >= Decimal("0.5")
         raise ScpiError(-224, f"{self.name}: {shown(element.text)}; accepted: {self.words()}")
 
     def words(self) -> str:
@@ -156,7 +167,7 @@ class NumberOrText(NamedTuple):
         """The value; raises ScpiError -104, -138, -222, -223."""
         if element.kind == STRING:
             return Text(self.name).read(element)
-        return Number(self.name).read(element)
+        return float(Number(self.name).read(element))
 
     def words(self) -> str:
         """What is accepted."""

@@ -9,14 +9,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from macromicro.serve.scpi.connection import Bounds, Connection, Threads
+from macromicro.serve.hosts import HOST
+from macromicro.serve.hosts import SCPI_PORT as PORT
+from macromicro.serve.scpi.connection import Connection, Threads
 from macromicro.serve.scpi.device import Device
+from macromicro.serve.scpi.rates import Bounds
+from macromicro.serve.scpi.wire import Ear
 from macromicro.serve.threaded import Threaded, check_port, refused
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
 
-HOST, PORT = "127.0.0.1", 5025
 BEAT = 0.1
 _READY = Callable[[str, int], None]
 
@@ -69,8 +72,9 @@ async def _serve(
     device: Device, host: str, port: int, bounds: Bounds, ready: _READY | None
 ) -> None:
     connections: dict[Connection, asyncio.Task[None]] = {}
-    orders = ThreadPoolExecutor(bounds.clients + 1, "scpi-orders")
+    orders = ThreadPoolExecutor(bounds.clients, "scpi-orders")
     urgent = ThreadPoolExecutor(bounds.clients, "scpi-stops")
+    beats = ThreadPoolExecutor(1, "scpi-beats")
     threads = Threads(orders, urgent)
 
     async def run(connection: Connection) -> None:
@@ -79,11 +83,11 @@ async def _serve(
         finally:
             del connections[connection]
 
-    def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def accept(ear: Ear, writer: asyncio.StreamWriter) -> None:
         if len(connections) >= bounds.clients or writer.get_extra_info("peername") is None:
             writer.transport.abort()
             return
-        connection = Connection(device, reader, writer, threads, bounds)
+        connection = Connection(device, ear, writer, threads, bounds)
         connections[connection] = asyncio.create_task(run(connection))
 
     def beat(living: tuple[Connection, ...]) -> None:
@@ -99,7 +103,9 @@ async def _serve(
                 ready(bound[0], bound[1])
             while True:
                 await asyncio.sleep(BEAT)
-                await asyncio.get_running_loop().run_in_executor(orders, beat, tuple(connections))
+                for connection in connections:
+                    connection.watch()
+                await asyncio.get_running_loop().run_in_executor(beats, beat, tuple(connections))
         finally:
             listening.close()
             tasks = tuple(connections.values())
@@ -109,16 +115,22 @@ async def _serve(
                 connection.session.close()
             await asyncio.gather(*tasks, return_exceptions=True)
     finally:
-        orders.shutdown(wait=False, cancel_futures=True)
-        urgent.shutdown(wait=False, cancel_futures=True)
+        for executor in (orders, urgent, beats):
+            executor.shutdown(wait=False, cancel_futures=True)
 
 
 async def _listen(
-    accept: Callable[[asyncio.StreamReader, asyncio.StreamWriter], None], host: str, port: int
+    accept: Callable[[Ear, asyncio.StreamWriter], None], host: str, port: int
 ) -> asyncio.Server:
     """Bind and listen; InputError in words where that fails."""
+
+    def protocol() -> asyncio.StreamReaderProtocol:
+        ear = Ear()
+        return asyncio.StreamReaderProtocol(ear, lambda _, writer: accept(ear, writer))
+
     check_port(port)
     try:
-        return await asyncio.start_server(accept, host, port, backlog=16)
+        loop = asyncio.get_running_loop()
+        return await loop.create_server(protocol, host, port, backlog=16)
     except OSError as error:
         raise refused(host, port, error) from None

@@ -64,11 +64,12 @@ class Session:
     # Errors and status
 
     def fail(self, error: ScpiError) -> None:
-        """Queue an error, and set its bit of the standard event status register."""
+        """Queue an error, and set its bit of the standard event status register; that of -350,
+        too, where the queue overflows."""
         with self._noting:
             self.failed += 1
-            self.errors.put(error)
-            self.events |= event_bit(error.number)
+            queued = self.errors.put(error)
+            self.events |= event_bit(error.number) | event_bit(queued)
 
     def snapshot(self) -> Snapshot:
         """The machine now; the registers see it."""
@@ -151,34 +152,39 @@ class Session:
         behind a later stop, nor behind an error in the same message."""
         access, header = unit.command.access, unit.command.header
         try:
-            if access not in (CONTROL, CHANGE):
-                return self.run(unit)
-            with self._ordering:
-                if self.gone.is_set():
-                    raise ScpiError(-200, f"{header} not done: the client is gone")
-                if access == CONTROL and self.stops != stops:
-                    raise ScpiError(-200, f"{header} not done: it came before a stop")
-                if access == CONTROL and self.failed != failed:
-                    raise ScpiError(-200, f"{header} not done: error before it")
-                answer = self.run(unit)
-                if self.gone.is_set():  # it went while it was given control, perhaps
-                    self.device.station.disconnect(self.client)
-                return answer
+            if access == CONTROL:
+                with self._ordering:
+                    if self.stops != stops:
+                        raise ScpiError(-200, f"{header} not done: it came before a stop")
+                    if self.failed != failed:
+                        raise ScpiError(-200, f"{header} not done: error before it")
+                    return self._unless_gone(unit)
+            return self._unless_gone(unit) if access == CHANGE else self.run(unit)
         except ScpiError as error:
             self.fail(error)
             return None
 
+    def _unless_gone(self, unit: Unit) -> Answer:
+        if self.gone.is_set():
+            raise ScpiError(-200, f"{unit.command.header} not done: the client is gone")
+        answer = self.run(unit)
+        if self.gone.is_set():  # it went while it was given control, perhaps
+            self.device.station.disconnect(self.client)
+        return answer
+
     def order(self, request: Any) -> int:
         """Pass a request on; the number of the motion it began, or 0.
 
-        Raises ScpiError -203 without control, -221 where the machine refuses in its present
-        state, -240 where it does not run.
+        Raises ScpiError -203 without control, -222 for what is out of range, -221 where the
+        machine refuses in its present state, -240 where it does not run.
         """
         reply = self.device.station.request(self.client, request)
         if not isinstance(reply, Refused):
             return reply.id
         now = self.device.station.snapshot()
         number = -240 if not now.running else -203 if now.holder != self.client else -221
+        if reply.beyond:
+            number = -222
         raise ScpiError(number, f"{reply.reason}; {reply.remedy}")
 
     def stop(self) -> None:
@@ -194,7 +200,7 @@ class Session:
     def emergency(self) -> None:
         """Emergency stop; waits for nothing. Raises ScpiError -240 where no loop answers."""
         self.stops += 1
-        if math.isnan(self.device.station.emergency()):
+        if math.isnan(self.device.station.emergency(self.client)):
             raise ScpiError(-240, "the loop did not answer; switch the machine's supply off")
 
     def close(self) -> None:

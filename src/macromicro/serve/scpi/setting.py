@@ -5,30 +5,42 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from macromicro.control.live.messages import Programme, SetGains, Stop
+from macromicro.control.live.messages import Programme, SetGains, SetLimits
 from macromicro.errors import InputError
 from macromicro.parameters import Entry, entries
 from macromicro.programme import Limits
 from macromicro.serve.scpi.answers import number, numbers
-from macromicro.serve.scpi.command import CHANGE, CONTROL, Answer, Call, Command, Handler
+from macromicro.serve.scpi.command import ALWAYS, CHANGE, CONTROL, Answer, Call, Command, Handler
 from macromicro.serve.scpi.errors import ScpiError, quoted
-from macromicro.serve.scpi.parameters import NameOrBlock, Number, NumberOrText, Text
+from macromicro.serve.scpi.motion import stop
+from macromicro.serve.scpi.parameters import NameOrBlock, Number, NumberOrText, Text, Word
 
+_ENDS = ("MINimum", "MAXimum", "DEFault")
 # Limits: what they are called here and by the machine, parameter, stored units in one of its.
 _KINDS = (
     ("ABSolute", "whole", "m", 1.0, 1e3, "mm"),
     ("MACRo", "macro", "counts", 1.0, 1.0, "counts"),
     ("MICRo", "micro", "m", 1e3, 1.0, "mm"),
 )
+_TEXTS = {
+    "whole": "Soft limits of the whole positioner: they bind MOVE[:ABSolute] and MOVE:RELative, "
+    "by which both stages move together.",
+    "macro": "Soft limits of the macro-stage, whatever moves it: moves of both stages, jogs and "
+    "programmes too, but homing.",
+    "micro": "Soft limits of the micro-stage, whatever moves it, likewise.",
+}
 
 
 def _set_limits(kind: str, scale: float) -> Handler:
     def act(call: Call) -> Answer:
         session = call.session
-        if session.device.station.snapshot().holder != session.client:
-            raise ScpiError(-203, "this client does not hold control; SYSTem:LOCK:REQuest?")
-        low, high = (round(x * scale, 9) for x in call.values)
-        session.device.set_limits(kind, low, high)
+        own = session.device.settings.live.limits
+        new = {}
+        for end, value in zip(("low", "high"), call.values, strict=True):
+            place = {"MIN": "low", "MAX": "high"}.get(value, end)
+            machine = getattr(own, f"{kind}_{place}")
+            new[f"{kind}_{end}"] = machine if isinstance(value, str) else round(value * scale, 9)
+        session.order(SetLimits(session.snapshot().limits._replace(**new), session.client))
         return None
 
     return act
@@ -36,10 +48,11 @@ def _set_limits(kind: str, scale: float) -> Handler:
 
 def _limits(kind: str, shown: float) -> Handler:
     def act(call: Call) -> Answer:
-        limits = call.session.device.limits
-        return numbers(
-            *(round(getattr(limits, f"{kind}_{end}") * shown, 9) for end in ("low", "high"))
-        )
+        limits = call.session.snapshot().limits
+        if call.values[0] is not None:
+            limits = call.session.device.settings.live.limits
+        ends = {"MIN": ("low",), "MAX": ("high",)}.get(call.values[0], ("low", "high"))
+        return numbers(*(round(getattr(limits, f"{kind}_{end}") * shown, 9) for end in ends))
 
     return act
 
@@ -47,13 +60,13 @@ def _limits(kind: str, shown: float) -> Handler:
 def _limit_commands() -> tuple[Command, ...]:
     found: list[Command] = []
     for node, kind, unit, scale, shown, words in _KINDS:
-        ends = (Number("low", unit), Number("high", unit))
+        ends = (Number("low", unit, instead=_ENDS), Number("high", unit, instead=_ENDS))
         found.append(
             Command(
                 f"LIMit:{node}",
                 _set_limits(kind, scale),
-                f"Soft limits of the {kind}{' positioner' if kind == 'whole' else '-stage'} for "
-                "all SCPI clients, within those of the machine.",
+                f"{_TEXTS[kind]} Within those that the machine was started with, which the words "
+                "stand for; not while it moves.",
                 ends,
                 access=CONTROL,
             )
@@ -62,18 +75,16 @@ def _limit_commands() -> tuple[Command, ...]:
             Command(
                 f"LIMit:{node}?",
                 _limits(kind, shown),
-                "These limits.",
-                answer=f"low {words}, high {words}",
+                "These limits; or those that the machine was started with.",
+                (Word("which", _ENDS, optional=True),),
+                answer=f"low {words}, high {words}; one of them for MINimum or MAXimum",
             )
         )
     return tuple(found)
 
 
 def _default_limits(call: Call) -> Answer:
-    session = call.session
-    if session.device.station.snapshot().holder != session.client:
-        raise ScpiError(-203, "this client does not hold control; SYSTem:LOCK:REQuest?")
-    session.device.reset_limits()
+    call.session.order(SetLimits(None, call.session.client))
     return None
 
 
@@ -121,6 +132,16 @@ def _set_gain(call: Call) -> Answer:
     return None
 
 
+def _default_gains(call: Call) -> Answer:
+    session = call.session
+    own = {e.path: e.value for e in entries(session.device.settings.controller)}
+    now = {e.path: e.value for e in entries(session.device.control())}
+    changes = tuple((path, value) for path, value in own.items() if now[path] != value)
+    if changes:
+        session.order(SetGains(changes, session.client))
+    return None
+
+
 def _load(call: Call) -> Answer:
     from macromicro import programme
     from macromicro.simulate import plan
@@ -151,7 +172,7 @@ def _load(call: Call) -> Answer:
 
 
 def _programme_limits(call: Call) -> Limits:
-    own = call.session.device.limits
+    own = call.session.snapshot().limits
     per_metre = 1.0 / call.session.device.settings.live.pitch
     # A programme's micro targets may be 0: there the micro-stage is let go.
     return Limits(own.macro_low, own.macro_high, 0.0, own.micro_high * 1e-3, per_metre)
@@ -162,23 +183,10 @@ def _run(call: Call) -> Answer:
     if session.programme is None:
         raise ScpiError(-282, "no programme is loaded; PROGram:LOAD")
     name, plan = session.programme
-    for stage, target in zip(plan.stage.tolist(), plan.target.tolist(), strict=True):
-        if stage == 0:
-            session.device.check("macro", target)
-        elif session.device.narrowed:
-            session.device.check("micro", target)
     motion = session.order(Programme(plan, session.client))
     session.running = motion
     session.began(motion, f"programme {name}")
     return None
-
-
-def _stop(call: Call) -> Answer:
-    session = call.session
-    if session.running and session.snapshot().motion == session.running:
-        session.order(Stop(session.client))
-        return None
-    raise ScpiError(-221, "no programme of this client is running; STOP stops whatever moves")
 
 
 def _state(call: Call) -> Answer:
@@ -190,7 +198,12 @@ def _state(call: Call) -> Answer:
 _PATH = Text("name")
 COMMANDS = (
     *_limit_commands(),
-    Command("LIMit:DEFault", _default_limits, "The machine's own limits again.", access=CONTROL),
+    Command(
+        "LIMit:DEFault",
+        _default_limits,
+        "The limits that the machine was started with.",
+        access=CONTROL,
+    ),
     Command("GAIN:CATalog?", _gains, "All settings of the controller.", answer="names"),
     Command(
         "GAIN?",
@@ -211,6 +224,12 @@ COMMANDS = (
         _set_gain,
         "Set it.",
         (_PATH, NumberOrText("value")),
+        access=CONTROL,
+    ),
+    Command(
+        "GAIN:DEFault",
+        _default_gains,
+        "All settings of the controller as the machine was started with.",
         access=CONTROL,
     ),
     Command(
@@ -235,7 +254,12 @@ COMMANDS = (
         answer='"name or title", "" for nothing',
     ),
     Command("PROGram:RUN", _run, "Run it.", access=CONTROL),
-    Command("PROGram:STOP", _stop, "Stop it as STOP does.", access=CONTROL),
+    Command(
+        "PROGram:STOP",
+        stop,
+        "The same as STOP: a programme, and whatever else moves, decelerates.",
+        access=ALWAYS,
+    ),
     Command("PROGram:STATe?", _state, "Is it running?", answer="RUN or STOP"),
 )
 

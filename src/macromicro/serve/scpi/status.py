@@ -20,7 +20,7 @@ QUESTIONABLE_BITS = {
     2: "time: too many control periods were missed (fault)",
     4: "temperature: actuator too hot, or heated without motion (fault)",
     8: "calibration: the position is not trusted; home",
-    9: "macro-stage: following error, stuck, encoder silent (fault)",
+    9: "macro-stage: following error, stuck, encoder silent or against the laser (fault)",
     10: "micro-stage: following error, Hall sensor silent, frozen or off the scale (fault)",
     11: "any fault is latched; FAULt? has it in words",
     12: "the loop process does not run, or has told nothing for a second",
@@ -32,12 +32,13 @@ _MODES = {
     "homing": 1 << 10,
     "holding": 1 << 11,
 }
-_OFF = ("off", "disabled", "fault")
-_LATE = 100  # serve.faults
+OFF = ("off", "disabled", "fault")
+_LATE, _LOST_COUNTS = 100, 104  # serve.faults
 _FAULTS = {
     guard.MACRO_LOST: 9,
     guard.ENCODER_SILENT: 9,
     guard.STUCK: 9,
+    _LOST_COUNTS: 9,
     guard.MICRO_LOST: 10,
     guard.HALL_SILENT: 10,
     guard.HALL_FROZEN: 10,
@@ -50,7 +51,7 @@ _FAULTS = {
 
 def of_mode(mode: str) -> int:
     """Bits of the operation register that follow from a mode alone."""
-    return _MODES.get(mode, 0) | (0 if mode in _OFF else 1 << 13)
+    return _MODES.get(mode, 0) | (0 if mode in OFF else 1 << 13)
 
 
 def operation(now: Snapshot) -> int:

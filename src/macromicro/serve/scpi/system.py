@@ -82,7 +82,15 @@ def _events(call: Call) -> Answer:
 def _headers(call: Call) -> Answer:
     from macromicro.serve.scpi.tree import COMMANDS
 
-    return block("".join(f"{c.header}\n" for c in COMMANDS).encode())
+    headers = {c.header for c in COMMANDS}
+    lines = []
+    for header in (c.header for c in COMMANDS):
+        plain = header.removesuffix("?")
+        if plain == header:
+            lines.append(header if f"{header}?" in headers else f"{header}/nquery/")
+        elif plain not in headers:
+            lines.append(f"{header}/qonly/")
+    return block("".join(f"{line}\n" for line in lines).encode())
 
 
 COMMANDS = (
@@ -108,7 +116,8 @@ COMMANDS = (
     Command(
         "SYSTem:HELP:HEADers?",
         _headers,
-        "The headers of all commands.",
+        "The headers of all commands, with /qonly/ where there is a query only, with /nquery/ "
+        "where there is none.",
         answer="block of text, a line each",
         cost=5,
     ),
@@ -130,7 +139,7 @@ COMMANDS = (
     Command(
         "SYSTem:LOCK:RELease",
         _release,
-        "Give control back. A motion under way goes on to its end.",
+        "Give control back. A jog ends; another motion under way goes on to its end.",
         access=CHANGE,
     ),
     Command(
@@ -143,7 +152,8 @@ COMMANDS = (
         "SYSTem:LOCK:WATChdog",
         _watchdog,
         "Silence of this client after which it counts as lost even though it is connected; "
-        "0 for never. Not counted while *OPC? or *WAI wait.",
+        "0 for never. Not counted while *OPC? or *WAI wait; and serve.client_timeout more while "
+        "what it has sent is not done yet.",
         (Number("time", "s", lo=0, hi=3600),),
     ),
     Command(

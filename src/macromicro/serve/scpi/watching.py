@@ -5,6 +5,7 @@ from __future__ import annotations
 from macromicro.serve.scpi.answers import flag, number, numbers
 from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import quoted
+from macromicro.serve.scpi.status import OFF
 
 _STAGE = "STAGe<n=1..2>"
 
@@ -92,7 +93,7 @@ COMMANDS = (
     ),
     Command(
         "ENABle?",
-        lambda call: flag(call.session.snapshot().mode not in ("off", "disabled", "fault")),
+        lambda call: flag(call.session.snapshot().mode not in OFF),
         "Is the positioner enabled?",
         answer="1 or 0",
     ),

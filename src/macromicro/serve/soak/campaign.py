@@ -170,16 +170,14 @@ class Campaign(Operator):
         self._client.send("FAN OFF")
         if trial.name == "encoder-skipping":
             self._frame = math.nan  # it needs homing, and does not know
-            told = "nothing; the next homing tells the counts lost"
+            told = told if code else "nothing; the next homing tells the counts lost"
         if trial.name == "laser-lost":
             told = "event: laser lost"
         self.rounds.append(Round(trial.name, code, safe, told, outcome))
 
     def _around(self, trial: Trial, order: str) -> None:
         """A fault beside the machine. Times are from what was done to outputs safe."""
-        cells, lawless = self.victim.cells, trial.name == "NaN from a controller"
-        if lawless:
-            self._gains(("macro_law", '"pid"'), ("pid.kp", "1e308"), ("pid.kd", "-1e308"))
+        cells = self.victim.cells
         number = self._begin(order)
         time.sleep(self.rng.uniform(0.03, 0.15))
         began, told = self._disturb(trial.name)
@@ -191,19 +189,12 @@ class Campaign(Operator):
             self._claim(code, *self._suspect)
         elif trial.sure:
             self.complaints.append(f"{trial.name} was not found; {order} ended as {outcome}")
-        if lawless:
-            safe = 0.0 if cells[faulty.ILLEGAL] == 0 and code else math.nan
-            self._gains(("macro_law", '"pd-tuned"'), ("pid.kp", "0.02"), ("pid.kd", "0.0025"))
-        elif outcome == "lost":
+        if outcome == "lost":
             until(lambda: cells[faulty.SAFE_AT] >= 0.0)
             safe = max(float(cells[faulty.SAFE_NS] - began) * 1e-9, 0.0)
         if trial.name == "disk full":
             self._record_anew()
         self.rounds.append(Round(trial.name, code, safe, message if code else told, outcome))
-
-    def _gains(self, *values: tuple[str, str]) -> None:
-        for path, value in values:
-            self._client.send(f'GAIN "{path}",{value}')
 
     def _disturb(self, name: str) -> tuple[int, str]:
         """Do it; when it was done [ns], and what was told."""

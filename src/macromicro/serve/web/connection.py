@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import struct
+import math
 import time
 from collections import deque
 from typing import Any
@@ -16,31 +16,34 @@ from websockets.exceptions import ConnectionClosed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
-from macromicro.serve.web import bins, telling
+from macromicro.serve.hosts import is_loopback
+from macromicro.serve.web import places, telling
 from macromicro.serve.web.bounds import Bucket
+from macromicro.serve.web.clerk import Clerk
 from macromicro.serve.web.desk import Seat
-from macromicro.serve.web.orders import Refusal, number, read, text
+from macromicro.serve.web.orders import Refusal, read
 from macromicro.serve.web.room import Room
+from macromicro.serve.web.showing import Showing
 
-TAKEN_OVER, POLICY = 4000, 1008
-_PIECE = struct.Struct("<4Id")  # kind 2, id, size of the piece, 0; size of the file
+TAKEN_OVER, POLICY, FULL = 4000, 1008, 1013
+WRONG = "this is not the token"
 
 
 class Connection:
-    """A WebSocket from its hello to its end; a `desk.Line`."""
+    """A WebSocket from its hello to its end; a `desk.Line` and a `places.Guest`."""
 
     def __init__(self, room: Room, socket: ServerConnection) -> None:
         self._room, self._socket = room, socket
         self._bounds = room.bounds
+        self._address = str((socket.remote_address or ("?",))[0])
         self._admitted = False
-        self._tries = 0
         self._bucket = Bucket(room.bounds.rate, room.bounds.burst)
         self._waiting: deque[dict[str, Any]] = deque()
         self._news = asyncio.Event()
         self._urgent: set[asyncio.Task[None]] = set()
-        self._view = bins.view(0, bins.SPANS[1], 600)
-        self._since = -1
-        self._seat: Seat
+        self._shown = Showing(room)
+        self._clerk = Clerk(room, self._send)
+        self._seat: Seat | None = None
 
     # As the desk sees it
 
@@ -54,6 +57,19 @@ class Connection:
         """The page is open elsewhere, by the same key."""
         self._later(self._socket.close(TAKEN_OVER, "open elsewhere"))
 
+    # As the places see it
+
+    @property
+    def rank(self) -> int:
+        """Who makes room for whom."""
+        if not self._admitted:
+            return places.NEIGHBOUR if is_loopback(self._address) else places.STRANGER
+        return places.HOLDER if self._room.desk.holds(self._seat) else places.ADMITTED
+
+    def dismiss(self) -> None:
+        """Its place is another one's now."""
+        self._later(self._socket.close(FULL, "too many viewers"))
+
     # From hello to the end
 
     async def run(self) -> None:
@@ -62,7 +78,7 @@ class Connection:
             hello = read(await asyncio.wait_for(self._socket.recv(), self._bounds.patience))
             if hello.get("do") != "hello":
                 raise Refusal("the first message must be a hello")
-            self._look(hello)
+            self._shown.look(hello)
         except (Refusal, TimeoutError):
             await self._socket.close(POLICY, "say hello first")
             return
@@ -72,37 +88,46 @@ class Connection:
 
     async def _serve(self, hello: dict[str, Any]) -> None:
         room = self._room
-        address = str((self._socket.remote_address or ("?",))[0])
-        self._seat = room.desk.sit(hello.get("session"), address, self)
+        self._seat = room.desk.find(hello.get("session"))
+        problem = ""
+        if room.gate.open or hello.get("token") is not None:
+            problem = self._check(hello.get("token"))
+        if not room.places.claim(self, self._seat and self._seat.line):
+            await self._socket.close(FULL, "too many viewers")
+            return
+        if problem:
+            await asyncio.sleep(self._bounds.pause)
+        seat = await room.desk.sit(hello.get("session"), self._address, self)
+        seat.admitted, self._seat = self._admitted, seat
         tasks: list[asyncio.Task[None]] = []
         try:
-            await room.desk.do(lambda: room.station.connect(self._seat.client))
-            problem = ""
-            if room.gate.open or hello.get("token") is not None:
-                problem = await self._login(hello)
-            await self._send(json.dumps({"welcome": self._welcome(problem)}, allow_nan=False))
-            tasks = [asyncio.create_task(self._show()), asyncio.create_task(self._work())]
+            welcome = self._welcome(seat, problem)
+            await self._send(json.dumps({"welcome": welcome}, allow_nan=False))
+            shown = self._shown.run(self._send, self._reply, self._end_stale_jog)
+            tasks = [asyncio.create_task(shown), asyncio.create_task(self._work(seat))]
             for task in tasks:
                 task.add_done_callback(self._failed)
             async for message in self._socket:
                 if not self._bucket.take():
                     await self._socket.close(POLICY, "too many messages")
                     return
-                self._take(message)
+                self._take(message, seat)
         except ConnectionClosed:
             pass
         finally:
-            await self._end(tasks)
+            await self._end(tasks, seat)
 
-    async def _end(self, tasks: list[asyncio.Task[None]]) -> None:
+    async def _end(self, tasks: list[asyncio.Task[None]], seat: Seat) -> None:
         for task in tasks:
             task.cancel()
         self._waiting.clear()
-        seat, desk = self._seat, self._room.desk
-        if desk.rise(seat, self) and seat.jog is not None:
-            stage, seat.jog = seat.jog[0], None
-            with contextlib.suppress(RuntimeError):  # the server is ending: it stops by itself
-                await desk.order(seat.client, m.Jog(stage, 0.0))
+        desk = self._room.desk
+        with contextlib.suppress(RuntimeError):  # the server is ending: it stops by itself
+            if desk.rise(seat, self):
+                if seat.jog is not None:
+                    stage, seat.jog = seat.jog[0], None
+                    await desk.order(seat.client, m.Jog(stage, 0.0))
+                await desk.clear(seat)
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _failed(self, task: asyncio.Task[None]) -> None:
@@ -112,7 +137,7 @@ class Connection:
 
     # Orders
 
-    def _take(self, message: str | bytes) -> None:
+    def _take(self, message: str | bytes, seat: Seat) -> None:
         """Put a message in its place. Stops need no token, no control and no place in a queue."""
         try:
             order = read(message)
@@ -121,16 +146,20 @@ class Connection:
             return
         what = order.get("do")
         if what == "emergency":
-            self._later(self._emergency(order))
+            self._later(self._emergency(order, seat))
         elif what == "stop":
-            self._later(self._stop(order))
+            self._later(self._stop(order, seat))
         elif what == "beat":
-            self._room.station.heartbeat(self._seat.client)
+            self._room.station.heartbeat(seat.client)
             if "id" in order:  # it measures the way to here and back
                 self._later(self._reply(order, Accepted()))
         elif what == "keep":
-            if self._seat.jog is not None:
-                self._seat.jog = (self._seat.jog[0], time.monotonic() + self._bounds.jog)
+            if seat.jog is not None:
+                seat.jog = (seat.jog[0], time.monotonic() + self._bounds.jog)
+        elif what == "view":
+            before = self._shown.want(order)
+            if before is not None:
+                self._later(self._reply(before, Accepted()))
         elif len(self._waiting) >= self._bounds.waiting:
             self._later(self._reply(order, Refused("too many orders wait", "wait for replies")))
         else:
@@ -147,14 +176,14 @@ class Connection:
         if not task.cancelled():
             task.exception()  # a viewer that is gone gets no answer
 
-    async def _emergency(self, order: dict[str, Any]) -> None:
-        reply, took = await self._room.desk.emergency()
+    async def _emergency(self, order: dict[str, Any], seat: Seat) -> None:
+        reply, took = await self._room.desk.emergency(seat.client)
         await self._reply(order, reply, {"safe_s": telling.plain(took)})
 
-    async def _stop(self, order: dict[str, Any]) -> None:
-        await self._reply(order, await self._room.desk.stop(self._seat.client))
+    async def _stop(self, order: dict[str, Any], seat: Seat) -> None:
+        await self._reply(order, await self._room.desk.stop(seat.client))
 
-    async def _work(self) -> None:
+    async def _work(self, seat: Seat) -> None:
         """One order after the other."""
         while True:
             await self._news.wait()
@@ -163,131 +192,63 @@ class Connection:
                 order = self._waiting.popleft()
                 more: dict[str, Any] = {}
                 try:
-                    reply, more = await self._do(order)
+                    reply, more = await self._do(order, seat)
                 except Refusal as refusal:
                     reply = Refused(refusal.reason, refusal.remedy)
                 except (MacromicroError, OSError) as error:
                     reply = Refused(str(error), "")
                 await self._reply(order, reply, more)
 
-    async def _do(self, order: dict[str, Any]) -> tuple[Reply, dict[str, Any]]:
-        what, room, client = order.get("do"), self._room, self._seat.client
-        if what in ("view", "login"):
-            problem = await self._login(order) if what == "login" else self._look(order)
+    async def _do(self, order: dict[str, Any], seat: Seat) -> tuple[Reply, dict[str, Any]]:
+        if order.get("do") == "login":
+            problem = self._check(order.get("token"))
+            seat.admitted = self._admitted
+            if problem:
+                await asyncio.sleep(self._bounds.pause)
             return (Refused(problem, "see the server's terminal") if problem else Accepted()), {}
         if not self._admitted:
             raise Refusal("this page has not given the token", "log in first")
-        if what == "download":
-            return await self._piece(order)
-        if what in ("take", "release"):
-            give = room.station.acquire if what == "take" else room.station.release
-            return await room.desk.do(lambda: give(client)), {}
-        if what == "record":
-            return Accepted(), {"name": await room.desk.do(room.recordings.begin)}
-        if what == "end recording":
-            return Accepted(), {"rows": (await room.desk.do(room.recordings.end)).rows}
-        if not room.orders.knows(what):
-            raise Refusal(f"{what!r:.60} is no order", "see the page")
-        return await self._order(order), {}
+        return await self._clerk.do(order, seat)
 
-    async def _order(self, order: dict[str, Any]) -> Reply:
-        room, seat = self._room, self._seat
-        control = room.hub.control
-        request = await room.desk.do(lambda: room.orders.request(order, control))
-        reply = await room.desk.order(seat.client, request)
-        if isinstance(request, m.Jog) and isinstance(reply, Accepted):
-            until = time.monotonic() + self._bounds.jog
-            seat.jog = (request.stage, until) if request.speed != 0.0 else None
-        return reply
-
-    async def _piece(self, order: dict[str, Any]) -> tuple[Reply, dict[str, Any]]:
-        name, offset = text(order, "name"), number(order, "offset")
+    def _check(self, token: object) -> str:
+        """Look at a token; what is wrong, or "". A page that gave the right one before is not
+        kept out by others at its address."""
         room = self._room
-        data, size = await room.desk.do(lambda: room.recordings.piece(name, offset))
-        head = _PIECE.pack(2, int(number(order, "id")) & 0xFFFFFFFF, len(data), 0, size)
-        await self._send(head + data)
-        return Accepted(), {}
-
-    async def _login(self, order: dict[str, Any]) -> str:
-        """Take a token; what is wrong, or ""."""
-        self._admitted = self._room.gate.admits(order.get("token"))
+        wait = 0.0 if room.gate.open else room.guesses.wait(self._address)
+        if wait > 0.0 and not (self._seat is not None and self._seat.admitted):
+            return f"too many wrong tokens from {self._address}: wait {math.ceil(wait)} s"
+        self._admitted = room.gate.admits(token)
         if self._admitted:
             return ""
-        self._tries += 1
-        await asyncio.sleep(self._bounds.pause)
-        if self._tries >= self._bounds.tries:
-            await self._socket.close(POLICY, "too many wrong tokens")
-        return "this is not the token"
+        room.guesses.wrong(self._address)
+        return WRONG
 
     # What is shown
 
-    def _welcome(self, problem: str) -> dict[str, Any]:
-        room, seat = self._room, self._seat
-        return room.about | {
+    def _welcome(self, seat: Seat, problem: str) -> dict[str, Any]:
+        return self._room.about | {
             "session": seat.key,
             "client": seat.client,
             "admitted": self._admitted,
             "problem": problem,
-            "view": self._view._asdict(),
+            "wrong": problem == WRONG,
+            "view": self._shown.view._asdict(),
         }
-
-    def _look(self, order: dict[str, Any]) -> str:
-        """Another span or width of the plots: all that is to be seen is sent anew."""
-        columns = min(max(int(number({"columns": 600, **order}, "columns")), bins.LEAST), bins.MOST)
-        span = number({"span": bins.SPANS[1], **order}, "span")
-        if span not in bins.SPANS:
-            raise Refusal(f"a span of {span:g} s", f"one of {bins.SPANS}")
-        wanted = number({"view": 0, **order}, "view")
-        self._view = bins.view(int(wanted) & 0xFFFFFFFF, span, columns)
-        self._since = -1
-        return ""
-
-    async def _show(self) -> None:
-        """Telemetry, state and news, as fast as this viewer takes them."""
-        hub, period = self._room.hub, 1.0 / self._bounds.frames
-        turn, told, control = -1, 0, None
-        due = time.monotonic()
-        try:
-            while True:
-                frame = self._frame()
-                if frame:
-                    await self._send(frame)
-                if hub.turn != turn:
-                    turn = hub.turn
-                    await self._send(hub.state)
-                told, news = hub.after(told)
-                if news:
-                    await self._send(news)
-                if hub.control is not control:
-                    control = hub.control
-                    await self._send(hub.gains())
-                await self._end_stale_jog()
-                due = max(due + period, time.monotonic())
-                await asyncio.sleep(due - time.monotonic())
-        except ConnectionClosed:
-            pass
-
-    def _frame(self) -> bytes:
-        last, block, names = self._room.station.telemetry(self._since)
-        view = self._view
-        if last < self._since:  # another loop counts anew
-            self._since = -1
-            return b""
-        data = bins.frame(view, last, block[:, -view.rows :], names, self._room.hub.pitch)
-        # The bin that is being filled is sent again, whole.
-        self._since = last // view.width * view.width - 1 if data else self._since
-        return data
 
     async def _end_stale_jog(self) -> None:
         seat = self._seat
-        if seat.jog is not None and time.monotonic() > seat.jog[1]:
+        if seat is not None and seat.jog is not None and time.monotonic() > seat.jog[1]:
             stage, seat.jog = seat.jog[0], None
             await self._room.desk.order(seat.client, m.Jog(stage, 0.0))
 
     async def _reply(
         self, order: dict[str, Any], reply: Reply, more: dict[str, Any] | None = None
     ) -> None:
-        told: dict[str, Any] = {"reply": telling.plain(order.get("id")), "do": order.get("do")}
+        number, what = order.get("id"), order.get("do")
+        told: dict[str, Any] = {
+            "reply": telling.plain(number) if isinstance(number, int | float | str) else None,
+            "do": what[:60] if isinstance(what, str) else None,
+        }
         told["ok"] = isinstance(reply, Accepted)
         told |= reply._asdict() if isinstance(reply, Refused) else {"motion": reply.id}
         await self._send(json.dumps(telling.plain(told | (more or {})), allow_nan=False))

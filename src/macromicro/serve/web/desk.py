@@ -31,13 +31,17 @@ class Line(Protocol):
 
 class Seat:
     """A viewer's page through reloads. `key`: its secret; `client`: its name for the station;
-    `jog`: stage that it jogs, with the time until which it said so, or None."""
+    `admitted`: it gave the token; `jog`: stage that it jogs, with the time until which it said
+    so, or None."""
 
     def __init__(self, client: str) -> None:
         self.key = secrets.token_urlsafe(24)
         self.client = client
         self.line: Line | None = None
         self.gone = 0.0
+        self.admitted = False
+        self.listed = False  # by the station, as a client
+        self.listing = asyncio.Lock()
         self.jog: tuple[str, float] | None = None
 
 
@@ -53,9 +57,18 @@ class Desk:
         self._grace = min(station.settings.serve.client_timeout, GRACE_S)
         self._number = 0
 
-    def sit(self, key: object, address: str, line: Line) -> Seat:
-        """The seat of a page that comes back with its key, else a new one."""
-        seat = self._seats.get(key) if isinstance(key, str) else None
+    def find(self, key: object) -> Seat | None:
+        """The seat of a page that comes back with its key."""
+        return self._seats.get(key) if isinstance(key, str) else None
+
+    def holds(self, seat: Seat | None) -> bool:
+        """Does it hold control?"""
+        return seat is not None and self._station.snapshot().holder == seat.client
+
+    async def sit(self, key: object, address: str, line: Line) -> Seat:
+        """The seat of a page that comes back with its key, else a new one; from now on the
+        station lists it."""
+        seat = self.find(key)
         if seat is None:
             self._number += 1
             seat = Seat(f"web {address} #{self._number}")
@@ -63,6 +76,10 @@ class Desk:
         elif seat.line is not None:
             seat.line.leave()
         seat.line = line
+        async with seat.listing:
+            if not seat.listed:
+                seat.listed = True
+                await self.do(lambda: self._station.connect(seat.client))
         return seat
 
     def rise(self, seat: Seat, line: Line) -> bool:
@@ -72,13 +89,25 @@ class Desk:
         seat.line, seat.gone = None, time.monotonic()
         return True
 
+    async def clear(self, seat: Seat) -> None:
+        """A page that is gone and holds nothing is no client any more; it may come back."""
+        async with seat.listing:
+            if seat.line is None and not self.holds(seat):
+                await self._unlist(seat)
+
     async def tidy(self) -> None:
         """Tell the station of the pages that did not come back."""
         now = time.monotonic()
         for seat in list(self._seats.values()):
             if seat.line is None and now - seat.gone > self._grace:
                 del self._seats[seat.key]
-                await self.do(lambda client=seat.client: self._station.disconnect(client))  # type: ignore[misc]
+                async with seat.listing:
+                    await self._unlist(seat)
+
+    async def _unlist(self, seat: Seat) -> None:
+        if seat.listed:
+            seat.listed = False
+            await self.do(lambda: self._station.disconnect(seat.client))
 
     async def do(self, what: Callable[[], T]) -> T:
         """Something that may take its time."""
@@ -96,9 +125,9 @@ class Desk:
         """Stop now, and again behind orders that had begun when this came."""
         return await self._overtake(lambda: self._station.request(client, m.Stop()))
 
-    async def emergency(self) -> tuple[Reply, float]:
+    async def emergency(self, client: str) -> tuple[Reply, float]:
         """Emergency stop likewise; the reply, and the seconds that the loop took."""
-        took = await self._overtake(self._station.emergency)
+        took = await self._overtake(lambda: self._station.emergency(client))
         if took != took:  # noqa: PLR0124 - NaN
             return Refused("the loop did not answer", "switch the machine's supply off"), took
         return Accepted(), took
@@ -118,7 +147,8 @@ class Desk:
     def close(self) -> None:
         """All pages are gone."""
         for seat in self._seats.values():
-            self._station.disconnect(seat.client)
+            if seat.listed:
+                self._station.disconnect(seat.client)
         self._seats.clear()
         self._orders.shutdown(wait=False, cancel_futures=True)
         self._urgent.shutdown(wait=False, cancel_futures=True)

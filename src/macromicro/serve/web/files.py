@@ -11,6 +11,10 @@ from macromicro.serve.web.gate import Gate, answer, refused
 
 FOLDER = Path(__file__).parent / "static"
 SOCKET = "/live"
+_NO_NAME = (
+    "this server does not answer to that name: open the page by its address, or start the server\n"
+    "with it: macromicro serve --name NAME\n"
+)
 _KINDS = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -35,7 +39,7 @@ class Files:
         """The answer; None where a WebSocket may be opened."""
         host = self._gate.host(request)
         if host is None:
-            return refused(HTTPStatus.MISDIRECTED_REQUEST, "this server has no such name\n")
+            return refused(HTTPStatus.MISDIRECTED_REQUEST, _NO_NAME)
         if request.method != "GET":
             return refused(HTTPStatus.METHOD_NOT_ALLOWED, "only GET\n")
         path = request.path.partition("?")[0]

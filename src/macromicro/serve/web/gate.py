@@ -30,7 +30,13 @@ class Gate:
 
     def __init__(self, token: str | None = None, names: Iterable[str] = ()) -> None:
         self._token = token
-        self._names = {"localhost", *(name.lower() for name in names)}
+        self._names = {"localhost"}
+        for name in names:
+            self.answer_to(name)
+
+    def answer_to(self, name: str) -> None:
+        """One more name of this server."""
+        self._names.add(name.strip().rstrip(".").lower())
 
     @property
     def open(self) -> bool:

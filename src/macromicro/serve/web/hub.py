@@ -12,6 +12,7 @@ import numpy as np
 from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
 from macromicro.parameters import entries, replaced
+from macromicro.serve import aims
 from macromicro.serve.web import telling
 from macromicro.serve.web.plane import Plane
 
@@ -37,11 +38,13 @@ class Hub:
         self._row, self._clock = -1, -math.inf
         self._seen, self._told, self._motion = -1, 0, 1
         self._target = math.nan
+        self._time = math.nan
 
     def look(self, extra: dict[str, Any]) -> None:
         """Ask the station; `extra`: what the server itself tells with the state."""
         now = self.station.snapshot()
-        self._follow_events(now.time_s)
+        self._time = now.time_s
+        self.follow()
         self._follow_heat()
         told = telling.state(now, self._target, self.pitch)
         told |= extra
@@ -60,19 +63,24 @@ class Hub:
         items = ", ".join(text for number, text in self.news if number > told)
         return self._told, f'{{"news": [{items}]}}'
 
-    def _follow_events(self, time: float) -> None:
+    def has(self, path: str, value: float | int | str) -> bool:
+        """Is this setting in force?"""
+        return {e.path: e.value for e in entries(self.control)}.get(path) == value
+
+    def follow(self) -> None:
+        """Take the events that have come: targets, and gains in force."""
         self._seen, events = self.station.events(self._seen)
         for event in events:
             # Ends come before the events behind them; whoever is late is not reordered.
             self._note(telling.event(self._told + 1, event))
-            self._target = telling.aimed(event, self._target)
+            self._target = aims.aimed(event, self._target)
             if event.kind == "loop" and event.cause == "started":
                 self._motion, self._target = 1, math.nan
                 self.control = self.settings.controller
             if event.kind == "gains":
                 self._take(event)
         while (end := self.station.finished(self._motion, 0.0)) is not None:
-            self._note(telling.finished(self._told + 1, end, time))
+            self._note(telling.finished(self._told + 1, end, self._time))
             self._motion += 1
 
     def _note(self, item: dict[str, Any]) -> None:

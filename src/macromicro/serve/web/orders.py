@@ -69,6 +69,14 @@ def length(order: dict[str, Any]) -> float:
     return number(order, "value") * LENGTHS[unit]
 
 
+def millimetres(order: dict[str, Any]) -> float:
+    """`value` in `unit`, in mm. Raises `Refusal`."""
+    found = length(order) * 1e3
+    if not math.isfinite(found):
+        raise Refusal("this is no finite length", "give a shorter one")
+    return found
+
+
 def text(order: dict[str, Any], key: str) -> str:
     """The short text under `key`. Raises `Refusal`."""
     value = order.get(key)
@@ -91,7 +99,7 @@ class Orders:
             "move to": lambda order: m.MoveTo(length(order)),
             "move by": lambda order: m.MoveBy(length(order)),
             "move macro": lambda order: m.MoveMacro(number(order, "value")),
-            "move micro": lambda order: m.MoveMicro(length(order) * 1e3),
+            "move micro": lambda order: m.MoveMicro(millimetres(order)),
             "jog": lambda order: m.Jog(text(order, "stage"), number(order, "speed")),
             "fan": _fan,
             "programme": self._programme,
@@ -127,6 +135,17 @@ def _fan(order: dict[str, Any]) -> m.Request:
     return m.Fan(on)
 
 
+def _value(path: str, new: object) -> float | int | str:
+    """A setting's new value: a short word, or a number that floating point can hold."""
+    if isinstance(new, str) and len(new) <= _LONGEST:
+        return new
+    numeric = isinstance(new, int | float) and not isinstance(new, bool)
+    if not numeric or not math.isfinite(_float(new)):
+        raise Refusal(f"{path:.60}: {new!r:.40} is no value", "a finite number or a word")
+    assert isinstance(new, int | float)
+    return new
+
+
 def gains(order: dict[str, Any], control: Control) -> m.Request:
     """New gains, each with the value that the viewer saw before. Raises `Refusal` where that
     is no longer the one in force: then somebody else has changed it."""
@@ -139,7 +158,5 @@ def gains(order: dict[str, Any], control: Control) -> m.Request:
         path, old, new = change
         if path in now and now[path] != old:
             raise Refusal(f"{path} is {now[path]!r} by now, not {old!r:.40}", "look again")
-        if isinstance(new, bool) or not isinstance(new, int | float | str):
-            raise Refusal(f"{path:.60}: {new!r:.40} is no value", "a number or a word")
-        pairs.append((path, new))
+        pairs.append((path, _value(path, new)))
     return m.SetGains(tuple(pairs))

@@ -1,4 +1,4 @@
-"""Recordings that were made from the page: their files, and how they are handed out."""
+"""Recordings that were made since the start, by whomever: how their files are handed out."""
 
 from __future__ import annotations
 
@@ -19,12 +19,11 @@ LISTED = 20
 
 
 class Recordings:
-    """Files in `folder`; only those that were begun here can be had."""
+    """Those that the station has made, and no other file; the page's own go to `folder`."""
 
     def __init__(self, station: Station, folder: Path) -> None:
         self._station, self._folder = station, folder
         self._lock = threading.Lock()
-        self._files: dict[str, Path] = {}
 
     def begin(self, name: Callable[[], str] | None = None) -> str:
         """Begin one; its name. Raises as `Station.record` does."""
@@ -33,7 +32,6 @@ class Recordings:
             taken = (self._folder / f"{stem}.h5").exists()
             path = self._folder / (f"{stem}-{time.monotonic_ns()}.h5" if taken else f"{stem}.h5")
             self._station.record(path)
-            self._files[path.name] = path
         return path.name
 
     def end(self) -> RecordingState:
@@ -44,12 +42,12 @@ class Recordings:
         """Names and sizes [bytes] of the last ones, oldest first."""
         active = self._active()
         found = []
-        for name, path in list(self._files.items())[-LISTED:]:
+        for name, path in list(self._files().items())[-LISTED:]:
             try:
                 size = path.stat().st_size
             except OSError:
                 continue
-            found.append({"name": name, "bytes": size, "active": name == active})
+            found.append({"name": name, "bytes": size, "active": path == active})
         return found
 
     def piece(self, name: str, offset: float) -> tuple[bytes, int]:
@@ -57,8 +55,8 @@ class Recordings:
 
         Raises `Refusal`.
         """
-        path = self._files.get(name)
-        if path is None or name == self._active():
+        path = self._files().get(name)
+        if path is None or path == self._active():
             raise Refusal(f"there is no complete recording {name!r:.60}", "end it first")
         try:
             with path.open("rb") as file:
@@ -70,6 +68,17 @@ class Recordings:
         except OSError as error:
             raise Refusal(f"{name}: {error.strerror}", "see the server's disk") from None
 
-    def _active(self) -> str:
+    def _files(self) -> dict[str, Path]:
+        """Recordings by name, oldest first; of two of one name in two folders, the later one's
+        has a number."""
+        found: dict[str, Path] = {}
+        for path in dict.fromkeys(self._station.recorded):
+            name, k = path.name, 2
+            while name in found:
+                name, k = f"{path.stem}-{k}{path.suffix}", k + 1
+            found[name] = path
+        return found
+
+    def _active(self) -> Path | None:
         state = self._station.snapshot().recording
-        return Path(state.path).name if state.active else ""
+        return Path(state.path) if state.active else None

@@ -11,8 +11,10 @@ from macromicro.serve.web import bins, telling
 from macromicro.serve.web.bounds import Bounds
 from macromicro.serve.web.desk import Desk
 from macromicro.serve.web.gate import Gate
+from macromicro.serve.web.guesses import Guesses
 from macromicro.serve.web.hub import Hub
 from macromicro.serve.web.orders import LENGTHS, Orders
+from macromicro.serve.web.places import Places
 from macromicro.serve.web.recordings import Recordings
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ class Room:
         self.station, self.gate, self.bounds = station, gate, bounds
         self.hub = Hub(station, table)
         self.desk = Desk(station, bounds.viewers)
+        self.places = Places(bounds.viewers, bounds.silent)
+        self.guesses = Guesses(bounds.tries, bounds.forget)
         self.orders = Orders(station.settings)
         self.recordings = Recordings(station, folder)
         self.about: dict[str, Any] = {

@@ -5,12 +5,15 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import socket
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import InputError, MacromicroError
-from macromicro.serve.hosts import is_loopback
+from macromicro.serve.hosts import HOST, is_loopback, url
+from macromicro.serve.hosts import WEB_PORT as PORT
 from macromicro.serve.threaded import Threaded, check_port, refused
 from macromicro.serve.web.bounds import Bounds
 
@@ -21,7 +24,6 @@ if TYPE_CHECKING:
     from macromicro.serve.station import Station
     from macromicro.serve.web.room import Room
 
-HOST, PORT = "127.0.0.1", 8080
 LOOK_S = 0.1
 _LOG = logging.getLogger("macromicro.web")
 _LOG.addHandler(logging.NullHandler())
@@ -32,10 +34,10 @@ class WebServer(Threaded):
     """The page of a station; a context manager that starts and stops it.
 
     `port` 0 is any free one; `address` tells which, `url` where to look. `token`: what a
-    viewer must give before it may order anything (stops need none). `folder`: where
-    recordings go; `names`: host names under which this server is reached, beside "localhost"
-    and its addresses; `table`: the kiln's table of the actuator, for the contraction that the
-    model expects.
+    viewer must give before it may order anything (stops need none). `folder`: where recordings
+    go; `names`: host names under which this server is reached, beside "localhost", its
+    addresses, `host` itself, and, where others reach it, this computer's own; `table`: the
+    kiln's table of the actuator, for the contraction that the model expects.
 
     Raises InputError for a host that others reach, without a token.
     """
@@ -66,16 +68,29 @@ class WebServer(Threaded):
             raise InputError("token", token, "a text that is hard to guess")
         super().__init__("web", host, port)
         self._station = station
-        self._gate = Gate(token, names)
+        self._gate = Gate(token, [*names, host])
         self._folder, self._table = folder, table
         self._bounds = bounds or Bounds()
-        self._viewers = 0
 
     @property
     def url(self) -> str:
         """Where a browser finds the page."""
-        host, port = self.address
-        return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
+        return url(*self.address)
+
+    def start(self) -> None:
+        """Listen. Raises InputError where the address cannot be had (port in use)."""
+        if not is_loopback(self._where[0]):
+            name = socket.gethostname()
+            self._gate.answer_to(name)
+            self._gate.answer_to(f"{name.partition('.')[0]}.local")
+            # Its full name may be asked of the network, which may take its time.
+            Thread(target=self._full_name, args=(name,), name="full name", daemon=True).start()
+        super().start()
+
+    def _full_name(self, name: str) -> None:
+        full = socket.getfqdn(name)
+        if full.partition(".")[0].lower() == name.partition(".")[0].lower():
+            self._gate.answer_to(full)
 
     async def _serve(self) -> None:
         from macromicro.serve.web.room import Room
@@ -106,8 +121,8 @@ class WebServer(Threaded):
         check_port(port)
         files, bounds = Files(self._gate), self._bounds
 
-        async def view(socket: ServerConnection) -> None:
-            await self._view(room, socket)
+        async def view(connection: ServerConnection) -> None:
+            await self._view(room, connection)
 
         try:
             return await serve(
@@ -125,14 +140,12 @@ class WebServer(Threaded):
         except OSError as error:
             raise refused(host, port, error) from None
 
-    async def _view(self, room: Room, socket: Any) -> None:
+    async def _view(self, room: Room, opened: Any) -> None:
         from macromicro.serve.web.connection import Connection
 
-        if self._viewers >= self._bounds.viewers:
-            await socket.close(1013, "too many viewers")
-            return
-        self._viewers += 1
+        connection = Connection(room, opened)
+        room.places.arrive(connection)
         try:
-            await Connection(room, socket).run()
+            await connection.run()
         finally:
-            self._viewers -= 1
+            room.places.leave(connection)

@@ -8,15 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished
 from macromicro.control.settings import Control
 from macromicro.parameters import Par, entries
+from macromicro.serve.aims import aim
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Snapshot
-
-_TOWARDS = (*(m.MODES[k] for k in m.MOVING), m.MODES[m.HOLDING])
-_FINE = (m.MODES[m.MOVING_MICRO], m.MODES[m.HOLDING])
 
 
 def plain(value: Any) -> Any:
@@ -41,33 +38,13 @@ def state(now: Snapshot, target: float, pitch: float) -> dict[str, Any]:
     told |= {name: getattr(now, name) for name in ("trusted", "trust", "macro_count", "micro_mm")}
     told |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
     told |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
+    told["limits"] = now.limits._asdict()
     told["target_m"] = aim(now, target, pitch)
     told["fault"] = None if now.fault is None else now.fault._asdict()
     told["pace"] = now.pace._asdict()
     told["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}
     found: dict[str, Any] = plain(told)
     return found
-
-
-def aim(now: Snapshot, target: float, pitch: float) -> float:
-    """Where the whole positioner is going or is held [m]; NaN where it is not."""
-    if now.mode not in _TOWARDS or now.mode == m.MODES[m.HOMING]:
-        return math.nan
-    if math.isfinite(target):
-        return target
-    if now.mode in _FINE:
-        return now.macro_count * pitch + now.micro_reference_mm * 1e-3
-    return now.macro_reference * pitch
-
-
-def aimed(event: Event, target: float) -> float:
-    """The absolute target [m] after this event; NaN where there is none."""
-    if event.kind != "mode":
-        return target
-    if event.to_mode not in _TOWARDS:
-        return math.nan
-    begins = event.cause.endswith((" move", " jog")) or event.cause == "programme"
-    return float(event.evidence.get("target_m", math.nan)) if begins else target
 
 
 def event(number: int, event: Event) -> dict[str, Any]:

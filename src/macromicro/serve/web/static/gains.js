@@ -1,6 +1,10 @@
 // Controller settings: edited here, shown as a list of changes, applied all or none.
 
+import { parsed } from "./numbers.js";
+
 const $ = (id) => document.getElementById(id);
+
+const BEHIND = document.querySelectorAll("header, main, .skip");
 
 export class Gains {
   constructor(orders) {
@@ -9,7 +13,7 @@ export class Gains {
     $("gains-form").addEventListener("submit", (event) => { event.preventDefault(); this.review(); });
     $("gains-form").addEventListener("reset", (event) => { event.preventDefault(); this.discard(); });
     $("apply").addEventListener("click", () => this.apply());
-    $("cancel").addEventListener("click", () => $("diff").close());
+    $("cancel").addEventListener("click", () => this.close());
   }
 
   // The settings in force; what is being edited stays.
@@ -17,7 +21,7 @@ export class Gains {
     if (this.rows.size !== settings.length) this.build(settings);
     for (const setting of settings) {
       const row = this.rows.get(setting.path);
-      const edited = row.field.value !== String(row.setting.value);
+      const edited = differs(row);
       row.setting = setting;
       if (!edited) row.field.value = String(setting.value);
       this.mark(row);
@@ -49,10 +53,10 @@ export class Gains {
     }));
   }
 
-  mark(row) { row.line.classList.toggle("changed", row.field.value !== String(row.setting.value)); }
+  mark(row) { row.line.classList.toggle("changed", differs(row)); }
 
   changed() {
-    return [...this.rows.values()].filter((row) => row.field.value !== String(row.setting.value));
+    return [...this.rows.values()].filter(differs);
   }
 
   discard() {
@@ -68,9 +72,7 @@ export class Gains {
     const wrong = rows.map(problem).find((words) => words);
     $("gains-problem").textContent = wrong || (rows.length ? "" : "Nothing was changed.");
     if (wrong || !rows.length) return;
-    this.changes = rows.map(({ setting, field }) => [
-      setting.path, setting.value, setting.kind === "choice" ? field.value : Number(field.value),
-    ]);
+    this.changes = rows.map((row) => [row.setting.path, row.setting.value, given(row)]);
     $("diff-rows").replaceChildren(...this.changes.map(([path, old, value], k) => {
       const line = document.createElement("tr"), unit = rows[k].setting.unit;
       for (const words of [path, `${old} ${unit}`, `${value} ${unit}`]) {
@@ -80,20 +82,37 @@ export class Gains {
       }
       return line;
     }));
-    $("diff").showModal();
+    // Not modal: the stops in the footer stay in reach. All else waits.
+    for (const part of BEHIND) part.inert = true;
+    $("diff").show();
+    $("diff").focus(); // on no button: a key that is still down applies nothing
+  }
+
+  close() {
+    if (!$("diff").open) return;
+    const inside = $("diff").contains(document.activeElement);
+    for (const part of BEHIND) part.inert = false;
+    $("diff").close();
+    if (inside) $("review").focus(); // from a stop in the footer it does not leap
   }
 
   async apply() {
-    $("diff").close();
+    this.close();
     const reply = await this.orders.give("gains", { changes: this.changes }, "Settings");
     $("gains-problem").textContent = reply.ok ? "" : `${reply.reason}. ${reply.remedy}`;
   }
 }
 
-function problem({ setting, field }) {
+// What a row's field says; NaN where that is no number.
+function given({ setting, field }) { return setting.kind === "choice" ? field.value : parsed(field.value); }
+
+function differs(row) { return given(row) !== row.setting.value; }
+
+function problem(row) {
+  const setting = row.setting;
   if (setting.kind === "choice") return "";
-  const value = Number(field.value), name = setting.path;
-  if (field.value.trim() === "" || !Number.isFinite(value)) return `${name}: give a number.`;
+  const value = given(row), name = setting.path;
+  if (!Number.isFinite(value)) return `${name}: give a number.`;
   if (setting.kind === "whole" && !Number.isInteger(value)) return `${name}: give a whole number.`;
   const low = setting.low ?? -Infinity, high = setting.high ?? Infinity;
   const outside = value < low || value > high || (setting.positive && value <= 0);

@@ -2,6 +2,8 @@
 
 const HEADER = 80;
 const TAKEN_OVER = 4000;
+const URGENT_MS = 3000; // then a stop without an answer is told
+const NOT_HERE = { ok: false, reason: "no connection", remedy: "use the machine's own switch" };
 
 export class Link {
   // handlers: welcome, state, news, gains, frame, closed; view: what to ask for.
@@ -15,16 +17,22 @@ export class Link {
     this.beaten = 0;
     this.roundTrip = NaN;
     this.welcome = null;
+    this.socket = null;
+    this.elsewhere = false; // another tab has this page's session
+    this.timer = 0;
+    this.hoping = []; // those who wait for a connection
   }
 
-  open() {
+  // session: the one to come back to, null for a new one.
+  open(session = sessionStorage.getItem("macromicro.session")) {
+    clearTimeout(this.timer);
+    this.elsewhere = false;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/live`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => this.put({
-      do: "hello", session: sessionStorage.getItem("macromicro.session"),
-      token: sessionStorage.getItem("macromicro.token"), ...this.view(),
+      do: "hello", session, token: sessionStorage.getItem("macromicro.token"), ...this.view(),
     });
     socket.onmessage = (event) => {
       if (typeof event.data === "string") this.text(JSON.parse(event.data));
@@ -33,7 +41,30 @@ export class Link {
     socket.onclose = (event) => this.closed(event);
   }
 
-  get ready() { return this.welcome !== null && this.socket.readyState === WebSocket.OPEN; }
+  // Now, not when it is tried again by itself; true once the server has answered.
+  connect(session) {
+    if (this.ready) return Promise.resolve(true);
+    return new Promise((resolve) => {
+      this.hoping.push(resolve);
+      if (!this.socket || this.socket.readyState === WebSocket.CLOSED) this.open(session);
+    });
+  }
+
+  // A stop: goes out even where the page is not connected, if that can be had. Always answered.
+  urgent(what) {
+    const sent = async () => {
+      // A tab whose page is open elsewhere leaves that one alone: it comes as a new viewer.
+      if (!await this.connect(this.elsewhere ? null : undefined)) return NOT_HERE;
+      const reply = await this.order(what);
+      return reply.lost ? { ...reply, remedy: NOT_HERE.remedy } : reply;
+    };
+    const late = new Promise((resolve) => {
+      setTimeout(() => resolve({ ...NOT_HERE, reason: this.ready ? "no answer" : NOT_HERE.reason }), URGENT_MS);
+    });
+    return Promise.race([sent(), late]);
+  }
+
+  get ready() { return this.welcome !== null && this.socket?.readyState === WebSocket.OPEN; }
 
   put(message) { this.socket.send(JSON.stringify(message)); }
 
@@ -67,6 +98,7 @@ export class Link {
       this.wait = 500;
       sessionStorage.setItem("macromicro.session", message.welcome.session);
       this.handlers.welcome(message.welcome);
+      this.hope(true);
     }
   }
 
@@ -113,17 +145,22 @@ export class Link {
     return new Blob(parts, { type: "application/x-hdf5" });
   }
 
+  hope(came) {
+    for (const resolve of this.hoping.splice(0)) resolve(came);
+  }
+
   closed(event) {
     this.welcome = null;
+    this.elsewhere = event.code === TAKEN_OVER;
     for (const resolve of this.waiting.values()) {
-      resolve({ ok: false, reason: "the connection was lost", remedy: "see the state" });
+      resolve({ ok: false, lost: true, reason: "the connection was lost", remedy: "see the state" });
     }
     this.waiting.clear();
     this.pieces.clear();
-    const elsewhere = event.code === TAKEN_OVER;
-    this.handlers.closed(elsewhere, event.reason);
-    if (elsewhere) return;
-    setTimeout(() => this.open(), this.wait);
+    this.handlers.closed(this.elsewhere, event.reason);
+    this.hope(false);
+    if (this.elsewhere) return;
+    this.timer = setTimeout(() => this.open(), this.wait);
     this.wait = Math.min(this.wait * 2, 4000);
   }
 }

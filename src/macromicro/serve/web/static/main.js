@@ -1,16 +1,18 @@
 // The page: puts together what the other files do, and shows the state in words.
 
+import { Alarms } from "./alarms.js";
 import { Gains } from "./gains.js";
 import { Link } from "./link.js";
 import { News, outcome } from "./news.js";
 import { Orders } from "./orders.js";
 import { drawPlane } from "./plane.js";
+import { Recordings } from "./recordings.js";
 import { Ruler } from "./ruler.js";
 import { Plot, Ring } from "./traces.js";
 
 const $ = (id) => document.getElementById(id);
 const CHANNELS = 8, FEWEST = 16, MOST = 1200;
-const page = { state: {}, limits: null, say };
+const page = { state: {}, limits: null, say, put };
 // For whoever measures: frames that came, pictures that were drawn, the last emergency stop.
 window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.state };
 
@@ -21,10 +23,11 @@ const plots = [
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5),
 ];
 const ruler = new Ruler($("ruler")), news = new News($("events"));
-let ring = null, view = 0, newest = null, pending = false, said = "", missedAt = -Infinity;
+let ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true;
 
 const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, wanted);
 const orders = new Orders(link, page), gains = new Gains(orders);
+const warnings = new Alarms(), recordings = new Recordings(link, page);
 
 // Which view of the plots is wanted; begins a new ring for it.
 function wanted() {
@@ -40,10 +43,15 @@ function look() {
 }
 
 function welcome(told) {
-  page.limits = ruler.limits = told.limits;
+  ruler.limits = told.limits; // its scale stays when the soft limits are narrowed
+  page.limits = { ...told.limits };
   $("rig").textContent = told.rig === "twin" ? "(virtual bench)" : told.rig;
   $("login").hidden = told.admitted;
+  if (lost) say("Connected again.");
+  lost = false;
+  replayed = false;
   if (told.problem && sessionStorage.getItem("macromicro.token")) say(`Log in: ${told.problem}.`, true);
+  if (told.wrong) sessionStorage.removeItem("macromicro.token"); // it is not tried again and again
   if (!$("span").options.length) {
     $("span").append(...told.spans.map((s) => new Option(`${s} s`, s)));
     $("span").value = sessionStorage.getItem("macromicro.span") ?? "10";
@@ -58,16 +66,24 @@ function closed(elsewhere, reason) {
   $("link").textContent = elsewhere ? "open in another tab" : "no connection";
   $("mode").textContent = "unknown";
   $("mode").className = "badge bad";
+  set("trust", "");
+  set("holder", "");
   orders.endJog(false);
   permit();
   alarms();
-  if (reason) say(`Connection closed: ${reason}.`, true);
+  if (elsewhere) say(""); // the alarm says it
+  else if (reason && !lost) say(`Connection closed: ${reason}.`, true);
+  lost = true;
 }
 
 function tidings(items) {
   const before = news.end;
   news.take(items);
-  if (news.end && news.end !== before) say(outcome(news.end), news.end.outcome !== "done");
+  if (!replayed) { replayed = true; return; } // what was before is no news
+  if (!news.end || news.end === before) return;
+  // The answer to this page's own emergency stop says more.
+  if (news.end.outcome === "emergency" && performance.now() - orders.safeAt < 2000) return;
+  say(outcome(news.end), news.end.outcome !== "done");
 }
 
 function say(words, bad = false) {
@@ -93,12 +109,13 @@ function draw() {
 function state(now) {
   const trusted = page.state.trusted;
   page.state = now;
+  Object.assign(page.limits, now.limits);
   if (trusted !== now.trusted || !document.querySelector(".jog option")) orders.speeds();
   words(now);
   permit();
   alarms();
   pace(now);
-  recording(now);
+  recordings.show(now);
   drawPlane($("plane"), now.plane);
   if (ring) for (const plot of plots) plot.words(ring);
 }
@@ -117,6 +134,8 @@ function words(now) {
   set("target", mm(now.target_m, 4));
   set("macro", now.macro_count == null ? "-" : `${now.macro_count.toFixed(0)} counts, ${mm(now.macro_count * page.limits.pitch, 3)}`);
   set("micro", now.micro_mm == null ? "-" : `${now.micro_mm.toFixed(4)} mm contraction`);
+  set("limits", `${Number((now.limits.whole_low * 1e3).toFixed(6))} to ${Number((now.limits.whole_high * 1e3).toFixed(6))} mm; macro-stage ` +
+    `${now.limits.macro_low} to ${now.limits.macro_high} counts, micro-stage ${now.limits.micro_low} to ${now.limits.micro_high} mm`);
   const mine = link.welcome && now.holder === link.welcome.client;
   set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "Nobody holds control");
   $("fan").setAttribute("aria-pressed", String(now.fan));
@@ -131,46 +150,14 @@ function permit() {
   const mine = Boolean(welcome) && holder === welcome.client;
   $("orders").disabled = !mine;
   $("clear").disabled = !mine;
-  $("take").hidden = mine;
-  $("release").hidden = !mine;
-  $("take").disabled = !welcome || !welcome.admitted;
+  $("take").disabled = mine || !welcome || !welcome.admitted;
+  $("release").disabled = !mine;
   $("recording-orders").disabled = !welcome || !welcome.admitted;
   $("review").disabled = !mine;
+  $("apply").disabled = !mine;
 }
 
-function alarms() {
-  const now = page.state, list = [];
-  if (!link.welcome) list.push(["The page has no connection to the server.", "What it shows is old. It tries again by itself; to stop the machine, use its own switch.", false]);
-  else {
-    if (now.fault) list.push([`Fault: ${now.fault.message}`, now.fault.remedy, false, now.fault.evidence]);
-    else if (now.running === false) list.push(["The loop process does not run.", "Start the server again.", false]);
-    if (now.running && now.age_s > 0.5) list.push(["The loop has told nothing for more than half a second.", "Make an emergency stop; see the server's terminal.", false]);
-    if (now.recording?.error) list.push([`The recording ended early: ${now.recording.error}`, "Make room on the disk and record again.", true]);
-    if (now.running && missing(now)) list.push(["The loop has missed more than 5 % of its periods in a second lately.", "Close what else is computing; see macromicro latency.", true]);
-    if (now.running && !now.trusted) list.push([`The position is not known (${now.trust}).`, "Enable, then home.", true]);
-  }
-  const text = JSON.stringify(list);
-  $("clear").hidden = !now.fault || !link.welcome;
-  if (text === said) return;
-  said = text; // told once, not ten times a second
-  $("alarm-list").replaceChildren(...list.map(([what, remedy, mild, evidence]) => {
-    const box = document.createElement("div");
-    box.className = mild ? "alarm mild" : "alarm";
-    for (const line of [what, evidence && `Evidence: ${evidence}.`, `Remedy: ${remedy}`]) {
-      if (!line) continue;
-      const p = document.createElement("p");
-      p.textContent = line;
-      box.append(p);
-    }
-    return box;
-  }));
-}
-
-// Missed periods come in bursts: told for ten seconds, so that the words do not flicker.
-function missing(now) {
-  if (now.pace.share > 0.05) missedAt = performance.now();
-  return performance.now() - missedAt < 10000;
-}
+function alarms() { warnings.show(page.state, link); }
 
 function pace(now) {
   const us = (s) => (s == null ? "-" : `${(s * 1e6).toFixed(0)} us`);
@@ -190,36 +177,6 @@ function pace(now) {
     }
   }
   rows.forEach(([, value], k) => { put(list.children[2 * k + 1], String(value)); });
-}
-
-function recording(now) {
-  const { active, rows, lost, path } = now.recording;
-  $("record").setAttribute("aria-pressed", String(active));
-  put($("record"), active ? "End the recording" : "Record");
-  set("recording", active ? `Recording into ${path}: ${rows} rows${lost ? `, ${lost} lost` : ""}` : "Nothing is being recorded.");
-  const key = now.recordings.map((r) => `${r.name}${r.active}${r.active ? "" : r.bytes}`).join();
-  if ($("recordings").dataset.key === key) return;
-  $("recordings").dataset.key = key;
-  $("recordings").replaceChildren(...now.recordings.filter((r) => !r.active).map((r) => {
-    const item = document.createElement("li"), button = document.createElement("button");
-    button.textContent = `Download ${r.name} (${(r.bytes / 1e6).toFixed(2)} MB)`;
-    button.addEventListener("click", () => save(r.name));
-    item.append(button);
-    return item;
-  }));
-}
-
-async function save(name) {
-  try {
-    const file = await link.download(name, (share) => say(`${name}: ${(share * 100).toFixed(0)} %`));
-    const anchor = document.createElement("a");
-    anchor.href = URL.createObjectURL(file);
-    anchor.download = name;
-    anchor.click();
-    setTimeout(() => URL.revokeObjectURL(anchor.href), 60000);
-  } catch (error) {
-    say(`${name}: ${error.message}`, true);
-  }
 }
 
 function set(id, words) { put($(id), words); }
@@ -242,6 +199,7 @@ $("login-form").addEventListener("submit", async (event) => {
   say("Logged in.");
 });
 $("span").addEventListener("change", look);
+$("here").addEventListener("click", () => link.connect());
 let resized = 0;
 new ResizeObserver(() => { clearTimeout(resized); resized = setTimeout(look, 300); }).observe($("plots"));
 orders.units();

@@ -1,7 +1,8 @@
 // Buttons, moves, jogs and keys. Stops are always in reach and need nobody's leave.
 
+import { parsed } from "./numbers.js";
+
 const $ = (id) => document.getElementById(id);
-const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 const FACTORS = { m: 1, mm: 1e-3, um: 1e-6 };
 const KEEP_MS = 100;
 
@@ -10,6 +11,7 @@ export class Orders {
     this.link = link;
     this.page = page; // say(words, bad), state, limits
     this.jog = null;
+    this.safeAt = -Infinity; // when an emergency stop of this page was answered
     for (const button of document.querySelectorAll("[data-do]")) {
       button.addEventListener("click", () => this.give(button.dataset.do, {}, button.textContent));
     }
@@ -36,24 +38,30 @@ export class Orders {
   }
 
   async give(what, fields, words) {
-    const reply = await this.link.order(what, fields);
+    return this.told(await this.link.order(what, fields), words);
+  }
+
+  told(reply, words) {
     if (reply.ok) this.page.say(reply.motion ? `${words}: motion ${reply.motion} has begun.` : `${words}: done.`);
     else this.page.say(`${words}: refused. ${reply.reason}. ${capital(reply.remedy)}`, true);
     return reply;
   }
 
-  stop() {
+  async stop() {
     this.endJog();
-    return this.give("stop", {}, "Stop");
+    const reply = await this.link.urgent("stop");
+    if (reply.ok) this.page.say("Stop: done.");
+    else this.page.say(`STOP NOT CONFIRMED: ${reply.reason}. ${capital(reply.remedy)}`, true);
   }
 
   async emergency(event) {
     const began = event ? event.timeStamp : performance.now();
     this.jog = null;
-    $("diff").close();
-    const reply = await this.link.order("emergency");
+    $("cancel").click(); // what is being reviewed is not applied
+    const reply = await this.link.urgent("emergency");
     const took = performance.now() - began;
     window.macromicro.emergencyMs = took;
+    this.safeAt = performance.now();
     if (reply.ok) {
       this.page.say(`Emergency stop: outputs safe ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
         `knew of it, and known here ${took.toFixed(1)} ms after the click or key.`);
@@ -80,9 +88,8 @@ export class Orders {
   move(event) {
     event.preventDefault();
     const kind = $("move-kind").value, unit = $("move-unit").value;
-    const given = $("move-value").value.trim().replace(",", ".");
-    const value = Number(given);
-    const problem = NUMBER.test(given) ? this.beyond(kind, value, unit) : "Give a number.";
+    const value = parsed($("move-value").value);
+    const problem = Number.isFinite(value) ? this.beyond(kind, value, unit) : "Give a number.";
     $("move-problem").textContent = problem;
     $("move-value").setAttribute("aria-invalid", problem ? "true" : "false");
     if (problem) { $("move-value").focus(); return; }

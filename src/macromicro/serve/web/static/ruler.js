@@ -3,6 +3,7 @@
 import { colours, decimals, niceStep, surface } from "./canvas.js";
 
 const NAMES = ["travel", "4 mm", "100 um", "10 um"];
+const MICRON = 1e-3; // mm
 const SPANS = [null, 4, 0.1, 0.01]; // mm
 
 export class Ruler {
@@ -59,6 +60,12 @@ export class Ruler {
       const words = v.toFixed(digits);
       const half = g.measureText(words).width / 2;
       if (s.x(v) + half < s.left + s.inner + 8 && s.x(v) - half > s.left - 20) g.fillText(words, s.x(v), base + 6);
+    }
+    // The finest scale has a tick for each um, however narrow the screen is.
+    const fine = k === NAMES.length - 1 ? MICRON : step;
+    for (let n = Math.ceil(s.from / fine); fine < step && n * fine <= s.from + s.span; n++) {
+      g.moveTo(s.x(n * fine), base);
+      g.lineTo(s.x(n * fine), base + 3);
     }
     g.stroke();
     this.uncertain(g, s, place, base, clamp);

@@ -1,0 +1,88 @@
+"""Where the encoder's edges lie in the laser's frame: two numbers, a Kalman filter.
+
+The edge between the counts n - 1 and n nominally lies at (n - 1/2) pitch: a count names its
+middle. The laser sees it at that place + a + b (n - origin). `a` is the phase, known to half
+a count by the count alone. `b` is the error of `pitch`: a mean over edges near home would be
+wrong far away, and one over recent edges would follow the strip and not the laser; with `b`
+any edge tells about home, and home stays where it was. The laser's own resets and its drift
+make `a` less certain, each edge that is crossed makes both more so.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+GATE = 4.0  # standard errors: beyond it an edge does not belong to the others
+OUTLIERS = 5  # of them in a row: counts were lost, or the laser's path is not what it was
+
+
+class Phase(NamedTuple):
+    """Phase `a` [m] at the count `origin`, slope `b` [m/count], their covariance; number of
+    edges taken, number refused in a row."""
+
+    origin: float
+    a: float
+    b: float
+    aa: float
+    ab: float
+    bb: float
+    number: int
+    refused: int
+
+
+def begin(count: float, a: float, pitch: float, scale: float) -> Phase:
+    """Nothing but the present `count` is known: any phase [m] within half a pitch of `a` is as
+    likely. `scale`: standard error of the pitch, a share of it."""
+    slope = scale * pitch
+    return Phase(count, a, 0.0, pitch * pitch / 12.0, 0.0, slope * slope, 0, 0)
+
+
+def at(e: Phase, count: float) -> float:
+    """Phase [m] at a count."""
+    return e.a + e.b * (count - e.origin)
+
+
+def variance(e: Phase, count: float) -> float:
+    """Variance [m^2] of the phase at a count."""
+    d = count - e.origin
+    return e.aa + d * (2.0 * e.ab + d * e.bb)
+
+
+def blurred(e: Phase, more: float) -> Phase:
+    """The phase has become less certain by a variance [m^2]."""
+    return e._replace(aa=e.aa + more)
+
+
+def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
+    """One edge more: its phase `z` [m] with the variance `noise` [m^2].
+
+    One that does not belong to the others is refused and counted.
+    """
+    d = edge - e.origin
+    pa, pb = e.aa + d * e.ab, e.ab + d * e.bb
+    total = pa + d * pb + noise
+    error = z - e.a - d * e.b
+    if error * error > GATE * GATE * total:
+        return e._replace(refused=e.refused + 1)
+    ka, kb = pa / total, pb / total
+    return Phase(
+        e.origin,
+        e.a + ka * error,
+        e.b + kb * error,
+        e.aa - ka * pa,
+        e.ab - ka * pb,
+        e.bb - kb * pb,
+        e.number + 1,
+        0,
+    )
+
+
+def sure(e: Phase) -> bool:
+    """Do the edges agree with one another?"""
+    return e.refused < OUTLIERS
+
+
+def error(e: Phase, count: float) -> float:
+    """Standard error [m] of the phase at a count."""
+    return math.sqrt(max(variance(e, count), 0.0))

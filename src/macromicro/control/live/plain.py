@@ -1,0 +1,32 @@
+"""What a client sent may be anything: is it a number, and how is it shown in a refusal?"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+_MOST = 80  # characters
+
+
+def finite(value: Any) -> bool:
+    """Is this a plain, finite number? No truth value, no array, no whole number beyond floats."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def shown(value: Any, most: int = _MOST) -> str:
+    """`value` as Python writes it, no longer than `most` characters."""
+    try:
+        words = repr(value)
+    except Exception:  # a whole number of thousands of digits, or an object of somebody's own
+        words = f"<{type(value).__name__}>"
+    return words if len(words) <= most else words[: most - 3] + "..."
+
+
+def among(value: Any, words: tuple[str, ...]) -> bool:
+    """Is it one of these words? What is no word (an array, whose comparison is none) is not."""
+    return isinstance(value, str) and value in words

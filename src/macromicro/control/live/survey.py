@@ -1,0 +1,190 @@
+"""The laser as a second witness of the carriage's place, beside the encoder's count.
+
+Carriage path = laser + base - contraction (Hall). `base` takes up the resets that the machine
+itself gives, so that one costs the laser's noise and no more. Whole position = laser + base -
+phase of the edges (`edges`): the Hall sensor has no part in it but while edges are crossed.
+
+Everything begins anew where the path cannot be followed: the laser gives no number, or the
+same one while the carriage moves, or leaps farther than the carriage can. Whatever is not
+certain is left out: crossings that are fast, or that a period's count does not show alone.
+
+A carriage that jerks makes the slack wire bounce by 0.1 mm in a few milliseconds, and the Hall
+sensor lags by three. So the path is a mean over each period: of the laser at its ends, and of
+the contraction during it, which a first-order lag's two readings give exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.control.live import edges
+from macromicro.control.live.edges import Phase
+from macromicro.control.live.parameters import Edges
+from macromicro.types import Sample
+
+NAN = math.nan
+_PENDING = 10  # periods within which a reset must show
+_STUCK = 3  # periods with the same reading of the laser while counts pass
+_HALL_STUCK = 20  # the same of the Hall sensor, whatever passes: its noise forbids it
+_LEAP, _LEAP_AT_REST = 5.0, 1.5  # counts in a period that no carriage goes unseen
+_RESTED = 0.1  # s
+_FARTHEST = 1e3  # m: whatever says that it is farther is no reading, nor is what is no number
+_SETTLED = 2.0  # s: until then the belt rocks the stage after a fast way (Section 6.2)
+
+
+class Survey(NamedTuple):
+    """`laser`: last reading [m]; `base` [m]; `awaited`: periods left for a reset to show;
+    `same`, `hall_same`: periods with the same reading, `held`: the count when it was new;
+    `counts`, `whole` [m], `fine` [mm]: of the sample before, NaN where it was not complete;
+    `path` [m]: of the carriage, mean of the period before, `pace` its last step [m];
+    `slow` [s]: since the carriage was last fast; `edge`: the last one taken; `anchor`: phase
+    [m] by which counts are judged where edges contradicted it, NaN while they agree; `gap`:
+    counts that the encoder is behind the laser; `apart`: for how long by too many [s]; `half`:
+    half width [m] of the position by laser, infinite without one."""
+
+    phase: Phase | None = None
+    laser: float = NAN
+    base: float = 0.0
+    awaited: int = 0
+    same: int = 0
+    held: float = NAN
+    counts: float = NAN
+    whole: float = NAN
+    fine: float = NAN
+    path: float = NAN
+    pace: float = NAN
+    hall: float = NAN
+    hall_same: int = 0
+    slow: float = 0.0
+    edge: float = NAN
+    anchor: float = NAN
+    gap: float = 0.0
+    apart: float = 0.0
+    half: float = math.inf
+
+
+NOTHING = Survey()
+
+
+def reset_given(v: Survey) -> Survey:
+    """The machine resets the laser with this period's outputs."""
+    return v if v.phase is None else v._replace(awaited=_PENDING)
+
+
+class Moving(NamedTuple):
+    """Of the sample: contraction [mm], speed of the carriage [count/s], time that it has stood
+    [s], count of coordinate 0 [raw counts]."""
+
+    fine: float
+    speed: float
+    standing: float
+    offset: float
+
+
+def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float) -> Survey:
+    """The survey after one more sample."""
+    count = sample.encoder
+    if q.use != 1 or not abs(sample.laser) < _FARTHEST:
+        return NOTHING
+    now = _beam(q, v, sample)
+    if now.same >= _STUCK and (v.phase is None or count != now.held):
+        return NOTHING._replace(laser=now.laser, same=now.same, held=now.held)
+    if math.isnan(count) or math.isnan(sample.hall) or now.hall_same >= _HALL_STUCK:
+        return now._replace(counts=NAN, path=NAN, apart=0.0)
+    slow = v.slow + dt if abs(moving.speed) <= q.fastest else 0.0
+    whole = now.laser + now.base
+    path = _path(q, v, whole, moving.fine, dt)
+    place = path - 0.5 * (count + v.counts) * pitch
+    now = now._replace(counts=count, whole=whole, fine=moving.fine, path=path, slow=slow)
+    if now.phase is None or math.isnan(place):
+        if now.phase is None and slow > 0.0 and not math.isnan(place):
+            now = now._replace(phase=edges.begin(count, place, pitch, q.scale))
+        return now._replace(path=NAN)
+    return _judged(q, pitch, v, now, place, moving, dt)
+
+
+def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
+    """The laser followed through a reset; how long it and the Hall sensor have said the same."""
+    laser, hall = sample.laser, sample.hall
+    phase, base, awaited = v.phase, v.base, v.awaited
+    if awaited and phase is not None:
+        awaited -= 1
+        if abs(laser) < abs(laser - v.laser):
+            base, awaited = base + v.laser, 0
+            phase = edges.blurred(phase, q.reset * q.reset)
+    same, held = (v.same + 1, v.held) if laser == v.laser else (0, sample.encoder)
+    hall_same = v.hall_same + 1 if hall == v.hall else 0
+    return v._replace(
+        phase=phase, laser=laser, base=base, awaited=awaited, same=same, held=held,
+        hall=hall, hall_same=hall_same,
+    )  # fmt: skip
+
+
+def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
+    """Carriage path [m], mean of the period: of the laser, less the contraction that the lag
+    `q.lag` of the Hall sensor hides."""
+    keep = math.exp(-dt / q.lag) if q.lag > 0.0 else 0.0
+    contraction = (fine - keep * v.fine) / (1.0 - keep) * 1e-3
+    return 0.5 * (whole + v.whole) - contraction
+
+
+def _judged(
+    q: Edges, pitch: float, v: Survey, now: Survey, place: float, moving: Moving, dt: float
+) -> Survey:
+    """An edge taken, if one was crossed, and how far laser and encoder are apart at `place` [m];
+    `v`: the survey before."""
+    phase, count, anchor = now.phase, now.counts, v.anchor
+    assert phase is not None
+    gap = (place - (edges.at(phase, count) if math.isnan(anchor) else anchor)) / pitch
+    pace = now.path - v.path
+    leap = _LEAP_AT_REST if moving.standing >= _RESTED else _LEAP
+    if abs(gap - v.gap) > leap and abs(pace - v.pace) > leap * pitch:
+        return NOTHING._replace(laser=now.laser, held=count)
+    phase = edges.blurred(phase, q.drift * q.drift * dt)
+    edge = max(count, v.counts)
+    if abs(count - v.counts) != 1.0 or edge == v.edge or now.slow == 0.0 or not math.isnan(anchor):
+        edge = v.edge  # none, or one that flickers: it tells no more than it did once
+    else:
+        rocking = 0.0 if now.slow >= _SETTLED else q.rocking
+        width = moving.speed * pitch * dt
+        noise = width * width / 12.0 + q.noise * q.noise + rocking * rocking
+        phase = edges.taken(phase, edge, now.path - (edge - 0.5) * pitch, noise)
+        if not edges.sure(phase):
+            anchor = edges.at(phase, count)
+    return now._replace(
+        phase=phase,
+        pace=pace,
+        edge=edge,
+        anchor=anchor,
+        gap=gap,
+        apart=v.apart + dt if abs(gap) > q.lost + q.skew * abs(moving.speed) else 0.0,
+        half=_half(q, phase, anchor, moving.offset),
+    )
+
+
+def _half(q: Edges, phase: Phase, anchor: float, offset: float) -> float:
+    """Half width [m] of the position by laser; infinite while it is not to be relied on."""
+    if phase.number < q.needed or not math.isnan(anchor):
+        return math.inf
+    return q.laser + q.hall + q.factor * edges.error(phase, offset)
+
+
+def homed(q: Edges, v: Survey, offset: float) -> Survey:
+    """Coordinate 0 has another count."""
+    return v if v.phase is None else v._replace(half=_half(q, v.phase, v.anchor, offset))
+
+
+def whole(v: Survey, pitch: float, offset: float) -> float:
+    """Position [m] of the whole positioner by the laser; NaN where it has no phase."""
+    if v.phase is None:
+        return NAN
+    return v.laser + v.base - edges.at(v.phase, offset) - offset * pitch
+
+
+def again(v: Survey, pitch: float) -> Survey:
+    """Homing begins: where a count is lost without a fault, the edges lie by whole counts
+    elsewhere. The slope stays known, unless edges contradicted one another."""
+    if v.phase is None or not math.isnan(v.anchor):
+        return NOTHING
+    return v._replace(phase=edges.blurred(v.phase, pitch * pitch))

@@ -1,0 +1,82 @@
+"""The recordings of a station: one at a time, each told of, and what follows a failed one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+
+from macromicro.control.live.messages import Stop
+from macromicro.errors import MacromicroError
+from macromicro.recording_format import Attribute
+from macromicro.serve.connection import Connection
+from macromicro.serve.places import make_folder
+from macromicro.serve.recording import Recording
+from macromicro.serve.settings import STOP, ServeSettings
+from macromicro.serve.shared import PERIOD
+from macromicro.serve.snapshot import RecordingState
+from macromicro.serve.watching import NO_RECORDING
+
+
+class Recordings:
+    """Begins and ends them; thread-safe. `attributes` are written into each file."""
+
+    def __init__(
+        self, connection: Connection, settings: ServeSettings, attributes: Mapping[str, Attribute]
+    ) -> None:
+        self._connection, self._settings, self._attributes = connection, settings, attributes
+        self._lock = threading.Lock()
+        self._recording: Recording | None = None
+        self._begun: list[Path] = []
+
+    @property
+    def begun(self) -> tuple[Path, ...]:
+        """Files of all that were begun, oldest first."""
+        return tuple(self._begun)
+
+    @property
+    def state(self) -> RecordingState:
+        """Of the one under way, or the last one."""
+        recording = self._recording
+        return recording.state if recording is not None else NO_RECORDING
+
+    def begin(self, path: Path, *, overwrite: bool) -> None:
+        """See `Station.record`."""
+        with self._lock:
+            shared = self._connection.shared
+            if shared is None or not self._connection.running:
+                raise MacromicroError("nothing runs that could be recorded; start it first")
+            if self.state.active:
+                found = self.state.path
+                raise MacromicroError(f"a recording is under way, into {found}; end it first")
+            capacity = self._settings.recorder_capacity
+            make_folder(path.parent, capacity, "recording into")
+            self._recording = Recording(
+                shared,
+                path,
+                round(capacity / PERIOD),
+                self._attributes,
+                self._failed,
+                overwrite=overwrite,
+            )
+            begun = self._recording.state.path
+            self._begun.append(Path(begun))
+        self._connection.tell("recording", "begun", {"path": begun})
+
+    def end(self) -> RecordingState:
+        """See `Station.end_recording`."""
+        with self._lock:
+            recording = self._recording
+            if recording is None:
+                return NO_RECORDING
+            active = recording.state.active
+            state = recording.end()
+        if active:
+            facts = {"path": state.path, "rows": state.rows, "lost": state.lost}
+            self._connection.tell("recording", "ended", facts)
+        return state
+
+    def _failed(self, reason: str) -> None:
+        self._connection.tell("recording", "failed", {"reason": reason})
+        if self._settings.recorder_failure == STOP:
+            self._connection.ask(Stop(client="recorder"))

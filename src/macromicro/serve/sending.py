@@ -1,0 +1,160 @@
+"""The way of every request to the loop process: in turn, with the file written before."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions
+from macromicro.control.live.messages import Finished, Notice, Refused, Reply
+from macromicro.errors import MacromicroError
+from macromicro.serve import link, orders
+from macromicro.serve.keeping import Keeper
+from macromicro.serve.launching import Child
+from macromicro.serve.ledger import Ledger
+from macromicro.serve.orders import Order
+from macromicro.serve.shared import COMMANDS, EMERGENCY, SAFE_SINCE, SEEN, WRITTEN, Shared
+
+ANSWER_S = 1.0  # an emergency stop that takes longer ends the loop process
+GRACE_S = 0.25  # for an answer given just in time to come here
+OFF = Refused("the loop process is not running", "start it again")
+_SILENT = Refused("the loop did not answer in time", "see the events; stop, and start again")
+
+Allowed = Callable[[], Refused | None]
+
+
+def anybody() -> Refused | None:
+    """No right is needed."""
+    return None
+
+
+class Sender:
+    """Sends to one loop process. Thread-safe.
+
+    `turn`: the lock under which everything is sent, and under which control changes hands;
+    it is held for the time of a send. `wait` [s]: after which a request is void. `alive`:
+    does the loop run? `report`: tells of trouble.
+    """
+
+    def __init__(
+        self,
+        child: Child,
+        shared: Shared,
+        keeper: Keeper,
+        ledger: Ledger,
+        turn: threading.RLock,
+        wait: float,
+        alive: Callable[[], bool],
+        report: Callable[[str], None],
+    ) -> None:
+        self.stops = 0  # that were asked for so far
+        self._child, self._shared = child, shared
+        self._keeper, self._ledger = keeper, ledger
+        self._turn, self._wait = turn, wait
+        self._alive, self._report = alive, report
+        self._stamping = threading.Lock()
+        self._presser = ""
+
+    def ask(self, request: Any, allowed: Allowed, since: int | None) -> Reply:
+        """Send a request, wait for its reply.
+
+        `allowed` tells whether it may still be sent, when its turn has come. A motion is
+        refused, too, if there were more stops than `since` (by default: than now) by then.
+        """
+        asked = time.monotonic_ns()
+        stops = self.stops if since is None else since
+        if not orders.moves(request):
+            return self._exchange(request, asked, allowed)
+
+        def still() -> Refused | None:
+            return orders.OVERTAKEN if self.stops != stops else allowed()
+
+        if not self._keeper.moving:  # what is refused costs no write, and is no motion
+            reply = self._exchange(request, asked, still, trial=True)
+            if isinstance(reply, Refused):
+                return reply
+        try:
+            self._keeper.begin_motion()
+        except MacromicroError as error:
+            return Refused(str(error), "make room, or make the file's folder writable")
+        try:
+            return self._exchange(request, asked, still)
+        finally:
+            self._keeper.answered(int(self._shared.cells[WRITTEN]))
+
+    def post(self, request: Any) -> None:
+        """Send a request whose reply nobody waits for."""
+        self._send(0, request, time.monotonic_ns(), anybody, False)
+
+    def released(self) -> None:
+        """Nobody holds control: what was still asked for is void, a jog under way ends."""
+        with self._turn:
+            self.stops += 1
+            for stage in m.STAGES:  # the stage that does not jog refuses it
+                self.post(m.Jog(stage, 0.0))
+
+    def _exchange(
+        self, request: Any, asked: int, allowed: Allowed, *, trial: bool = False
+    ) -> Reply:
+        serial = self._ledger.serial()
+        refusal = self._send(serial, request, asked, allowed, trial)
+        if refusal is not None:
+            self._ledger.forget(serial)
+            return refusal
+        reply = self._ledger.await_reply(serial, self._wait + GRACE_S)
+        return reply or (_SILENT if self._alive() else OFF)
+
+    def _send(
+        self, serial: int, request: Any, asked: int, allowed: Allowed, trial: bool
+    ) -> Refused | None:
+        until = time.monotonic_ns() + round(self._wait * 1e9)
+        data = link.packed(Order(serial, request, asked, until, trial))
+        if len(data) > link.LARGEST:
+            return Refused(f"a request of {len(data)} bytes", f"at most {link.LARGEST} bytes")
+        with self._turn:
+            refusal = allowed()
+            if refusal is not None:
+                return refusal
+            if isinstance(request, m.Stop | m.LinkLost):
+                self.stops += 1
+            try:
+                self._child.end.send(data, link.DONT_WAIT)
+            except BlockingIOError:
+                return _SILENT
+            except OSError:
+                return OFF
+            self._shared.cells[COMMANDS] += 1
+        return None
+
+    def emergency(self, client: str) -> float:
+        """Set the flag, wait for the loop's answer; see `Station.emergency`."""
+        cells = self._shared.cells
+        with self._stamping:  # for the time of two stores; stamps only ever grow
+            self._presser = client
+            stamp = max(time.monotonic_ns(), int(cells[EMERGENCY]) + 1)
+            cells[EMERGENCY] = stamp
+        deadline = time.monotonic() + ANSWER_S
+        while self._alive():
+            late = time.monotonic() >= deadline  # looked at first: we may have been held up
+            if int(cells[SEEN]) >= stamp:
+                return (int(cells[SAFE_SINCE]) - stamp) * 1e-9
+            if late:
+                with contextlib.suppress(ProcessLookupError):
+                    self._child.process.send_signal(signal.SIGTERM)
+                self._report(f"no answer to an emergency stop in {ANSWER_S:g} s; the loop is ended")
+                break
+            time.sleep(0.0005)
+        return math.nan
+
+    def signed(self, notice: Notice) -> Notice:
+        """With the client that pressed the emergency stop: the flag has no room for its name."""
+        how = notice.outcome if isinstance(notice, Finished) else notice.cause
+        if how not in (m.EMERGENCY, transitions.EMERGENCY) or notice.evidence.get("client") != "":
+            return notice
+        return notice._replace(evidence={**notice.evidence, "client": self._presser})

@@ -1,0 +1,186 @@
+"""macromicro serve as a person starts it: what it refuses, what it says, where it writes."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+RUN = (sys.executable, "-m", "macromicro", "serve")
+SLOW = """
+import os, sys, time
+from macromicro.rig import faulty
+
+def rig(seed):
+    print("opening", file=sys.stderr, flush=True)
+    while not os.path.exists("go"):
+        time.sleep(0.01)
+    return faulty.twin(seed)
+"""
+
+
+class Server:
+    """The command in a folder of its own; `said` is its output up to "Ctrl-C ends it"."""
+
+    def __init__(self, folder: Path, *options: str, token: str = "") -> None:
+        (folder / "live.toml").write_text("[serve]\nmiss_share = 1.0\n")
+        self.folder, self.errors = folder, folder / "stderr"
+        with self.errors.open("w") as errors:
+            self.process = subprocess.Popen(
+                [*RUN, "--scpi", "0", "--web", "0", "--config", "live.toml", *options],
+                cwd=folder,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+                env={**os.environ, "XDG_STATE_HOME": str(folder), "MACROMICRO_TOKEN": token},
+            )
+        self.said = ""
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.said += line
+            if line.startswith("Ctrl-C"):
+                break
+        else:
+            raise AssertionError(self.errors.read_text())
+
+    def scpi(self) -> socket.socket:
+        found = re.search(r"^SCPI: \S+ port (\d+)$", self.said, re.MULTILINE)
+        assert found is not None
+        return socket.create_connection(("127.0.0.1", int(found[1])), 30.0)
+
+    def end(self) -> int:
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(60.0)
+
+
+Begin = Callable[..., Server]
+
+
+@pytest.fixture
+def begin(tmp_path: Path) -> Iterator[Begin]:
+    made = []
+
+    def serve(*options: str, token: str = "") -> Server:
+        made.append(Server(tmp_path, *options, token=token))
+        return made[-1]
+
+    yield serve
+    for each in made:
+        each.process.kill()
+        each.process.wait()
+
+
+def ask(client: socket.socket, text: str) -> str:
+    client.sendall(text.encode() + b"\n")
+    with client.makefile("r") as lines:
+        return lines.readline().strip()
+
+
+def refused(folder: Path, *options: str) -> str:
+    """The message of a command that ends with status 2 and starts nothing."""
+    done = subprocess.run(
+        [*RUN, "--scpi", "0", "--web", "-1", *options],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120.0,
+        env={**os.environ, "XDG_STATE_HOME": str(folder / "home")},
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    return done.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("option", ["--state", "--record"])
+@pytest.mark.parametrize("place", ["/proc/x/y.json", "file/below"])
+def test_places_that_cannot_be_are_named_before_anything_starts(
+    option: str, place: str, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("no folder")
+    said = refused(tmp_path, option, place)
+    assert said.startswith(f"macromicro: {option} {place}: ") and "accepted: " in said
+
+
+def test_a_folder_is_no_position_file_and_gets_no_neighbours(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    assert refused(tmp_path, "--state", "folder").startswith("macromicro: --state folder: ")
+    assert not list(tmp_path.glob("folder?*"))
+
+
+def test_a_file_is_no_folder_for_recordings(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    said = refused(tmp_path, "--record", "file")
+    assert said.startswith("macromicro: --record file: 'not a folder'")
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize("rig", ["nosuch", "", "os:nosuch", "os:getcwd", "nosuch:thing"])
+def test_a_rig_that_is_none_is_bad_input(rig: str, tmp_path: Path) -> None:
+    said = refused(tmp_path, f"--rig={rig}")
+    assert said.startswith("macromicro: --rig") and "accepted: " in said
+
+
+def test_a_recording_on_demand_makes_its_folder(begin: Begin, tmp_path: Path) -> None:
+    server = begin()
+    with server.scpi() as client:
+        ask(client, "SYST:LOCK:REQ?")
+        client.sendall(b'REC ON,"first"\n')
+        assert ask(client, "SYST:ERR?") == '0,"No error"'
+    assert server.end() == 130
+    assert (tmp_path / "results" / "serve" / "first.h5").stat().st_size > 0
+
+
+def test_a_position_that_cannot_be_kept_is_told_once(begin: Begin, tmp_path: Path) -> None:
+    server = begin("--state", "kept/position.json")
+    shutil.rmtree(tmp_path / "kept")
+    (tmp_path / "kept").write_text("in the way")
+    with server.scpi() as client:
+        ask(client, "SYST:LOCK:REQ?")
+        for _ in range(3):
+            client.sendall(b"ENAB\nHOME\n")
+            assert "cannot be kept" in ask(client, "SYST:ERR?")
+    while "cannot be kept" not in server.errors.read_text():
+        assert server.process.poll() is None
+    assert server.end() == 130
+    assert server.errors.read_text().count("cannot be kept") == 1
+
+
+def test_the_page_is_reached_by_the_names_that_are_printed_and_given(begin: Begin) -> None:
+    server = begin("--host", "0.0.0.0", "--name", "Bench.lab", token="secret")
+    found = re.search(r"^page: http://(\S+):(\d+)/$", server.said, re.MULTILINE)
+    assert found is not None and found[1] != "0.0.0.0"
+    status = {}
+    for name in (found[1], "bench.lab", "localhost", "evil.example"):
+        page = http.client.HTTPConnection("127.0.0.1", int(found[2]), timeout=30.0)
+        page.request("GET", "/", headers={"Host": f"{name}:{found[2]}"})
+        status[name] = page.getresponse().status
+        page.close()
+    assert list(status.values()) == [200, 200, 200, 421]
+
+
+def test_ctrl_c_while_it_starts_is_answered_at_once(tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text(SLOW)
+    process = subprocess.Popen(
+        [*RUN, "--scpi", "0", "--web", "-1", "--rig", "slow:rig", "--state", "position.json"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    while process.stderr.readline() != "opening\n":
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    assert "interrupted; ending as soon as it has started" in process.stderr.readline()
+    (tmp_path / "go").touch()
+    out, _ = process.communicate(timeout=120.0)
+    assert (process.returncode, out) == (130, "")

@@ -1,0 +1,49 @@
+"""What the position file is told of the rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.serve import watching
+from macromicro.serve.shared import INDEX, PERIOD, Shared, Status
+
+STOOD = round(watching.STOOD_S / PERIOD)
+
+
+def shown(counts: list[float], mode: int = m.DISABLED) -> Shared:
+    shared = Shared.create(5000)
+    for count in counts:
+        row = np.zeros(len(INDEX))
+        row[INDEX["macro_position"]], row[INDEX["mode"]] = count, mode
+        shared.show(row, Status())
+    return shared
+
+
+@pytest.mark.parametrize(
+    ("counts", "moving"),
+    [
+        ([5.0], False),
+        ([0.0, 1.0, 2.0], True),
+        ([0.0, 95.0, *[101.0] * (STOOD - 1)], True),  # it still coasted within the time
+        ([0.0, 95.0, *[101.0] * STOOD], False),
+        ([5.0, 6.0] * STOOD, False),  # it stands on an edge
+        ([0.0, np.nan, 0.0], False),
+    ],
+)
+def test_a_carriage_that_coasts_is_moving(counts: list[float], moving: bool) -> None:
+    place = watching.place(shown(counts), "homed")
+    assert place is not None
+    assert place.moving is moving
+    assert (place.row, place.encoder) == (len(counts), counts[-1])
+
+
+def test_a_motion_is_moving_where_nothing_counts() -> None:
+    place = watching.place(shown([5.0] * 2 * STOOD, m.MOVING_MICRO), "homed")
+    assert place is not None
+    assert place.moving
+
+
+def test_before_the_first_row_there_is_no_place() -> None:
+    assert watching.place(Shared.create(5000), "") is None

@@ -1,0 +1,113 @@
+"""The page in a browser, with the station behind it, for tests."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from tests.browser import DESK, Window
+from web_parts import until
+
+from macromicro.control.live import messages as m
+from macromicro.serve.station import Station
+from macromicro.serve.web import WebServer
+
+
+class Page(Window):
+    """The page and the station behind it."""
+
+    def __init__(self, driver: Any, server: WebServer, station: Station) -> None:
+        super().__init__(driver)
+        self.server, self.station = server, station
+
+    def show(self, size: tuple[int, int] = DESK, scheme: str = "light") -> None:
+        """Load the page anew, as a new viewer."""
+        self.shape(size, scheme)
+        # Where the page itself is not, which would keep its session.
+        self.driver.get(self.server.url + "icon.svg")
+        self.run("sessionStorage.clear()")
+        self.driver.get_log("browser")
+        self.driver.get(self.server.url)
+        self.shown()
+
+    def reload(self) -> None:
+        self.driver.refresh()
+        self.shown()
+
+    def shown(self) -> None:
+        until(lambda: self.run("return Boolean(window.macromicro?.state().mode)"))
+
+    def find(self, selector: str) -> Any:
+        return self.driver.find_element("css selector", selector)
+
+    def text(self, selector: str) -> str:
+        return str(self.run("return document.querySelector(arguments[0]).textContent", selector))
+
+    def click(self, selector: str) -> None:
+        element = self.find(selector)
+        self.run("arguments[0].scrollIntoView({block: 'center'})", element)
+        element.click()
+
+    def keys(self, *keys: str) -> None:
+        self.driver.switch_to.active_element.send_keys(*keys)
+
+    def says(self, words: str) -> None:
+        """Wait until the status line says so."""
+        try:
+            until(lambda: words in self.text("#status"))
+        except AssertionError:
+            raise AssertionError(f"not {words!r} but {self.text('#status')!r}") from None
+
+    def move(self, millimetres: float) -> int:
+        """Order a move by mouse; its number."""
+        field = self.find("#move-value")
+        field.clear()
+        field.send_keys(f"{millimetres:.6f}")
+        self.click("#move")
+        return int(until(lambda: self.station.snapshot().motion))
+
+    def moving(self) -> None:
+        """Wait until the carriage moves in earnest."""
+        until(lambda: self.station.snapshot().mode == "moving-macro")
+        start = self.station.snapshot().macro_count
+        until(lambda: abs(self.station.snapshot().macro_count - start) > 20)
+
+    def outcome(self, motion: int) -> str:
+        def end() -> m.Finished | None:
+            self.station.heartbeat("test")
+            return self.station.finished(motion, 0.01)
+
+        found: m.Finished = until(end)
+        return found.outcome
+
+    def ready(self) -> None:
+        """A new viewer in control of a machine that is homed and enabled."""
+        self.station.emergency()
+        self.show()
+        now = self.station.snapshot()
+        assert (now.mode, now.fault) == ("disabled", None)
+        until(lambda: isinstance(self.station.acquire("test"), m.Accepted))
+        self.station.request("test", m.Enable())
+        if not self.station.snapshot().trusted:
+            reply = self.station.request("test", m.Home())
+            assert isinstance(reply, m.Accepted) and self.outcome(reply.id) == m.DONE
+        self.station.disconnect("test")
+        until(lambda: self.station.snapshot().mode in ("ready", "stopped"))
+        self.take()
+        until(lambda: self.find("#move").is_enabled())
+
+    def take(self) -> None:
+        """Take control; whoever sees no effect within a second presses again."""
+
+        def held() -> bool:
+            return self.station.snapshot().holder.startswith("web")
+
+        def pressed() -> bool:
+            if not held() and self.find("#take").is_enabled():
+                self.click("#take")
+            patience = time.monotonic() + 1.0
+            while not held() and time.monotonic() < patience:
+                time.sleep(0.01)
+            return held()
+
+        until(pressed)
