@@ -64,9 +64,9 @@ class Machine:
         self.note(notices)
 
     def see(self, encoder: float = 0.0, hall: float = HALL_OUT, seconds: float = DT) -> Outputs:
-        """The same readings for some time."""
-        for _ in range(max(round(seconds / DT), 1)):
-            self.show(Sample(self.s.time + DT, encoder, hall, 0.0, 1.0, 0.0))
+        """The same readings for some time, but for the noise that any Hall sensor has."""
+        for k in range(max(round(seconds / DT), 1)):
+            self.show(Sample(self.s.time + DT, encoder, hall + 1e-9 * (k % 2), 0.0, 1.0, 0.0))
         return self.out
 
 

@@ -35,7 +35,7 @@ class Follower(Machine):
 
     def __init__(self, encoder: float = 0.0, **rest: object) -> None:
         super().__init__(**{"live": QUICK, "control": QUICK_CONTROL, **rest})  # type: ignore[arg-type]
-        self.encoder, self.fine = encoder, 0.0
+        self.encoder, self.fine, self.odd = encoder, 0.0, False
 
     def tick(self, *, missing: str = "", noise: float = 0.0) -> Outputs:
         """One period: both stages move, then they are read."""
@@ -45,7 +45,8 @@ class Follower(Machine):
         wanted = self.command.micro_reference if self.command.micro_active else 0.0
         self.fine += 0.5 * (wanted - self.fine)
         encoder = np.nan if "e" in missing else float(np.floor(self.encoder))
-        volts = np.nan if "h" in missing else hall(self.fine + noise)
+        self.odd = not self.odd  # no sensor repeats its reading for long
+        volts = np.nan if "h" in missing else hall(self.fine + noise) + 1e-9 * self.odd
         return self.show(Sample(self.s.time + DT, encoder, volts, 0.0, 1.0, 0.0))
 
     def run(self, seconds: float) -> None:

@@ -12,9 +12,9 @@ from macromicro.control.live.messages import Accepted
 from macromicro.control.macro import MacroMemory
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Sequence
-from macromicro.types import SAFE
+from macromicro.types import SAFE, Sample
 
-from .bench import PITCH, homed
+from .bench import DT, PITCH, homed
 from .follower import QUICK, QUICK_CONTROL, hall, ready
 
 RESTING = 0.05
@@ -91,6 +91,17 @@ def test_a_micro_move_is_done_when_the_means_have_stayed_in_the_band() -> None:
     assert (end.outcome, machine.mode) == ("done", "holding")
     assert end.evidence["error_mm"] == pytest.approx(-0.004, abs=1e-6)
     assert machine.command[2:4] == (1.0, 1.0) and machine.out.ctrl > 0.0
+
+
+def test_a_hall_sensor_that_stands_is_no_arrival() -> None:
+    machine = homed()
+    machine.ask(m.MoveMicro(1.0))
+    reading = Sample(0.0, 0.0, hall(1.0), 0.0, 1.0, 0.0)
+    for _ in range(2000):
+        machine.show(reading._replace(t=machine.s.time + DT))
+    assert machine.mode == "moving-micro" and not machine.ends
+    machine.see(hall=hall(1.0), seconds=0.6)
+    assert [e.outcome for e in machine.ends] == ["done"]
 
 
 def test_noise_within_the_windows_is_averaged() -> None:

@@ -76,13 +76,15 @@ def observe(p: Fine, w: Window, hall: float, error: float, dt: float) -> Window:
     """The window after one more reading; a missing one is left out.
 
     `error` [mm]; when a window is full, its mean tells whether the stage has been on target.
+    A window of one and the same reading tells nothing: a sensor that lives has noise.
     """
     if math.isnan(hall):
         return w
     total, number = w.total + error, w.number + 1
+    lives = w.lives or (number > 1 and hall != w.hall)
     span = number * dt
     if span < p.window - TICK:
-        return Window(total, number, w.mean, w.held)
+        return Window(total, number, w.mean, w.held, hall, lives)
     mean = total / number
-    held = w.held + span if abs(mean) <= p.band else 0.0
+    held = w.held + span if abs(mean) <= p.band and (lives or number == 1) else 0.0
     return EMPTY._replace(mean=mean, held=held)

@@ -163,17 +163,18 @@ def _settle(
     p: LiveParameters, s: LiveState, work: Running, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
     """One period behind the plan's end, its last move a fine one: has it settled?"""
-    q, window = p.settings.fine, work.window
+    q, reference = p.settings.fine, work.progress.micro_reference
+    s, efforts = fine_efforts(s, sample, reference, dt)
+    window = observe(q, work.window, sample.hall, reference - s.seen.fine, dt)
+    work = work._replace(window=window)
+    s = s._replace(work=work)
     found: Evidence = {"moves": work.progress.move + 1, **_result(s, work)}
-    if window.held >= q.dwell - TICK:
+    if window.held >= q.dwell - TICK and window.number == 0:
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)
         return s, Efforts(notices=notices)
     if s.time - work.over >= q.patience - TICK:
         return _stalled(p, s, found)
-    reference = work.progress.micro_reference
-    s, efforts = fine_efforts(s, sample, reference, dt)
-    window = observe(q, window, sample.hall, reference - s.seen.fine, dt)
-    return s._replace(work=work._replace(window=window)), efforts
+    return s, efforts
 
 
 def _stalled(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveState, Efforts]:

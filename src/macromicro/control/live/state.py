@@ -69,12 +69,15 @@ class Approach(NamedTuple):
 
 class Window(NamedTuple):
     """Micro errors of the present window: sum [mm] and number; mean [mm] of the window before,
-    and for how long such means have been on target [s]."""
+    and for how long such means have been on target [s]; last reading [V], and whether the
+    present window has seen another one."""
 
     total: float
     number: int
     mean: float
     held: float
+    hall: float = NAN
+    lives: bool = False
 
 
 class Settle(NamedTuple):
