@@ -81,6 +81,7 @@ def test_stops_without_a_server_name_the_machines_own_switch(
     port = server.address[1]
     left = Page(page.driver, server, page.station)
     left.show(size)
+    until(lambda: page.station.snapshot().holder == "")  # the page before is lost
     left.take()
     until(lambda: "This page holds control" in left.text("#holder"))
     server.stop()
