@@ -4,8 +4,9 @@ The names below are loaded when they are first used, so that importing the packa
 costs next to nothing.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from macromicro.lazy import front_door
 
 if TYPE_CHECKING:
     from macromicro.api import load_settings as load_settings
@@ -17,24 +18,14 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# Public name -> the module that defines it. For type checkers: also import it above.
+# Public name -> the module here that defines it. For type checkers: also import it above.
 _HOMES = {
-    "InputError": "macromicro.errors",
-    "Recording": "macromicro.recording",
-    "Settings": "macromicro.settings",
-    "load_settings": "macromicro.api",
-    "moves": "macromicro.api",
-    "run": "macromicro.api",
+    "InputError": "errors",
+    "Recording": "recording",
+    "Settings": "settings",
+    "load_settings": "api",
+    "moves": "api",
+    "run": "api",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+__getattr__, __dir__ = front_door(__name__, _HOMES)

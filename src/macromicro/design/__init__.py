@@ -5,8 +5,9 @@ more. Measures are imported from their own modules: `response`, `vibration`, `ex
 `margins`.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from macromicro.lazy import front_door
 
 if TYPE_CHECKING:
     from macromicro.design.costs import MICRO_STAGE as MICRO_STAGE
@@ -74,14 +75,4 @@ _HOMES = {
     "total": "costs",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+__getattr__, __dir__ = front_door(__name__, _HOMES)

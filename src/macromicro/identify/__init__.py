@@ -3,8 +3,9 @@
 The names below are loaded when they are first used.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from macromicro.lazy import front_door
 
 if TYPE_CHECKING:
     from macromicro.identify.axis import Axis as Axis
@@ -76,14 +77,4 @@ _HOMES = {
     "sriv": "refined",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+__getattr__, __dir__ = front_door(__name__, _HOMES)
