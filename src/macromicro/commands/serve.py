@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections import deque
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
@@ -181,7 +182,7 @@ class Troubles:
     def __init__(self, station: Station) -> None:
         self._station = station
         self._seen = -1
-        self._told: set[str] = set()
+        self._told: deque[str] = deque(maxlen=100)
 
     def tell(self) -> None:
         """Print what is new."""
@@ -192,5 +193,5 @@ class Troubles:
                 continue
             text = f"{event.kind} {event.cause}: {reason}"
             if text not in self._told:
-                self._told.add(text)
+                self._told.append(text)
                 print(f"macromicro: {text}", file=sys.stderr, flush=True)

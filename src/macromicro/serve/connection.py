@@ -17,7 +17,7 @@ from macromicro.serve.keeping import Keeper, Place
 from macromicro.serve.launching import Child, launch
 from macromicro.serve.ledger import Ledger
 from macromicro.serve.loop_spec import Spec
-from macromicro.serve.sending import Allowed, Sender
+from macromicro.serve.sending import Allowed, Sender, Stops
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import HEARTBEAT, LEAVE, Shared
 from macromicro.serve.snapshot import Trouble
@@ -112,7 +112,7 @@ class Connection:
     # Orders
 
     def ask(
-        self, request: Any, allowed: Allowed = sending.anybody, since: int | None = None
+        self, request: Any, allowed: Allowed = sending.anybody, since: Stops | None = None
     ) -> Reply:
         """Send a request, wait for its reply; see `Sender.ask`."""
         sender = self._sender
@@ -129,9 +129,9 @@ class Connection:
             self._sender.released()
 
     @property
-    def stops(self) -> int:
+    def stops(self) -> Stops:
         """Stops that the running loop was asked for so far."""
-        return self._sender.stops if self._sender is not None else 0
+        return self._sender.stops if self._sender is not None else (0, 0)
 
     def emergency(self, client: str) -> float:
         """Set the flag, wait for the loop's answer; see `Station.emergency`."""

@@ -16,6 +16,14 @@ FOLDER = Path("results/serve")  # of recordings that a client begins
 _NAME = re.compile(r"[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?", re.IGNORECASE)
 
 
+def guarded(host: str, token: str | None) -> None:
+    """Raises InputError for a host that others reach, without a token, and for an empty one."""
+    if token is None and not is_loopback(host):
+        raise InputError("host", host, "127.0.0.1, or another one together with a token")
+    if token is not None and not token.strip():
+        raise InputError("token", token, "a text that is hard to guess")
+
+
 def is_loopback(host: str) -> bool:
     """Can only this computer reach the address?"""
     if host == "localhost":

@@ -12,6 +12,7 @@ OVERTAKEN = Refused("a stop came before it began", _AGAIN)
 TOO_LATE = Refused("it came too late: the loop had been held up", _AGAIN)
 
 _ALWAYS = (m.Stop, m.EmergencyStop, m.LinkLost, m.Disable)
+_WAKES = (m.Enable, m.ClearFault)
 _MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Programme)
 
 
@@ -36,6 +37,11 @@ def ends(request: Any) -> bool:
 def moves(request: Any) -> bool:
     """Would something move?"""
     return isinstance(request, _MOTIONS) or (isinstance(request, m.Jog) and not ends(request))
+
+
+def begins(request: Any) -> bool:
+    """Would something move, or could it from then on? Behind a stop it would be a surprise."""
+    return moves(request) or isinstance(request, _WAKES)
 
 
 def void(order: Order, emergency: int, now: int) -> Refused | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from macromicro.serve.shared import PERIOD
 from macromicro.serve.snapshot import RecordingState
 from macromicro.serve.watching import NO_RECORDING
 
+KEPT = 1000  # names of recordings that are remembered
+
 
 class Recordings:
     """Begins and ends them; thread-safe. `attributes` are written into each file."""
@@ -27,11 +30,11 @@ class Recordings:
         self._connection, self._settings, self._attributes = connection, settings, attributes
         self._lock = threading.Lock()
         self._recording: Recording | None = None
-        self._begun: list[Path] = []
+        self._begun: deque[Path] = deque(maxlen=KEPT)
 
     @property
     def begun(self) -> tuple[Path, ...]:
-        """Files of all that were begun, oldest first."""
+        """Files of the last ones that were begun, oldest first."""
         return tuple(self._begun)
 
     @property

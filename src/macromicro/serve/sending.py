@@ -24,9 +24,12 @@ from macromicro.serve.shared import COMMANDS, EMERGENCY, SAFE_SINCE, SEEN, WRITT
 ANSWER_S = 1.0  # an emergency stop that takes longer ends the loop process
 GRACE_S = 0.25  # for an answer given just in time to come here
 OFF = Refused("the loop process is not running", "start it again")
-_SILENT = Refused("the loop did not answer in time", "see the events; stop, and start again")
+_SILENT = Refused(
+    "the loop did not answer in time", "see the events whether it was done; stop, and start again"
+)
 
 Allowed = Callable[[], Refused | None]
+Stops = tuple[int, int]  # stops and losses of control asked for so far; emergency stops
 
 
 def anybody() -> Refused | None:
@@ -53,7 +56,7 @@ class Sender:
         alive: Callable[[], bool],
         report: Callable[[str], None],
     ) -> None:
-        self.stops = 0  # that were asked for so far
+        self._stops = self._emergencies = self._releases = 0
         self._child, self._shared = child, shared
         self._keeper, self._ledger = keeper, ledger
         self._turn, self._wait = turn, wait
@@ -61,20 +64,29 @@ class Sender:
         self._stamping = threading.Lock()
         self._presser = ""
 
-    def ask(self, request: Any, allowed: Allowed, since: int | None) -> Reply:
+    @property
+    def stops(self) -> Stops:
+        """How many were asked for so far: other numbers later mean that one came meanwhile."""
+        return self._stops, self._emergencies
+
+    def ask(self, request: Any, allowed: Allowed, since: Stops | None) -> Reply:
         """Send a request, wait for its reply.
 
-        `allowed` tells whether it may still be sent, when its turn has come. A motion is
-        refused, too, if there were more stops than `since` (by default: than now) by then.
+        `allowed` tells whether it may still be sent, when its turn has come. What begins
+        something is refused, too, if a stop came `since` then (by default: since now).
         """
         asked = time.monotonic_ns()
-        stops = self.stops if since is None else since
-        if not orders.moves(request):
+        stops, releases = self.stops if since is None else since, self._releases
+        if not orders.begins(request):
             return self._exchange(request, asked, allowed)
 
         def still() -> Refused | None:
-            return orders.OVERTAKEN if self.stops != stops else allowed()
+            if self.stops != stops or self._releases != releases:
+                return orders.OVERTAKEN
+            return allowed()
 
+        if not orders.moves(request):
+            return self._exchange(request, asked, still)
         if not self._keeper.moving:  # what is refused costs no write, and is no motion
             reply = self._exchange(request, asked, still, trial=True)
             if isinstance(reply, Refused):
@@ -90,12 +102,14 @@ class Sender:
 
     def post(self, request: Any) -> None:
         """Send a request whose reply nobody waits for."""
-        self._send(0, request, time.monotonic_ns(), anybody, False)
+        refusal = self._send(0, request, time.monotonic_ns(), anybody, False)
+        if refusal is not None and self._alive():
+            self._report(f"{type(request).__name__} did not reach the loop: {refusal.reason}")
 
     def released(self) -> None:
-        """Nobody holds control: what was still asked for is void, a jog under way ends."""
+        """Nobody holds control: what is still on its way is void, a jog under way ends."""
         with self._turn:
-            self.stops += 1
+            self._releases += 1
             for stage in m.STAGES:  # the stage that does not jog refuses it
                 self.post(m.Jog(stage, 0.0))
 
@@ -122,7 +136,7 @@ class Sender:
             if refusal is not None:
                 return refusal
             if isinstance(request, m.Stop | m.LinkLost):
-                self.stops += 1
+                self._stops += 1
             try:
                 self._child.end.send(data, link.DONT_WAIT)
             except BlockingIOError:
@@ -137,6 +151,7 @@ class Sender:
         cells = self._shared.cells
         with self._stamping:  # for the time of two stores; stamps only ever grow
             self._presser = client
+            self._emergencies += 1
             stamp = max(time.monotonic_ns(), int(cells[EMERGENCY]) + 1)
             cells[EMERGENCY] = stamp
         deadline = time.monotonic() + ANSWER_S

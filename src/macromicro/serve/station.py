@@ -5,32 +5,28 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from macromicro.control.live import messages as m
-from macromicro.control.live.messages import Accepted, Event, Finished, Refused, Reply
+from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.rig.opening import TWIN
-from macromicro.serve import watching
 from macromicro.serve.connection import Connection
 from macromicro.serve.holders import Holders
 from macromicro.serve.loop_spec import LIVE
+from macromicro.serve.observed import Observed
 from macromicro.serve.recordings import Recordings
+from macromicro.serve.sending import Stops
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import BINS, NAMES
-from macromicro.serve.snapshot import RecordingState, Snapshot
+from macromicro.serve.snapshot import RecordingState
 
 REST_S = 5.0  # longest wait for rest at the end
-_FREE = (m.Stop, m.EmergencyStop)
 
 
-class Station:
+class Station(Observed):
     """Starts the loop process and speaks with it; thread-safe.
 
     One client at a time holds control; all may watch, stop and make an emergency stop. A
@@ -127,10 +123,11 @@ class Station:
     def acquire(self, client: str) -> Reply:
         """Give control to the client: Accepted, or Refused where another one holds it, or where
         the client has no name."""
-        before = self._holders.holder
-        reply = self._holders.acquire(client)
-        if isinstance(reply, Accepted) and before != client:
-            self._tell("control", "acquired", {"client": client})
+        with self._connection.turn:
+            before = self._holders.holder
+            reply = self._holders.acquire(client)
+            if isinstance(reply, Accepted) and before != client:
+                self._tell("control", "acquired", {"client": client})
         return reply
 
     def release(self, client: str) -> Reply:
@@ -153,17 +150,23 @@ class Station:
 
     # Orders
 
-    def request(self, client: str, request: Any) -> Reply:
+    @property
+    def stops(self) -> Stops:
+        """Stops of all kinds so far; who lets an order wait takes note of them (`request`)."""
+        return self._connection.stops
+
+    def request(self, client: str, request: Any, since: Stops | None = None) -> Reply:
         """Pass a request of `control.live.messages` to the machine and wait for its reply.
 
         Refused at once, and not passed on, where the client does not hold control (Stop and
         EmergencyStop need no control), or where no loop answers. Never raises for what a
-        client can cause. A motion is refused, too, where a stop is asked for, or the client
-        loses control, before it has begun; and what the loop comes to later than
-        serve.reply_timeout is refused and not done (but Stop, EmergencyStop, Disable, and a
-        jog's end are always done).
+        client can cause. A motion, Enable and ClearFault are refused, too, where anybody asked
+        for a stop, or the client lost control, behind `since` (the `stops` of the time when
+        the client ordered it; by default of now) and before it has begun; and what the loop
+        comes to later than serve.reply_timeout is refused and not done (but Stop,
+        EmergencyStop, Disable, and a jog's end are always done).
         """
-        since = self._connection.stops
+        since = self._connection.stops if since is None else since
         if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
             found = type(request).__name__
             return Refused(f"{found} is no request of a client", "a request of control.live")
@@ -171,7 +174,7 @@ class Station:
             if math.isnan(self.emergency(client)):
                 return Refused("the loop did not answer", "switch the machine's supply off")
             return Accepted()
-        if not isinstance(request, _FREE):
+        if not isinstance(request, m.Stop):
             refusal = self._holders.refusal(client)
             if refusal is not None:
                 return refusal
@@ -185,59 +188,11 @@ class Station:
         """Emergency stop: outputs safe before the loop's next control step.
 
         Needs no control, waits for nobody else, passes through no queue. `client`: who asks,
-        for the events. Returns the seconds from
-        this call until the outputs were safe, measured by the loop; NaN where it did not
-        answer within a second: then the loop process is told to end, which makes them safe
-        as far as the rig still answers it.
+        for the events. Returns the seconds from this call until the outputs were safe, measured
+        by the loop; NaN where it did not answer within a second: then the loop process is told
+        to end, which makes them safe as far as the rig still answers it.
         """
         return self._connection.emergency(client)
-
-    # Watching
-
-    def snapshot(self) -> Snapshot:
-        """The machine now."""
-        connection = self._connection
-        return watching.snapshot(
-            connection.shared,
-            connection.running,
-            connection.trust,
-            connection.trouble,
-            self.settings.live.limits,
-            self._recordings.state,
-            self._holders.holder,
-            self._holders.clients,
-        )
-
-    def telemetry(self, since: int = -1) -> tuple[int, NDArray[np.float64], Sequence[str]]:
-        """Rows of telemetry behind row number `since`: (number of the last one, block, names).
-
-        The block is float64[columns, rows], one row a millisecond, at most the last minute;
-        pass the returned number as the next `since`. The names are those of
-        `serve.shared.COLUMNS`, which has units and meaning too.
-        """
-        shared = self._connection.shared
-        if shared is None:
-            return -1, np.empty((len(NAMES), 0)), NAMES
-        _, count, block = shared.since(since + 1)
-        return count - 1, block, NAMES
-
-    def timing(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Periods since the start by how late they began, and by how long they took to
-        compute: two histograms, int64[bins], bins of 1 us, the last one for all from 5 ms on."""
-        shared = self._connection.shared
-        counts = np.zeros((2, BINS), np.int64) if shared is None else shared.histograms.copy()
-        return counts[0], counts[1]
-
-    def events(self, since: int = -1) -> tuple[int, list[Event]]:
-        """Events behind event number `since`: (number of the last one, events)."""
-        return self._connection.ledger.events(since)
-
-    def finished(self, motion: int, timeout: float | None = None) -> Finished | None:
-        """How an accepted motion ended; waits for it up to `timeout` [s] (None: for ever).
-
-        None where it is still under way, or no motion of that number was accepted.
-        """
-        return self._connection.ledger.finished(motion, timeout)
 
     # Recording
 

@@ -66,6 +66,19 @@ def test_places_far_apart_are_known_to_a_few_micrometres(bench: Blurred) -> None
     assert np.std(errors) < 5e-6
 
 
+def test_narrowed_micro_limits_hold_wherever_in_its_count_the_carriage_stands(
+    bench: Blurred,
+) -> None:
+    own = bench.p.settings.limits
+    high = 0.5 + 6.0 * PITCH * 1e3  # tolerance to either side, a count, the laser's half
+    bench.ask(m.SetLimits(own._replace(micro_low=0.5, micro_high=high)))
+    for k in range(8):
+        bench.ask(m.MoveTo(0.02 + 0.0031 * k))
+        assert bench.wait(30.0).outcome == "done"
+        assert 0.5 <= bench.command.micro_reference <= high
+    bench.ask(m.SetLimits())
+
+
 def test_a_zero_far_from_home_leaves_the_coordinates(bench: Blurred) -> None:
     bench.ask(m.MoveMacro(2000))
     bench.wait(20.0)

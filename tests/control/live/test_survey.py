@@ -113,12 +113,37 @@ def test_resets_of_the_machine_cost_the_lasers_noise(known: Track, late: int) ->
     assert known.v.awaited == 0 and known.apart == 0.0
 
 
-def test_a_reset_that_never_came_is_given_up(known: Track) -> None:
+def test_a_reset_that_never_came_makes_it_begin_anew(known: Track) -> None:
+    """Nobody can tell what the laser counts from now."""
     known.ride(100.0, 2000.0)
     known.rest(0.2)
     known.v = survey.reset_given(known.v)
+    known.rest(0.15)
+    assert abs(known.error()) < 3e-6
     known.rest(0.1)
-    assert known.v.awaited == 0 and abs(known.error()) < 3e-6
+    assert known.v.half == math.inf and known.apart == 0.0
+
+
+@pytest.mark.parametrize("late", [15, 150])
+def test_slow_resets_of_some_micrometres_are_no_lost_counts(known: Track, late: int) -> None:
+    for k in range(3):
+        for n in range(200):
+            known.tick(contraction=0.3 + 0.09 * (k + (n + 1) / 200.0))
+        known.rest(0.1)
+        known.reset(late)
+        known.rest(0.1)
+    assert known.v.awaited == 0 and known.apart == 0.0
+    assert abs(known.error()) < 6e-6
+
+
+def test_a_reset_at_zero_is_none(known: Track) -> None:
+    known.reset()
+    known.rest(0.05)
+    half = known.v.half
+    known.v = survey.reset_given(known.v)
+    assert known.v.awaited == 0
+    known.rest(0.5)
+    assert known.v.half == pytest.approx(half, abs=1e-6) and abs(known.error()) < 4e-6
 
 
 def test_a_laser_that_comes_back_with_another_zero_is_believed_anew(known: Track) -> None:

@@ -50,8 +50,8 @@ def test_page_s_session_runs(station: Any, monkeypatch: pytest.MonkeyPatch) -> N
     assert block is not None
     request, station.mode = station.request, "disabled"
 
-    def at_once(client: str, order: Any) -> Any:
-        reply = request(client, order)
+    def at_once(client: str, order: Any, since: Any = None) -> Any:
+        reply = request(client, order, since)
         if station.motion:
             station.end("done")
         return reply
@@ -83,8 +83,8 @@ def test_readme_s_line_tells_whether_the_move_was_made(
     assert block is not None
     request, station.mode = station.request, mode
 
-    def at_once(client: str, order: Any) -> Any:
-        reply = request(client, order)
+    def at_once(client: str, order: Any, since: Any = None) -> Any:
+        reply = request(client, order, since)
         if station.motion:
             station.end("done" if type(order).__name__ == "Home" else outcome)
         return reply

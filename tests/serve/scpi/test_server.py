@@ -109,6 +109,31 @@ def test_a_stop_overtakes_what_waits(connect, station, stop) -> None:
     until(lambda: station.motion == 2)
 
 
+@pytest.mark.parametrize("how", ["stop", "emergency"])
+def test_anybodys_stop_overtakes_what_waits(connect, station, how) -> None:
+    """Lines that wait behind *OPC? were sent before the stop: none of them begins anything."""
+    first, second = connect(), connect()
+    assert first.ask("SYST:LOCK:REQ?") == "1"
+    first.send("MOVE:ABS 10 MM;*OPC?\nMOVE:ABS 20 MM\nENAB\nHOME\nSYST:ERR:ALL?")
+    until(lambda: station.motion == 1)
+    time.sleep(0.3)  # all of it has been read
+    if how == "stop":
+        assert second.ask("STOP;*OPC?") == "1"
+    else:
+        station.emergency("web")
+    assert first.line() == "1"
+    assert first.line().count("a stop came before it began") >= 2
+    begun = [r for r in station.requests if not isinstance(r, m.Stop)]
+    assert begun == [m.MoveTo(0.01, first_name(first))]
+    station.mode = "ready"
+    first.ask("MOVE:ABS 30 MM;:SYST:ERR:COUN?")  # sent behind it: done
+    assert station.motion == 2
+
+
+def first_name(client) -> str:
+    return f"scpi 127.0.0.1:{client.socket.getsockname()[1]}"
+
+
 def test_a_client_that_goes_loses_control(connect, station) -> None:
     client, other = connect(), connect()
     client.ask("SYST:LOCK:REQ?")

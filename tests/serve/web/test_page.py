@@ -148,6 +148,24 @@ def test_the_space_bar_stops_but_not_while_typing(ready: Page) -> None:
     assert ready.station.snapshot().trusted
 
 
+def test_an_emergency_stop_lets_a_held_jog_go(ready: Page) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    here = ready.station.snapshot().position_m
+    sign = "1" if here < 0.1 else "-1"
+    button = ready.find(f".jog[data-stage=macro] .jog-button[data-sign='{sign}']")
+    ActionChains(ready.driver).click_and_hold(button).perform()
+    motion = until(lambda: ready.station.snapshot().motion)
+    ready.keys("\ue00c")
+    assert ready.outcome(motion) == m.EMERGENCY
+    assert "held" not in button.get_attribute("class")
+    sent = """const put = WebSocket.prototype.send, seen = [], done = arguments[0];
+      WebSocket.prototype.send = function (text) { seen.push(text); return put.call(this, text); };
+      setTimeout(() => { WebSocket.prototype.send = put; done(seen.join()); }, 600);"""
+    assert '"keep"' not in ready.driver.execute_async_script(sent)
+    ActionChains(ready.driver).release(button).perform()
+
+
 def test_a_jog_lasts_as_long_as_its_button_is_held(ready: Page) -> None:
     from selenium.webdriver.common.action_chains import ActionChains
 

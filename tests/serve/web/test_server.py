@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,7 @@ from macromicro.control.live import messages as m
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.web import WebServer, bins
 from macromicro.serve.web.bounds import Bounds
+from macromicro.serve.web.orders import Orders
 
 Serve = Callable[..., WebServer]
 Make = Callable[..., Client]
@@ -93,9 +95,10 @@ def test_a_stop_overtakes_and_nothing_moves_behind_it(client: Make, fake: Statio
     refused = viewer.reply(second)
     assert not refused["ok"] and "stop" in refused["reason"]
     fake.open.set()
-    assert viewer.reply(first)["ok"] and viewer.reply(stop)["ok"]
-    assert names(fake) == ["Stop", "MoveTo", "Stop"]
-    assert fake.motion == 0 and fake.ended[1].outcome == "stopped"
+    assert viewer.reply(stop)["ok"]
+    refused = viewer.reply(first)  # it had not begun
+    assert not refused["ok"] and "stop" in refused["reason"]
+    assert names(fake) == ["Stop"] and fake.motion == 0
 
 
 def test_an_emergency_of_another_viewer_overtakes_too(client: Make, fake: Station) -> None:
@@ -110,7 +113,31 @@ def test_an_emergency_of_another_viewer_overtakes_too(client: Make, fake: Statio
     fake.open.set()
     assert other.reply(emergency)["ok"]
     assert not viewer.reply(first)["ok"] and not viewer.reply(second)["ok"]
-    assert fake.emergencies == 2 and fake.motion == 0 and fake.mode == "disabled"
+    assert fake.emergencies == 1 and fake.motion == 0 and fake.mode == "disabled"
+
+
+@pytest.mark.parametrize("what", ["stop", "emergency"])
+def test_an_order_being_made_up_is_overtaken_by_anybodys_stop(
+    client: Make, fake: Station, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    """Also by one that the page's server knows nothing of."""
+    viewer = client()
+    viewer.order("take")
+    making, go_on, real = threading.Event(), threading.Event(), Orders.request
+
+    def slow(*given: Any) -> Any:
+        making.set()
+        assert go_on.wait(30.0)
+        return real(*given)
+
+    monkeypatch.setattr(Orders, "request", slow)
+    first = viewer.begin("programme", name="thesis")
+    assert making.wait(30.0)
+    fake.request("scpi", m.Stop()) if what == "stop" else fake.emergency("scpi")
+    go_on.set()
+    refused = viewer.reply(first)
+    assert not refused["ok"] and "stop" in refused["reason"]
+    assert m.Programme not in {type(r) for r in fake.requests}
 
 
 def test_a_reload_keeps_control_and_motion(client: Make, fake: Station) -> None:

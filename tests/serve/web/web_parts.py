@@ -52,11 +52,11 @@ class Station(_MODULE.FakeStation):  # type: ignore[misc]
         self.grow = 33
         self.recorded: tuple[Path, ...] = ()
 
-    def request(self, client: str, request: Any) -> m.Reply:
+    def request(self, client: str, request: Any, since: Any = None) -> m.Reply:
         self.entered.append(type(request).__name__)
         if not isinstance(request, m.Stop):
             assert self.open.wait(30.0)
-        return super().request(client, request)
+        return super().request(client, request, since)
 
     def record(self, path: Path, *, overwrite: bool = False) -> None:
         super().record(path, overwrite=overwrite)

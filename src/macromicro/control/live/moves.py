@@ -126,8 +126,9 @@ def settle(
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
         return s, Efforts(notices=notices)
     rest = remaining(p, s, motion.target)
-    if not s.limits.micro_low <= rest <= p.settings.fine.bias_high:
-        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+    if not s.limits.micro_low <= rest <= min(p.settings.fine.bias_high, s.limits.micro_high):
+        found["micro_mm"] = rest
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
         return s, Efforts(notices=notices)
     s, notices = start_micro(s, motion._replace(fine=rest), t.SETTLED, {**found, "micro_mm": rest})
     return s, efforts._replace(notices=notices)

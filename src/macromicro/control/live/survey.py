@@ -24,7 +24,8 @@ from macromicro.control.live.parameters import Edges
 from macromicro.types import Sample
 
 NAN = math.nan
-_PENDING = 10  # periods within which a reset must show
+_PENDING = 200  # periods within which a reset must show
+_SMALL = 5e-6  # m: a reset of no more cannot be told from noise, nor does it have to be
 _STUCK = 3  # periods with the same reading of the laser while counts pass
 _HALL_STUCK = 20  # the same of the Hall sensor, whatever passes: its noise forbids it
 _LEAP, _LEAP_AT_REST = 5.0, 1.5  # counts in a period that no carriage goes unseen
@@ -69,7 +70,11 @@ NOTHING = Survey()
 
 def reset_given(v: Survey) -> Survey:
     """The machine resets the laser with this period's outputs."""
-    return v if v.phase is None else v._replace(awaited=_PENDING)
+    if v.phase is None:
+        return v
+    if abs(v.laser) <= _SMALL:
+        return v._replace(base=v.base + v.laser)
+    return v._replace(awaited=_PENDING)
 
 
 class Moving(NamedTuple):
@@ -90,6 +95,8 @@ def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: 
     now = _beam(q, v, sample)
     if now.same >= _STUCK and (v.phase is None or count != now.held):
         return NOTHING._replace(laser=now.laser, same=now.same, held=now.held)
+    if v.awaited == 1 and now.base == v.base:  # the reset never came, or cannot be told
+        return NOTHING._replace(laser=now.laser, held=count)
     if math.isnan(count) or math.isnan(sample.hall) or now.hall_same >= _HALL_STUCK:
         return now._replace(counts=NAN, path=NAN, apart=0.0)
     slow = v.slow + dt if abs(moving.speed) <= q.fastest else 0.0
@@ -143,7 +150,8 @@ def _judged(
         return NOTHING._replace(laser=now.laser, held=count)
     phase = edges.blurred(phase, q.drift * q.drift * dt)
     edge = max(count, v.counts)
-    if abs(count - v.counts) != 1.0 or edge == v.edge or now.slow == 0.0 or not math.isnan(anchor):
+    unsure = now.awaited > 0 or not math.isnan(anchor)
+    if abs(count - v.counts) != 1.0 or edge == v.edge or now.slow == 0.0 or unsure:
         edge = v.edge  # none, or one that flickers: it tells no more than it did once
     else:
         rocking = 0.0 if now.slow >= _SETTLED else q.rocking
@@ -152,13 +160,14 @@ def _judged(
         phase = edges.taken(phase, edge, now.path - (edge - 0.5) * pitch, noise)
         if not edges.sure(phase):
             anchor = edges.at(phase, count)
+    far = abs(gap) > q.lost + q.skew * abs(moving.speed)
     return now._replace(
         phase=phase,
         pace=pace,
         edge=edge,
         anchor=anchor,
         gap=gap,
-        apart=v.apart + dt if abs(gap) > q.lost + q.skew * abs(moving.speed) else 0.0,
+        apart=v.apart + dt if far and not now.awaited else 0.0,
         half=_half(q, phase, anchor, moving.offset),
     )
 

@@ -11,7 +11,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import among, finite, shown
-from macromicro.control.live.state import NAN, LiveState, Motion, carriage, coordinate
+from macromicro.control.live.state import NAN, LiveState, Motion, by_laser, carriage, coordinate
 from macromicro.control.supervisor import Plan
 
 _LOAD = "load it with macromicro.programme"
@@ -62,10 +62,11 @@ def whole(
     rest = (target - carriage(p, s)) * 1e3
     if carriage_rests and low <= rest <= high:
         return _motion(s, kind, target, NAN, rest)
-    tolerance = s.laws.sequence.tolerance
-    count = math.floor((target - low * 1e-3) / pitch - tolerance + 1e-9)
+    # The laser tells where within its count the carriage stands.
+    slack = s.laws.sequence.tolerance + (0.5 if by_laser(p, s) else 0.0)
+    count = math.floor((target - low * 1e-3) / pitch - slack + 1e-9)
     count = min(count, math.floor(q.macro_high))
-    rest = (target - (count - tolerance) * pitch) * 1e3
+    rest = (target - (count - slack) * pitch) * 1e3
     if count < q.macro_low or rest > high:
         return Refused(
             f"position {target * 1e3:.9g} mm is beyond the reach of both stages together",

@@ -18,6 +18,7 @@ from macromicro.serve.scpi.session import Session
 from macromicro.serve.scpi.system import MOST_FAILURES
 from macromicro.serve.scpi.tree import TREE
 from macromicro.serve.scpi.wire import Ear, keep_alive
+from macromicro.serve.sending import Stops
 
 POLL = 0.02  # s between two looks at motions that *OPC? waits for
 PENALTY = 1.0  # s that a wrong token costs
@@ -38,12 +39,13 @@ class Threads(NamedTuple):
 
 
 class _Waiting(NamedTuple):
-    """A message that waits: what of it is to be done, the client's stops when it came, and
-    its size in memory [bytes]."""
+    """A message that waits: what of it is to be done, the client's and the station's
+    stops when it came, and its size in memory [bytes]."""
 
     message: Message
     units: tuple[Unit, ...]
     stops: int
+    since: Stops
     size: int
 
 
@@ -123,6 +125,8 @@ class Connection:
             if station.snapshot().holder == session.client:
                 station.disconnect(session.client)
                 station.connect(session.client)
+                if session.gone.is_set():  # it went meanwhile
+                    station.disconnect(session.client)
                 session.fail(ScpiError(-200, "control lost: silent for longer than the watchdog"))
             return
         session.device.station.heartbeat(session.client)
@@ -187,7 +191,9 @@ class Connection:
         while self._bytes and self._bytes + size > self._bounds.waiting:
             await asyncio.sleep(POLL)
         self._bytes += size
-        await self._queue.put(_Waiting(message, units, self.session.stops, size))
+        await self._queue.put(
+            _Waiting(message, units, self.session.stops, self.session.device.station.stops, size)
+        )
 
     def _now(self, unit: Unit) -> None:
         self.session.attempt(unit, self.session.stops, self.session.failed)
@@ -205,6 +211,7 @@ class Connection:
             self._bytes -= item.size
             if item.message.error is not None:
                 self.session.fail(item.message.error)
+            self.session.since = item.since
             if not await self._do(item.units, item.stops):
                 return
 

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from macromicro.serve.hosts import HOST
+from macromicro.serve.hosts import HOST, guarded
 from macromicro.serve.hosts import SCPI_PORT as PORT
 from macromicro.serve.scpi.connection import Connection, Threads
 from macromicro.serve.scpi.device import Device
@@ -28,7 +28,8 @@ class Server(Threaded):
     """The SCPI server in a thread of its own; a context manager that starts and stops it.
 
     `port` 0 is any free one; `address` tells which. `token`: what a client must give before
-    it may change anything (stops need none). `folder`: where recordings go.
+    it may change anything (stops need none). `folder`: where recordings go. Raises
+    InputError for a host that others reach, without a token.
     """
 
     def __init__(
@@ -41,6 +42,7 @@ class Server(Threaded):
         folder: Path = Path(),
         bounds: Bounds | None = None,
     ) -> None:
+        guarded(host, token)
         super().__init__("SCPI", host, port)
         self._device = Device(station, folder, token)
         self._bounds = Bounds() if bounds is None else bounds
@@ -64,6 +66,7 @@ async def serve(
 
     `ready` is called with host and port once it listens. Raises InputError as `start` does.
     """
+    guarded(host, token)
     device = Device(station, folder, token)
     await _serve(device, host, port, bounds or Bounds(), ready)
 

@@ -21,6 +21,7 @@ from macromicro.serve.scpi.errors import (
 )
 from macromicro.serve.scpi.message import Unit
 from macromicro.serve.scpi.status import Register
+from macromicro.serve.sending import Stops
 from macromicro.serve.snapshot import Snapshot
 
 _HARDWARE = (FAULTED, LIMIT, STALLED)
@@ -55,6 +56,7 @@ class Session:
         self.running = 0
         self.gone = threading.Event()
         self.stops = 0
+        self.since: Stops | None = None  # the station's, when the message under way came
         self.failed = 0  # errors so far
         self._ordering = threading.Lock()
         self._noting = threading.Lock()
@@ -115,7 +117,7 @@ class Session:
             end = self.device.station.finished(motion, 0.0)
             if end is None and self.device.station.snapshot().running:
                 continue
-            words = self.pending.pop(motion)
+            words = self.pending.pop(motion, "")  # another thread may have told of it
             if not words:
                 continue
             if end is None:
@@ -133,7 +135,8 @@ class Session:
         """Do one command: its response data, None if it has none. Raises ScpiError only."""
         command = unit.command
         try:
-            self.poll()
+            if command.access != ALWAYS:  # a stop waits for nothing
+                self.poll()
             if command.access not in (WATCH, ALWAYS) and not self.authenticated:
                 raise ScpiError(-203, "SYSTem:AUTHenticate first")
             return command.act(Call(self, unit.values, unit.suffixes))
@@ -178,7 +181,7 @@ class Session:
         Raises ScpiError -203 without control, -222 for what is out of range, -221 where the
         machine refuses in its present state, -240 where it does not run.
         """
-        reply = self.device.station.request(self.client, request)
+        reply = self.device.station.request(self.client, request, self.since)
         if not isinstance(reply, Refused):
             return reply.id
         now = self.device.station.snapshot()
@@ -188,11 +191,10 @@ class Session:
         raise ScpiError(number, f"{reply.reason}; {reply.remedy}")
 
     def stop(self) -> None:
-        """Decelerate; waits for an order of this client that is on its way, so that it comes
-        behind it."""
+        """Decelerate; waits for nothing. An order of this client that is on its way comes
+        before it, or is refused because of it."""
         self.stops += 1
-        with self._ordering:
-            reply = self.device.station.request(self.client, Stop(self.client))
+        reply = self.device.station.request(self.client, Stop(self.client))
         if isinstance(reply, Refused):
             raise ScpiError(-221, f"{reply.reason}; {reply.remedy}")
         self.ends(self.device.station.snapshot().motion)

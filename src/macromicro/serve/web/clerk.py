@@ -10,6 +10,7 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Reply
+from macromicro.serve.sending import Stops
 from macromicro.serve.web.desk import Seat
 from macromicro.serve.web.orders import Refusal, number, text
 from macromicro.serve.web.room import Room
@@ -25,8 +26,9 @@ class Clerk:
     def __init__(self, room: Room, send: Callable[[str | bytes], Awaitable[None]]) -> None:
         self._room, self._send = room, send
 
-    async def do(self, order: dict[str, Any], seat: Seat) -> Done:
-        """The reply, and what is told with it. Raises `Refusal`, and what the station raises."""
+    async def do(self, order: dict[str, Any], seat: Seat, since: Stops) -> Done:
+        """The reply, and what is told with it; `since`: the station's stops when it came.
+        Raises `Refusal`, and what the station raises."""
         what, room = order.get("do"), self._room
         if what == "download":
             return await self._piece(order)
@@ -39,14 +41,14 @@ class Clerk:
             return Accepted(), {"rows": (await room.desk.do(room.recordings.end)).rows}
         if not room.orders.knows(what):
             raise Refusal(f"{what!r:.60} is no order", "see the page")
-        return await self._request(order, seat), {}
+        return await self._request(order, seat, since), {}
 
-    async def _request(self, order: dict[str, Any], seat: Seat) -> Reply:
+    async def _request(self, order: dict[str, Any], seat: Seat, since: Stops) -> Reply:
         room = self._room
         room.hub.follow()  # a change of gains is checked against those of this moment
         control = room.hub.control
         request = await room.desk.do(lambda: room.orders.request(order, control))
-        reply = await room.desk.order(seat.client, request)
+        reply = await room.desk.order(seat.client, request, since)
         if isinstance(reply, Accepted):
             if isinstance(request, m.Jog):
                 until = time.monotonic() + room.bounds.jog

@@ -17,6 +17,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.serve.hosts import is_loopback
+from macromicro.serve.sending import Stops
 from macromicro.serve.web import places, telling
 from macromicro.serve.web.bounds import Bucket
 from macromicro.serve.web.clerk import Clerk
@@ -38,7 +39,8 @@ class Connection:
         self._address = str((socket.remote_address or ("?",))[0])
         self._admitted = False
         self._bucket = Bucket(room.bounds.rate, room.bounds.burst)
-        self._waiting: deque[dict[str, Any]] = deque()
+        # Orders, each with the station's stops when it came.
+        self._waiting: deque[tuple[dict[str, Any], Stops]] = deque()
         self._news = asyncio.Event()
         self._urgent: set[asyncio.Task[None]] = set()
         self._shown = Showing(room)
@@ -50,7 +52,7 @@ class Connection:
     def flush(self) -> None:
         """Orders that wait are refused: a stop came."""
         dropped, self._waiting = self._waiting, deque()
-        for order in dropped:
+        for order, _ in dropped:
             self._later(self._reply(order, Refused("a stop came before it began", "ask again")))
 
     def leave(self) -> None:
@@ -163,7 +165,7 @@ class Connection:
         elif len(self._waiting) >= self._bounds.waiting:
             self._later(self._reply(order, Refused("too many orders wait", "wait for replies")))
         else:
-            self._waiting.append(order)
+            self._waiting.append((order, self._room.station.stops))
             self._news.set()
 
     def _later(self, what: Any) -> None:
@@ -189,17 +191,19 @@ class Connection:
             await self._news.wait()
             self._news.clear()
             while self._waiting:
-                order = self._waiting.popleft()
+                order, since = self._waiting.popleft()
                 more: dict[str, Any] = {}
                 try:
-                    reply, more = await self._do(order, seat)
+                    reply, more = await self._do(order, seat, since)
                 except Refusal as refusal:
                     reply = Refused(refusal.reason, refusal.remedy)
                 except (MacromicroError, OSError) as error:
                     reply = Refused(str(error), "")
                 await self._reply(order, reply, more)
 
-    async def _do(self, order: dict[str, Any], seat: Seat) -> tuple[Reply, dict[str, Any]]:
+    async def _do(
+        self, order: dict[str, Any], seat: Seat, since: Stops
+    ) -> tuple[Reply, dict[str, Any]]:
         if order.get("do") == "login":
             problem = self._check(order.get("token"))
             seat.admitted = self._admitted
@@ -208,7 +212,7 @@ class Connection:
             return (Refused(problem, "see the server's terminal") if problem else Accepted()), {}
         if not self._admitted:
             raise Refusal("this page has not given the token", "log in first")
-        return await self._clerk.do(order, seat)
+        return await self._clerk.do(order, seat, since)
 
     def _check(self, token: object) -> str:
         """Look at a token; what is wrong, or "". A page that gave the right one before is not

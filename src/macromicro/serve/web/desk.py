@@ -7,12 +7,13 @@ import secrets
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 
 if TYPE_CHECKING:
+    from macromicro.serve.sending import Stops
     from macromicro.serve.station import Station
 
 T = TypeVar("T")
@@ -53,7 +54,6 @@ class Desk:
         self._orders = ThreadPoolExecutor(viewers + 2, "web-orders")
         self._urgent = ThreadPoolExecutor(viewers + 2, "web-stops")
         self._seats: dict[str, Seat] = {}
-        self._running: set[asyncio.Future[Any]] = set()
         self._grace = min(station.settings.serve.client_timeout, GRACE_S)
         self._number = 0
 
@@ -113,16 +113,14 @@ class Desk:
         """Something that may take its time."""
         return await asyncio.get_running_loop().run_in_executor(self._orders, what)
 
-    async def order(self, client: str, request: m.Request) -> Reply:
-        """A request in its turn."""
+    async def order(self, client: str, request: m.Request, since: Stops | None = None) -> Reply:
+        """A request in its turn; refused where a stop came `since` the viewer asked for it."""
         loop = asyncio.get_running_loop()
-        future = loop.run_in_executor(self._orders, self._station.request, client, request)
-        self._running.add(future)
-        future.add_done_callback(self._running.discard)
-        return await asyncio.shield(future)
+        ask = self._station.request
+        return await loop.run_in_executor(self._orders, ask, client, request, since)
 
     async def stop(self, client: str) -> Reply:
-        """Stop now, and again behind orders that had begun when this came."""
+        """Stop now; what was asked for before and has not begun is refused."""
         return await self._overtake(lambda: self._station.request(client, m.Stop()))
 
     async def emergency(self, client: str) -> tuple[Reply, float]:
@@ -136,13 +134,7 @@ class Desk:
         for seat in self._seats.values():
             if seat.line is not None:
                 seat.line.flush()
-        begun = set(self._running)
-        loop = asyncio.get_running_loop()
-        result = await loop.run_in_executor(self._urgent, action)
-        if begun:
-            await asyncio.wait(begun)
-            result = await loop.run_in_executor(self._urgent, action)
-        return result
+        return await asyncio.get_running_loop().run_in_executor(self._urgent, action)
 
     def close(self) -> None:
         """All pages are gone."""

@@ -11,8 +11,8 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from macromicro.errors import InputError, MacromicroError
-from macromicro.serve.hosts import HOST, is_loopback, url
+from macromicro.errors import MacromicroError
+from macromicro.serve.hosts import HOST, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
 from macromicro.serve.threaded import Threaded, check_port, refused
 from macromicro.serve.web.bounds import Bounds
@@ -62,10 +62,7 @@ class WebServer(Threaded):
             raise MacromicroError(
                 "the page needs the package websockets: pip install 'macromicro[web]'"
             ) from None
-        if token is None and not is_loopback(host):
-            raise InputError("host", host, "127.0.0.1, or another one together with a token")
-        if token is not None and not token.strip():
-            raise InputError("token", token, "a text that is hard to guess")
+        guarded(host, token)
         super().__init__("web", host, port)
         self._station = station
         self._gate = Gate(token, [*names, host])

@@ -56,7 +56,7 @@ export class Orders {
 
   async emergency(event) {
     const began = event ? event.timeStamp : performance.now();
-    this.jog = null;
+    this.endJog(false);
     $("cancel").click(); // what is being reviewed is not applied
     const reply = await this.link.urgent("emergency");
     const took = performance.now() - began;

@@ -1,0 +1,71 @@
+"""What anybody may see of the machine, and what it has told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.control.live.messages import Event, Finished
+from macromicro.serve import watching
+from macromicro.serve.connection import Connection
+from macromicro.serve.holders import Holders
+from macromicro.serve.recordings import Recordings
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.shared import BINS, NAMES
+from macromicro.serve.snapshot import Snapshot
+
+
+class Observed:
+    """The half of a `Station` that moves nothing; thread-safe."""
+
+    settings: LiveSettings
+    _connection: Connection
+    _holders: Holders
+    _recordings: Recordings
+
+    def snapshot(self) -> Snapshot:
+        """The machine now."""
+        connection = self._connection
+        return watching.snapshot(
+            connection.shared,
+            connection.running,
+            connection.trust,
+            connection.trouble,
+            self.settings.live.limits,
+            self._recordings.state,
+            self._holders.holder,
+            self._holders.clients,
+        )
+
+    def telemetry(self, since: int = -1) -> tuple[int, NDArray[np.float64], Sequence[str]]:
+        """Rows of telemetry behind row number `since`: (number of the last one, block, names).
+
+        The block is float64[columns, rows], one row a millisecond, at most the last minute;
+        pass the returned number as the next `since`. The names are those of
+        `serve.shared.COLUMNS`, which has units and meaning too.
+        """
+        shared = self._connection.shared
+        if shared is None:
+            return -1, np.empty((len(NAMES), 0)), NAMES
+        _, count, block = shared.since(since + 1)
+        return count - 1, block, NAMES
+
+    def timing(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Periods since the start by how late they began, and by how long they took to
+        compute: two histograms, int64[bins], bins of 1 us, the last one for all from 5 ms on."""
+        shared = self._connection.shared
+        counts = np.zeros((2, BINS), np.int64) if shared is None else shared.histograms.copy()
+        return counts[0], counts[1]
+
+    def events(self, since: int = -1) -> tuple[int, list[Event]]:
+        """Events behind event number `since`: (number of the last one, events)."""
+        return self._connection.ledger.events(since)
+
+    def finished(self, motion: int, timeout: float | None = None) -> Finished | None:
+        """How an accepted motion ended; waits for it up to `timeout` [s] (None: for ever).
+
+        None where it is still under way, or no motion of that number was accepted.
+        """
+        return self._connection.ledger.finished(motion, timeout)
