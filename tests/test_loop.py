@@ -15,7 +15,7 @@ from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recording import Recording
-from macromicro.rig import guard
+from macromicro.rig import codes, guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.twin import Twin
 from macromicro.settings import Settings
@@ -112,7 +112,7 @@ def test_a_fault_ends_both_runs_at_the_same_period_with_safe_outputs() -> None:
     one = rolled(stuck, far, seed=0)
     two, rig = looped(prepare(stuck, far), seed=0, fast=True)
     np.testing.assert_allclose(two, one, rtol=1e-12, atol=0.0)
-    assert rig.watch.fault == guard.STUCK
+    assert rig.watch.fault == codes.STUCK
     assert one[3, -1] == 0.0 and one[8, -1] == 0.0
     assert one[12, -1] == supervisor.FAULT
     limit = stuck.guard.stuck

@@ -19,7 +19,8 @@ from macromicro.kernel import kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import Plant, State, Truth
 from macromicro.rig import guard
-from macromicro.rig.guard import OK, Guard, Watch
+from macromicro.rig.codes import OK
+from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import Guarded
 from macromicro.types import Command, Controller, Outputs, Sample
 

@@ -20,7 +20,8 @@ from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant
 from macromicro.programme import Programme
 from macromicro.rig import guard
-from macromicro.rig.guard import OK, Guard, Watch
+from macromicro.rig.codes import OK
+from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.twin import noise_source
 from macromicro.settings import Settings
 from macromicro.types import SAFE, Command

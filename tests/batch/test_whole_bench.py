@@ -20,7 +20,7 @@ from macromicro.errors import InputError
 from macromicro.loop import PERIOD
 from macromicro.parameters import replaced
 from macromicro.recording import Recording
-from macromicro.rig import guard
+from macromicro.rig import codes
 from macromicro.settings import Settings
 
 SHORT = """
@@ -112,7 +112,7 @@ def test_a_run_that_the_guard_stops(short: str) -> None:
     )[0]
     by_name = named(row)
     assert by_name["arrived"] == 0.0
-    assert by_name["fault"] == guard.MACRO_LOST
+    assert by_name["fault"] == codes.MACRO_LOST
     assert math.isfinite(by_name["hottest"])
     assert all(math.isnan(v) for v in row[2:-1])
 

@@ -13,7 +13,7 @@ from macromicro.drawing.page import Picture
 from macromicro.experiments.run import Ended
 from macromicro.report import figures
 from macromicro.report.page import page
-from macromicro.rig import guard
+from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
 
 WHEN = "2026-01-02 03:04:05+00:00"
@@ -107,7 +107,7 @@ def test_text_of_the_user_is_escaped(ended: Ended, parsed: Parsed) -> None:
 
 
 def test_shows_the_fault(ended: Ended) -> None:
-    watch = guard.fresh()._replace(fault=guard.STUCK, value=3.7, limit=0.251, time=2.0)
+    watch = guard.fresh()._replace(fault=codes.STUCK, value=3.7, limit=0.251, time=2.0)
     fault = describe(watch)
     assert fault is not None
     found = Parsed(page(ended._replace(finished=False, fault=fault), [], WHEN)).text

@@ -6,7 +6,7 @@ import pytest
 
 from macromicro.experiments.run import Ended
 from macromicro.report import words
-from macromicro.rig import guard
+from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
 
 
@@ -49,7 +49,7 @@ def test_a_move_that_did_not_arrive_is_named(ended: Ended, complete: bool, count
 
 
 def test_fault_and_interruption(ended: Ended) -> None:
-    watch = guard.fresh()._replace(fault=guard.TOO_HOT, value=171.2, limit=170.0, time=2.0)
+    watch = guard.fresh()._replace(fault=codes.TOO_HOT, value=171.2, limit=170.0, time=2.0)
     (text,) = words.problems(ended._replace(finished=False, fault=describe(watch)))
     assert "too high" in text and "171 degC" in text and "cool" in text
     (text,) = words.problems(ended._replace(finished=False, interrupted=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from macromicro.parameters import entries
-from macromicro.rig import guard
+from macromicro.rig import codes, guard
 from macromicro.rig.faults import TEXTS, describe
 from macromicro.rig.limits import Limits
 
@@ -15,9 +15,9 @@ def test_all_is_well_is_no_fault() -> None:
 
 
 def test_every_code_has_its_words() -> None:
-    codes = set(range(guard.ILLEGAL, guard.CLOCK + 1))
-    assert set(TEXTS) == codes
-    assert len({text.name for text in TEXTS.values()}) == len(codes)
+    known = set(range(codes.ILLEGAL, codes.CLOCK + 1))
+    assert set(TEXTS) == known
+    assert len({text.name for text in TEXTS.values()}) == len(known)
 
 
 @pytest.mark.parametrize("code", sorted(TEXTS))

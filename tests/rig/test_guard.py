@@ -19,7 +19,7 @@ from macromicro.control.two_stage import TwoStage
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.rig import guard
+from macromicro.rig import codes, guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import LIVE, Limits
 from macromicro.rig.twin import Twin
@@ -85,7 +85,7 @@ def test_no_illegal_output_passes_whatever_a_controller_returns(
         assert given_.fan in (0.0, 1.0) and given_.laser_reset in (0.0, 1.0)
         if tripped:
             assert given_ == SAFE
-        tripped = tripped or watch.fault != guard.OK
+        tripped = tripped or watch.fault != codes.OK
         if not all(math.isfinite(v) for v in four):
             assert tripped and given_ == SAFE
 
@@ -94,9 +94,9 @@ def test_illegal_outputs_name_their_evidence() -> None:
     sample = Sample(0.0, 0.0, 2.5, 0.0, 0.0, 0.0)
     watch, given_ = guard.step(GUARD, guard.fresh(), sample, QUIET, Outputs(7.5, 0.0, 0.0, 0.0), DT)
     assert given_ == SAFE
-    assert (watch.fault, watch.value, watch.limit) == (guard.ILLEGAL, 7.5, 5.0)
+    assert (watch.fault, watch.value, watch.limit) == (codes.ILLEGAL, 7.5, 5.0)
     watch, _ = guard.step(GUARD, guard.fresh(), sample, QUIET, Outputs(0.0, -0.1, 0.0, 0.0), DT)
-    assert (watch.fault, watch.value) == (guard.ILLEGAL, -0.1)
+    assert (watch.fault, watch.value) == (codes.ILLEGAL, -0.1)
 
 
 def after(t: float, change: Callable[[Sample], Sample]) -> Callable[[Sample], Sample]:
@@ -121,61 +121,61 @@ class Frozen:
 FAR = (MACRO, 2000.0, 0.5)
 FINE = (MICRO, 2.0e-3, 1.5)
 CASES = {
-    "encoder frozen": (Frozen(0.1, "encoder"), (FAR,), guard.STUCK, 0.1, 0.3),
+    "encoder frozen": (Frozen(0.1, "encoder"), (FAR,), codes.STUCK, 0.1, 0.3),
     "encoder reversed": (
         lambda s: s._replace(encoder=-s.encoder),
         (FAR,),
-        guard.MACRO_LOST,
+        codes.MACRO_LOST,
         0.0,
         0.2,
     ),
     "encoder silent": (
         after(0.2, lambda s: s._replace(encoder=math.nan)),
         (FAR,),
-        guard.ENCODER_SILENT,
+        codes.ENCODER_SILENT,
         0.2,
         0.01,
     ),
     "Hall silent": (
         after(0.3, lambda s: s._replace(hall=math.nan)),
         (FINE,),
-        guard.HALL_SILENT,
+        codes.HALL_SILENT,
         0.3,
         0.01,
     ),
-    "Hall frozen": (Frozen(0.3, "hall"), (FINE, FINE), guard.HALL_FROZEN, 0.3, 0.52),
+    "Hall frozen": (Frozen(0.3, "hall"), (FINE, FINE), codes.HALL_FROZEN, 0.3, 0.52),
     "Hall off the scale": (
         after(0.3, lambda s: s._replace(hall=5.0 - 1e-4 * (s.t % 0.01))),
         (FINE,),
-        guard.HALL_RANGE,
+        codes.HALL_RANGE,
         0.3,
         0.12,
     ),
     "encoder jumps": (
         after(0.1, lambda s: s._replace(encoder=s.encoder + 200.0)),
         (FAR,),
-        guard.ENCODER_JUMP,
+        codes.ENCODER_JUMP,
         0.1,
         0.0,
     ),
     "Hall noisy": (
         after(0.3, lambda s: s._replace(hall=s.hall + 0.1 * math.cos(3e6 * s.t))),
         (FINE,),
-        guard.HALL_NOISY,
+        codes.HALL_NOISY,
         0.3,
         0.05,
     ),
     "clock ahead": (
         after(0.2, lambda s: s._replace(t=s.t + 3600.0)),
         (FAR,),
-        guard.CLOCK,
+        codes.CLOCK,
         3600.2,
         0.0011,
     ),
     "clock back": (
         after(0.2, lambda s: s._replace(t=s.t - 0.1)),
         (FAR,),
-        guard.CLOCK,
+        codes.CLOCK,
         0.1,
         0.0011,
     ),
@@ -203,7 +203,7 @@ def test_heat_without_motion_stops_a_broken_wire() -> None:
         guard=start.guard._replace(micro_margin=1.0),
     )
     rig, inner = drive(lambda s: s, (MICRO, 2.0e-3, 5.0), settings_=broken)
-    assert rig.watch.fault == guard.NO_MOTION
+    assert rig.watch.fault == codes.NO_MOTION
     assert rig.watch.time < 2.5
     assert rig.watch.value > start.guard.warm
     assert inner.written[-1] == SAFE
@@ -213,7 +213,7 @@ def test_over_temperature_is_estimated_from_ctrl_alone() -> None:
     """CTRL held high heats the estimate past its limit although every sensor is well."""
     watch, t = guard.fresh(), 0.0
     command = Command(0.0, 0.0, 2.9, 1.0, 2.9)
-    while watch.fault == guard.OK and t < 10.0:
+    while watch.fault == codes.OK and t < 10.0:
         hall = 2.5 + 0.002 * math.sin(37.0 * t) + 1.1  # moves like noise, near 3 mm
         watch, _ = guard.step(
             GUARD,
@@ -224,7 +224,7 @@ def test_over_temperature_is_estimated_from_ctrl_alone() -> None:
             DT,
         )
         t += DT
-    assert watch.fault == guard.TOO_HOT
+    assert watch.fault == codes.TOO_HOT
     assert watch.value > watch.limit == Limits().hottest
     assert 0.3 < watch.time < 5.0
 
@@ -241,7 +241,7 @@ def test_a_whole_programme_of_big_and_small_moves_trips_nothing() -> None:
         (MACRO, 3.0, 0.0),
         (MICRO, 0.5e-3, 2.0),
     )
-    assert rig.watch.fault == guard.OK
+    assert rig.watch.fault == codes.OK
 
 
 def test_leaving_the_rig_by_an_exception_leaves_it_safe() -> None:
@@ -287,7 +287,7 @@ def watched(
     watch = guard.fresh()
     for k, sample in enumerate(samples):
         watch, _ = guard.step(p, watch, sample, QUIET, Outputs(motor, 0.0, 0.0, 0.0), DT)
-        if watch.fault != guard.OK:
+        if watch.fault != codes.OK:
             return watch, k
     return watch, -1
 
@@ -300,7 +300,7 @@ def moving(counts: list[float]) -> list[Sample]:
 def test_an_encoder_that_counts_against_the_motor_stops_it(sign: float) -> None:
     runaway = moving([-2.0 * sign * k for k in range(300)])
     watch, at = watched(runaway, 3.5 * sign)
-    assert (watch.fault, at) == (guard.ENCODER_AGAINST, 126)
+    assert (watch.fault, at) == (codes.ENCODER_AGAINST, 126)
     assert (watch.value, watch.limit) == (252.0, 250.0)
 
 
@@ -316,12 +316,12 @@ def test_pushes_that_pause_add_up() -> None:
     for k, sample in enumerate(moving([-2.0 * k for k in range(400)])):
         push = 3.4 if k % 4 else 0.0  # as homing limits the speed
         watch, _ = guard.step(p, watch, sample, QUIET, Outputs(push, 0.0, 0.0, 0.0), DT)
-    assert watch.fault == guard.ENCODER_AGAINST
+    assert watch.fault == codes.ENCODER_AGAINST
 
 
 def test_a_live_machine_leans_no_longer_than_homing_does() -> None:
     still = moving([5.0] * 1500)
-    assert watched(still, 3.0, LIVE)[0].fault == guard.STUCK
+    assert watched(still, 3.0, LIVE)[0].fault == codes.STUCK
     tripped = watched(still, 3.0, LIVE)[1] * DT
     assert leaning.longest(Live()) < tripped == pytest.approx(LIVE.leant, abs=2 * DT)
     assert watched(still, 3.0)[1] == -1

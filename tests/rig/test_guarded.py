@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from macromicro.control import calibration
-from macromicro.rig import guard
+from macromicro.rig import codes, guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
 from macromicro.types import SAFE, Sample
@@ -35,6 +35,6 @@ def test_only_a_sensor_that_is_there_can_fall_silent(channels: tuple[str, ...]) 
         watched.write(SAFE._replace(ctrl=1.0))
     assert watched.tripped == bool(channels)
     if channels:
-        silent = {"encoder": guard.ENCODER_SILENT, "hall": guard.HALL_SILENT}
+        silent = {"encoder": codes.ENCODER_SILENT, "hall": codes.HALL_SILENT}
         assert watched.watch.fault == silent[channels[0]]
         assert watched.given == SAFE

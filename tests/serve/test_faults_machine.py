@@ -17,7 +17,7 @@ from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import Edges
 from macromicro.control.pid import Pid
 from macromicro.control.settings import Control
-from macromicro.rig import faulty, guard
+from macromicro.rig import codes, faulty
 from macromicro.rig.limits import LIVE
 from macromicro.serve import faults
 
@@ -36,27 +36,27 @@ class Case(NamedTuple):
     within: float
 
 
-HALL_AWAY = (guard.HALL_RANGE, guard.HALL_NOISY, guard.MICRO_LOST)
+HALL_AWAY = (codes.HALL_RANGE, codes.HALL_NOISY, codes.MICRO_LOST)
 MACRO, MICRO = m.MoveMacro(1500), m.MoveMicro(1.5)
 LEANT = 1e3 * (LIVE.leant + 0.05)
 CASES = {
-    "encoder-frozen": Case(MACRO, 20.0, (guard.STUCK, faults.LOST_COUNTS), LEANT),
+    "encoder-frozen": Case(MACRO, 20.0, (codes.STUCK, faults.LOST_COUNTS), LEANT),
     "encoder-reversed": Case(
-        MACRO, 20.0, (guard.MACRO_LOST, guard.ENCODER_AGAINST, faults.LOST_COUNTS), 500.0
+        MACRO, 20.0, (codes.MACRO_LOST, codes.ENCODER_AGAINST, faults.LOST_COUNTS), 500.0
     ),
     "encoder-skipping": Case(MACRO, 20.0, (faults.LOST_COUNTS,), 500.0),
-    "encoder-jump": Case(MACRO, 20.0, (guard.ENCODER_JUMP,), 0.0),
-    "encoder-silent": Case(MACRO, 20.0, (guard.ENCODER_SILENT,), 1e3 * LIVE.silent + STEP),
-    "hall-stuck": Case(MICRO, 0.3, (guard.HALL_FROZEN,), 1e3 * LIVE.frozen + STEP),
+    "encoder-jump": Case(MACRO, 20.0, (codes.ENCODER_JUMP,), 0.0),
+    "encoder-silent": Case(MACRO, 20.0, (codes.ENCODER_SILENT,), 1e3 * LIVE.silent + STEP),
+    "hall-stuck": Case(MICRO, 0.3, (codes.HALL_FROZEN,), 1e3 * LIVE.frozen + STEP),
     "hall-range": Case(MICRO, 0.3, HALL_AWAY, 1e3 * LIVE.rail_time + 3),
     "hall-low": Case(MICRO, 0.3, HALL_AWAY, 1e3 * LIVE.rail_time + 3),
-    "hall-noisy": Case(MICRO, 0.3, (guard.HALL_NOISY,), 100.0),
-    "hall-silent": Case(MICRO, 0.3, (guard.HALL_SILENT,), 1e3 * LIVE.silent + STEP),
-    "wire-broken": Case(MICRO, 0.3, (guard.NO_MOTION, guard.TOO_HOT, guard.MICRO_LOST), 3000.0),
-    "carriage-stuck": Case(MACRO, 20.0, (guard.STUCK,), LEANT),
-    "motor-dead": Case(MACRO, 20.0, (guard.STUCK,), LEANT),
-    "clock-ahead": Case(MACRO, 20.0, (guard.CLOCK,), 0.0),
-    "clock-back": Case(MICRO, 0.3, (guard.CLOCK,), 0.0),
+    "hall-noisy": Case(MICRO, 0.3, (codes.HALL_NOISY,), 100.0),
+    "hall-silent": Case(MICRO, 0.3, (codes.HALL_SILENT,), 1e3 * LIVE.silent + STEP),
+    "wire-broken": Case(MICRO, 0.3, (codes.NO_MOTION, codes.TOO_HOT, codes.MICRO_LOST), 3000.0),
+    "carriage-stuck": Case(MACRO, 20.0, (codes.STUCK,), LEANT),
+    "motor-dead": Case(MACRO, 20.0, (codes.STUCK,), LEANT),
+    "clock-ahead": Case(MACRO, 20.0, (codes.CLOCK,), 0.0),
+    "clock-back": Case(MICRO, 0.3, (codes.CLOCK,), 0.0),
 }
 QUICK = ("encoder-frozen", "encoder-skipping", "hall-noisy", "wire-broken", "clock-ahead")
 
@@ -106,7 +106,7 @@ def test_a_controller_that_gives_no_number_is_stopped(scene: Make) -> None:
     motion = bench.ask(m.MoveMacro(300))
     fault = bench.fault()
     assert bench.end(motion).outcome == "fault"
-    assert fault.code == guard.ILLEGAL
+    assert fault.code == codes.ILLEGAL
     assert "nan V" in fault.evidence and "gains" in fault.remedy
     run = bench.run()
     assert np.all(run["motor"] == 0.0)  # it never got out

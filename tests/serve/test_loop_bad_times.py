@@ -10,7 +10,7 @@ import pytest
 from loop_parts import Scene
 
 from macromicro.control.live import messages as m
-from macromicro.rig import guard
+from macromicro.rig import codes
 from macromicro.serve.link import packed, receive
 from macromicro.serve.orders import OVERTAKEN, TOO_LATE, Order
 from macromicro.serve.shared import COMMANDS, EMERGENCY
@@ -106,7 +106,7 @@ def test_a_jump_while_a_fault_is_cleared_is_one(scene: Scene) -> None:
     scene.bench.at[52] = lambda: scene.machine.accept(m.SetGains(())) and None
     scene.bench.at[55] = clear
     scene.run()
-    assert scene.rig.watch.fault == guard.ENCODER_JUMP
+    assert scene.rig.watch.fault == codes.ENCODER_JUMP
 
 
 def test_an_emergency_stop_that_only_ends_the_fan_is_told(scene: Scene) -> None:

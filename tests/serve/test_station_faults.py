@@ -14,7 +14,7 @@ from serve_parts import FAIL_AT, LEFT, MOTOR, PID, begun, causes, outcome, until
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
-from macromicro.rig import guard
+from macromicro.rig import codes
 from macromicro.serve import faults
 from macromicro.serve.station import Station
 
@@ -115,7 +115,7 @@ def test_the_guards_fault_is_told_in_words_and_cleared(station: Make, log: Any) 
     until(lambda: machine.snapshot().fault is not None)
     now = machine.snapshot()
     assert now.fault is not None
-    assert (now.fault.code, now.mode, log[MOTOR]) == (guard.ILLEGAL, "fault", 0.0)
+    assert (now.fault.code, now.mode, log[MOTOR]) == (codes.ILLEGAL, "fault", 0.0)
     assert "99" in now.fault.evidence
     assert "guard.motor" in now.fault.remedy
     assert isinstance(machine.request("test", m.MoveTo(1.0)), Refused)

@@ -14,30 +14,13 @@ from macromicro.control.calibration import Calibration
 from macromicro.kernel import kernel
 from macromicro.models import electrothermal
 from macromicro.models.electrothermal import Heating
-from macromicro.rig import envelope
+from macromicro.rig import envelope, sensing
+from macromicro.rig.codes import ILLEGAL, MACRO_LOST, MICRO_LOST, NO_MOTION, OK, TOO_HOT
 from macromicro.rig.envelope import Bounds, Envelope
 from macromicro.rig.limits import Limits
+from macromicro.rig.sensing import Seen
 from macromicro.types import Command, Outputs, Sample
 
-(
-    OK,
-    ILLEGAL,
-    MACRO_LOST,
-    MICRO_LOST,
-    ENCODER_SILENT,
-    HALL_SILENT,
-    HALL_FROZEN,
-    HALL_RANGE,
-    STUCK,
-    TOO_HOT,
-    NO_MOTION,
-    ENCODER_JUMP,
-    ENCODER_AGAINST,
-    HALL_NOISY,
-    CLOCK,
-) = range(15)
-
-HALL_SUPPLY = 5.0
 ROOM = 25.0
 
 
@@ -48,30 +31,6 @@ class Guard(NamedTuple):
     macro: Bounds
     micro: Bounds
     calibration: Calibration
-
-
-class Seen(NamedTuple):
-    """Last good readings and how long each is amiss [s]: age without a new value, time
-    of one and the same Hall code, time off the scale, time pushed without a count, hard or
-    so that it should just move. `against`: counts against pushes of one sign, signed as they
-    are; `jump` [counts] and what was possible; `before`: the Hall reading before the last [V];
-    `noise`: its mean square [V^2]; `time` and its last step [s]."""
-
-    encoder: float
-    encoder_age: float
-    hall: float
-    hall_age: float
-    same: float
-    railed: float
-    pushed: float
-    leant: float
-    against: float
-    jump: float
-    possible: float
-    before: float
-    noise: float
-    time: float
-    passed: float
 
 
 class Heat(NamedTuple):
@@ -112,16 +71,15 @@ def prepare(limits: Limits, table: Calibration) -> Guard:
 
 def fresh() -> Watch:
     """Nothing seen yet, all well, actuator cold."""
-    nan = math.nan
     return Watch(
         OK,
         0.0,
         0.0,
         0.0,
-        Seen(nan, 0.0, nan, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0, nan, 0.0),
+        sensing.UNSEEN,
         envelope.closed(),
         envelope.closed(),
-        Heat(Heating(0.0, 0.0, 0.0), nan, 0.0),
+        Heat(Heating(0.0, 0.0, 0.0), math.nan, 0.0),
     )
 
 
@@ -140,109 +98,6 @@ def legal(p: Limits, out: Outputs) -> bool:
         and out.fan * (1.0 - out.fan) == 0.0
         and out.laser_reset * (1.0 - out.laser_reset) == 0.0
     )
-
-
-@kernel
-def _against(p: Limits, before: float, moved: float, effort: float) -> float:
-    """Counts against pushes of one sign; none once the carriage goes along with one."""
-    if effort >= p.lean:
-        return max(before, 0.0) - moved if moved <= 0.0 else 0.0
-    if effort <= -p.lean:
-        return min(before, 0.0) - moved if moved >= 0.0 else 0.0
-    return before
-
-
-@kernel
-def _noise(p: Limits, s: Seen, hall: float, dt: float) -> float:
-    """Mean square of the Hall noise [V^2], by second differences: motion has next to none.
-
-    One spike alone counts for less than the limit.
-    """
-    second = hall - 2.0 * s.hall + s.before
-    if math.isnan(second):
-        return s.noise
-    most = 4.0 * p.noise
-    square = min(second * second / 6.0, most * most)
-    return s.noise + (square - s.noise) * min(dt / p.noise_time, 1.0)
-
-
-@kernel
-def _look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
-    """Readings and ages after this sample; `effort` [V] is the motor output asked for."""
-    push = abs(effort)
-    passed = sample.t - s.time
-    if math.isnan(passed):  # the first one, or a rig that gave no time
-        passed = dt
-    time = s.time + dt if math.isnan(sample.t) else sample.t
-    encoder, encoder_age, pushed, leant = sample.encoder, 0.0, 0.0, 0.0
-    if math.isnan(encoder):
-        encoder, encoder_age = s.encoder, s.encoder_age + dt
-    moved = encoder - s.encoder
-    if math.isnan(moved):
-        moved = 0.0
-    if push >= p.push and encoder == s.encoder:
-        pushed = s.pushed + dt
-    if push >= p.lean and encoder == s.encoder:
-        leant = s.leant + dt
-    against = _against(p, s.against, moved, effort)
-    possible = p.fastest * (s.encoder_age + max(passed, dt))
-    hall, hall_age, same, railed = sample.hall, 0.0, 0.0, 0.0
-    before, noise = s.hall, s.noise
-    if math.isnan(hall):
-        hall, hall_age, same, before = s.hall, s.hall_age + dt, s.same, s.before
-    else:
-        noise = _noise(p, s, hall, dt)
-        if hall == s.hall:
-            same = s.same + dt
-    if hall < p.rail or hall > HALL_SUPPLY - p.rail:
-        railed = s.railed + dt
-    return Seen(
-        encoder,
-        encoder_age,
-        hall,
-        hall_age,
-        same,
-        railed,
-        pushed,
-        leant,
-        against,
-        abs(moved),
-        possible,
-        before,
-        noise,
-        time,
-        passed,
-    )
-
-
-@kernel
-def _sensor_fault(p: Limits, s: Seen, push: float) -> tuple[int, float, float]:
-    """Fault of a sensor or of the carriage: code, measured, limit."""
-    if s.encoder_age > p.silent:
-        return ENCODER_SILENT, s.encoder_age, p.silent
-    if s.hall_age > p.silent:
-        return HALL_SILENT, s.hall_age, p.silent
-    if s.same > p.frozen:
-        return HALL_FROZEN, s.same, p.frozen
-    if s.railed > p.rail_time:
-        return HALL_RANGE, s.hall, p.rail
-    if s.pushed > p.stuck or s.leant > p.leant:
-        return STUCK, push, max(s.pushed, s.leant)
-    return _implausible(p, s)
-
-
-@kernel
-def _implausible(p: Limits, s: Seen) -> tuple[int, float, float]:
-    """Readings that come, and that no machine could have: code, measured, limit."""
-    if s.passed > p.clock or s.passed < 0.0:
-        return CLOCK, s.passed, p.clock
-    if s.jump > s.possible:
-        return ENCODER_JUMP, s.jump, s.possible
-    if abs(s.against) > p.against:
-        return ENCODER_AGAINST, abs(s.against), p.against
-    if s.noise > p.noise * p.noise:
-        return HALL_NOISY, 1e3 * math.sqrt(s.noise), 1e3 * p.noise
-    return OK, 0.0, 0.0
 
 
 @kernel
@@ -278,7 +133,7 @@ def step(
     q = p.limits
     fine = legal(q, out)
     effort = out.motor if fine else 0.0
-    seen = _look(q, s.seen, sample, effort, dt)
+    seen = sensing.look(q, s.seen, sample, effort, dt)
     place = calibration.position(p.calibration, seen.hall)
     error = abs(command.macro_reference - seen.encoder)
     macro = envelope.follow(
@@ -299,7 +154,7 @@ def step(
             if abs(out.motor) <= q.motor:
                 value, limit = out.ctrl, q.ctrl
         if fault == OK:
-            fault, value, limit = _sensor_fault(q, seen, abs(effort))
+            fault, value, limit = sensing.fault(q, seen, abs(effort))
         if fault == OK and command.macro_active > 0.5 and error > macro.allowed:
             fault, value, limit = MACRO_LOST, error, macro.allowed
         if fault == OK and command.micro_active > 0.5 and abs(off) > micro.allowed:

@@ -6,7 +6,8 @@ from types import TracebackType
 from typing import Self
 
 from macromicro.rig import guard
-from macromicro.rig.guard import OK, Guard, Watch
+from macromicro.rig.codes import OK
+from macromicro.rig.guard import Guard, Watch
 from macromicro.types import SAFE, Clock, Command, Outputs, Rig, Sample
 
 IDLE = Command(0.0, 0.0, 0.0, 0.0, 0.0)

@@ -3,7 +3,7 @@ the live machine finds itself."""
 
 from __future__ import annotations
 
-from macromicro.rig import faults, guard
+from macromicro.rig import codes, faults, guard
 from macromicro.serve.shared import Status
 from macromicro.serve.snapshot import Trouble
 
@@ -76,7 +76,7 @@ def failed(code: int, evidence: str) -> Trouble:
 def trouble(status: Status) -> Trouble | None:
     """The latched fault that the loop's status tells; None if all is well."""
     code = int(status.fault)
-    if code == guard.OK:
+    if code == codes.OK:
         return None
     if code == LATE:
         return late(status.value, status.limit, status.time)

@@ -8,7 +8,7 @@ from macromicro.control.live.parameters import SoftLimits
 
 
 class Trouble(NamedTuple):
-    """A latched fault in words. `code`: of `rig.guard`, or from 100 on of `serve.faults`."""
+    """A latched fault in words. `code`: of `rig.codes`, or from 100 on of `serve.faults`."""
 
     code: int
     name: str

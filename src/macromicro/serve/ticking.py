@@ -20,7 +20,7 @@ from macromicro.control.live.messages import (
     Notice,
     Refused,
 )
-from macromicro.rig import guard
+from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
 from macromicro.rig.guarded import Guarded
 from macromicro.serve import faults, orders
@@ -34,7 +34,7 @@ from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.silence import Silence
 from macromicro.types import SAFE, Command, Sample
 
-_BLIND = (guard.ENCODER_SILENT, guard.ENCODER_JUMP, guard.ENCODER_AGAINST, guard.STUCK)
+_BLIND = (codes.ENCODER_SILENT, codes.ENCODER_JUMP, codes.ENCODER_AGAINST, codes.STUCK)
 ORDERED, ORPHANED = "ordered", "orphaned"
 
 
@@ -134,7 +134,7 @@ class Loop:
         if found is not None and not self._fault[0]:
             self._fault = (float(faults.LOST_COUNTS), *found, sample.t)
         watch = self._rig.watch
-        if watch.fault != guard.OK and not self._fault[0]:
+        if watch.fault != codes.OK and not self._fault[0]:
             self._fault = (float(watch.fault), watch.value, watch.limit, watch.time)
             fault = describe(watch)
             assert fault is not None

@@ -14,7 +14,7 @@ from macromicro.control.settings import Control
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.rig import guard
-from macromicro.rig.guard import OK
+from macromicro.rig.codes import OK
 from macromicro.rig.twin import Twin
 from macromicro.settings import Settings
 from macromicro.types import Command, Outputs, Sample

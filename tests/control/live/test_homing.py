@@ -14,7 +14,7 @@ from macromicro.control.live.messages import Accepted
 from macromicro.control.live.parameters import Homing, Live
 from macromicro.control.macro import LAWS
 from macromicro.control.settings import Control
-from macromicro.rig.guard import OK, STUCK
+from macromicro.rig.codes import OK, STUCK
 from macromicro.rig.limits import LIVE
 from macromicro.settings import Settings
 from macromicro.types import SAFE

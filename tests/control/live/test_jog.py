@@ -9,7 +9,7 @@ import pytest
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.plant import carriage
-from macromicro.rig.guard import OK
+from macromicro.rig.codes import OK
 from macromicro.rig.limits import LIVE
 from macromicro.settings import Settings
 from macromicro.types import SAFE

@@ -11,7 +11,7 @@ from macromicro.control.live import brake
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.control.supervisor import Plan
-from macromicro.rig.guard import OK
+from macromicro.rig.codes import OK
 from macromicro.types import SAFE
 
 from .bench import PITCH, Bench

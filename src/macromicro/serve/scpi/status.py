@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.rig import guard
+from macromicro.rig import codes
 from macromicro.serve.snapshot import Snapshot
 
 ERRORS, QUESTIONABLE, MESSAGE, EVENT, MASTER, OPERATION = 4, 8, 16, 32, 64, 128
@@ -35,16 +35,16 @@ _MODES = {
 OFF = ("off", "disabled", "fault")
 _LATE, _LOST_COUNTS = 100, 104  # serve.faults
 _FAULTS = {
-    guard.MACRO_LOST: 9,
-    guard.ENCODER_SILENT: 9,
-    guard.STUCK: 9,
+    codes.MACRO_LOST: 9,
+    codes.ENCODER_SILENT: 9,
+    codes.STUCK: 9,
     _LOST_COUNTS: 9,
-    guard.MICRO_LOST: 10,
-    guard.HALL_SILENT: 10,
-    guard.HALL_FROZEN: 10,
-    guard.HALL_RANGE: 10,
-    guard.TOO_HOT: 4,
-    guard.NO_MOTION: 4,
+    codes.MICRO_LOST: 10,
+    codes.HALL_SILENT: 10,
+    codes.HALL_FROZEN: 10,
+    codes.HALL_RANGE: 10,
+    codes.TOO_HOT: 4,
+    codes.NO_MOTION: 4,
     _LATE: 2,
 }
 

@@ -13,13 +13,13 @@ import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from macromicro.rig import faulty, guard
+from macromicro.rig import codes, faulty
 from macromicro.serve import faults
 from macromicro.serve.soak.victim import Client, Victim
 
-_HALL = (guard.HALL_RANGE, guard.HALL_NOISY, guard.MICRO_LOST)
-_DRIVE = (guard.STUCK, guard.MACRO_LOST)
-_WIRE = (guard.NO_MOTION, guard.TOO_HOT, guard.MICRO_LOST)
+_HALL = (codes.HALL_RANGE, codes.HALL_NOISY, codes.MICRO_LOST)
+_DRIVE = (codes.STUCK, codes.MACRO_LOST)
+_WIRE = (codes.NO_MOTION, codes.TOO_HOT, codes.MICRO_LOST)
 
 
 class Trial(NamedTuple):
@@ -38,24 +38,24 @@ BENCH = (
     Trial(
         "encoder-reversed",
         "macro",
-        (guard.MACRO_LOST, guard.ENCODER_AGAINST, guard.STUCK, faults.LOST_COUNTS),
+        (codes.MACRO_LOST, codes.ENCODER_AGAINST, codes.STUCK, faults.LOST_COUNTS),
     ),
     # What is left of a move may be too short for two counts to be lost.
     Trial("encoder-skipping", "macro", (*_DRIVE, faults.LOST_COUNTS), False),
-    Trial("encoder-jump", "macro", (guard.ENCODER_JUMP,)),
-    Trial("encoder-silent", "macro", (guard.ENCODER_SILENT,)),
-    Trial("hall-stuck", "micro", (guard.HALL_FROZEN, *_WIRE)),
+    Trial("encoder-jump", "macro", (codes.ENCODER_JUMP,)),
+    Trial("encoder-silent", "macro", (codes.ENCODER_SILENT,)),
+    Trial("hall-stuck", "micro", (codes.HALL_FROZEN, *_WIRE)),
     Trial("hall-range", "micro", _HALL),
     Trial("hall-low", "micro", _HALL),
-    Trial("hall-noisy", "micro", (guard.HALL_NOISY,)),
-    Trial("hall-silent", "micro", (guard.HALL_SILENT,)),
+    Trial("hall-noisy", "micro", (codes.HALL_NOISY,)),
+    Trial("hall-silent", "micro", (codes.HALL_SILENT,)),
     Trial("laser-lost", "micro", (), False),
     Trial("wire-broken", "micro", _WIRE),
     Trial("motor-dead", "macro", _DRIVE),
     Trial("fan-lost", "micro", (), False),
     Trial("carriage-stuck", "macro", _DRIVE),
-    Trial("clock-ahead", "macro", (guard.CLOCK,)),
-    Trial("clock-back", "micro", (guard.CLOCK,)),
+    Trial("clock-ahead", "macro", (codes.CLOCK,)),
+    Trial("clock-back", "micro", (codes.CLOCK,)),
     Trial("slow", "macro", (faults.LATE,)),
 )
 AROUND = (

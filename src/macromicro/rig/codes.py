@@ -1,0 +1,19 @@
+"""Faults that the guard finds, by number; 0 is none."""
+
+(
+    OK,
+    ILLEGAL,
+    MACRO_LOST,
+    MICRO_LOST,
+    ENCODER_SILENT,
+    HALL_SILENT,
+    HALL_FROZEN,
+    HALL_RANGE,
+    STUCK,
+    TOO_HOT,
+    NO_MOTION,
+    ENCODER_JUMP,
+    ENCODER_AGAINST,
+    HALL_NOISY,
+    CLOCK,
+) = range(15)

@@ -1,0 +1,170 @@
+"""What the sensors have shown, and whether any carriage and any sensor could be like that."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.rig.codes import (
+    CLOCK,
+    ENCODER_AGAINST,
+    ENCODER_JUMP,
+    ENCODER_SILENT,
+    HALL_FROZEN,
+    HALL_NOISY,
+    HALL_RANGE,
+    HALL_SILENT,
+    OK,
+    STUCK,
+)
+from macromicro.rig.limits import Limits
+from macromicro.types import Sample
+
+HALL_SUPPLY = 5.0
+
+
+class Seen(NamedTuple):
+    """Last good readings and how long each is amiss [s]: age without a new value, time
+    of one and the same Hall code, time off the scale, time pushed without a count, hard or
+    so that it should just move. `against`: counts against pushes of one sign, signed as they
+    are; `jump` [counts] and what was possible; `before`: the Hall reading before the last [V];
+    `noise`: its mean square [V^2]; `time` and its last step [s]."""
+
+    encoder: float
+    encoder_age: float
+    hall: float
+    hall_age: float
+    same: float
+    railed: float
+    pushed: float
+    leant: float
+    against: float
+    jump: float
+    possible: float
+    before: float
+    noise: float
+    time: float
+    passed: float
+
+
+UNSEEN = Seen(
+    encoder=math.nan,
+    encoder_age=0.0,
+    hall=math.nan,
+    hall_age=0.0,
+    same=0.0,
+    railed=0.0,
+    pushed=0.0,
+    leant=0.0,
+    against=0.0,
+    jump=0.0,
+    possible=0.0,
+    before=math.nan,
+    noise=0.0,
+    time=math.nan,
+    passed=0.0,
+)
+
+
+@kernel
+def _against(p: Limits, before: float, moved: float, effort: float) -> float:
+    """Counts against pushes of one sign; none once the carriage goes along with one."""
+    if effort >= p.lean:
+        return max(before, 0.0) - moved if moved <= 0.0 else 0.0
+    if effort <= -p.lean:
+        return min(before, 0.0) - moved if moved >= 0.0 else 0.0
+    return before
+
+
+@kernel
+def _noise(p: Limits, s: Seen, hall: float, dt: float) -> float:
+    """Mean square of the Hall noise [V^2], by second differences: motion has next to none.
+
+    One spike alone counts for less than the limit.
+    """
+    second = hall - 2.0 * s.hall + s.before
+    if math.isnan(second):
+        return s.noise
+    most = 4.0 * p.noise
+    square = min(second * second / 6.0, most * most)
+    return s.noise + (square - s.noise) * min(dt / p.noise_time, 1.0)
+
+
+@kernel
+def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
+    """Readings and ages after this sample; `effort` [V] is the motor output asked for."""
+    push = abs(effort)
+    passed = sample.t - s.time
+    if math.isnan(passed):  # the first one, or a rig that gave no time
+        passed = dt
+    time = s.time + dt if math.isnan(sample.t) else sample.t
+    encoder, encoder_age, pushed, leant = sample.encoder, 0.0, 0.0, 0.0
+    if math.isnan(encoder):
+        encoder, encoder_age = s.encoder, s.encoder_age + dt
+    moved = encoder - s.encoder
+    if math.isnan(moved):
+        moved = 0.0
+    if push >= p.push and encoder == s.encoder:
+        pushed = s.pushed + dt
+    if push >= p.lean and encoder == s.encoder:
+        leant = s.leant + dt
+    against = _against(p, s.against, moved, effort)
+    possible = p.fastest * (s.encoder_age + max(passed, dt))
+    hall, hall_age, same, railed = sample.hall, 0.0, 0.0, 0.0
+    before, noise = s.hall, s.noise
+    if math.isnan(hall):
+        hall, hall_age, same, before = s.hall, s.hall_age + dt, s.same, s.before
+    else:
+        noise = _noise(p, s, hall, dt)
+        if hall == s.hall:
+            same = s.same + dt
+    if hall < p.rail or hall > HALL_SUPPLY - p.rail:
+        railed = s.railed + dt
+    return Seen(
+        encoder,
+        encoder_age,
+        hall,
+        hall_age,
+        same,
+        railed,
+        pushed,
+        leant,
+        against,
+        abs(moved),
+        possible,
+        before,
+        noise,
+        time,
+        passed,
+    )
+
+
+@kernel
+def fault(p: Limits, s: Seen, push: float) -> tuple[int, float, float]:
+    """Fault of a sensor or of the carriage: code, measured, limit."""
+    if s.encoder_age > p.silent:
+        return ENCODER_SILENT, s.encoder_age, p.silent
+    if s.hall_age > p.silent:
+        return HALL_SILENT, s.hall_age, p.silent
+    if s.same > p.frozen:
+        return HALL_FROZEN, s.same, p.frozen
+    if s.railed > p.rail_time:
+        return HALL_RANGE, s.hall, p.rail
+    if s.pushed > p.stuck or s.leant > p.leant:
+        return STUCK, push, max(s.pushed, s.leant)
+    return _implausible(p, s)
+
+
+@kernel
+def _implausible(p: Limits, s: Seen) -> tuple[int, float, float]:
+    """Readings that come, and that no machine could have: code, measured, limit."""
+    if s.passed > p.clock or s.passed < 0.0:
+        return CLOCK, s.passed, p.clock
+    if s.jump > s.possible:
+        return ENCODER_JUMP, s.jump, s.possible
+    if abs(s.against) > p.against:
+        return ENCODER_AGAINST, abs(s.against), p.against
+    if s.noise > p.noise * p.noise:
+        return HALL_NOISY, 1e3 * math.sqrt(s.noise), 1e3 * p.noise
+    return OK, 0.0, 0.0
