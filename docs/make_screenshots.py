@@ -1,6 +1,6 @@
 """Draws the pages as Chromium shows them: docs/figures/reproduction.png, the top of the page
-that `macromicro reproduce` writes, and docs/figures/serve.png, the live page after some moves of
-the virtual bench (needs selenium and the extra `web`).
+that `macromicro reproduce` writes, and docs/figures/serve.png and serve-phone.png, the live page
+after some moves of the virtual bench (needs selenium and the extra `web`).
 
     python docs/make_screenshots.py
 """
@@ -18,6 +18,7 @@ from typing import Any
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 PICTURE, LIVE = FIGURES / "reproduction.png", FIGURES / "serve.png"
+PHONE = FIGURES / "serve-phone.png"
 WIDTH, HEIGHT = 1280, 1500
 MOVES = (
     ("move to", "42.1234"),
@@ -72,8 +73,9 @@ def browser(profile: str) -> Any:
     return webdriver.Chrome(options, Service(str(shutil.which("chromedriver"))))
 
 
-def live(picture: Path) -> None:
-    """A picture [PNG] of the live page once it has homed the virtual bench and moved it."""
+def live(picture: Path, phone: Path) -> None:
+    """Pictures [PNG] of the live page once it has homed the virtual bench and moved it; the
+    other one on a phone, in the dark."""
     from macromicro.serve.station import Station
     from macromicro.serve.web import WebServer
 
@@ -98,6 +100,13 @@ def live(picture: Path) -> None:
                 wait_for_rest(station)
                 time.sleep(0.5)
                 driver.save_screenshot(str(picture))
+                size = {"width": 360, "height": 740, "deviceScaleFactor": 2, "mobile": True}
+                driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+                dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
+                driver.execute_cdp_cmd("Emulation.setEmulatedMedia", dark)
+                driver.execute_script("document.querySelector('#signals').scrollIntoView()")
+                time.sleep(3.0)
+                driver.save_screenshot(str(phone))
             finally:
                 driver.quit()
 
@@ -115,7 +124,7 @@ def main() -> None:
     """Reproduce everything, move the virtual bench, and write the pictures."""
     FIGURES.mkdir(parents=True, exist_ok=True)
     if find_spec("selenium") and find_spec("websockets"):
-        live(LIVE)
+        live(LIVE, PHONE)
     else:
         print("no picture of the live page without selenium and websockets: make test")
     with tempfile.TemporaryDirectory() as folder:

@@ -158,7 +158,7 @@ def copy(tmp_path: Path) -> Path:
     """A small copy of the package that a test may change."""
     package = tmp_path / "site" / "macromicro"
     package.mkdir(parents=True)
-    for name in ("__init__.py", "kernel.py", "errors.py"):
+    for name in ("__init__.py", "kernel.py", "errors.py", "lazy.py"):
         shutil.copy(PACKAGE / name, package / name)
     (package / "plant").mkdir()
     (package / "plant" / "part.py").write_text("GAIN = 2.0\n")
