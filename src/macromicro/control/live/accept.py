@@ -16,7 +16,7 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.plain import among, shown
-from macromicro.control.live.state import Jogged, LiveState, Motion
+from macromicro.control.live.state import Jogged, LiveState, Motion, carriage
 
 Answer = tuple[LiveState, Reply, tuple[Notice, ...]]
 
@@ -212,7 +212,8 @@ def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer
         refusal = Refused("the carriage is moving", "stop it first")
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        return moves.start_micro(s, motion, t.MICRO_MOVE, {"micro_mm": motion.fine})
+        facts = {"micro_mm": motion.fine, "target_m": carriage(p, s) + motion.fine * 1e-3}
+        return moves.start_micro(s, motion, t.MICRO_MOVE, facts)
 
     return _begin(p, s, refusal or targets.contraction(s, request.position), start)
 
