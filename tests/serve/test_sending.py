@@ -94,7 +94,7 @@ def test_trust_and_file_say_why_it_is_gone(station: Make, tmp_path: Path) -> Non
     machine.emergency()
     assert outcome(machine, motion) == "emergency"
     why = "emergency stop on the way"
-    assert machine.snapshot().trust == why
+    until(lambda: machine.snapshot().trust == why)
 
     def kept() -> bool:
         found = persist.load(tmp_path / "position.json")

@@ -38,7 +38,7 @@ def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any)
     machine.start()  # the remedy
     until(lambda: machine.snapshot().pace.periods)
     assert machine.snapshot().fault is None
-    assert "interrupted" in machine.snapshot().trust
+    until(lambda: "interrupted" in machine.snapshot().trust)
     assert causes(machine, "loop") == ["started", "died", "started"]
 
 
