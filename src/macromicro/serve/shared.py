@@ -61,7 +61,6 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
 ) = range(9)
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
-_TRIES = 10_000
 _LOOKS, _LOOK_S = 200, 5e-5
 
 
@@ -146,22 +145,21 @@ class Shared:
     def now(self) -> tuple[int, NDArray[np.float64], Status] | None:
         """The newest row with its number, counted from 1, and the status of the same instant
         (of a loop that was killed writing it: as it is); None before the first."""
+        written, row, status = self._steady()
+        return None if row is None else (written, row, status)
+
+    def status(self) -> Status:
+        """The status, all of one instant (of a loop that was killed writing it: as it is)."""
+        return self._steady()[2]
+
+    def _steady(self) -> tuple[int, NDArray[np.float64] | None, Status]:
         for _ in range(_LOOKS):
             turn = int(self.cells[STATUS_TURN])
             written, row, values = int(self.cells[WRITTEN]), self.last(), self._status.tolist()
             if turn % 2 == 0 and turn == int(self.cells[STATUS_TURN]):
                 break
             time.sleep(_LOOK_S)
-        return None if row is None else (written, row, Status(*values))
-
-    def status(self) -> Status:
-        """The status, all of one instant (of a loop that was killed writing it: as it is)."""
-        for _ in range(_TRIES):
-            turn = int(self.cells[STATUS_TURN])
-            values = self._status.tolist()
-            if turn % 2 == 0 and turn == int(self.cells[STATUS_TURN]):
-                break
-        return Status(*values)
+        return written, row, Status(*values)
 
     def since(self, count: int) -> tuple[int, int, NDArray[np.float64]]:
         """Rows of telemetry behind the first `count` ones: (rows lost, new count, block).

@@ -25,7 +25,7 @@ from macromicro.rig.faults import describe
 from macromicro.rig.guarded import Guarded
 from macromicro.serve import faults, orders
 from macromicro.serve.link import Outbox
-from macromicro.serve.machine import Machine
+from macromicro.serve.machine import Machine, View
 from macromicro.serve.orders import Order
 from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Kept, restore
@@ -228,7 +228,7 @@ class Loop:
         self._rig.stop()
         now = float(self._rig.clock.now())
         self._fault = (float(faults.LATE), share, limit, now)
-        self._shared.set_status(self._status())
+        self._shared.set_status(self._status(self._machine.view()))
         trouble = faults.late(share, limit, now)
         for notice in self._machine.fail(trouble.name, {"evidence": trouble.evidence}, False):
             self._outbox.send(("notice", notice))
@@ -264,11 +264,11 @@ class Loop:
                 pacer.late * 1e6,
                 pacer.worked * 1e6,
             ),
-            self._status(),
+            self._status(view),
         )
 
-    def _status(self) -> tuple[float, ...]:
-        pacer, view = self.pacer, self._machine.view()
+    def _status(self, view: View) -> tuple[float, ...]:
+        pacer = self.pacer
         return (
             pacer.periods,
             pacer.missed,

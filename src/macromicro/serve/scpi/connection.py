@@ -9,11 +9,12 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from typing import Any, NamedTuple, TypeVar
 
+from macromicro.serve.bucket import Bucket
 from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.framing import Framer
 from macromicro.serve.scpi.message import Message, Unit, parse
-from macromicro.serve.scpi.rates import Bounds, Bucket
+from macromicro.serve.scpi.rates import Bounds
 from macromicro.serve.scpi.session import Session
 from macromicro.serve.scpi.system import MOST_FAILURES
 from macromicro.serve.scpi.tree import TREE

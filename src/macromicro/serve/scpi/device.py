@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.control.settings import Control
-from macromicro.parameters import entries, replaced
+from macromicro.serve import following
 from macromicro.serve.aims import aim, aimed
 from macromicro.serve.shared import PERIOD
 
@@ -98,11 +98,6 @@ class Device:
         """The controller's settings in force, with what any client has changed."""
         with self._lock:
             self._seen, events = self.station.events(self._seen)
-            known = {e.path for e in entries(self._control)}
             for event in events:
-                if event.kind == "loop" and event.cause == "started":
-                    self._control = self.settings.controller
-                for path, change in event.evidence.items() if event.kind == "gains" else ():
-                    if path in known:
-                        self._control = replaced(self._control, path, change["new"])
+                self._control = following.gains(self._control, event, self.settings.controller)
             return self._control

@@ -1,9 +1,7 @@
-"""What one client may use, and how what comes faster is held back."""
+"""What one client may use."""
 
 from __future__ import annotations
 
-import asyncio
-import time
 from typing import NamedTuple
 
 from macromicro.serve.scpi.framing import BLOCK_LIMIT, LINE_LIMIT
@@ -23,21 +21,3 @@ class Bounds(NamedTuple):
     rate: float = 500.0
     burst: float = 500.0
     unread: float = 10.0
-
-
-class Bucket:
-    """Delays what comes faster than `rate` for longer than `burst` (a token bucket)."""
-
-    def __init__(self, rate: float, burst: float) -> None:
-        self._rate, self._burst = rate, burst
-        self._level = burst
-        self._time = time.monotonic()
-
-    async def take(self, cost: float) -> None:
-        """Return once `cost` is within the rate."""
-        now = time.monotonic()
-        self._level = min(self._burst, self._level + (now - self._time) * self._rate)
-        self._time = now
-        self._level -= cost
-        if self._level < 0.0:
-            await asyncio.sleep(-self._level / self._rate)

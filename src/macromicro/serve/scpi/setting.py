@@ -9,6 +9,7 @@ from macromicro.control.live.messages import Programme, SetGains, SetLimits
 from macromicro.errors import InputError
 from macromicro.parameters import Entry, entries
 from macromicro.programme import Limits
+from macromicro.serve.following import programme_limits
 from macromicro.serve.scpi.answers import number, numbers
 from macromicro.serve.scpi.command import ALWAYS, CHANGE, CONTROL, Answer, Call, Command, Handler
 from macromicro.serve.scpi.errors import ScpiError, quoted
@@ -172,10 +173,8 @@ def _load(call: Call) -> Answer:
 
 
 def _programme_limits(call: Call) -> Limits:
-    own = call.session.snapshot().limits
-    per_metre = 1.0 / call.session.device.settings.live.pitch
-    # A programme's micro targets may be 0: there the micro-stage is let go.
-    return Limits(own.macro_low, own.macro_high, 0.0, own.micro_high * 1e-3, per_metre)
+    pitch = call.session.device.settings.live.pitch
+    return programme_limits(call.session.snapshot().limits, pitch)
 
 
 def _run(call: Call) -> Answer:

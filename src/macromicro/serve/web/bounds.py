@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import NamedTuple
 
 
@@ -30,18 +29,3 @@ class Bounds(NamedTuple):
     tries: int = 5
     pause: float = 0.5
     forget: float = 60.0
-
-
-class Bucket:
-    """Lets `rate` messages a second through, and `burst` at once."""
-
-    def __init__(self, rate: float, burst: float) -> None:
-        self._rate, self._burst = rate, burst
-        self._tokens, self._filled = burst, time.monotonic()
-
-    def take(self) -> bool:
-        """May one more pass?"""
-        now = time.monotonic()
-        gained = (now - self._filled) * self._rate
-        self._tokens, self._filled = min(self._tokens + gained, self._burst) - 1.0, now
-        return self._tokens >= 0.0

@@ -16,10 +16,10 @@ from websockets.exceptions import ConnectionClosed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
+from macromicro.serve.bucket import Bucket
 from macromicro.serve.hosts import is_loopback
 from macromicro.serve.sending import Stops
 from macromicro.serve.web import places, telling
-from macromicro.serve.web.bounds import Bucket
 from macromicro.serve.web.clerk import Clerk
 from macromicro.serve.web.desk import Seat
 from macromicro.serve.web.orders import Refusal, read
@@ -110,7 +110,7 @@ class Connection:
             for task in tasks:
                 task.add_done_callback(self._failed)
             async for message in self._socket:
-                if not self._bucket.take():
+                if self._bucket.spend() > 0.0:
                     await self._socket.close(POLICY, "too many messages")
                     return
                 self._take(message, seat)

@@ -11,13 +11,12 @@ import numpy as np
 
 from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
-from macromicro.parameters import entries, replaced
-from macromicro.serve import aims
+from macromicro.parameters import entries
+from macromicro.serve import aims, following
 from macromicro.serve.web import telling
 from macromicro.serve.web.plane import Plane
 
 if TYPE_CHECKING:
-    from macromicro.control.live.messages import Event
     from macromicro.serve.station import Station
 
 KEPT = 400  # events and ends of motions that a viewer who comes late still gets
@@ -76,9 +75,7 @@ class Hub:
             self._target = aims.aimed(event, self._target)
             if event.kind == "loop" and event.cause == "started":
                 self._motion, self._target = 1, math.nan
-                self.control = self.settings.controller
-            if event.kind == "gains":
-                self._take(event)
+            self.control = following.gains(self.control, event, self.settings.controller)
         while (end := self.station.finished(self._motion, 0.0)) is not None:
             self._note(telling.finished(self._told + 1, end, self._time))
             self._motion += 1
@@ -86,12 +83,6 @@ class Hub:
     def _note(self, item: dict[str, Any]) -> None:
         self._told += 1
         self.news.append((self._told, json.dumps(item, allow_nan=False)))
-
-    def _take(self, event: Event) -> None:
-        known = {e.path for e in entries(self.control)}
-        for path, change in event.evidence.items():
-            if path in known:
-                self.control = replaced(self.control, path, change["new"])
 
     def _follow_heat(self) -> None:
         last, block, names = self.station.telemetry(self._row)

@@ -12,7 +12,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
 from macromicro.parameters import entries
-from macromicro.programme import Limits
+from macromicro.serve.following import programme_limits
 from macromicro.serve.settings import LiveSettings
 from macromicro.simulate import plan
 
@@ -119,9 +119,7 @@ class Orders:
         if name not in shipped:
             raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(shipped)}")
         live = self._settings.live
-        own = live.limits
-        # A programme's micro targets may be 0: there the micro-stage is let go.
-        limits = Limits(own.macro_low, own.macro_high, 0.0, own.micro_high * 1e-3, 1.0 / live.pitch)
+        limits = programme_limits(live.limits, live.pitch)
         try:
             return m.Programme(plan(programme.load(shipped[name], limits)))
         except InputError as error:
