@@ -15,8 +15,11 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import sys
+import time
 from collections.abc import Callable
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -25,7 +28,11 @@ R = TypeVar("R")
 
 _waiting: list[Callable[..., Any]] = []
 _register: Callable[[Callable[..., Any]], Any] | None = None
-_KEPT_CACHES = 3
+# What old caches may take: several checkouts and environments live side by side, each with a
+# folder of some megabytes that it renews at every start.
+_CACHE_DAYS = 30.0
+_CACHE_BYTES = 512 * 2**20
+_IN_USE = 3600.0  # s: a process that began so short a time ago may still read its folder
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -38,29 +45,61 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def cache_folder() -> Path:
-    """Folder of the compiler's cache: one per state of this package's sources.
+    """Folder of the compiler's cache: one per state of this package's sources and compiler.
 
     numba notices a change only in the file of the outermost function. An edit or an
-    upgrade of a kernel that it calls would leave stale machine code behind, so the
-    folder's name is a digest of all sources. ``MACROMICRO_CACHE`` moves its parent.
+    upgrade of a kernel that it calls would leave stale machine code behind, and two
+    versions of numba would overwrite each other's index for ever; so the folder's name is
+    a digest of all sources and of what compiles them. ``MACROMICRO_CACHE`` moves its parent.
     """
     digest = hashlib.sha256()
     package = Path(__file__).parent
     for source in sorted(package.rglob("*.py")):
         digest.update(str(source.relative_to(package)).encode())
         digest.update(source.read_bytes())
+    digest.update(f"{sys.implementation.cache_tag} {sys.version}".encode())
+    for distribution in ("numba", "llvmlite", "numpy"):
+        try:
+            digest.update(metadata.version(distribution).encode())
+        except metadata.PackageNotFoundError:  # without a compiler nothing is cached either
+            digest.update(b"none")
     named = os.environ.get("MACROMICRO_CACHE")
     home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     parent = Path(named) if named else Path(home) / "macromicro"
     return parent / f"kernels-{digest.hexdigest()[:16]}"
 
 
+def _size(folder: Path) -> int:
+    """Bytes of all files in a folder; what vanishes meanwhile counts nothing."""
+    total = 0
+    for place, _, names in os.walk(folder):
+        for name in names:
+            try:
+                total += (Path(place) / name).stat().st_size
+            except OSError:
+                continue
+    return total
+
+
 def _drop_old_caches(current: Path) -> None:
-    """Keep the newest few cache folders beside `current`, delete the others."""
-    others = [p for p in current.parent.glob("kernels-*") if p.is_dir() and p != current]
-    others.sort(key=lambda p: p.stat().st_mtime, reverse=True)
-    for old in others[_KEPT_CACHES - 1 :]:
-        shutil.rmtree(old, ignore_errors=True)
+    """Delete cache folders beside `current` by age of last use, and by size, oldest first.
+
+    A folder's time is that of the last process that began to use it. One that may be in use
+    is never deleted.
+    """
+    now = time.time()
+    others = []
+    for place in current.parent.glob("kernels-*"):
+        try:
+            if place.is_dir() and place != current:
+                others.append((now - place.stat().st_mtime, place))
+        except OSError:
+            continue
+    kept = _size(current)
+    for age, place in sorted(others):
+        kept += _size(place)
+        if age > _IN_USE and (age > _CACHE_DAYS * 86400.0 or kept > _CACHE_BYTES):
+            shutil.rmtree(place, ignore_errors=True)
 
 
 @cache
@@ -72,8 +111,10 @@ def _numba() -> Any:
 
     try:
         folder = cache_folder()
-        if not folder.exists():
-            folder.mkdir(parents=True, exist_ok=True)
+        new = not folder.exists()
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+        if new:
             _drop_old_caches(folder)
         numba.config.CACHE_DIR = str(folder)
     except OSError:
@@ -95,6 +136,9 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     reassociated, so results equal the interpreted ones bit for bit.
     """
     numba = _numba()
+    # Kernels never allocate, so numba need not count references to their arrays: that halves
+    # the micro-stage's period. `_nrt` is numba's own option; tests/test_kernel.py says what to
+    # do in the version that drops it.
     options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
     try:
         dispatcher = numba.njit(cache=True, **options)(function)
