@@ -3,12 +3,13 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
+MUTATED ?= rig/guard.py rig/limits.py rig/envelope.py rig/sensing.py control/live
 SOAK ?= docs/reliability.md
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-slow test-all browser lint format bench bench-peers soak docs clean
+.PHONY: help run serve test test-slow test-all browser lint format bench bench-peers soak mutants docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
@@ -57,6 +58,9 @@ bench: $(VENV)/.core ## measure the speed
 
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
+
+mutants: $(VENV)/.dev ## do the tests notice a wrong sign, term, latch? MUTATED="rig/guard.py control/live"
+	$(BIN)/python tools/mutants $(MUTATED) --jobs 2
 
 soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60
 	$(BIN)/python -m macromicro.serve.soak --minutes $(MINUTES) --out $(SOAK)

@@ -1,0 +1,120 @@
+"""The mutation run of tools/mutants: what it changes, what it leaves alone, what it reports."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+TOOL = ROOT / "tools" / "mutants"
+
+
+@pytest.fixture
+def operators(monkeypatch):
+    monkeypatch.syspath_prepend(str(TOOL))
+    import operators
+
+    yield operators
+    sys.modules.pop("operators", None)
+
+
+@pytest.fixture
+def beside(monkeypatch):
+    monkeypatch.syspath_prepend(str(TOOL))
+    import beside
+
+    yield beside
+    sys.modules.pop("beside", None)
+
+
+SOURCE = '''
+def step(value: float, limit: float = 2.0, fault: int = 0) -> tuple[int, float]:
+    """One plus one."""
+    if value - 1.0 > limit and not fault:
+        fault = 1
+    return fault, min(abs(value), limit) * 2.0
+'''
+
+
+def changes(operators, text):
+    return {(m.kind, m.after.strip()) for m in operators.mutants(text)}
+
+
+def test_signs_terms_latches_and_units_are_mutated(operators):
+    found = changes(operators, SOURCE)
+    assert ("operator", "if (value + 1.0) > limit and not fault:") in found
+    assert ("dropped term", "if (value) > limit and not fault:") in found
+    assert ("comparison", "if (value - 1.0 <= limit) and not fault:") in found
+    assert ("dropped condition", "if (value - 1.0 > limit):") in found
+    assert ("negation", "if value - 1.0 > limit and (fault):") in found
+    assert ("dropped assignment", "pass") in found
+    assert ("bound", "return fault, (max(abs(value), limit)) * 2.0") in found
+    assert ("sign", "return fault, min((value), limit) * 2.0") in found
+    assert ("number", "return fault, min(abs(value), limit) * (2000.0)") in found
+
+
+def test_documentation_and_annotations_are_left_alone(operators):
+    texts = [m.text for m in operators.mutants(SOURCE)]
+    assert all('"""One plus one."""' in text for text in texts)
+    assert all("value: float" in text and "tuple[int, float]" in text for text in texts)
+
+
+def test_a_mutant_is_another_program_that_python_reads(operators):
+    for source in sorted((ROOT / "src" / "macromicro" / "rig").glob("*.py")):
+        text = source.read_text("utf-8")
+        for mutant in operators.mutants(text):
+            compile(mutant.text, source.name, "exec")
+            assert mutant.text != text
+
+
+def test_declared_parameters_are_data(operators):
+    assert not operators.mutants('class P(NamedTuple):\n    a: Annotated[float, Par("m")] = 2.0\n')
+
+
+def test_guard_limits_and_live_core_must_kill_all(beside):
+    assert beside.required("rig/guard.py") == 1.0
+    assert beside.required("control/live/brake.py") == 1.0
+    assert beside.required("plant/motor.py") == 0.9
+
+
+def test_the_tests_of_every_strict_file_are_known(beside):
+    strict = [p for p in beside.PACKAGE.rglob("*.py") if beside.required(beside.name(p)) == 1.0]
+    assert len(strict) > 20
+    missing = [beside.name(p) for p in strict if p.name != "__init__.py" and not beside.tests(p)]
+    assert not missing
+
+
+def test_listed_equivalent_mutants_exist(beside, operators):
+    """An entry that no longer fits the source would hide nothing, and should go."""
+    for entry in beside.equivalents():
+        assert entry.reason
+        text = (beside.PACKAGE / entry.file).read_text("utf-8")
+        listed = {(m.before, m.after) for m in operators.mutants(text)}
+        assert (entry.before, entry.after) in listed, entry
+
+
+def tool(*arguments):
+    return subprocess.run(
+        [sys.executable, str(TOOL), *arguments],
+        capture_output=True, text=True, check=False, timeout=300, cwd=ROOT,
+    )  # fmt: skip
+
+
+def test_survivors_are_printed_and_fail_the_run():
+    """No test stands beside the package's front door."""
+    done = tool("__main__.py")
+    assert done.returncode == 1
+    assert "no test beside it" in done.stdout
+
+
+def test_killed_mutants_pass():
+    done = tool("control/deadzone.py")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "90% asked" in done.stdout
+
+
+def test_a_file_that_is_not_there_is_bad_input():
+    done = tool("plant/no_such.py")
+    assert done.returncode == 2
+    assert "plant/no_such.py: no file or folder of src/macromicro" in done.stderr
