@@ -16,7 +16,6 @@ import hashlib
 import os
 import shutil
 import sys
-import time
 from collections.abc import Callable
 from functools import cache
 from importlib import metadata
@@ -87,7 +86,7 @@ def _drop_old_caches(current: Path) -> None:
     A folder's time is that of the last process that began to use it. One that may be in use
     is never deleted.
     """
-    now = time.time()
+    now = current.stat().st_mtime  # just renewed
     others = []
     for place in current.parent.glob("kernels-*"):
         try:
