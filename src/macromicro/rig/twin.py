@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from types import TracebackType
 from typing import Any, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, State, Truth
 from macromicro.types import SAFE, Outputs, Sample
@@ -51,7 +53,7 @@ class Twin:
     """The bench behind the `Rig` interface, noise drawn from `seed`.
 
     `measure` and `advance` default to the interpreted physics; pass the compiled ones
-    for speed. Both give the same bits.
+    for speed. Both give the same bits. `CompiledTwin` is faster still, period by period.
     """
 
     channels = Sample._fields
@@ -73,17 +75,13 @@ class Twin:
         self._measure, self._advance = measure, advance
         self._random = noise_source(seed)
         self._noise: npt.NDArray[np.float64] = np.empty((0, NOISES))
+        self._drawn = -1  # block of periods that the noise was drawn for
         self._outputs = SAFE
 
     def read(self) -> Sample:
         """Measure all channels now."""
-        if self.tick % _BLOCK == 0 or not len(self._noise):
-            self._noise = self._random.standard_normal((_BLOCK, NOISES))
-        draw = self._noise[self.tick % _BLOCK]
-        sample: Sample = self._measure(
-            self.plant, self.state, self.tick * self.dt, float(draw[0]), float(draw[1])
-        )
-        return sample
+        draw = self._draws()
+        return self._measured(self.tick * self.dt, float(draw[0]), float(draw[1]))
 
     def write(self, outputs: Outputs) -> None:
         """Set the outputs for the coming control period."""
@@ -91,10 +89,25 @@ class Twin:
 
     def advance(self) -> None:
         """Let one control period pass."""
-        draw = self._noise[self.tick % _BLOCK]
-        self.state = self._advance(self.plant, self.state, self._outputs, float(draw[2]), self.dt)
+        draw = self._draws()
+        self._advanced(self._outputs, float(draw[2]))
         self.tick += 1
         self._outputs = self._outputs._replace(laser_reset=0.0)
+
+    def _draws(self) -> npt.NDArray[np.float64]:
+        """This period's standard normal numbers, however often and by whom they are used."""
+        block, row = divmod(self.tick, _BLOCK)
+        if block != self._drawn:
+            self._noise = self._random.standard_normal((_BLOCK, NOISES))
+            self._drawn = block
+        return self._noise[row]
+
+    def _measured(self, t: float, n0: float, n1: float) -> Sample:
+        sample: Sample = self._measure(self.plant, self.state, t, n0, n1)
+        return sample
+
+    def _advanced(self, outputs: Outputs, n2: float) -> None:
+        self.state = self._advance(self.plant, self.state, outputs, n2, self.dt)
 
     def truth(self) -> Truth:
         """The bench's true quantities (a real rig has no such thing)."""
@@ -114,3 +127,75 @@ class Twin:
         trace: TracebackType | None,
     ) -> None:
         self.stop()
+
+
+_ADVANCE, _MEASURE, _TRUTH = 0.0, 1.0, 2.0
+_ORDER, _TIME, _N0, _N1, _N2 = range(5)
+_OUT = 5  # first of the outputs
+
+
+def _bench(
+    p: Plant, s: State, asked: npt.NDArray[np.float64], shown: npt.NDArray[np.float64], dt: float
+) -> Iterator[int]:
+    """The bench as a coroutine: each `next` does what `asked` orders, and fills `shown`."""
+    while True:
+        if asked[_ORDER] == _ADVANCE:
+            outputs = Outputs(asked[_OUT], asked[_OUT + 1], asked[_OUT + 2], asked[_OUT + 3])
+            s = bench.advance(p, s, outputs, asked[_N2], dt)
+        elif asked[_ORDER] == _MEASURE:
+            sample = bench.measure(p, s, asked[_TIME], asked[_N0], asked[_N1])
+            shown[0] = sample.t
+            shown[1] = sample.encoder
+            shown[2] = sample.hall
+            shown[3] = sample.laser
+            shown[4] = sample.extend
+            shown[5] = sample.contract
+        else:
+            true = bench.truth(p, s)
+            shown[0] = true.carriage
+            shown[1] = true.speed
+            shown[2] = true.belt
+            shown[3] = true.micro
+            shown[4] = true.current
+            shown[5] = true.wire
+            shown[6] = true.plates
+            shown[7] = true.body
+            shown[8] = true.austenite
+            shown[9] = true.heat
+        yield 0
+
+
+class CompiledTwin(Twin):
+    """The twin with its state inside compiled code, for a loop that runs in real time.
+
+    Handing some two hundred parameters and state variables to compiled code and back takes
+    ten times as long as the physics of a period; here they stay there, and only outputs and
+    readings cross over. The bits are those of `Twin`. Its `state` cannot be looked at.
+    """
+
+    def __init__(self, plant: Plant, seed: int, dt: float = 1e-3, state: State | None = None):
+        super().__init__(plant, seed, dt, state)
+        self._asked = np.zeros(_OUT + len(Outputs._fields))
+        self._shown = np.zeros(len(Truth._fields))
+        # The coroutine refers to the arrays inside, and does not own them.
+        self._kept = (self.plant, self.state)
+        self._bench = compiled(_bench)(self.plant, self.state, self._asked, self._shown, dt)
+        del self.state
+
+    def _ask(self, order: float) -> list[float]:
+        self._asked[_ORDER] = order
+        next(self._bench)
+        shown: list[float] = self._shown.tolist()
+        return shown
+
+    def _measured(self, t: float, n0: float, n1: float) -> Sample:
+        self._asked[_TIME : _N1 + 1] = (t, n0, n1)
+        return Sample(*self._ask(_MEASURE)[: len(Sample._fields)])
+
+    def _advanced(self, outputs: Outputs, n2: float) -> None:
+        self._asked[_N2:] = (n2, *outputs)
+        self._ask(_ADVANCE)
+
+    def truth(self) -> Truth:
+        """The bench's true quantities (a real rig has no such thing)."""
+        return Truth(*self._ask(_TRUTH))

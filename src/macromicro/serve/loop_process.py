@@ -27,7 +27,7 @@ from macromicro.rig import guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Session
-from macromicro.rig.twin import Twin, VirtualClock
+from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
 from macromicro.serve import faults, pacing
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.loop_spec import Spec
@@ -103,12 +103,10 @@ def open_machine(spec: Spec) -> Opened:
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
     """The virtual bench of these settings, compiled and called once; its carriage stands
     where it was left."""
-    from macromicro.kernel import compiled
     from macromicro.plant import bench
 
     plant = bench.prepare(settings.bench, settings.sensors)
-    measure, advance = compiled(bench.measure), compiled(bench.advance)
-    first = Twin(plant, 0, measure=measure, advance=advance)
+    first = CompiledTwin(plant, 0)
     for _ in range(3):
         first.read()
         first.advance()
@@ -117,7 +115,7 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
     if isinstance(kept, Kept) and kept.rig == TWIN and math.isfinite(kept.encoder):
         left = min(max(kept.encoder * pitch, carriage.stop_low), carriage.stop_high - pitch)
     state = bench.initial(plant, left)
-    return Twin(plant, seed, state=state, measure=measure, advance=advance)
+    return CompiledTwin(plant, seed, state=state)
 
 
 def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: Outbox) -> int:
