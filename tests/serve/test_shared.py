@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import threading
+from typing import Any
 
-import numpy as np
 import pytest
 
+from macromicro.serve import shared as module
 from macromicro.serve.shared import COLUMNS, STATUS_TURN, WRITTEN, Shared, Status
 
 
@@ -73,12 +74,15 @@ def test_a_row_shows_only_once_it_is_whole(monkeypatch: pytest.MonkeyPatch) -> N
     shared = Shared.create(50)
     seen = []
 
-    class Watched(np.ndarray):
-        def __setitem__(self, key: object, value: object) -> None:
-            super().__setitem__(key, value)
+    class Watched:
+        size = module._ROW.size
+
+        def pack_into(self, *what: Any) -> None:
+            row.pack_into(*what)
             seen.append(int(shared.cells[WRITTEN]))
 
-    monkeypatch.setattr(shared, "ring", shared.ring.view(Watched))
+    row = module._ROW
+    monkeypatch.setattr(module, "_ROW", Watched())
     fill(shared, 0, 2)
     assert seen == [0, 1]
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from types import TracebackType
 from typing import Self
 
-from macromicro.rig import guard
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.kernel import compiled
+from macromicro.rig import guard, sensing, watching
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
 from macromicro.types import SAFE, Clock, Command, Outputs, Rig, Sample
 
+_Row = npt.NDArray[np.float64]
 IDLE = Command(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -24,13 +30,13 @@ class Guarded:
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self.rig = rig
-        self.watch: Watch = guard.fresh()
+        self.watch = guard.fresh()
         self.given: Outputs = SAFE
         self._limits = limits
         self._dt = dt
         self._sample: Sample | None = None
         self._command = IDLE
-        self._absent = {f"{c}_age": 0.0 for c in ("encoder", "hall") if c not in rig.channels}
+        self._there = ("encoder" in rig.channels, "hall" in rig.channels)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -47,6 +53,11 @@ class Guarded:
         """Has a fault latched?"""
         return self.watch.fault != OK
 
+    @property
+    def temperature(self) -> float:
+        """Wire temperature [degC] by the guard's own estimate."""
+        return guard.temperature(self.watch)
+
     def read(self) -> Sample:
         """Measure, and remember the sample for the judgement of the next `write`."""
         self._sample = self.rig.read()
@@ -59,15 +70,17 @@ class Guarded:
     def write(self, outputs: Outputs) -> None:
         """Write `outputs` if they pass; otherwise, and after any fault, safe values."""
         sample = self._sample if self._sample is not None else self.read()
-        watch = self.watch
-        if self._absent:
-            watch = watch._replace(seen=watch.seen._replace(**self._absent))
-        self.watch, self.given = guard.step(
-            self._limits, watch, sample, self._command, outputs, self._dt
-        )
+        self.given = self._judged(sample, self._command, outputs)
         self.rig.write(self.given)
         self._command = IDLE
         self._sample = None
+
+    def _judged(self, sample: Sample, command: Command, outputs: Outputs) -> Outputs:
+        watch = self.watch
+        if not all(self._there):
+            watch = watch._replace(seen=sensing.expecting(watch.seen, *self._there))
+        self.watch, given = guard.step(self._limits, watch, sample, command, outputs, self._dt)
+        return given
 
     def stop(self) -> None:
         """Set every output to its safe value."""
@@ -88,3 +101,90 @@ class Guarded:
             self.stop()
         finally:  # the rig inside goes safe by itself too, should its `stop` fail
             self.rig.__exit__(kind, error, trace)
+
+
+_JUDGE, _SHOW, _TAKE = 0.0, 1.0, 2.0
+_ENCODER, _HALL, _SAMPLE = 1, 2, 3  # places in what is asked; 0 is the order
+_COMMAND = _SAMPLE + len(Sample._fields)
+_OUTPUTS = _COMMAND + len(Command._fields)
+_ASKED = _OUTPUTS + len(Outputs._fields)
+
+
+def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) -> Iterator[int]:
+    """The guard as a coroutine: each `next` does what `asked` orders. Judging fills `told` with
+    outputs, fault and temperature; `state` is the whole watch, to be looked at or replaced."""
+    while True:
+        if asked[0] == _JUDGE:
+            a, c, o = _SAMPLE, _COMMAND, _OUTPUTS
+            sample = Sample(
+                asked[a], asked[a + 1], asked[a + 2], asked[a + 3], asked[a + 4], asked[a + 5]
+            )
+            command = Command(asked[c], asked[c + 1], asked[c + 2], asked[c + 3], asked[c + 4])
+            outputs = Outputs(asked[o], asked[o + 1], asked[o + 2], asked[o + 3])
+            seen = sensing.expecting(s.seen, asked[_ENCODER] == 1.0, asked[_HALL] == 1.0)
+            s = Watch(s.fault, s.value, s.limit, s.time, seen, s.macro, s.micro, s.heat)
+            s, given = guard.step(p, s, sample, command, outputs, dt)
+            told[0] = given.motor
+            told[1] = given.ctrl
+            told[2] = given.fan
+            told[3] = given.laser_reset
+            told[4] = float(s.fault)
+            told[5] = guard.temperature(s)
+        elif asked[0] == _SHOW:
+            watching.store(s, state)
+        else:
+            s = watching.restored(state)
+        yield 0
+
+
+class CompiledGuarded(Guarded):
+    """The same guard with its state inside compiled code, for a loop that runs in real time.
+
+    The bits are those of `Guarded`. `watch` is fetched where somebody looks at it.
+    """
+
+    def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
+        self._asked = np.zeros(_ASKED)
+        self._told = np.zeros(6)
+        self._state = np.zeros(watching.FIELDS)
+        # The coroutine refers to the arrays inside, and does not own them.
+        self._start = guard.fresh()
+        self._guard = compiled(_guard)(
+            limits, self._start, self._asked, self._told, self._state, dt
+        )
+        super().__init__(rig, limits, dt)
+        self._asked[_ENCODER : _HALL + 1] = self._there
+        self._fault, self._temperature = OK, guard.temperature(self._start)
+
+    @property
+    def watch(self) -> Watch:
+        """The guard's state."""
+        self._asked[0] = _SHOW
+        next(self._guard)
+        return watching.restored(self._state.tolist())
+
+    @watch.setter
+    def watch(self, watch: Watch) -> None:
+        watching.store(watch, self._state)
+        self._asked[0] = _TAKE
+        next(self._guard)
+        self._fault, self._temperature = watch.fault, guard.temperature(watch)
+
+    @property
+    def tripped(self) -> bool:
+        """Has a fault latched?"""
+        return self._fault != OK
+
+    @property
+    def temperature(self) -> float:
+        """Wire temperature [degC] by the guard's own estimate."""
+        return self._temperature
+
+    def _judged(self, sample: Sample, command: Command, outputs: Outputs) -> Outputs:
+        asked = self._asked
+        asked[0] = _JUDGE
+        asked[_SAMPLE:] = (*sample, *command, *outputs)
+        next(self._guard)
+        motor, ctrl, fan, reset, fault, self._temperature = self._told.tolist()
+        self._fault = int(fault)
+        return Outputs(motor, ctrl, fan, reset)

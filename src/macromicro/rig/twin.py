@@ -100,7 +100,8 @@ class Twin:
         if block != self._drawn:
             self._noise = self._random.standard_normal((_BLOCK, NOISES))
             self._drawn = block
-        return self._noise[row]
+        draws: npt.NDArray[np.float64] = self._noise[row]
+        return draws
 
     def _measured(self, t: float, n0: float, n1: float) -> Sample:
         sample: Sample = self._measure(self.plant, self.state, t, n0, n1)

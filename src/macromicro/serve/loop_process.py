@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 from macromicro.control import calibration
 from macromicro.errors import InputError, MacromicroError
 from macromicro.rig import guard
-from macromicro.rig.guarded import Guarded
+from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Session
 from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
@@ -121,7 +121,7 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
 def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: Outbox) -> int:
     """Loop until told to end; returns the exit status. Outputs are safe on every way out."""
     session = Session(opened.rig, PERIOD)
-    rig = Guarded(session, opened.guard, PERIOD)
+    rig = CompiledGuarded(session, opened.guard, PERIOD)
     loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced)
     _die_with(spec.parent, loop)
     privileges = pacing.prepare(spec.settings.serve)

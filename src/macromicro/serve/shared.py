@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import mmap
 import os
+import struct
 import time
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -61,6 +62,7 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
 ) = range(9)
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
+_ROW = struct.Struct(f"={len(COLUMNS)}d")
 _LOOKS, _LOOK_S = 200, 5e-5
 
 
@@ -88,6 +90,9 @@ class Status(NamedTuple):
     whole_high: float = 0.0
 
 
+_STATUS = struct.Struct(f"={len(Status._fields)}d")
+
+
 class Shared:
     """The shared memory, mapped; `fd` is what the other process needs to map it too.
 
@@ -106,9 +111,12 @@ class Shared:
         self.cells = memory[:_CELLS]
         floats = memory.view(np.float64)
         self._status = floats[_CELLS : _CELLS + status]
+        self._told = memory.data[_CELLS : _CELLS + status].cast("B")
         start = 2 * _CELLS + 2 * BINS
         self.histograms = memory[2 * _CELLS : start].reshape(2, BINS)
-        self.ring: NDArray[np.float64] = floats[start:].reshape(len(COLUMNS), rows)
+        # A row lies in one piece, so that writing it costs one copy.
+        self._rows = memory.data[start:].cast("B")
+        self.ring: NDArray[np.float64] = floats[start:].reshape(rows, len(COLUMNS)).T
 
     @classmethod
     def create(cls, rows: int = ROWS) -> Shared:
@@ -124,14 +132,14 @@ class Shared:
     def put(self, row: Sequence[float]) -> None:
         """Append a row of telemetry (loop process only)."""
         written = int(self.cells[WRITTEN])
-        self.ring[:, written % self.rows] = row
+        _ROW.pack_into(self._rows, written % self.rows * _ROW.size, *row)
         self.cells[ALIVE] = time.monotonic_ns()
         self.cells[WRITTEN] = written + 1
 
     def set_status(self, status: Sequence[float]) -> None:
         """Replace the status (loop process only)."""
         self.cells[STATUS_TURN] += 1
-        self._status[:] = status
+        _STATUS.pack_into(self._told, 0, *status)
         self.cells[STATUS_TURN] += 1
 
     def show(self, row: Sequence[float], status: Sequence[float]) -> None:
@@ -139,7 +147,7 @@ class Shared:
         only)."""
         self.cells[STATUS_TURN] += 1
         self.put(row)
-        self._status[:] = status
+        _STATUS.pack_into(self._told, 0, *status)
         self.cells[STATUS_TURN] += 1
 
     def now(self) -> tuple[int, NDArray[np.float64], Status] | None:

@@ -133,8 +133,8 @@ class Loop:
         found = self._machine.found()
         if found is not None and not self._fault[0]:
             self._fault = (float(faults.LOST_COUNTS), *found, sample.t)
-        watch = self._rig.watch
-        if watch.fault != codes.OK and not self._fault[0]:
+        if self._rig.tripped and not self._fault[0]:
+            watch = self._rig.watch
             self._fault = (float(watch.fault), watch.value, watch.limit, watch.time)
             fault = describe(watch)
             assert fault is not None
@@ -250,7 +250,7 @@ class Loop:
                 given.ctrl,
                 view.micro_integral,
                 sample.laser * 1e6,
-                guard.temperature(rig.watch),
+                rig.temperature,
                 view.mode,
                 view.motion,
                 -1.0 if math.isnan(sample.extend) else sample.extend,

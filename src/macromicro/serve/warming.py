@@ -19,8 +19,8 @@ from macromicro.control.live.messages import (
 )
 from macromicro.plant import bench
 from macromicro.rig.guard import Guard
-from macromicro.rig.guarded import Guarded
-from macromicro.rig.twin import Twin
+from macromicro.rig.guarded import CompiledGuarded
+from macromicro.rig.twin import CompiledTwin
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.machine import Machine
 from macromicro.serve.persist import Restored
@@ -48,11 +48,11 @@ def warm(make: Callable[[], Machine], limits: Guard, settings: LiveSettings) -> 
     """Drive a machine of the same make on a virtual bench of its own, through the very loop,
     with its own memory and a socket to nobody, as fast as it goes."""
     plain = LiveSettings()
-    twin = Twin(bench.prepare(plain.bench, plain.sensors), 0)
+    twin = CompiledTwin(bench.prepare(plain.bench, plain.sensors), 0)
     shared = Shared.create(256)
     ours, theirs = pair()
     try:
-        rig = Guarded(twin, limits, PERIOD)
+        rig = CompiledGuarded(twin, limits, PERIOD)
         machine = make()
         loop = Loop(rig, machine, shared, Outbox(theirs), settings.serve, PERIOD, False)
         with rig:
