@@ -121,6 +121,22 @@ def difference(tree: Any, default: Any) -> dict[str, str]:
     return found
 
 
+def changed_toml(tree: Any, default: Any) -> str:
+    """What `tree` sets otherwise than `default`, as TOML for `load_overrides`; with its meaning
+    and its default behind each line."""
+    own = {e.path: e for e in entries(default)}
+    tables: dict[str, list[str]] = {}
+    for path, text in difference(tree, default).items():
+        table, _, name = path.rpartition(".")
+        par, was = own[path].par, own[path].value
+        words = printable(f"{par.meaning}; default {_text(par, was) or was}", 1000)
+        tables.setdefault(table, []).append(f"{name} = {text}  # {words}")
+    parts = []
+    for table in sorted(tables, key=bool):
+        parts.append("\n".join([*([f"[{table}]"] if table else []), *tables[table]]) + "\n")
+    return "\n".join(parts) or "# nothing differs from the defaults\n"
+
+
 def _leaves(
     table: dict[str, Any], prefix: str, known: dict[str, Entry], file: str
 ) -> Iterator[tuple[str, object]]:

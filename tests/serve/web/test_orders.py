@@ -92,3 +92,15 @@ def test_gains_that_somebody_else_has_changed_are_refused() -> None:
 
 def test_unknown_orders_are_not_known() -> None:
     assert not ORDERS.knows("link lost") and not ORDERS.knows(None) and not ORDERS.knows(["a"])
+
+
+def test_soft_limits_are_given_whole_or_not_at_all() -> None:
+    own = LiveSettings().live.limits
+    values = own._replace(whole_high=0.1)._asdict()
+    assert request(do="limits", values=values) == m.SetLimits(own._replace(whole_high=0.1))
+    assert request(do="limits", values=None) == m.SetLimits(None)
+    for wrong in ({"whole_low": 0.0}, [1, 2], "all", {**values, "more": 1.0}):
+        with pytest.raises(Refusal, match="no soft limits"):
+            request(do="limits", values=wrong)
+    with pytest.raises(Refusal, match="no finite number"):
+        request(do="limits", values={**values, "micro_low": None})

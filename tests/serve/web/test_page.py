@@ -43,7 +43,7 @@ def test_a_move_by_click_arrives(ready: Page) -> None:
     assert shown == pytest.approx(place, abs=0.05)
     assert ready.text("#target") == f"{place:.4f} mm"
     told = ready.text("#uncertainty")  # by laser: homing has placed the encoder's edges
-    assert told.endswith("um either way") and 7.0 < float(told.split()[1]) < 20.0
+    assert told.endswith("mm either way") and 7e-3 < float(told.split()[1]) < 20e-3
 
 
 @pytest.mark.parametrize("how", ["click", "key"])
@@ -415,6 +415,8 @@ def test_the_page_tells_when_the_server_is_gone_and_comes_back(page: Page, profi
     server.stop()
     until(lambda: "no connection" in left.text("#alarm-list"))
     assert left.text("#mode") == "unknown"
+    assert "stale" in left.find("#reading").get_attribute("class")
+    assert left.text("#uncertainty").startswith("OLD")
     with WebServer(page.station, port=port, folder=profile):
         until(lambda: left.text("#link") == "connected")
         until(lambda: "no connection" not in left.text("#alarm-list"))

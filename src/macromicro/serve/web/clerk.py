@@ -25,29 +25,52 @@ class Clerk:
 
     def __init__(self, room: Room, send: Callable[[str | bytes], Awaitable[None]]) -> None:
         self._room, self._send = room, send
+        self._files: dict[str, Callable[[dict[str, Any], Seat], Awaitable[Done]]] = {
+            "download": self._piece,
+            "record": self._record,
+            "end recording": self._end_recording,
+            "upload": self._upload,
+            "settings": self._settings,
+        }
 
     async def do(self, order: dict[str, Any], seat: Seat, since: Stops) -> Done:
         """The reply, and what is told with it; `since`: the station's stops when it came.
         Raises `Refusal`, and what the station raises."""
-        what, room = order.get("do"), self._room
-        if what == "download":
-            return await self._piece(order)
+        what = order.get("do")
+        handle = self._files.get(what) if isinstance(what, str) else None
+        if handle is not None:
+            return await handle(order, seat)
+        room = self._room
         if what in ("take", "release"):
             give = room.station.acquire if what == "take" else room.station.release
             return await room.desk.do(lambda: give(seat.client)), {}
-        if what == "record":
-            return Accepted(), {"name": await room.desk.do(room.recordings.begin)}
-        if what == "end recording":
-            return Accepted(), {"rows": (await room.desk.do(room.recordings.end)).rows}
         if not room.orders.knows(what):
             raise Refusal(f"{what!r:.60} is no order", "see the page")
         return await self._request(order, seat, since), {}
+
+    async def _record(self, order: dict[str, Any], seat: Seat) -> Done:
+        return Accepted(), {"name": await self._room.desk.do(self._room.recordings.begin)}
+
+    async def _end_recording(self, order: dict[str, Any], seat: Seat) -> Done:
+        return Accepted(), {"rows": (await self._room.desk.do(self._room.recordings.end)).rows}
+
+    async def _upload(self, order: dict[str, Any], seat: Seat) -> Done:
+        desk, load = self._room.desk, self._room.orders.programme
+        return Accepted(), await desk.do(lambda: seat.upload.take(order, load))
+
+    async def _settings(self, order: dict[str, Any], seat: Seat) -> Done:
+        return Accepted(), {"text": await self._room.desk.do(self._room.hub.as_toml)}
 
     async def _request(self, order: dict[str, Any], seat: Seat, since: Stops) -> Reply:
         room = self._room
         room.hub.follow()  # a change of gains is checked against those of this moment
         control = room.hub.control
-        request = await room.desk.do(lambda: room.orders.request(order, control))
+        if order.get("do") == "programme" and order.get("uploaded") is True:
+            if seat.upload.plan is None:
+                raise Refusal("no programme was uploaded", "choose a file first")
+            request: m.Request = m.Programme(seat.upload.plan)
+        else:
+            request = await room.desk.do(lambda: room.orders.request(order, control))
         reply = await room.desk.order(seat.client, request, since)
         if isinstance(reply, Accepted):
             if isinstance(request, m.Jog):
@@ -66,7 +89,7 @@ class Clerk:
                 return
             await asyncio.sleep(0.002)
 
-    async def _piece(self, order: dict[str, Any]) -> Done:
+    async def _piece(self, order: dict[str, Any], seat: Seat) -> Done:
         name, offset = text(order, "name"), number(order, "offset")
         room = self._room
         data, size = await room.desk.do(lambda: room.recordings.piece(name, offset))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.serve.web.uploads import Upload
 
 if TYPE_CHECKING:
     from macromicro.serve.sending import Stops
@@ -33,7 +34,7 @@ class Line(Protocol):
 class Seat:
     """A viewer's page through reloads. `key`: its secret; `client`: its name for the station;
     `admitted`: it gave the token; `jog`: stage that it jogs, with the time until which it said
-    so, or None."""
+    so, or None; `upload`: its own programme."""
 
     def __init__(self, client: str) -> None:
         self.key = secrets.token_urlsafe(24)
@@ -44,6 +45,7 @@ class Seat:
         self.listed = False  # by the station, as a client
         self.listing = asyncio.Lock()
         self.jog: tuple[str, float] | None = None
+        self.upload = Upload()
 
 
 class Desk:

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from macromicro.config import changed_toml
 from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
 from macromicro.parameters import entries
 from macromicro.serve import aims, following
+from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import telling
 from macromicro.serve.web.plane import Plane
 
@@ -45,11 +47,21 @@ class Hub:
         self._time = now.time_s
         self.follow()
         self._follow_heat()
-        told = telling.state(now, self._target, self.pitch)
+        told = telling.state(now, self._target, self.settings.live)
         told |= extra
         told["plane"] = self._plane.words()
         self.state = json.dumps({"state": told}, allow_nan=False)
         self.turn += 1
+
+    def as_toml(self) -> str:
+        """A file for `--config` that starts a server as this one is set now: gains and soft
+        limits in force, and all else that differs from the defaults."""
+        self.follow()
+        now = self.station.snapshot()
+        live = self.settings.live._replace(limits=now.limits)
+        return changed_toml(
+            self.settings._replace(controller=self.control, live=live), LiveSettings()
+        )
 
     def gains(self) -> str:
         """The controller's settings in force, as a message."""

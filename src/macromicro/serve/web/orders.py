@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from macromicro import programme
 from macromicro.control.live import messages as m
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
+from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError
 from macromicro.parameters import entries
 from macromicro.serve.following import programme_limits
@@ -102,7 +105,8 @@ class Orders:
             "move micro": lambda order: m.MoveMicro(millimetres(order)),
             "jog": lambda order: m.Jog(text(order, "stage"), number(order, "speed")),
             "fan": _fan,
-            "programme": self._programme,
+            "limits": _limits,
+            "programme": self._shipped,
         }
 
     def knows(self, what: object) -> bool:
@@ -114,16 +118,22 @@ class Orders:
         what = order["do"]
         return gains(order, control) if what == "gains" else self._known[what](order)
 
-    def _programme(self, order: dict[str, Any]) -> m.Request:
+    def _shipped(self, order: dict[str, Any]) -> m.Request:
         name, shipped = text(order, "name"), programme.shipped()
         if name not in shipped:
             raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(shipped)}")
+        return m.Programme(self.programme(shipped[name]))
+
+    def programme(self, path: Path) -> Plan:
+        """The plan of the programme in a file. Raises `Refusal` that names the file's name
+        alone, with the line or the move that is wrong."""
         live = self._settings.live
         limits = programme_limits(live.limits, live.pitch)
         try:
-            return m.Programme(plan(programme.load(shipped[name], limits)))
+            return plan(programme.load(path, limits))
         except InputError as error:
-            raise Refusal(str(error), "choose another, or other soft limits") from None
+            words = str(error).replace(str(path), path.name)
+            raise Refusal(words, "correct it, or change the soft limits") from None
 
 
 def _fan(order: dict[str, Any]) -> m.Request:
@@ -131,6 +141,18 @@ def _fan(order: dict[str, Any]) -> m.Request:
     if not isinstance(on, bool):
         raise Refusal(f"{on!r:.20} is neither on nor off", "true or false")
     return m.Fan(on)
+
+
+def _limits(order: dict[str, Any]) -> m.Request:
+    """New soft limits by name, in the units that they are stored in; null for the machine's
+    own."""
+    values = order.get("values")
+    if values is None:
+        return m.SetLimits(None)
+    names = SoftLimits._fields
+    if not isinstance(values, dict) or set(values) != set(names):
+        raise Refusal("these are no soft limits", f"give all of {', '.join(names)}, or null")
+    return m.SetLimits(SoftLimits(**{name: number(values, name) for name in names}))
 
 
 def _value(path: str, new: object) -> float | int | str:

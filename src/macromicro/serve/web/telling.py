@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished
+from macromicro.control.live.parameters import Live
+from macromicro.control.live.possible import possible
 from macromicro.control.settings import Control
 from macromicro.parameters import Par, entries
 from macromicro.serve.aims import aim
@@ -29,8 +32,37 @@ def plain(value: Any) -> Any:
     return value if value is None or isinstance(value, bool | int | str) else str(value)
 
 
-def state(now: Snapshot, target: float, pitch: float) -> dict[str, Any]:
-    """The snapshot; `target` [m] as the events tell, or NaN; `pitch` [m] a count."""
+_KINDS: dict[str, type] = {
+    "enable": m.Enable,
+    "disable": m.Disable,
+    "home": m.Home,
+    "zero": m.Zero,
+    "fan": m.Fan,
+    "clear": m.ClearFault,
+    "move to": m.MoveTo,
+    "move by": m.MoveBy,
+    "move macro": m.MoveMacro,
+    "move micro": m.MoveMicro,
+    "jog": m.Jog,
+    "programme": m.Programme,
+    "limits": m.SetLimits,
+    "gains": m.SetGains,
+}
+
+
+def offered(now: Snapshot, supersede: bool) -> list[str]:
+    """Orders that make sense just now, by their names on the page."""
+    if not now.running or now.mode not in m.MODES:
+        return []
+    moving = now.motion != 0
+    kinds = possible(
+        m.MODES.index(now.mode), moving=moving, trusted=now.trusted, supersede=supersede
+    )
+    return [name for name, kind in _KINDS.items() if kind in kinds]
+
+
+def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
+    """The snapshot, and what makes sense now; `target` [m] as the events tell, or NaN."""
     told: dict[str, Any] = {
         name: getattr(now, name)
         for name in ("time_s", "age_s", "running", "mode", "position_m", "uncertainty_m")
@@ -39,7 +71,8 @@ def state(now: Snapshot, target: float, pitch: float) -> dict[str, Any]:
     told |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
     told |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
     told["limits"] = now.limits._asdict()
-    told["target_m"] = aim(now, target, pitch)
+    told["target_m"] = aim(now, target, settings.pitch)
+    told["possible"] = offered(now, settings.supersede == 1)
     told["fault"] = None if now.fault is None else now.fault._asdict()
     told["pace"] = now.pace._asdict()
     told["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}

@@ -1,18 +1,22 @@
 // The page: puts together what the other files do, and shows the state in words.
 
 import { Alarms } from "./alarms.js";
+import { SoftLimits, Upload, saveSettings } from "./files.js";
 import { Gains } from "./gains.js";
+import { chooseUnit, length } from "./length.js";
 import { Link } from "./link.js";
 import { News, outcome } from "./news.js";
 import { Orders } from "./orders.js";
 import { drawPlane } from "./plane.js";
 import { Recordings } from "./recordings.js";
 import { Ruler } from "./ruler.js";
+import { Points, Steps } from "./steps.js";
 import { Plot, Ring } from "./traces.js";
 
 const $ = (id) => document.getElementById(id);
-const CHANNELS = 8, FEWEST = 16, MOST = 1200;
-const page = { state: {}, limits: null, say, put };
+const CHANNELS = 8, FEWEST = 16, MOST = 1200, SPAN = "10";
+const STALE_MS = 1000; // without a word from the server, what is shown is old
+const page = { state: {}, limits: null, say, put, uploaded: () => upload.chosen };
 // For whoever measures: frames that came, pictures that were drawn, the last emergency stop.
 window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.state };
 
@@ -22,29 +26,33 @@ const plots = [
   new Plot($("plots"), "Effort", [[4, "two", "motor", "V", 2], [5, "one", "CTRL", "V", 2]], 1),
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5),
 ];
-const ruler = new Ruler($("ruler")), news = new News($("events"));
-let ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true;
+const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
+let ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
 
 const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, wanted);
 const orders = new Orders(link, page), gains = new Gains(orders);
 const warnings = new Alarms(), recordings = new Recordings(link, page);
+const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page);
+const steps = new Steps(orders, page), points = new Points(orders, page);
 
 // Which view of the plots is wanted; begins a new ring for it.
 function wanted() {
-  const span = Number($("span").value || sessionStorage.getItem("macromicro.span") || 10);
+  const span = Number($("span").value || sessionStorage.getItem("macromicro.span") || SPAN);
   const columns = Math.min(Math.max(Math.floor(plots[0].width), FEWEST), MOST);
   ring = new Ring(++view, span, columns, CHANNELS);
   return { view, span, columns };
 }
 
 function look() {
-  sessionStorage.setItem("macromicro.span", $("span").value);
+  // Before the server has greeted, there are no spans to choose from: nothing was chosen.
+  if ($("span").value) sessionStorage.setItem("macromicro.span", $("span").value);
   if (link.ready) link.order("view", wanted());
 }
 
 function welcome(told) {
   ruler.limits = told.limits; // its scale stays when the soft limits are narrowed
   page.limits = { ...told.limits };
+  points.open(told.rig);
   $("rig").textContent = told.rig === "twin" ? "(virtual bench)" : told.rig;
   $("login").hidden = told.admitted;
   if (lost) say("Connected again.");
@@ -54,7 +62,8 @@ function welcome(told) {
   if (told.wrong) sessionStorage.removeItem("macromicro.token"); // it is not tried again and again
   if (!$("span").options.length) {
     $("span").append(...told.spans.map((s) => new Option(`${s} s`, s)));
-    $("span").value = sessionStorage.getItem("macromicro.span") ?? "10";
+    const kept = sessionStorage.getItem("macromicro.span");
+    $("span").value = told.spans.map(String).includes(kept) ? kept : SPAN;
     $("programme").append(...told.programmes.map((name) => new Option(name, name)));
   }
   $("link").className = "badge good";
@@ -69,6 +78,7 @@ function closed(elsewhere, reason) {
   set("trust", "");
   set("holder", "");
   orders.endJog(false);
+  trusting();
   permit();
   alarms();
   if (elsewhere) say(""); // the alarm says it
@@ -103,15 +113,19 @@ function draw() {
   window.macromicro.drawn += 1;
   for (const plot of plots) plot.draw(ring, news.marks);
   const target = page.state.target_m;
-  ruler.draw({ ...newest, target: target == null ? NaN : target * 1e3 });
+  if (newest) ruler.draw({ ...newest, target: target == null ? NaN : target * 1e3, live: trusting() === "", unit: length });
 }
 
 function state(now) {
+  if (window.macromicro.frozen) return; // for whoever tests what a page shows that hears nothing
   const trusted = page.state.trusted;
   page.state = now;
+  heard = performance.now();
   Object.assign(page.limits, now.limits);
   if (trusted !== now.trusted || !document.querySelector(".jog option")) orders.speeds();
   words(now);
+  trusting();
+  softLimits.show();
   permit();
   alarms();
   pace(now);
@@ -120,31 +134,60 @@ function state(now) {
   if (ring) for (const plot of plots) plot.words(ring);
 }
 
-const mm = (value, digits) => (value == null ? "-" : `${(value * 1e3).toFixed(digits)} mm`);
-
 function words(now) {
   const bad = ["fault", "off"].includes(now.mode);
   set("mode", now.mode + (now.motion ? `, motion ${now.motion}` : ""));
   $("mode").className = bad ? "badge bad" : now.mode === "disabled" ? "badge warn" : "badge good";
-  set("trust", now.trusted ? "position trusted" : "position not trusted");
-  $("trust").className = now.trusted ? "badge good" : "badge warn";
-  set("position", mm(now.position_m, 4));
-  set("uncertainty", now.uncertainty_m == null ? "not known: home first"
-    : `within ${(now.uncertainty_m * 1e6).toFixed(1)} um either way`);
-  set("target", mm(now.target_m, 4));
-  set("macro", now.macro_count == null ? "-" : `${now.macro_count.toFixed(0)} counts, ${mm(now.macro_count * page.limits.pitch, 3)}`);
-  set("micro", now.micro_mm == null ? "-" : `${now.micro_mm.toFixed(4)} mm contraction`);
-  set("limits", `${Number((now.limits.whole_low * 1e3).toFixed(6))} to ${Number((now.limits.whole_high * 1e3).toFixed(6))} mm; macro-stage ` +
-    `${now.limits.macro_low} to ${now.limits.macro_high} counts, micro-stage ${now.limits.micro_low} to ${now.limits.micro_high} mm`);
+  set("position", length.words(now.position_m));
+  set("target", length.words(now.target_m));
+  set("to-go", now.target_m == null || now.position_m == null ? "-" : length.words(now.target_m - now.position_m));
+  set("macro", now.macro_count == null ? "-" : `${length.words(now.macro_count * page.limits.pitch, 1)}, ${now.macro_count.toFixed(0)} counts`);
+  set("micro", now.micro_mm == null ? "-" : `${length.words(now.micro_mm * 1e-3)} contraction`);
+  const { whole_low, whole_high, macro_low, macro_high, micro_low, micro_high } = now.limits;
+  set("limits", `Soft limits: ${length.short(whole_low)} to ${length.short(whole_high)} ${length.name}; macro-stage ` +
+    `${macro_low} to ${macro_high} counts, micro-stage ${length.short(micro_low * 1e-3)} to ${length.short(micro_high * 1e-3)} ${length.name}`);
   const mine = link.welcome && now.holder === link.welcome.client;
   set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "Nobody holds control");
   $("fan").setAttribute("aria-pressed", String(now.fan));
   const plane = now.plane;
   set("plane-words", `Now ${plane.u.toFixed(1)} degC` +
-    (plane.contraction == null ? "." : `; the kiln's table expects ${plane.contraction.toFixed(3)} mm, the Hall sensor says ${now.micro_mm?.toFixed(3) ?? "-"} mm.`));
+    (plane.contraction == null ? "." : `; the kiln's table expects ${length.words(plane.contraction * 1e-3, 1)}, the Hall sensor says ${length.words(now.micro_mm * 1e-3, 1)}.`));
 }
 
-// Who may order what: told by what can be pressed. Stops always can.
+// Why the position shown is not to be relied on, or "": it looks so. Old, or not known.
+function trusting() {
+  const now = page.state;
+  const old = !link.ready || performance.now() - heard > STALE_MS || now.running === false || now.age_s > 0.5;
+  const why = old ? "stale" : now.trusted ? "" : "untrusted";
+  $("reading").className = `reading ${why}`;
+  set("uncertainty", old ? "OLD: not the position of this moment" : !now.trusted ? "not known: home first"
+    : `within ${length.words(now.uncertainty_m)} either way`);
+  set("trust", !link.welcome ? "" : old ? "position old" : now.trusted ? "position trusted" : "position not trusted");
+  $("trust").className = why === "" ? "badge good" : old ? "badge bad" : "badge warn";
+  return why;
+}
+
+// A click on the scales: a target [mm], to `step` [mm].
+function pick(value, step) {
+  const digits = Math.max(0, Math.round(Math.log10(length.factor / (step * 1e-3))));
+  ruler.proposed = value;
+  orders.propose(value * 1e-3, digits);
+  if ($("click-moves").checked) $("move-form").requestSubmit();
+  else say(`Target ${length.words(value * 1e-3)} filled in. Move moves there.`);
+}
+
+// What the chosen unit changes.
+function units() {
+  steps.units();
+  orders.units();
+  points.show();
+  if (!page.limits) return;
+  orders.speeds();
+  softLimits.show();
+  if (page.state.mode) { words(page.state); trusting(); }
+}
+
+// Who may order what, and what makes sense now: shown by the buttons. Stops can always be pressed.
 function permit() {
   const welcome = link.welcome, holder = page.state.holder;
   const mine = Boolean(welcome) && holder === welcome.client;
@@ -155,6 +198,20 @@ function permit() {
   $("recording-orders").disabled = !welcome || !welcome.admitted;
   $("review").disabled = !mine;
   $("apply").disabled = !mine;
+  for (const id of ["limits-set", "limits-own"]) $(id).disabled = !mine;
+  $("save-settings").disabled = !welcome || !welcome.admitted;
+  const possible = new Set(page.state.possible ?? []);
+  const off = (button, order) => {
+    const none = mine && !possible.has(order);
+    button.toggleAttribute("data-off", none);
+    if (none) button.setAttribute("aria-description", "not in this mode");
+    else button.removeAttribute("aria-description");
+  };
+  for (const button of document.querySelectorAll("[data-do]")) off(button, button.dataset.do);
+  for (const button of document.querySelectorAll("[data-possible]")) off(button, button.dataset.possible);
+  off($("move"), $("move-kind").value);
+  off($("run"), "programme");
+  for (const button of document.querySelectorAll("#point-list button[data-possible]")) button.disabled = !mine;
 }
 
 function alarms() { warnings.show(page.state, link); }
@@ -202,5 +259,9 @@ $("span").addEventListener("change", look);
 $("here").addEventListener("click", () => link.connect());
 let resized = 0;
 new ResizeObserver(() => { clearTimeout(resized); resized = setTimeout(look, 300); }).observe($("plots"));
-orders.units();
+chooseUnit(units);
+units();
+saveSettings(link, page);
+// A page that hears nothing more must look so even while its connection stands.
+setInterval(() => { if (page.state.mode) trusting(); }, 500);
 link.open();

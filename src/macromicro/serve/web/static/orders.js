@@ -1,15 +1,15 @@
 // Buttons, moves, jogs and keys. Stops are always in reach and need nobody's leave.
 
+import { length } from "./length.js";
 import { parsed } from "./numbers.js";
 
 const $ = (id) => document.getElementById(id);
-const FACTORS = { m: 1, mm: 1e-3, um: 1e-6 };
 const KEEP_MS = 100;
 
 export class Orders {
   constructor(link, page) {
     this.link = link;
-    this.page = page; // say(words, bad), state, limits
+    this.page = page; // say(words, bad), state, limits, uploaded()
     this.jog = null;
     this.safeAt = -Infinity; // when an emergency stop of this page was answered
     for (const button of document.querySelectorAll("[data-do]")) {
@@ -26,7 +26,8 @@ export class Orders {
     $("move-kind").addEventListener("change", () => this.units());
     $("programme-form").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.give("programme", { name: $("programme").value }, "Programme");
+      const name = $("programme").value;
+      this.give("programme", page.uploaded() ? { uploaded: true } : { name }, "Programme");
     });
     for (const button of document.querySelectorAll(".jog-button")) this.hold(button);
     window.addEventListener("blur", () => this.endJog());
@@ -80,36 +81,45 @@ export class Orders {
 
   units() {
     const counts = $("move-kind").value === "move macro";
-    $("move-unit").hidden = counts;
-    $("move-value").placeholder = counts ? "counts" : "";
+    $("move-unit").textContent = counts ? "counts" : length.name;
   }
 
-  // Checks here, so that a slip is told at once; the server and the machine check again.
+  // Fills in a target [m] for both stages, as a click on the scales proposes it.
+  propose(metres, digits) {
+    $("move-kind").value = "move to";
+    this.units();
+    $("move-value").value = (metres / length.factor).toFixed(digits);
+    $("move-problem").textContent = "";
+  }
+
+  // Checks here, so that a slip is reported at once; the server and the machine check again.
   move(event) {
     event.preventDefault();
-    const kind = $("move-kind").value, unit = $("move-unit").value;
+    const kind = $("move-kind").value;
     const value = parsed($("move-value").value);
-    const problem = Number.isFinite(value) ? this.beyond(kind, value, unit) : "Give a number.";
+    const problem = Number.isFinite(value) ? this.beyond(kind, value) : "Give a number.";
     $("move-problem").textContent = problem;
     $("move-value").setAttribute("aria-invalid", problem ? "true" : "false");
     if (problem) { $("move-value").focus(); return; }
-    this.give(kind, kind === "move macro" ? { value } : { value, unit }, "Move");
+    this.give(kind, kind === "move macro" ? { value } : { value, unit: length.name }, "Move");
   }
 
-  beyond(kind, value, unit) {
-    const q = this.page.limits, metres = value * FACTORS[unit];
-    const told = (low, high, words) => `Accepted: ${low.toFixed(4)} to ${high.toFixed(4)} ${words}.`;
+  beyond(kind, value) {
+    const q = this.page.limits, metres = value * length.factor;
+    const bare = (metres) => length.words(metres).split(" ")[0];
+    const accepted = (low, high) => `Accepted: ${bare(low)} to ${length.words(high)}.`;
     if (kind === "move macro") {
       if (!Number.isInteger(value)) return "Give a whole number of counts.";
-      return value < q.macro_low || value > q.macro_high ? told(q.macro_low, q.macro_high, "counts") : "";
+      return value < q.macro_low || value > q.macro_high
+        ? `Accepted: ${q.macro_low} to ${q.macro_high} counts.` : "";
     }
     if (kind === "move micro") {
       const low = q.micro_low * 1e-3, high = q.micro_high * 1e-3;
-      return metres < low || metres > high ? told(low / FACTORS[unit], high / FACTORS[unit], unit) : "";
+      return metres < low || metres > high ? accepted(low, high) : "";
     }
     const base = kind === "move by" ? (this.page.state.target_m ?? this.page.state.position_m ?? 0) : 0;
     const low = q.whole_low - base, high = q.whole_high - base;
-    return metres < low || metres > high ? told(low / FACTORS[unit], high / FACTORS[unit], unit) : "";
+    return metres < low || metres > high ? accepted(low, high) : "";
   }
 
   // Speeds to choose from: shares of what the machine allows just now.
@@ -117,13 +127,15 @@ export class Orders {
     const q = this.page.limits;
     for (const row of document.querySelectorAll(".jog")) {
       const select = row.querySelector("select");
+      if (!select) continue; // both stages are stepped, not jogged
       const most = row.dataset.stage === "micro" ? q.jog_micro : this.page.state.trusted ? q.jog_macro : q.jog_slow;
-      if (select.dataset.most === String(most)) continue;
-      select.dataset.most = String(most);
+      const key = `${most} ${length.name}`;
+      if (select.dataset.most === key) continue;
+      select.dataset.most = key;
       const chosen = Math.max(select.selectedIndex, 0);
       select.replaceChildren(...[0.1, 0.3, 1].map((share) => {
-        const option = new Option(`${Number((most * share * 1e3).toPrecision(2))} mm/s`, most * share);
-        return option;
+        const words = `${Number((most * share / length.factor).toPrecision(2))} ${length.name}/s`;
+        return new Option(words, most * share);
       }));
       select.selectedIndex = chosen;
     }

@@ -3,18 +3,33 @@
 import { colours, decimals, niceStep, surface } from "./canvas.js";
 
 const NAMES = ["travel", "4 mm", "100 um", "10 um"];
-const MICRON = 1e-3; // mm
+const MICRON = 1e-3, GRAB = 0.5; // mm; share of a strip that its scale takes
 const SPANS = [null, 4, 0.1, 0.01]; // mm
 
 export class Ruler {
-  constructor(canvas) { this.canvas = canvas; this.limits = null; }
+  // pick(position [mm], the scale's resolution [mm]): somebody clicked there.
+  constructor(canvas, pick) {
+    this.canvas = canvas;
+    this.limits = null;
+    this.scales = [];
+    this.proposed = NaN;
+    canvas.addEventListener("click", (event) => {
+      const scale = this.scales.findLast((s) => event.offsetY >= s.top);
+      if (!scale) return;
+      const value = scale.from + ((event.offsetX - scale.left) / scale.inner) * scale.span;
+      const step = 10 ** Math.floor(Math.log10(scale.span / scale.inner));
+      if (value >= scale.from && value <= scale.from + scale.span) pick(Math.round(value / step) * step, step);
+    });
+  }
 
-  // place: {position, macro, micro} mm, uncertainty um, target mm or NaN, trusted.
+  // place: {position, macro, micro} mm, uncertainty um, target mm or NaN; live: is it known and
+  // of this moment? unit: {factor [m], name} of the labels.
   draw(place) {
     const { g, width, height } = surface(this.canvas);
     if (!this.limits || !Number.isFinite(place.position)) return;
     const low = this.limits.whole_low * 1e3, high = this.limits.whole_high * 1e3;
     const centre = Number.isFinite(place.target) ? place.target : place.position;
+    this.scales = [];
     const row = height / NAMES.length;
     const left = 56, inner = width - left - 8;
     let above = null;
@@ -24,13 +39,14 @@ export class Ruler {
       const scale = { from, span, left, inner, top: k * row, row, x: (v) => left + ((v - from) / span) * inner };
       if (above) this.wedge(g, above, scale);
       this.strip(g, name, scale, place, k);
+      this.scales.push(scale);
       above = scale;
     });
   }
 
   // Which part of the window above this one shows.
   wedge(g, above, below) {
-    const y0 = above.top + above.row * 0.5 + 20, y1 = below.top + below.row * 0.5 - 17;
+    const y0 = above.top + above.row * GRAB + 19, y1 = below.top + below.row * GRAB - 15;
     g.fillStyle = colours.box;
     g.beginPath();
     g.moveTo(above.x(below.from), y0);
@@ -41,13 +57,13 @@ export class Ruler {
   }
 
   strip(g, name, s, place, k) {
-    const base = s.top + s.row * 0.5, inside = (v) => v >= s.from && v <= s.from + s.span;
+    const base = s.top + s.row * GRAB, inside = (v) => v >= s.from && v <= s.from + s.span;
     const clamp = (v) => Math.min(Math.max(s.x(v), s.left), s.left + s.inner);
     g.strokeStyle = colours.ink;
     g.fillStyle = colours.faint;
     g.textBaseline = "middle";
     g.textAlign = "left";
-    g.fillText(name, 2, base);
+    g.fillText(SPANS[k] ? this.spoken(SPANS[k], place.unit) : name, 2, base);
     g.textAlign = "center";
     g.textBaseline = "top";
     g.beginPath();
@@ -57,7 +73,7 @@ export class Ruler {
     for (let v = Math.ceil(s.from / step) * step; v <= s.from + s.span; v += step) {
       g.moveTo(s.x(v), base);
       g.lineTo(s.x(v), base + 5);
-      const words = v.toFixed(digits);
+      const words = this.label(v, digits, place.unit);
       const half = g.measureText(words).width / 2;
       if (s.x(v) + half < s.left + s.inner + 8 && s.x(v) - half > s.left - 20) g.fillText(words, s.x(v), base + 6);
     }
@@ -79,7 +95,8 @@ export class Ruler {
       g.stroke();
       g.lineWidth = 1;
     }
-    this.pointer(g, s, place.position, base, inside(place.position));
+    this.proposal(g, s, base, inside);
+    this.pointer(g, s, place, base, inside(place.position));
   }
 
   uncertain(g, s, place, base, clamp) {
@@ -103,8 +120,30 @@ export class Ruler {
     g.lineWidth = 1;
   }
 
-  pointer(g, s, position, base, inside) {
+  label(mm, digits, unit) {
+    const less = Math.round(Math.log10(1e-3 / unit.factor));
+    return (mm * 1e-3 / unit.factor).toFixed(Math.max(digits - less, 0));
+  }
+
+  spoken(mm, unit) { return `${Number((mm * 1e-3 / unit.factor).toPrecision(6))} ${unit.name}`; }
+
+  // Where a click has proposed a target.
+  proposal(g, s, base, inside) {
+    if (!Number.isFinite(this.proposed) || !inside(this.proposed)) return;
+    g.strokeStyle = colours.mark;
+    g.setLineDash([3, 3]);
+    g.beginPath();
+    g.moveTo(s.x(this.proposed), base - s.row * 0.36);
+    g.lineTo(s.x(this.proposed), base + 5);
+    g.stroke();
+    g.setLineDash([]);
+  }
+
+  // Full where the position is known and live, else hollow.
+  pointer(g, s, place, base, inside) {
+    const position = place.position;
     g.fillStyle = colours.ink;
+    g.strokeStyle = colours.faint;
     g.beginPath();
     if (inside) {
       const x = s.x(position);
@@ -117,11 +156,13 @@ export class Ruler {
       g.lineTo(x + 8 * d, base - 11);
       g.lineTo(x + 8 * d, base - 1);
       const off = Math.abs(position - (s.from + s.span / 2));
-      const words = off >= 1 ? `${off.toFixed(1)} mm off` : `${(off * 1e3).toFixed(off >= 0.1 ? 0 : 1)} um off`;
+      const words = `${Number((off * 1e-3 / place.unit.factor).toPrecision(3))} ${place.unit.name} off`;
       g.textAlign = right ? "right" : "left";
       g.textBaseline = "bottom";
       g.fillText(words, x + 12 * d, base - 2);
     }
-    g.fill();
+    g.closePath();
+    if (place.live) g.fill();
+    else g.stroke();
   }
 }

@@ -1,0 +1,55 @@
+"""Motion programmes that a viewer uploads, piece by piece, as its messages are short."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from macromicro.control.supervisor import Plan
+from macromicro.serve.web.orders import Refusal, number, text
+
+MOST = 4_000_000  # characters of a programme: some 100,000 rows
+_NAME = re.compile(r"[\w .()+-]{1,100}\.(toml|csv)", re.IGNORECASE)
+
+
+class Upload:
+    """One viewer's programme: what has come of it so far, and its plan once it is whole."""
+
+    def __init__(self) -> None:
+        self.name = ""
+        self.plan: Plan | None = None
+        self._pieces: list[str] = []
+        self._size = 0
+
+    def take(self, order: dict[str, Any], load: Callable[[Path], Plan]) -> dict[str, Any]:
+        """One piece: `name` of the file, `offset` in characters, `text`, and `last`. `load`
+        reads the programme when it is whole.
+
+        Returns how much has come, and the number of moves at the end. Raises `Refusal`.
+        """
+        name, offset, piece = text(order, "name"), number(order, "offset"), order.get("text")
+        if not _NAME.fullmatch(name):
+            raise Refusal(f"{name!r:.60} is no programme's file name", "a name with .toml or .csv")
+        if not isinstance(piece, str):
+            raise Refusal("a piece without text", "send text")
+        if offset == 0.0:
+            self.name, self.plan, self._pieces, self._size = name, None, [], 0
+        if name != self.name or offset != self._size:
+            raise Refusal(f"a piece at {offset:.0f} of {name}", "begin the upload again")
+        self._size += len(piece)
+        if self._size > MOST:
+            self._pieces, self._size = [], 0
+            raise Refusal(f"{name} has more than {MOST} characters", "shorten the programme")
+        self._pieces.append(piece)
+        if order.get("last") is not True:
+            return {"size": self._size}
+        whole, self._pieces = "".join(self._pieces), []
+        # Programmes are read from files; this one lives as long as it is read.
+        with tempfile.TemporaryDirectory(prefix="macromicro-") as folder:
+            path = Path(folder) / name
+            path.write_text(whole, encoding="utf-8", newline="")
+            self.plan = load(path)
+        return {"size": self._size, "moves": int(self.plan.stage.size)}

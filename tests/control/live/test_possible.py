@@ -1,0 +1,90 @@
+"""What a client may offer in a mode is what the machine does not refuse for the mode."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.accept import accept
+from macromicro.control.live.messages import Accepted
+from macromicro.control.live.parameters import Live
+from macromicro.control.live.possible import possible
+from macromicro.control.supervisor import Plan
+
+from .bench import Machine, homed
+
+PLAN = Plan(np.array([np.nan]), np.array([0]), np.array([30.0]), np.array([0.0]), np.nan)
+SAMPLES = (
+    m.Enable(), m.Disable(), m.Home(), m.Zero(), m.Stop(), m.EmergencyStop(), m.Fan(True),
+    m.MoveTo(0.02), m.MoveBy(0.02), m.MoveMacro(200), m.MoveMicro(1.0), m.Programme(PLAN),
+    m.ClearFault(True), m.SetLimits(None),
+)  # fmt: skip
+
+
+def check(machine: Machine) -> None:
+    """Every request with sensible values, against what is offered."""
+    s = machine.s
+    offered = possible(
+        s.mode,
+        moving=s.motion is not None,
+        trusted=s.frame.trusted,
+        supersede=machine.p.settings.supersede == 1,
+    )
+    for request in SAMPLES:
+        _, reply, _ = accept(machine.p, s, request)
+        assert isinstance(reply, Accepted) == (type(request) in offered), (machine.mode, request)
+    jog = m.Jog("macro", 0.005)
+    _, reply, _ = accept(machine.p, s, jog)
+    own = s.motion is not None and s.motion.kind == "jog macro"
+    assert own or isinstance(reply, Accepted) == (m.Jog in offered), machine.mode
+
+
+@pytest.mark.parametrize("supersede", [0, 1])
+def test_offered_is_what_is_not_refused_for_the_mode(supersede: int) -> None:
+    seen = set()
+
+    def look(machine: Machine) -> None:
+        check(machine)
+        seen.add(machine.mode)
+
+    def fresh() -> Machine:
+        return homed(live=Live(supersede=supersede))
+
+    fallen = Machine(live=Live(supersede=supersede))
+    fallen.see()
+    look(fallen)  # disabled, not trusted
+    fallen.ask(m.Enable())
+    look(fallen)  # ready, not trusted
+    fallen.ask(m.Home())
+    fallen.see()
+    look(fallen)
+    fallen.ask(m.Stop())
+    fallen.see()
+    look(fallen)  # stopped, and coming to rest
+    machine = fresh()
+    look(machine)
+    machine.ask(m.MoveTo(0.02))
+    machine.see()
+    look(machine)
+    machine.see(seconds=0.01)
+    machine.ask(m.Stop())
+    look(machine)
+    machine.see(seconds=0.5)
+    look(machine)  # at rest
+    machine = fresh()
+    machine.ask(m.MoveMicro(1.0))
+    machine.see()
+    look(machine)
+    machine.ask(m.Stop())
+    look(machine)  # holding
+    machine = fresh()
+    machine.ask(m.MoveMacro(1))
+    machine.see(encoder=1.0, seconds=0.3)
+    look(machine)
+    machine.fault()
+    look(machine)
+    machine = fresh()
+    machine.ask(m.Disable())
+    look(machine)
+    assert seen >= set(m.MODES) - {"settling"}
