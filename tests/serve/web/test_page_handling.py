@@ -12,7 +12,7 @@ from page_parts import Page
 from tests.browser import DESK
 from web_parts import until
 
-from macromicro import programme
+from macromicro import programme, simulate
 from macromicro.config import load_overrides
 from macromicro.control.live import messages as m
 from macromicro.serve.following import programme_limits
@@ -201,7 +201,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     file.write_text(saved(page, "#points-save"), encoding="utf-8")
     live = page.station.settings.live
     limits = programme_limits(live.limits, live.pitch)
-    assert len(programme.load(file, limits).moves) == 2
+    assert len(simulate.plan(programme.load(file, limits)).stage) == 2
     page.click("#point-list button:last-of-type")
     until(lambda: page.text("#point-list") == "")
 
