@@ -72,6 +72,13 @@ def test_declared_parameters_are_data(operators):
     assert not operators.mutants('class P(NamedTuple):\n    a: Annotated[float, Par("m")] = 2.0\n')
 
 
+def test_tables_and_slack_are_left_alone(operators):
+    assert not operators.mutants("TABLE = ((0.0, 800.0), (0.04, 520.0))\n")
+    assert operators.mutants("TIME = 0.01\n")
+    found = changes(operators, "def late(t, end):\n    return t >= end - 1e-9\n")
+    assert found == {("comparison", "return (t < end - 1e-09)")}
+
+
 def test_guard_limits_and_live_core_must_kill_all(beside):
     assert beside.required("rig/guard.py") == 1.0
     assert beside.required("control/live/brake.py") == 1.0

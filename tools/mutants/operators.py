@@ -1,7 +1,9 @@
 """Single mutations of a source file: a sign, a dropped term, a dropped latch, a unit.
 
 Each is a small change that an engineer could make by mistake, and that a test beside the
-file should notice. Documentation, annotations, messages and imports are left alone.
+file should notice. Documentation, annotations, messages and imports are left alone; so are
+tables of data, and slack of at most a millionth, which a comparison of floats does as well
+without.
 """
 
 from __future__ import annotations
@@ -42,6 +44,13 @@ _DECLARING = ("Par", "_own", "Annotated")  # a default beside them is data, its 
 _SWAPPED = {"min": "max", "max": "min", "any": "all", "all": "any", "floor": "ceil"}
 
 
+_SLACK = 1e-6
+
+
+def _slack(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and _number(node) and 0.0 < abs(node.value) <= _SLACK
+
+
 def _number(node: ast.AST) -> bool:
     return (
         isinstance(node, ast.Constant)
@@ -60,6 +69,8 @@ def _texts(node: ast.AST) -> bool:
 
 
 def _arithmetic(node: ast.BinOp) -> Iterator[tuple[str, ast.AST]]:
+    if _slack(node.right):
+        return
     if type(node.op) in _ARITHMETIC:
         yield "operator", ast.BinOp(node.left, _ARITHMETIC[type(node.op)](), node.right)
     if isinstance(node.op, ast.Add | ast.Sub):
@@ -95,7 +106,7 @@ def replacements(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
             yield "bound", ast.Call(ast.Name(_SWAPPED[name], ast.Load()), args, more)
         case ast.Call(func=ast.Name(id="abs"), args=[inside]):
             yield "sign", inside
-        case ast.Constant(value=value) if _number(node):
+        case ast.Constant(value=value) if _number(node) and not _slack(node):
             yield "number", _other_number(value)
 
 
@@ -103,6 +114,14 @@ def _left_alone(tree: ast.Module) -> set[ast.AST]:
     """Nodes that no mutation may touch: annotations, texts, raised errors, imports, defaults of
     declared parameters (their `Par` is documentation)."""
     alone: set[ast.AST] = set()
+    for statement in tree.body:
+        if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
+            tables = (
+                n
+                for n in ast.walk(statement.value)
+                if isinstance(n, ast.Tuple | ast.List | ast.Dict)
+            )
+            alone.update(part for table in tables for part in ast.walk(table))
     for node in ast.walk(tree):
         parts: list[ast.AST | None] = []
         match node:
