@@ -65,15 +65,17 @@ def needed() -> None:
     pytest.skip(absent)
 
 
-def driver(profile: Path, hosts: str = "") -> Any:
+def driver(profile: Path, hosts: str = "", rebound: str = "") -> Any:
     """Chromium with the driver beside it; both named, so that nothing is looked for.
 
-    `hosts`: the one host that can be reached, none by default.
+    `hosts`: the one host that can be reached, none by default; `rebound`: a name that somebody
+    else's DNS leads to 127.0.0.1.
     """
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
-    rules = "MAP * ~NOTFOUND" + (f", EXCLUDE {hosts}" if hosts else "")
+    rules = f"MAP {rebound} 127.0.0.1, " if rebound else ""
+    rules += "MAP * ~NOTFOUND" + (f", EXCLUDE {hosts}" if hosts else "")
     options = webdriver.ChromeOptions()
     options.binary_location = str(shutil.which("chromium"))
     for flag in (*FLAGS, f"--host-resolver-rules={rules}", f"--user-data-dir={profile}"):

@@ -155,7 +155,7 @@ def test_a_position_that_cannot_be_kept_is_told_once(begin: Begin, tmp_path: Pat
 
 
 def test_the_page_is_reached_by_the_names_that_are_printed_and_given(begin: Begin) -> None:
-    server = begin("--host", "0.0.0.0", "--name", "Bench.lab", token="secret")
+    server = begin("--host", "0.0.0.0", "--name", "Bench.lab", token="secret, and long enough")
     found = re.search(r"^page: http://(\S+):(\d+)/$", server.said, re.MULTILINE)
     assert found is not None and found[1] != "0.0.0.0"
     status = {}

@@ -167,6 +167,13 @@ def test_what_serve_would_be_told_is_looked_at(tmp_path: Path) -> None:
     assert not [what for what in rows if what.startswith("port ")]
 
 
+def test_a_short_token_is_none_where_others_connect(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MACROMICRO_TOKEN", "short")
+    assert wanted.address("0.0.0.0").state == FAIL and wanted.address("127.0.0.1").state == OK
+    monkeypatch.setenv("MACROMICRO_TOKEN", "0123456789abcdef")
+    assert wanted.address("0.0.0.0").state == OK
+
+
 @pytest.mark.parametrize("place", ["/proc/x", "/proc/x/y"])
 def test_a_file_system_that_takes_no_files(place: str) -> None:
     assert wanted.recording_folder(Path(place)).state == FAIL

@@ -125,13 +125,17 @@ def _check(rig: str, scpi: int, web: int, seed: int) -> None:
 def _token(host: str) -> str | None:
     """The token of the environment; InputError where one is needed and there is none."""
     from macromicro.errors import InputError
-    from macromicro.serve.hosts import is_loopback
+    from macromicro.serve.hosts import guarded, is_loopback
 
     token = os.environ.get(TOKEN, "").strip() or None
     if token is None and not is_loopback(host):
         raise InputError(
             f"--host {host}", "others can connect", f"a token in {TOKEN}, or 127.0.0.1"
         )
+    try:
+        guarded(host, token)
+    except InputError as error:
+        raise InputError(TOKEN, error.value, error.accepted) from None
     return token
 
 
@@ -156,12 +160,14 @@ def _serve(station: Station, doors: _Doors, record: Path | None, signals: Signal
 def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> list[Threaded]:
     """The servers, which may fail later."""
     from macromicro.serve import hosts
+    from macromicro.serve.guesses import Token
 
     servers: list[Threaded] = []
+    token = Token(doors.token)
     if doors.scpi >= 0:
         from macromicro.serve.scpi.server import Server
 
-        server = Server(station, doors.host, doors.scpi, token=doors.token, folder=folder)
+        server = Server(station, doors.host, doors.scpi, token=token, folder=folder)
         servers.append(stack.enter_context(server))
         bound, port = server.address
         print(f"SCPI: {hosts.reached(doors.host, bound)} port {port}")
@@ -169,7 +175,7 @@ def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> li
         return servers
     from macromicro.serve.web.server import WebServer
 
-    page = WebServer(station, doors.host, doors.web, doors.token, folder=folder, names=doors.names)
+    page = WebServer(station, doors.host, doors.web, token, folder=folder, names=doors.names)
     servers.append(stack.enter_context(page))
     bound, port = page.address
     print(f"page: {hosts.url(hosts.reached(doors.host, bound), port)}")

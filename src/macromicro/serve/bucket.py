@@ -21,7 +21,6 @@ class Bucket:
         return max(-self._level / self._rate, 0.0)
 
     async def take(self, cost: float) -> None:
-        """Take `cost` out; returns once that is within the rate."""
-        ahead = self.spend(cost)
-        if ahead > 0.0:
-            await asyncio.sleep(ahead)
+        """Take `cost` out; returns once that is within the rate. All others of this event
+        loop get their turn meanwhile, also where nothing has to be waited for."""
+        await asyncio.sleep(self.spend(cost))

@@ -12,16 +12,24 @@ from macromicro.errors import InputError
 from macromicro.textfile import printable
 
 HOST, SCPI_PORT, WEB_PORT = "127.0.0.1", 5025, 8080
+LEAST_TOKEN = 16  # characters, where others can connect
+STRONG = (
+    f"at least {LEAST_TOKEN} characters where others can connect, such as what "
+    "`openssl rand -hex 16` prints"
+)
 FOLDER = Path("results/serve")  # of recordings that a client begins
 _NAME = re.compile(r"[a-z0-9](?:[a-z0-9.-]{0,251}[a-z0-9])?", re.IGNORECASE)
 
 
 def guarded(host: str, token: str | None) -> None:
-    """Raises InputError for a host that others reach, without a token, and for an empty one."""
+    """Raises InputError for a host that others reach, without a token or with a short one, and
+    for an empty token."""
     if token is None and not is_loopback(host):
         raise InputError("host", host, "127.0.0.1, or another one together with a token")
     if token is not None and not token.strip():
         raise InputError("token", token, "a text that is hard to guess")
+    if token is not None and not is_loopback(host) and len(token.strip()) < LEAST_TOKEN:
+        raise InputError("token", f"{len(token.strip())} characters", STRONG)
 
 
 def is_loopback(host: str) -> bool:

@@ -25,6 +25,11 @@ class Observed:
     _holders: Holders
     _recordings: Recordings
 
+    @property
+    def holder(self) -> str:
+        """The client that holds control, or ""."""
+        return self._holders.holder
+
     def snapshot(self) -> Snapshot:
         """The machine now."""
         connection = self._connection

@@ -121,9 +121,13 @@ def address(host: str) -> Finding:
         return Finding("address", FAIL, f"{host}: {error.strerror}", remedy)
     if hosts.is_loopback(host):
         return Finding("address", OK, f"{host}: this computer only")
-    if not os.environ.get("MACROMICRO_TOKEN", "").strip():
+    token = os.environ.get("MACROMICRO_TOKEN", "").strip()
+    if not token:
         remedy = "set a token in MACROMICRO_TOKEN"
         return Finding("address", FAIL, f"{host}: others can connect, no token", remedy)
+    if len(token) < hosts.LEAST_TOKEN:
+        found = f"{host}: others can connect, a token of {len(token)} characters"
+        return Finding("address", FAIL, found, f"set one of {hosts.STRONG} in MACROMICRO_TOKEN")
     return Finding("address", OK, f"{host}: others can connect, with the token")
 
 

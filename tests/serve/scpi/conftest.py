@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from macromicro.serve.guesses import Token
 from macromicro.serve.scpi import Server
 from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.message import parse
@@ -34,7 +35,7 @@ class Bench:
 
     def __init__(self, folder: Path, token: str | None = None) -> None:
         self.station = _MODULE.FakeStation()
-        self.device = Device(self.station, folder=folder, token=token)
+        self.device = Device(self.station, folder=folder, token=Token(token))
         self.session = Session(self.device, "test")
 
     def send(self, message: str | bytes) -> bytes:

@@ -16,8 +16,9 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.errors import InputError
+from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import is_loopback
-from macromicro.serve.scpi import Bounds, Server, serve
+from macromicro.serve.scpi import Bounds, Server, serve, wire
 
 from .client import WAIT, Client, until
 
@@ -223,6 +224,7 @@ def test_half_open_connections_are_found_by_the_system(connect, server) -> None:
 
 def test_garbage_and_long_lines_leave_the_others_alone(connect, station) -> None:
     bad, good = connect(), connect()
+    assert bad.ask("*IDN?").startswith("macromicro,")
     bad.send(os.urandom(100_000).replace(b"#", b"x").replace(b"*", b"x"))
     bad.send(b"x" * 200_000)
     assert good.ask("*IDN?").startswith("macromicro,")
@@ -272,37 +274,60 @@ def test_a_client_that_does_not_read_is_let_go(station) -> None:
         other.close()
 
 
-def test_too_many_clients(station) -> None:
-    with Server(station, port=0, bounds=Bounds(clients=2)) as server:
-        clients = [Client(server.address) for _ in range(2)]
-        for client in clients:
-            assert client.ask("*IDN?")
-        third = Client(server.address)
-        with contextlib.suppress(ConnectionResetError):
-            assert third.socket.recv(10) == b""
-        clients[0].close()
-        until(lambda: len(station.connected) == 1)
-        third.close()
-        until(lambda: admitted(server))
-        clients[1].close()
-
-
-def admitted(server: Server) -> bool:
-    """Does a new client get an answer?"""
-    client = Client(server.address)
+def gone(client: Client) -> bool:
+    """Has the server ended this connection?"""
     try:
-        return bool(client.ask("*IDN?"))
-    except ConnectionError:
-        return False
-    finally:
-        client.close()
+        return client.socket.recv(10) == b""
+    except ConnectionResetError:
+        return True
+
+
+def test_a_newcomer_takes_the_place_of_the_one_silent_longest(connect, station) -> None:
+    """Whoever sits in all places keeps nobody out; who holds control stays."""
+    with Server(station, port=0, bounds=Bounds(clients=3)) as server:
+        clients = [Client(server.address) for _ in range(3)]
+        assert clients[0].ask("SYST:LOCK:REQ?") == "1"
+        for k in (1, 2, 1):
+            assert clients[k].ask("*IDN?")
+        newcomers = [Client(server.address) for _ in range(2)]
+        assert newcomers[0].ask("*IDN?;:STOP;*OPC?").startswith("macromicro,")
+        assert gone(clients[2])
+        assert newcomers[1].ask("*IDN?") and gone(clients[1])
+        assert clients[0].ask("SYST:LOCK:OWN?") == f'"{first_name(clients[0])}"'
+        assert len(station.connected) == 3
+        for client in (*clients, *newcomers):
+            client.close()
+
+
+def test_who_gave_the_token_keeps_its_place(station) -> None:
+    bounds = Bounds(clients=1)
+    with Server(station, port=0, token="open sesame", bounds=bounds) as server:
+        own, other = Client(server.address), Client(server.address)
+        assert own.ask('SYST:AUTH "open sesame";:SYST:ERR:COUN?') == "0"
+        other.send("*IDN?")
+        assert gone(other) and own.ask("*IDN?")
+        own.close()
+        other.close()
+
+
+def test_connections_without_a_word_keep_nobody_out(station) -> None:
+    with Server(station, port=0, bounds=Bounds(clients=2, silent=4)) as server:
+        silent = [Client(server.address) for _ in range(8)]
+        own = Client(server.address)
+        assert own.ask("*IDN?") and gone(silent[0])
+        for client in (*silent, own):
+            client.close()
 
 
 def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
+    """They count for the address: a new connection has no new tries, nor has the page."""
     from macromicro.serve.scpi import connection
 
     monkeypatch.setattr(connection, "PENALTY", 0.01)
-    with Server(station, port=0, token="open sesame") as server:
+    token = Token("open sesame")
+    with Server(station, port=0, token=token) as server:
+        own = Client(server.address)
+        assert own.ask('SYST:AUTH "open sesame";:SYST:LOCK:REQ?') == "1"
         client = Client(server.address)
         client.send("SYST:LOCK:REQ?")
         assert client.ask("SYST:ERR?").startswith("-203,")
@@ -311,8 +336,27 @@ def test_wrong_tokens_end_the_connection(station, monkeypatch) -> None:
         assert client.line() == ""
         client.close()
         client = Client(server.address)
-        assert client.ask('SYST:AUTH "open sesame";:SYST:LOCK:REQ?') == "1"
+        words = client.ask('SYST:AUTH "open sesame";:SYST:ERR?')
+        assert "too many wrong tokens from 127.0.0.1: wait" in words
+        assert "wait" in token.problem("open sesame", "127.0.0.1")
+        assert client.ask("STOP;:SYST:LOCK:REQ?;:SYST:ERR?").startswith('-203,"Command prot')
+        assert own.ask('SYST:AUTH "open sesame";:FAN ON;:SYST:ERR:COUN?') == "0"  # it stays in
+        own.close()
         client.close()
+
+
+def test_small_packets_wait_for_nothing(connect, station, server, monkeypatch) -> None:
+    """Each accepted socket sends at once what there is to send (TCP_NODELAY)."""
+    seen: list[int] = []
+    from macromicro.serve.scpi import connection
+
+    def watched(accepted: socket.socket) -> None:
+        wire.prepare(accepted)
+        seen.append(accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+
+    monkeypatch.setattr(connection, "prepare", watched)
+    connect().ask("*IDN?")
+    assert seen == [1]
 
 
 def test_port_in_use(server, station) -> None:

@@ -9,65 +9,15 @@ import pytest
 from web_parts import Client, Station, until
 from websockets.exceptions import ConnectionClosed
 
-from macromicro.serve.web import WebServer, places
+from macromicro.serve.web import WebServer
 from macromicro.serve.web.bounds import Bounds
-from macromicro.serve.web.places import ADMITTED, HOLDER, NEIGHBOUR, STRANGER, Places
 
 Serve = Callable[..., WebServer]
 
 
-class Guest:
-    def __init__(self, rank: int = STRANGER) -> None:
-        self.rank = rank
-        self.dismissed = False
-
-    def dismiss(self) -> None:
-        self.dismissed = True
-
-
-def test_a_higher_rank_takes_the_place_of_the_oldest_of_the_lowest() -> None:
-    found = Places(3, 8)
-    guests = [Guest(ADMITTED), Guest(), Guest()]
-    assert all(found.claim(guest) for guest in guests)
-    assert not found.claim(Guest())
-    assert found.claim(Guest(ADMITTED)) and guests[1].dismissed and not guests[2].dismissed
-    assert found.claim(Guest(NEIGHBOUR)) and guests[2].dismissed
-    assert found.claim(Guest(ADMITTED))
-    assert not found.claim(Guest(ADMITTED)) and not guests[0].dismissed
-    assert found.claim(Guest(HOLDER)) and guests[0].dismissed
-
-
-def test_whoever_logs_in_later_is_no_stranger() -> None:
-    found = Places(1, 8)
-    guest = Guest()
-    found.claim(guest)
-    guest.rank = ADMITTED
-    assert not found.claim(Guest(ADMITTED))
-    found.leave(guest)
-    assert found.claim(Guest())
-
-
-def test_a_page_takes_its_own_place_again() -> None:
-    found = Places(1, 8)
-    old, new = Guest(ADMITTED), Guest(ADMITTED)
-    assert found.claim(old) and found.claim(new, instead=old)
-    assert not old.dismissed and not found.claim(Guest(ADMITTED))
-
-
-def test_of_the_silent_ones_the_oldest_goes() -> None:
-    found = Places(2, 3)
-    guests = [Guest() for _ in range(5)]
-    for guest in guests:
-        found.arrive(guest)
-    assert [guest.dismissed for guest in guests] == [True, True, False, False, False]
-    assert found.claim(guests[2])
-    found.arrive(Guest())
-    assert not guests[3].dismissed
-
-
 def far(monkeypatch: pytest.MonkeyPatch) -> None:
     """Viewers seem to be of other computers."""
-    monkeypatch.setattr("macromicro.serve.web.connection.is_loopback", lambda host: False)
+    monkeypatch.setattr("macromicro.serve.seats.is_loopback", lambda host: False)
 
 
 def ended(viewer: Client) -> int:
@@ -127,4 +77,3 @@ def test_silent_connections_keep_nobody_out(serve: Serve, fake: Station) -> None
     assert ended(silent[0]) == 1013
     for each in (*silent, own):
         each.close()
-    assert places.HOLDER > places.ADMITTED

@@ -9,16 +9,18 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from typing import Any, NamedTuple, TypeVar
 
+from macromicro.serve import seats
 from macromicro.serve.bucket import Bucket
+from macromicro.serve.guesses import TRIES
 from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.errors import ScpiError
-from macromicro.serve.scpi.framing import Framer
-from macromicro.serve.scpi.message import Message, Unit, parse
+from macromicro.serve.scpi.intake import Intake
+from macromicro.serve.scpi.message import Message, Unit
 from macromicro.serve.scpi.rates import Bounds
 from macromicro.serve.scpi.session import Session
-from macromicro.serve.scpi.system import MOST_FAILURES
-from macromicro.serve.scpi.tree import TREE
-from macromicro.serve.scpi.wire import Ear, keep_alive
+from macromicro.serve.scpi.strangers import FirstLine, Stranger
+from macromicro.serve.scpi.wire import Ear, prepare
+from macromicro.serve.seats import Places
 from macromicro.serve.sending import Stops
 
 POLL = 0.02  # s between two looks at motions that *OPC? waits for
@@ -26,17 +28,17 @@ PENALTY = 1.0  # s that a wrong token costs
 GRACE = 2.0  # s for which queries of a client that has closed are still answered
 _READ = 16 * 1024
 _UNIT_BYTES = 256  # memory of a parsed command
-_UNIT_COST, _STOP_COST = 0.25, 5.0  # of reading one, of doing one at once, in the intake
-_STEP_COST = 0.02  # of a framer's step, in the intake
 _LONG, _PER_BYTE = 4096, 1 / 2000  # answer from which on its bytes cost, and how much
 _T = TypeVar("_T")
 
 
 class Threads(NamedTuple):
-    """Where calls to the station run: `urgent` is kept free for stops."""
+    """Where calls to the station run: `urgent` is kept free for stops; `others` is for
+    clients that may not command, few enough to leave the rest their share of a processor."""
 
     orders: Executor
     urgent: Executor
+    others: Executor
 
 
 class _Waiting(NamedTuple):
@@ -54,7 +56,8 @@ class Connection:
     """Serves one client until it goes.
 
     Messages are done one after the other, except for stops: those at a message's beginning
-    are done as soon as they are read.
+    are done as soon as they are read. Nothing is done before the first line has shown that this
+    is a client of SCPI. A `seats.Guest`.
     """
 
     def __init__(
@@ -64,12 +67,13 @@ class Connection:
         writer: asyncio.StreamWriter,
         threads: Threads,
         bounds: Bounds,
+        places: Places,
     ) -> None:
         self._ear, self._writer = ear, writer
-        self._framer = Framer(bounds.line, bounds.block)
+        self._places = places
         self._threads, self._bounds = threads, bounds
         self._bucket = Bucket(bounds.rate, bounds.burst)
-        self._intake = Bucket(bounds.rate, bounds.burst)
+        self._intake = Intake(bounds, self._price)
         self._queue: asyncio.Queue[_Waiting | None] = asyncio.Queue(bounds.messages)
         self._bytes = 0  # of what waits
         self._calls: set[Future[Any]] = set()  # those under way in other threads
@@ -77,12 +81,46 @@ class Connection:
         self._waited = time.monotonic()  # until when the client waited for us
         self._patience: float = device.settings.serve.client_timeout
         peer = writer.get_extra_info("peername")
-        self.session = Session(device, f"scpi {peer[0]}:{peer[1]}")
+        self.session = Session(device, f"scpi {peer[0]}:{peer[1]}", str(peer[0]))
+
+    # As the places see it
+
+    @property
+    def rank(self) -> int:
+        """Who makes room for whom."""
+        session = self.session
+        if session.device.station.holder == session.client:
+            return seats.HOLDER
+        if session.authenticated and not session.device.token.open:
+            return seats.ADMITTED
+        return seats.stranger(session.address)
+
+    @property
+    def heard(self) -> float:
+        """When bytes came last."""
+        return self._ear.heard
+
+    def dismiss(self) -> None:
+        """Its place is another one's now."""
+        self._ear.reset = True
+        self._ear.ended.set()
+
+    def _price(self) -> float:
+        """What everything costs this client: more in a crowd, where it may not command."""
+        if self.rank >= seats.ADMITTED:
+            return 1.0
+        return max(1.0, self._places.crowd / self._bounds.crowd)
+
+    @property
+    def _executor(self) -> Executor:
+        threads = self._threads
+        return threads.orders if self.rank >= seats.ADMITTED else threads.others
+
+    # From the first line to the end
 
     async def run(self) -> None:
         """Serve; returns when the client is gone and nothing is being done for it any more."""
-        keep_alive(self._writer.get_extra_info("socket"))
-        await self._in(self._threads.orders, self._station_connect)
+        prepare(self._writer.get_extra_info("socket"))
         worker = asyncio.create_task(self._work())
         reading = asyncio.create_task(self._read())
         ended = asyncio.create_task(self._ear.ended.wait())
@@ -111,7 +149,7 @@ class Connection:
         ear, now = self._ear, time.monotonic()
         ear.look(self._writer.get_extra_info("socket"))
         deaf = ear.deaf_since is not None and now - ear.deaf_since > self._patience
-        stuck = self._framer.in_block and now - ear.heard > self._bounds.unread
+        stuck = self._intake.in_block and now - ear.heard > self._bounds.unread
         if deaf or (stuck and not self._behind):
             ear.reset = True
             ear.ended.set()
@@ -123,7 +161,7 @@ class Connection:
             return
         if session.watchdog and self._silence() > session.watchdog:
             station = session.device.station
-            if station.snapshot().holder == session.client:
+            if station.holder == session.client:
                 station.disconnect(session.client)
                 station.connect(session.client)
                 if session.gone.is_set():  # it went meanwhile
@@ -161,30 +199,34 @@ class Connection:
         return await asyncio.wrap_future(future)
 
     async def _read(self) -> None:
-        """Frame what comes; stops are done here, the rest waits for its turn."""
-        while not self._framer.broken:
-            try:
-                data = await self._ear.take(_READ)
-            except OSError:  # reset, or the peer no longer answers
-                return
+        """Stops are done here; the rest of what comes waits for its turn."""
+        try:
+            data = await self._first()
+            while data:
+                async for message, length in self._intake.messages(data):
+                    urgent, rest = message.parted()
+                    for unit in urgent:
+                        await self._in(self._threads.urgent, self._now, unit)
+                    if rest or message.error is not None:
+                        await self._put(message, rest, length)
+                    await self._intake.pay(len(urgent))
+                data = b"" if self._intake.broken else await self._ear.take(_READ)
+        except (OSError, Stranger):  # reset, or the peer no longer answers; or no SCPI
+            return
+
+    async def _first(self) -> bytes:
+        """What came up to the first line and with it, once that has got this client a place;
+        nothing where it gets none. Raises `Stranger`."""
+        line, found = FirstLine(), b""
+        while not found:
+            data = await self._ear.take(_READ)
             if not data:
-                return
-            steps = self._framer.steps
-            await self._intake.take(len(data) / 4096)
-            for found in self._framer.feed(data):
-                if isinstance(found, ScpiError):
-                    await self._put(Message((), found), (), 0)
-                    continue
-                message = parse(TREE, found)
-                urgent, rest = message.parted()
-                for unit in urgent:
-                    await self._in(self._threads.urgent, self._now, unit)
-                if rest or message.error is not None:
-                    await self._put(message, rest, len(found))
-                await self._intake.take(
-                    _UNIT_COST * max(1, message.size) + _STOP_COST * len(urgent)
-                )
-            await self._intake.take(_STEP_COST * (self._framer.steps - steps))
+                return b""
+            found = line.take(data)
+        if not self._places.claim(self):
+            return b""
+        await self._in(self._threads.urgent, self._station_connect)
+        return found
 
     async def _put(self, message: Message, units: tuple[Unit, ...], length: int) -> None:
         """Let a message wait for its turn."""
@@ -208,7 +250,7 @@ class Connection:
             if item is None:
                 return
             self._working = True
-            await self._bucket.take(item.message.cost)
+            await self._bucket.take(item.message.cost * self._price())
             self._bytes -= item.size
             if item.message.error is not None:
                 self.session.fail(item.message.error)
@@ -224,10 +266,12 @@ class Connection:
         for unit in units:
             if unit.command.waits and not await self._rest():
                 continue
-            answer = await self._in(self._threads.orders, session.attempt, unit, stops, failed)
+            answer = await self._in(self._executor, session.attempt, unit, stops, failed)
             if session.failures != failures:
                 await asyncio.sleep(PENALTY)
                 failures = session.failures
+                if failures >= TRIES:
+                    return False
             if answer is not None:
                 data = answer.encode("ascii", "replace") if isinstance(answer, str) else answer
                 self._writer.write(b";" + data if session.answered else data)
@@ -241,11 +285,11 @@ class Connection:
             self._writer.write(b"\n")
             if not await self._drained():
                 return False
-        return session.failures < MOST_FAILURES
+        return True
 
     async def _rest(self) -> bool:
         """Wait for this client's motions; False if it has gone meanwhile."""
-        while not await self._in(self._threads.orders, self.session.poll):
+        while not await self._in(self._executor, self.session.poll):
             if self.session.gone.is_set():
                 return False
             self._waited = time.monotonic()  # it waits for us: this is no silence

@@ -13,8 +13,15 @@ _NUMBER = re.compile(rb"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[eE]([+-]?[0-9]+))
 _BASED = re.compile(rb"#([hH][0-9A-Fa-f]+|[qQ][0-7]+|[bB][01]+)")
 _BASES = {"H": 16, "Q": 8, "B": 2}
 _SUFFIX = re.compile(rb"[\x00-\x09\x0b-\x20]*([A-Za-z%][A-Za-z0-9/.%*^-]*)")
+_BLANKS = re.compile(b"[" + re.escape(BLANK) + b"]*")
 _WORD = re.compile(rb"[A-Za-z][A-Za-z0-9_]*")
 _BEHIND = (b"", b",", b";", *(bytes([k]) for k in BLANK))
+# A quote in a string is written twice; the last one stands alone.
+_STRINGS = {
+    q: re.compile(q + b"([^" + q + b"]*+(?:" + q * 2 + b"[^" + q + b"]*+)*+)" + q)
+    for q in (b'"', b"'")
+}
+LONGEST_STRING = 4096  # bytes, its quotes counted
 LONGEST_WORD = 40
 LONGEST_SUFFIX = 12
 MOST_DIGITS = 255
@@ -51,21 +58,23 @@ def elements(message: bytes, place: int) -> tuple[list[Element], int]:
         if mark in (b"", b";"):
             return found, place
         if mark != b",":
-            raise ScpiError(-103, f"{shown(message[place:])} behind {shown(element.text)}")
+            raise ScpiError(-103, f"{shown(message, place)} behind {shown(element.text)}")
         place = blank(message, place + 1)
 
 
 def blank(message: bytes, place: int) -> int:
     """The first place from `place` on that holds no white space."""
-    while place < len(message) and message[place] in BLANK:
-        place += 1
-    return place
+    found = _BLANKS.match(message, place)
+    assert found is not None  # it matches nothing, too
+    return found.end()
 
 
-def shown(found: bytes | str) -> str:
-    """The beginning of what was found, fit to be printed."""
-    text = found.decode("ascii", "replace") if isinstance(found, bytes) else found
-    return "".join(c if " " <= c <= "~" else "?" for c in text[:30])
+def shown(found: bytes | str, place: int = 0) -> str:
+    """The beginning of what was found from `place` on, fit to be printed. However much
+    follows, it costs the same."""
+    head = found[place : place + 30]
+    text = head.decode("ascii", "replace") if isinstance(head, bytes) else head
+    return "".join(c if " " <= c <= "~" else "?" for c in text)
 
 
 def _element(message: bytes, place: int) -> tuple[Element, int]:
@@ -81,16 +90,16 @@ def _element(message: bytes, place: int) -> tuple[Element, int]:
     if number := _NUMBER.match(message, place):
         return _number(message, number)
     if mark == b"(":
-        raise ScpiError(-178, shown(message[place:]))
+        raise ScpiError(-178, shown(message, place))
     if mark in (b"", b",", b";"):
         raise ScpiError(-109, "nothing beside a comma")
     if mark in (b"+", b"-", b"."):
-        raise ScpiError(-121, shown(message[place:]))
-    raise ScpiError(-101, shown(message[place:]))
+        raise ScpiError(-121, shown(message, place))
+    raise ScpiError(-101, shown(message, place))
 
 
 def _number(message: bytes, number: re.Match[bytes]) -> tuple[Element, int]:
-    if sum(c in b"0123456789" for c in number[1]) > MOST_DIGITS:
+    if len(number[1].strip(b"+-").replace(b".", b"")) > MOST_DIGITS:
         raise ScpiError(-124, shown(number[1]))
     exponent = (number[2] or b"0").lstrip(b"+-0")
     if len(exponent) > 5 or int(exponent or b"0") > LARGEST_EXPONENT:
@@ -101,26 +110,20 @@ def _number(message: bytes, number: re.Match[bytes]) -> tuple[Element, int]:
             raise ScpiError(-134, shown(unit[1]))
         end, suffix = unit.end(), unit[1].decode().upper()
     elif message[end : end + 1] not in _BEHIND:
-        raise ScpiError(-121, shown(message[number.start() :]))
+        raise ScpiError(-121, shown(message, number.start()))
     return Element(NUMBER, number[0].decode(), suffix), end
 
 
 def _string(message: bytes, place: int) -> tuple[Element, int]:
     quote = message[place : place + 1]
-    content = bytearray()
-    place += 1
-    while True:
-        end = message.find(quote, place)
-        if end < 0:
-            raise ScpiError(-151, "no closing quote")
-        content += message[place:end]
-        place = end + 1
-        if message[place : place + 1] != quote:
-            break
-        content += quote
-        place += 1
+    found = _STRINGS[quote].match(message, place, place + LONGEST_STRING)
+    if found is None:
+        if len(message) - place > LONGEST_STRING:
+            raise ScpiError(-151, f"no closing quote within {LONGEST_STRING} bytes")
+        raise ScpiError(-151, "no closing quote")
+    place = found.end()
     try:
-        text = content.decode("utf-8")
+        text = found[1].replace(quote * 2, quote).decode("utf-8")
     except UnicodeDecodeError:
         raise ScpiError(-151, "not UTF-8") from None
     if not text.isprintable():

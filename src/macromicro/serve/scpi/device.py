@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hmac
 import math
 import threading
 import time
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from macromicro.control.settings import Control
 from macromicro.serve import following
 from macromicro.serve.aims import aim, aimed
+from macromicro.serve.guesses import Token
 from macromicro.serve.shared import PERIOD
 
 if TYPE_CHECKING:
@@ -28,34 +28,24 @@ class Device:
     """The instrument behind all connections.
 
     `folder`: where recordings go; `token`: what a client must give before it may change
-    anything, None for nothing.
+    anything.
     """
 
     def __init__(
         self,
         station: Station,
         folder: Path = Path(),
-        token: str | None = None,
+        token: Token | None = None,
     ) -> None:
         self.station = station
         self.settings: LiveSettings = station.settings
         self.folder = folder
-        self._token = token
+        self.token = token or Token(None)
         self._lock = threading.Lock()
         self._control: Control = self.settings.controller
         self._seen = -1
         self._followed, self._target = -1, math.nan
         self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
-
-    @property
-    def open(self) -> bool:
-        """May every client change things, without a token?"""
-        return self._token is None
-
-    def admits(self, token: str) -> bool:
-        """Is it the token? In a time that does not depend on where it differs."""
-        wanted = self._token or ""
-        return hmac.compare_digest(token.encode(), wanted.encode()) and bool(wanted)
 
     # Positions
 

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Generator
 from typing import Any, NamedTuple
 
 from macromicro.serve.scpi.command import ALWAYS, CONTROL, Command
-from macromicro.serve.scpi.data import BLANK, blank, elements, shown
+from macromicro.serve.scpi.data import BLANK, elements, shown
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.header import Tree
 from macromicro.serve.scpi.parameters import read
 
 MOST_UNITS = 1000
+SLICE = 10  # units that are read in one go
+LONGEST_HEADER = 200  # of ten mnemonics and more
 _HEADER = re.compile(rb"\*[A-Za-z]+\??|:?[A-Za-z][A-Za-z0-9_]*(?::[A-Za-z][A-Za-z0-9_]*)*\??")
+
+_SEPARATORS = re.compile(b"[;" + re.escape(BLANK) + b"]*")
 
 
 class Unit(NamedTuple):
@@ -56,17 +61,27 @@ def _ordered(unit: Unit) -> bool:
 
 def parse(tree: Tree, message: bytes) -> Message:
     """The commands of a message (a line without its newline). Raises nothing."""
+    slices = reading(tree, message)
+    while True:
+        try:
+            next(slices)
+        except StopIteration as end:
+            found: Message = end.value
+            return found
+
+
+def reading(tree: Tree, message: bytes) -> Generator[int, None, Message]:
+    """As `parse`, in slices of so many units as it tells behind each but the last."""
     units: list[Unit] = []
     error: ScpiError | None = None
     path: tuple[str, ...] = ()
     place = size = 0
     while place < len(message):
-        start = blank(message, place)
+        start = _between(message, place)
         if start >= len(message):
             break
-        if message[start : start + 1] == b";":
-            place = start + 1
-            continue
+        if size and size % SLICE == 0:
+            yield SLICE
         size += 1
         if size > MOST_UNITS:
             error = error or ScpiError(-363, f"at most {MOST_UNITS} commands in a message")
@@ -84,6 +99,13 @@ def parse(tree: Tree, message: bytes) -> Message:
     return Message(tuple(units), error, size)
 
 
+def _between(message: bytes, place: int) -> int:
+    """Where the next unit begins, or the message ends."""
+    found = _SEPARATORS.match(message, place)
+    assert found is not None  # it matches nothing, too
+    return found.end()
+
+
 def _unit(
     tree: Tree, message: bytes, place: int, path: tuple[str, ...]
 ) -> tuple[Unit, tuple[str, ...], int]:
@@ -91,11 +113,13 @@ def _unit(
     header = _HEADER.match(message, place)
     if header is None:
         number = -102 if message[place] < 0x7F else -101
-        raise ScpiError(number, f"{shown(message[place:])}; a header was expected")
+        raise ScpiError(number, f"{shown(message, place)}; a header was expected")
+    if len(header[0]) > LONGEST_HEADER:
+        raise ScpiError(-112, shown(header[0]))
     found = tree.find(header[0].decode(), path)
     end = header.end()
     if end < len(message) and message[end] not in BLANK + b";":
-        raise ScpiError(-102, f"{shown(message[end:])} behind {shown(header[0])}")
+        raise ScpiError(-102, f"{shown(message, end)} behind {shown(header[0])}")
     given, end = elements(message, end)
     values = read(found.command.parameters, given)
     return Unit(found.command, values, found.suffixes), found.path, min(end + 1, len(message))

@@ -9,18 +9,23 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST, guarded
 from macromicro.serve.hosts import SCPI_PORT as PORT
 from macromicro.serve.scpi.connection import Connection, Threads
 from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.rates import Bounds
 from macromicro.serve.scpi.wire import Ear
+from macromicro.serve.seats import Places
 from macromicro.serve.threaded import Threaded, check_port, refused
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
 
 BEAT = 0.1
+OTHERS = 2  # threads for all clients that may not command
+SPARE = 8  # threads for clients that come and go
+BACKLOG = 128
 _READY = Callable[[str, int], None]
 
 
@@ -28,8 +33,9 @@ class Server(Threaded):
     """The SCPI server in a thread of its own; a context manager that starts and stops it.
 
     `port` 0 is any free one; `address` tells which. `token`: what a client must give before
-    it may change anything (stops need none). `folder`: where recordings go. Raises
-    InputError for a host that others reach, without a token.
+    it may change anything (stops need none), or a `Token` that other servers share, so that
+    wrong ones count together. `folder`: where recordings go. Raises InputError for a host
+    that others reach, without a token.
     """
 
     def __init__(
@@ -38,13 +44,12 @@ class Server(Threaded):
         host: str = HOST,
         port: int = PORT,
         *,
-        token: str | None = None,
+        token: str | Token | None = None,
         folder: Path = Path(),
         bounds: Bounds | None = None,
     ) -> None:
-        guarded(host, token)
         super().__init__("SCPI", host, port)
-        self._device = Device(station, folder, token)
+        self._device = Device(station, folder, _token(host, token))
         self._bounds = Bounds() if bounds is None else bounds
 
     async def _serve(self) -> None:
@@ -56,7 +61,7 @@ async def serve(
     station: Station,
     host: str = HOST,
     port: int = PORT,
-    token: str | None = None,
+    token: str | Token | None = None,
     *,
     folder: Path = Path(),
     bounds: Bounds | None = None,
@@ -66,8 +71,7 @@ async def serve(
 
     `ready` is called with host and port once it listens. Raises InputError as `start` does.
     """
-    guarded(host, token)
-    device = Device(station, folder, token)
+    device = Device(station, folder, _token(host, token))
     await _serve(device, host, port, bounds or Bounds(), ready)
 
 
@@ -76,21 +80,26 @@ async def _serve(
 ) -> None:
     connections: dict[Connection, asyncio.Task[None]] = {}
     orders = ThreadPoolExecutor(bounds.clients, "scpi-orders")
-    urgent = ThreadPoolExecutor(bounds.clients, "scpi-stops")
+    urgent = ThreadPoolExecutor(bounds.clients + SPARE, "scpi-stops")
+    others = ThreadPoolExecutor(OTHERS, "scpi-others")
     beats = ThreadPoolExecutor(1, "scpi-beats")
-    threads = Threads(orders, urgent)
+    threads = Threads(orders, urgent, others)
+    places = Places(bounds.clients, bounds.silent, yielding=True)
 
     async def run(connection: Connection) -> None:
         try:
             await connection.run()
         finally:
+            places.leave(connection)
             del connections[connection]
 
     def accept(ear: Ear, writer: asyncio.StreamWriter) -> None:
-        if len(connections) >= bounds.clients or writer.get_extra_info("peername") is None:
+        most = 2 * (bounds.clients + bounds.silent)  # those that are on their way out counted
+        if len(connections) >= most or writer.get_extra_info("peername") is None:
             writer.transport.abort()
             return
-        connection = Connection(device, ear, writer, threads, bounds)
+        connection = Connection(device, ear, writer, threads, bounds, places)
+        places.arrive(connection)
         connections[connection] = asyncio.create_task(run(connection))
 
     def beat(living: tuple[Connection, ...]) -> None:
@@ -118,8 +127,15 @@ async def _serve(
                 connection.session.close()
             await asyncio.gather(*tasks, return_exceptions=True)
     finally:
-        for executor in (orders, urgent, beats):
+        for executor in (orders, urgent, others, beats):
             executor.shutdown(wait=False, cancel_futures=True)
+
+
+def _token(host: str, token: str | Token | None) -> Token:
+    if isinstance(token, Token):
+        return token
+    guarded(host, token)
+    return Token(token)
 
 
 async def _listen(
@@ -134,6 +150,6 @@ async def _listen(
     check_port(port)
     try:
         loop = asyncio.get_running_loop()
-        return await loop.create_server(protocol, host, port, backlog=16)
+        return await loop.create_server(protocol, host, port, backlog=BACKLOG)
     except OSError as error:
         raise refused(host, port, error) from None

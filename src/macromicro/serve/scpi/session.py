@@ -28,16 +28,17 @@ _HARDWARE = (FAULTED, LIMIT, STALLED)
 
 
 class Session:
-    """State of one connection. Its commands come one after the other, from any thread;
-    `emergency` and `stop` may come at the same time.
+    """State of one connection from `address`. Its commands come one after the other, from any
+    thread; `emergency` and `stop` may come at the same time.
 
     Errors, status registers, format and the programme in memory are the connection's own, so
     that no client reads or clears what belongs to another one.
     """
 
-    def __init__(self, device: Device, client: str) -> None:
+    def __init__(self, device: Device, client: str, address: str = "127.0.0.1") -> None:
         self.device: Device = device
         self.client: str = client
+        self.address: str = address
         self.errors: ErrorQueue = ErrorQueue()
         self.events: int = POWER_ON  # standard event status register
         self.event_enable: int = 0
@@ -47,7 +48,7 @@ class Session:
         self.pending: dict[int, str] = {}
         self.completing = False  # *OPC was given
         self.answered = False  # this message has answered something already
-        self.authenticated = device.open
+        self.authenticated = device.token.open
         self.failures = 0
         self.watchdog: float = 0.0
         self.format: tuple[str, int] = ("ASC", 0)

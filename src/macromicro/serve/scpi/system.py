@@ -12,7 +12,6 @@ from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Number, Text
 
 VERSION = "1999.0"
-MOST_FAILURES = 5
 _EVENT_TEXT = 2000
 
 
@@ -47,14 +46,14 @@ def _watchdog(call: Call) -> Answer:
 
 def _authenticate(call: Call) -> Answer:
     session = call.session
-    if session.device.open:
-        return None
-    if session.device.admits(call.values[0]):
-        session.authenticated = True
-        return None
-    session.authenticated = False
-    session.failures += 1
-    raise ScpiError(-203, "this is not the token")
+    problem = session.device.token.problem(
+        call.values[0], session.address, known=session.authenticated
+    )
+    session.authenticated = not problem
+    if problem:
+        session.failures += 1
+        raise ScpiError(-203, problem)
+    return None
 
 
 def _event(call: Call) -> Answer:
@@ -124,8 +123,9 @@ COMMANDS = (
     Command(
         "SYSTem:AUTHenticate",
         _authenticate,
-        "Give the token, where the server asks for one. A wrong one costs a second, the fifth "
-        "the connection.",
+        "Give the token, where the server asks for one. A wrong one costs a second; after five "
+        "within a minute, on whatever connections and on the page, no more are looked at from that "
+        "address, and the connection ends.",
         (Text("token", 200),),
         cost=20,
     ),

@@ -81,8 +81,10 @@ def peer(connection: socket.socket) -> int:
     return RESET if found & _BROKEN else CLOSED if found & _PEER_CLOSED else HERE
 
 
-def keep_alive(connection: socket.socket) -> None:
-    """Let the system find out within about 11 s that the other end is gone without a word."""
+def prepare(connection: socket.socket) -> None:
+    """Send at once what there is to send, and let the system find out within about 11 s that
+    the other end is gone without a word."""
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for option, value in (
         ("TCP_KEEPIDLE", 5),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import math
 import time
 from collections import deque
 from typing import Any
@@ -16,10 +15,11 @@ from websockets.exceptions import ConnectionClosed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
+from macromicro.serve import seats
 from macromicro.serve.bucket import Bucket
-from macromicro.serve.hosts import is_loopback
+from macromicro.serve.guesses import WRONG
 from macromicro.serve.sending import Stops
-from macromicro.serve.web import places, telling
+from macromicro.serve.web import telling
 from macromicro.serve.web.clerk import Clerk
 from macromicro.serve.web.desk import Seat
 from macromicro.serve.web.orders import Refusal, read
@@ -27,11 +27,10 @@ from macromicro.serve.web.room import Room
 from macromicro.serve.web.showing import Showing
 
 TAKEN_OVER, POLICY, FULL = 4000, 1008, 1013
-WRONG = "this is not the token"
 
 
 class Connection:
-    """A WebSocket from its hello to its end; a `desk.Line` and a `places.Guest`."""
+    """A WebSocket from its hello to its end; a `desk.Line` and a `seats.Guest`."""
 
     def __init__(self, room: Room, socket: ServerConnection) -> None:
         self._room, self._socket = room, socket
@@ -65,8 +64,13 @@ class Connection:
     def rank(self) -> int:
         """Who makes room for whom."""
         if not self._admitted:
-            return places.NEIGHBOUR if is_loopback(self._address) else places.STRANGER
-        return places.HOLDER if self._room.desk.holds(self._seat) else places.ADMITTED
+            return seats.stranger(self._address)
+        return seats.HOLDER if self._room.desk.holds(self._seat) else seats.ADMITTED
+
+    @property
+    def heard(self) -> float:
+        """Pages say all the time that they are there."""
+        return 0.0
 
     def dismiss(self) -> None:
         """Its place is another one's now."""
@@ -92,7 +96,7 @@ class Connection:
         room = self._room
         self._seat = room.desk.find(hello.get("session"))
         problem = ""
-        if room.gate.open or hello.get("token") is not None:
+        if room.token.open or hello.get("token") is not None:
             problem = self._check(hello.get("token"))
         if not room.places.claim(self, self._seat and self._seat.line):
             await self._socket.close(FULL, "too many viewers")
@@ -217,15 +221,11 @@ class Connection:
     def _check(self, token: object) -> str:
         """Look at a token; what is wrong, or "". A page that gave the right one before is not
         kept out by others at its address."""
-        room = self._room
-        wait = 0.0 if room.gate.open else room.guesses.wait(self._address)
-        if wait > 0.0 and not (self._seat is not None and self._seat.admitted):
-            return f"too many wrong tokens from {self._address}: wait {math.ceil(wait)} s"
-        self._admitted = room.gate.admits(token)
-        if self._admitted:
-            return ""
-        room.guesses.wrong(self._address)
-        return WRONG
+        known = self._seat is not None and self._seat.admitted
+        problem = self._room.token.problem(token, self._address, known=known)
+        if problem in ("", WRONG):  # else it was not looked at
+            self._admitted = not problem
+        return problem
 
     # What is shown
 

@@ -7,7 +7,6 @@ only "localhost", addresses, and the names that the server was given are.
 
 from __future__ import annotations
 
-import hmac
 import ipaddress
 import re
 from collections.abc import Iterable
@@ -25,11 +24,9 @@ _POLICY = (
 
 
 class Gate:
-    """`token`: what a viewer must give before it may order anything, None for nothing;
-    `names`: host names of this server beside "localhost" and its addresses."""
+    """`names`: host names of this server beside "localhost" and its addresses."""
 
-    def __init__(self, token: str | None = None, names: Iterable[str] = ()) -> None:
-        self._token = token
+    def __init__(self, names: Iterable[str] = ()) -> None:
         self._names = {"localhost"}
         for name in names:
             self.answer_to(name)
@@ -37,18 +34,6 @@ class Gate:
     def answer_to(self, name: str) -> None:
         """One more name of this server."""
         self._names.add(name.strip().rstrip(".").lower())
-
-    @property
-    def open(self) -> bool:
-        """May every viewer give orders?"""
-        return self._token is None
-
-    def admits(self, token: object) -> bool:
-        """May a viewer with this token give orders? Takes no longer where less of it differs."""
-        if self._token is None:
-            return True
-        given = token if isinstance(token, str) else ""
-        return hmac.compare_digest(given.encode("utf-8", "replace"), self._token.encode())
 
     def host(self, request: Request) -> str | None:
         """The request's Host, lower case, if it is a name of ours."""

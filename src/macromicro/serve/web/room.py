@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro import __version__, programme
 from macromicro.hysteresis.table import FodTable
+from macromicro.serve.guesses import Token
+from macromicro.serve.seats import Places
 from macromicro.serve.web import bins, telling
 from macromicro.serve.web.bounds import Bounds
 from macromicro.serve.web.desk import Desk
-from macromicro.serve.web.gate import Gate
-from macromicro.serve.web.guesses import Guesses
 from macromicro.serve.web.hub import Hub
 from macromicro.serve.web.orders import LENGTHS, Orders
-from macromicro.serve.web.places import Places
 from macromicro.serve.web.recordings import Recordings
 
 if TYPE_CHECKING:
@@ -25,19 +24,18 @@ class Room:
     """The station and all that stands before it."""
 
     def __init__(
-        self, station: Station, gate: Gate, folder: Path, table: FodTable | None, bounds: Bounds
+        self, station: Station, token: Token, folder: Path, table: FodTable | None, bounds: Bounds
     ) -> None:
-        self.station, self.gate, self.bounds = station, gate, bounds
+        self.station, self.token, self.bounds = station, token, bounds
         self.hub = Hub(station, table)
         self.desk = Desk(station, bounds.viewers)
         self.places = Places(bounds.viewers, bounds.silent)
-        self.guesses = Guesses(bounds.tries, bounds.forget)
         self.orders = Orders(station.settings)
         self.recordings = Recordings(station, folder)
         self.about: dict[str, Any] = {
             "version": __version__,
             "rig": station.rig,
-            "open": gate.open,
+            "open": token.open,
             "limits": telling.limits(station.settings),
             "units": list(LENGTHS),
             "programmes": list(programme.shipped()),

@@ -12,6 +12,7 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import MacromicroError
+from macromicro.serve.guesses import Guesses, Token
 from macromicro.serve.hosts import HOST, guarded, is_loopback, url
 from macromicro.serve.hosts import WEB_PORT as PORT
 from macromicro.serve.threaded import Threaded, check_port, refused
@@ -34,7 +35,8 @@ class WebServer(Threaded):
     """The page of a station; a context manager that starts and stops it.
 
     `port` 0 is any free one; `address` tells which, `url` where to look. `token`: what a
-    viewer must give before it may order anything (stops need none). `folder`: where recordings
+    viewer must give before it may order anything (stops need none), or a `Token` that other
+    servers share, so that wrong ones count together. `folder`: where recordings
     go; `names`: host names under which this server is reached, beside "localhost", its
     addresses, `host` itself, and, where others reach it, this computer's own; `table`: the
     kiln's table of the actuator, for the contraction that the model expects.
@@ -47,7 +49,7 @@ class WebServer(Threaded):
         station: Station,
         host: str = HOST,
         port: int = PORT,
-        token: str | None = None,
+        token: str | Token | None = None,
         *,
         folder: Path = Path(),
         names: Sequence[str] = (),
@@ -62,12 +64,15 @@ class WebServer(Threaded):
             raise MacromicroError(
                 "the page needs the package websockets: pip install 'macromicro[web]'"
             ) from None
-        guarded(host, token)
+        self._bounds = bounds or Bounds()
+        if not isinstance(token, Token):
+            guarded(host, token)
+            token = Token(token, Guesses(self._bounds.tries, self._bounds.forget))
+        self._token = token
         super().__init__("web", host, port)
         self._station = station
-        self._gate = Gate(token, [*names, host])
+        self._gate = Gate([*names, host])
         self._folder, self._table = folder, table
-        self._bounds = bounds or Bounds()
 
     @property
     def url(self) -> str:
@@ -92,7 +97,7 @@ class WebServer(Threaded):
     async def _serve(self) -> None:
         from macromicro.serve.web.room import Room
 
-        room = Room(self._station, self._gate, self._folder, self._table, self._bounds)
+        room = Room(self._station, self._token, self._folder, self._table, self._bounds)
         try:
             room.look()
             server = await self._listen(room)

@@ -5,52 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import pytest
 from web_parts import Client, Station, until
 
-from macromicro.serve.web import guesses
 from macromicro.serve.web.bounds import Bounds
-from macromicro.serve.web.guesses import Guesses, network
 
 Make = Callable[..., Client]
-
-
-def test_a_few_wrong_ones_shut_an_address_out_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = [100.0]
-    monkeypatch.setattr("macromicro.serve.web.guesses.time.monotonic", lambda: now[0])
-    found = Guesses(3, 60.0)
-    for _ in range(3):
-        assert found.wait("192.0.2.1") == 0.0
-        found.wrong("192.0.2.1")
-        now[0] += 1.0
-    assert found.wait("192.0.2.1") == pytest.approx(57.0)
-    assert found.wait("192.0.2.2") == 0.0
-    now[0] += 57.0
-    assert found.wait("192.0.2.1") == 0.0
-    found.wrong("192.0.2.1")  # one is forgotten, the others are not yet
-    assert found.wait("192.0.2.1") == pytest.approx(1.0)
-
-
-def test_memory_is_bounded() -> None:
-    found = Guesses(1, 60.0)
-    for k in range(3 * guesses.MOST):
-        found.wrong(f"10.{k >> 16}.{k >> 8 & 255}.{k & 255}")
-    assert len(found._wrong) == guesses.MOST
-
-
-@pytest.mark.parametrize(
-    ("one", "other", "same"),
-    [
-        ("192.0.2.1", "192.0.2.2", False),
-        ("2001:db8::1", "2001:db8::ffff:1", True),
-        ("2001:db8::1", "2001:db8:0:1::1", False),
-        ("fe80::1%eth0", "fe80::2", True),
-        ("::ffff:192.0.2.1", "192.0.2.1", True),
-        ("?", "?", True),
-    ],
-)
-def test_an_address_that_is_changed_at_will_counts_once(one: str, other: str, same: bool) -> None:
-    assert (network(one) == network(other)) == same
 
 
 def test_a_new_connection_has_no_new_guesses(client: Make, fake: Station) -> None:
