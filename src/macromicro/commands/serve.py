@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 TOKEN = "MACROMICRO_TOKEN"
 MAX_SEED = 2**63 - 1
+SWITCH_S = 0.001  # after which a thread that computes lets the others on: stops do not wait
 _EARLY = "interrupted; ending as soon as it has started (once more: at once)"
 
 
@@ -82,6 +83,8 @@ def serve(
     is needed where others than this computer can connect. Nothing moves at the start.
     """
     from macromicro.serve import hosts, persist, places, settings
+
+    sys.setswitchinterval(SWITCH_S)
 
     _check(rig, scpi, web, seed)
     doors = _Doors(host, scpi, web, hosts.names(host, name or ()), _token(host))

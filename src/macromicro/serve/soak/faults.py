@@ -79,6 +79,7 @@ def pester(victim: Victim, rng: random.Random, seconds: float, garbage: bool) ->
     """Send as fast as it goes and read nothing; how many bytes were taken."""
     orders = b"POS?;:MODE?;:MOVE:MACR 2900;:SYST:LOCK:REQ?\n" * 100
     pest, sent, deadline = Client(victim.port), 0, time.monotonic() + seconds
+    pest.ask("*IDN?")  # what does not begin as SCPI is let go at once
     pest.socket.settimeout(0.1)
     with contextlib.suppress(ConnectionError):
         while time.monotonic() < deadline:

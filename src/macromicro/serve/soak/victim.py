@@ -34,13 +34,14 @@ class Load(NamedTuple):
 
 
 class Victim:
-    """`macromicro serve` on the faulty twin, in a folder of its own."""
+    """`macromicro serve` on the faulty twin, in a folder of its own; with a `page`, or without."""
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder: Path, seed: int, *, page: bool = False) -> None:
         self.folder, self.state = folder, folder / "position.json"
         self.recordings = folder / "recordings"
         self.cells = faulty.board(folder / "board")
-        self.port = 0
+        self.port, self.page = 0, 0
+        self._web = "0" if page else "-1"
         self._config = folder / "soak.toml"
         self._config.write_text(_SETTINGS)
         self._seed = seed
@@ -60,7 +61,7 @@ class Victim:
 
     def command(self, port: int) -> list[str]:
         """The command line."""
-        options = ["--rig", RIG, "--web", "-1", "--scpi", str(port), "--seed", str(self._seed)]
+        options = ["--rig", RIG, "--web", self._web, "--scpi", str(port), "--seed", str(self._seed)]
         files = ["--state", str(self.state), "--config", str(self._config)]
         folder = ["--record", str(self.recordings)]
         return [sys.executable, "-m", "macromicro", "serve", *options, *files, *folder]
@@ -80,6 +81,9 @@ class Victim:
         for line in self._process.stdout:
             if found := re.match(r"SCPI: \S+ port (\d+)", line):
                 self.port = int(found[1])
+            elif found := re.match(r"page: http://\S+:(\d+)/", line):
+                self.page = int(found[1])
+            elif line.startswith("Ctrl-C"):
                 return
         raise MacromicroError(f"the server did not start: {self.said()}")
 
