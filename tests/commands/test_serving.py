@@ -13,7 +13,11 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from macromicro.recording import Recording
+from macromicro.serve import persist
 
 RUN = (sys.executable, "-m", "macromicro", "serve")
 SLOW = """
@@ -184,3 +188,35 @@ def test_ctrl_c_while_it_starts_is_answered_at_once(tmp_path: Path) -> None:
     (tmp_path / "go").touch()
     out, _ = process.communicate(timeout=120.0)
     assert (process.returncode, out) == (130, "")
+
+
+def test_the_end_of_its_terminal_is_an_orderly_end(tmp_path: Path) -> None:
+    """SIGHUP, as from a closed window or a lost ssh: at rest, kept, and exit status 129."""
+    (tmp_path / "live.toml").write_text("[serve]\nmiss_share = 1.0\n")
+    master, slave = os.openpty()
+    options = ("--scpi", "0", "--web", "-1", "--state", "position.json", "--record", "made")
+    process = subprocess.Popen(
+        [*RUN, *options, "--config", "live.toml"],
+        cwd=tmp_path,
+        start_new_session=True,
+        preexec_fn=lambda: os.login_tty(slave),  # noqa: PLW1509 - no threads here
+    )
+    os.close(slave)
+    try:
+        said = b""
+        while b"Ctrl-C ends it" not in said:
+            said += os.read(master, 1000)
+        found = re.search(rb"SCPI: \S+ port (\d+)", said)
+        assert found is not None
+        with socket.create_connection(("127.0.0.1", int(found[1])), 30.0) as client:
+            assert ask(client, "SYST:LOCK:REQ?") == "1"
+            assert ask(client, "ENAB;:JOG:MACR 1 MM/S;:SYST:ERR?") == '0,"No error"'
+            os.close(master)  # the system sends SIGHUP
+            assert process.wait(60.0) == 129
+    finally:
+        process.kill()
+        process.wait()
+    kept = persist.load(tmp_path / "position.json")
+    assert isinstance(kept, persist.Kept) and not kept.moving
+    (file,) = (tmp_path / "made").iterdir()
+    assert np.allclose(Recording.load(file)["motor"][-5:], 0.0)

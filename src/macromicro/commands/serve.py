@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections import deque
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -77,7 +77,8 @@ def serve(
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the twin's noise.")] = 0,
 ) -> None:
-    """Run the control loop at 1000 Hz against the clock, and serve it until Ctrl-C.
+    """Run the control loop at 1000 Hz against the clock, and serve it until Ctrl-C, SIGTERM or
+    the end of its terminal (SIGHUP), each of which makes the machine safe first.
 
     A token in the environment variable MACROMICRO_TOKEN is asked of whoever gives orders; it
     is needed where others than this computer can connect. Nothing moves at the start.
@@ -105,7 +106,8 @@ def serve(
             if not signals.received:
                 print(f"loop: 1000 Hz; {station.realtime}")
                 _serve(station, doors, record, signals)
-            print("stopping: the machine decelerates, outputs go safe", file=sys.stderr)
+            with suppress(OSError):  # the terminal may be gone
+                print("stopping: the machine decelerates, outputs go safe", file=sys.stderr)
     raise typer.Exit(signals.status)
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: what a command does with them."""
+"""Ctrl-C, SIGTERM and SIGHUP: what a command does with them."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ INTERRUPTED = 128
 
 
 class Signals:
-    """Ctrl-C (SIGINT) and SIGTERM: before `later` nothing is open and the process ends there
-    and then, without unwinding through a compiler at work; after it the first one is only
-    noted, so that the recording and the report are completed, and a second one is at once.
+    """Ctrl-C (SIGINT), SIGTERM and, unless it is ignored (nohup), SIGHUP: before `later` nothing
+    is open and the process ends there and then, without unwinding through a compiler at work;
+    after it the first one is only noted, so that the recording and the report are completed,
+    and a second one is at once.
     """
 
     def __init__(self) -> None:
@@ -44,7 +45,8 @@ class Signals:
             os.write(2, f"macromicro: {self._words}\n".encode())
 
     def __enter__(self) -> Self:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        hangup = signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN
+        for number in (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hangup else [])):
             self._before[number] = signal.signal(number, self._receive)
         return self
 

@@ -196,6 +196,11 @@ class Station(Observed):
 
     # Recording
 
+    def refusal(self, client: str) -> Refused | None:
+        """Why this client may not change anything now, recordings included: another one, or
+        nobody, holds control. None if it may."""
+        return self._holders.refusal(client)
+
     @property
     def recorded(self) -> tuple[Path, ...]:
         """Files of all recordings that were begun, by whomever, oldest first."""

@@ -75,6 +75,9 @@ class FakeStation:
             self.holder = ""
             return m.Accepted()
 
+    def refusal(self, client: str) -> m.Refused | None:
+        return None if self.holder == client else m.Refused("this client does not hold control", "")
+
     def heartbeat(self, client: str) -> None:
         self.beats.append(client)
 

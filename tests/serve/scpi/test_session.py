@@ -9,11 +9,13 @@ import pytest
 
 import macromicro
 from macromicro.control.live import messages as m
+from macromicro.control.live.targets import reach
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Trouble
 
 OWN = LiveSettings().live.limits
+REACH = reach(LiveSettings().live, OWN, LiveSettings().controller.sequence.tolerance)
 
 
 def test_identification(bench) -> None:
@@ -41,7 +43,10 @@ def test_identification(bench) -> None:
         ("FAN ON", m.Fan(True, "test")),
         ("FAN 0", m.Fan(False, "test")),
         ("FAN 2", m.Fan(True, "test")),
-        ("MOVE:ABS\0MAX", m.MoveTo(OWN.whole_high, "test")),
+        ("MOVE:ABS\0MAX", m.MoveTo(REACH[1], "test")),
+        ("MOVE:ABS MIN", m.MoveTo(REACH[0], "test")),
+        ("MOVE:ABS 0", m.MoveTo(0.0, "test")),
+        ("JOG:MACR 0", m.Jog("macro", 0.0, "test")),
         ("MOVE:MACR MIN", m.MoveMacro(OWN.macro_low, "test")),
         ("MOVE:MICR MAXIMUM", m.MoveMicro(OWN.micro_high, "test")),
         ("PROG:STOP", m.Stop("test")),
@@ -119,8 +124,8 @@ def test_enabling_what_is_enabled_is_no_error(bench) -> None:
 
 
 def test_ends_of_what_is_allowed(bench) -> None:
-    """MINimum and MAXimum: the limits in force for a move, the machine's for a limit."""
-    assert bench.ask("MOVE:ABS? MIN;ABS? MAX") == bench.ask("LIM:ABS? MIN;ABS? MAX")
+    """MINimum and MAXimum: what is accepted now for a move, the machine's for a limit."""
+    assert bench.ask("MOVE:ABS? MIN;ABS? MAX") == f"{REACH[0] * 1e3:.9g};{REACH[1] * 1e3:.9g}"
     machine = bench.ask("LIM:ABS?")
     bench.ask("LIM:ABS 10 MM,MAX;MICR 0.5 MM,DEF")
     assert bench.station.s.limits == OWN._replace(whole_low=0.01, micro_low=0.5)

@@ -411,11 +411,23 @@ def test_recordings_of_others_are_handed_out_too(
     assert not viewer.order("download", name="secret.h5", offset=0)["ok"]
 
 
+def test_a_recording_belongs_to_who_holds_control(client: Make, fake: Station) -> None:
+    """Another page neither begins one nor ends one, nor does any while nobody holds control."""
+    own, other = client(), client()
+    assert "control" in own.order("record")["reason"]
+    own.order("take")
+    assert "control" in other.order("record")["reason"] and not fake.recording.active
+    assert own.order("record")["ok"]
+    assert "control" in other.order("end recording")["reason"] and fake.recording.active
+    assert own.order("end recording")["ok"] and not fake.recording.active
+
+
 def test_a_recording_can_be_fetched_piece_by_piece(
     client: Make, fake: Station, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("macromicro.serve.web.recordings.PIECE", 1000)
     viewer = client()
+    viewer.order("take")
     name = viewer.order("record")["name"]
     with h5py.File(fake.recording.path, "w") as file:
         file["x"] = range(2000)

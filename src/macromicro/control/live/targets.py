@@ -9,7 +9,7 @@ import numpy as np
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
-from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.parameters import Live, LiveParameters, SoftLimits
 from macromicro.control.live.plain import among, finite, shown
 from macromicro.control.live.state import NAN, LiveState, Motion, by_laser, carriage, coordinate
 from macromicro.control.supervisor import Plan
@@ -74,6 +74,20 @@ def whole(
             True,
         )
     return _motion(s, kind, target, count + s.frame.offset, NAN)
+
+
+def reach(settings: Live, limits: SoftLimits, tolerance: float) -> tuple[float, float]:
+    """Lowest and highest target [m] that `whole` takes from wherever the carriage stands:
+    within the soft limits, and left to both stages by the macro-stage's `tolerance` [counts]."""
+    fine, pitch, slack = settings.fine, settings.pitch, tolerance + 0.5
+    low = (math.ceil(limits.macro_low) + slack) * pitch
+    high = (math.floor(limits.macro_high) - slack) * pitch
+    low += 1e-3 * max(fine.bias_low, limits.micro_low)
+    high += 1e-3 * min(fine.bias_high, limits.micro_high)
+    # A nanometre less, so that no rounding matters.
+    return max(limits.whole_low, round(low + 1e-9, 9)), min(
+        limits.whole_high, round(high - 1e-9, 9)
+    )
 
 
 def coarse(s: LiveState, counts: Any) -> Motion | Refused:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.control.live.targets import reach
 from macromicro.control.settings import Control
 from macromicro.serve import following
 from macromicro.serve.aims import aim, aimed
@@ -50,9 +51,12 @@ class Device:
     # Positions
 
     def extreme(self, kind: str, which: str) -> float:
-        """The lower ("MIN") or upper ("MAX") soft limit in force: of the whole [m], of the
-        macro-stage [counts], of the micro-stage [mm]."""
+        """The lower ("MIN") or upper ("MAX") end of what is accepted now: of the whole, by what
+        both stages reach together [m]; of the macro-stage [counts], of the micro-stage [mm]."""
         limits = self.station.snapshot().limits
+        if kind == "whole":
+            tolerance = self.control().sequence.tolerance
+            return reach(self.settings.live, limits, tolerance)[which == "MAX"]
         return float(getattr(limits, f"{kind}_{'low' if which == 'MIN' else 'high'}"))
 
     def target(self) -> float:

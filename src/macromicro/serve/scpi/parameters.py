@@ -43,10 +43,11 @@ class Number(NamedTuple):
         known = UNITS[self.unit]
         if element.suffix and not known:
             raise ScpiError(-138, f"{self.name}: {element.suffix}; accepted: {self.words()}")
-        if element.suffix not in known and (element.suffix or self.unit in NEEDED):
+        number = Decimal(element.text)
+        needed = self.unit in NEEDED and number != 0  # nothing is as much in any unit
+        if element.suffix not in known and (element.suffix or needed):
             found = element.suffix or "no unit"
             raise ScpiError(-131, f"{self.name}: {found}; accepted: {', '.join(known)}")
-        number = Decimal(element.text)
         value = float(number * known.get(element.suffix, Decimal(1)))
         fine = math.isfinite(value) and (value != 0.0) == (number != 0)
         if fine and self.rounds:  # IEEE 488.2, 10.10

@@ -58,8 +58,9 @@ def _data(call: Call) -> Answer:
 def _record(call: Call) -> Answer:
     on, name = call.values
     device = call.session.device
-    if device.station.snapshot().holder != call.session.client:
-        raise ScpiError(-203, "this client does not hold control; SYSTem:LOCK:REQuest?")
+    refusal = device.station.refusal(call.session.client)
+    if refusal is not None:
+        raise ScpiError(-203, f"{refusal.reason}; SYSTem:LOCK:REQuest?")
     if not on:
         if name is not None:
             raise ScpiError(-108, "a name goes with ON")

@@ -88,11 +88,12 @@ def _moves(victim: Victim, own: Client, order: str) -> bool:
 @contextlib.contextmanager
 def _page(victim: Victim) -> Iterator[Callable[[], None]]:
     """A page that watches; what presses its emergency stop."""
+    from websockets import Origin
     from websockets.sync.client import connect
 
-    origin = f"http://127.0.0.1:{victim.page}"
+    origin = Origin(f"http://127.0.0.1:{victim.page}")
     url = f"ws://127.0.0.1:{victim.page}/live"
-    with connect(url, origin=origin, proxy=None, max_size=None) as live:  # type: ignore[arg-type]
+    with connect(url, origin=origin, proxy=None, max_size=None) as live:
         live.send(json.dumps({"do": "hello"}))
         live.recv(10.0)
         reader = threading.Thread(target=_read, args=(live,), daemon=True)

@@ -49,10 +49,19 @@ class Clerk:
         return await self._request(order, seat, since), {}
 
     async def _record(self, order: dict[str, Any], seat: Seat) -> Done:
-        return Accepted(), {"name": await self._room.desk.do(self._room.recordings.begin)}
+        room = self._room
+        refusal = room.station.refusal(seat.client)
+        if refusal is not None:
+            return refusal, {}
+        return Accepted(), {"name": await room.desk.do(lambda: room.recordings.begin(seat.client))}
 
     async def _end_recording(self, order: dict[str, Any], seat: Seat) -> Done:
-        return Accepted(), {"rows": (await self._room.desk.do(self._room.recordings.end)).rows}
+        room = self._room
+        refusal = room.station.refusal(seat.client)
+        if refusal is not None:
+            return refusal, {}
+        state = await room.desk.do(lambda: room.recordings.end(seat.client))
+        return Accepted(), {"rows": state.rows}
 
     async def _upload(self, order: dict[str, Any], seat: Seat) -> Done:
         desk, load = self._room.desk, self._room.orders.programme

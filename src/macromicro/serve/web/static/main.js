@@ -195,7 +195,7 @@ function permit() {
   $("clear").disabled = !mine;
   $("take").disabled = mine || !welcome || !welcome.admitted;
   $("release").disabled = !mine;
-  $("recording-orders").disabled = !welcome || !welcome.admitted;
+  $("recording-orders").disabled = !mine;
   $("review").disabled = !mine;
   $("apply").disabled = !mine;
   for (const id of ["limits-set", "limits-own"]) $(id).disabled = !mine;
