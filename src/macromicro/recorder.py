@@ -26,6 +26,8 @@ from macromicro.recording_format import (
     Block,
     Column,
     Layout,
+    Noted,
+    Places,
     as_block,
     needed_bytes,
     write_all,
@@ -33,6 +35,7 @@ from macromicro.recording_format import (
 
 _MB = 1_000_000
 _COPY_BYTES = 1 << 20
+EVENT_BYTES_A_ROW = 4  # reserved: about ten events a second
 
 
 class RecordingError(MacromicroError):
@@ -67,9 +70,10 @@ class Recorder:
     Disk space for `capacity` rows is reserved at once. A longer run grows the file by
     copying it to twice the capacity, so choose a capacity that suffices.
 
-    `dt`: sample time [s]; `attributes`: provenance, such as seed and version. Raises
-    InputError for an existing `path` (unless `overwrite`), an unfit folder, or columns and
-    attributes that HDF5 cannot hold; RecordingError if the file cannot be made.
+    `dt`: sample time [s]; `attributes`: provenance, such as seed and version; with `events` it
+    takes what happened, too (`note`). Raises InputError for an existing `path` (unless
+    `overwrite`), an unfit folder, or columns and attributes that HDF5 cannot hold;
+    RecordingError if the file cannot be made.
     """
 
     def __init__(
@@ -81,6 +85,7 @@ class Recorder:
         attributes: Mapping[str, Attribute],
         *,
         overwrite: bool = False,
+        events: bool = False,
     ) -> None:
         where = os.fspath(path)
         self.path = Path(path).absolute()
@@ -93,9 +98,9 @@ class Recorder:
             raise InputError(where, "its folder does not exist", "a file in an existing folder")
         check_space(self.path.parent, needed_bytes(self.columns, capacity))
         self._widths = [np.dtype(c.dtype).itemsize for c in self.columns]
-        self._places: list[int] = []
-        self._rows_place = 0
+        self._places = Places(0, ())
         self._capacity = 0
+        self._has_events, self._room, self._used = events, 0, 0  # bytes of events
         self._rows = 0
         self._fd = -1
         self._closed = False
@@ -128,15 +133,37 @@ class Recorder:
         try:
             if total > self._capacity:
                 self._lay_out(max(total, 2 * self._capacity))
-            for array, place, width in zip(arrays, self._places, self._widths, strict=True):
+            places = zip(arrays, self._places.columns, self._widths, strict=True)
+            for array, place, width in places:
                 write_all(self._fd, array.view(np.uint8).data, place + self._rows * width)
-            write_all(self._fd, np.int64(total).tobytes(), self._rows_place)
+            write_all(self._fd, np.int64(total).tobytes(), self._places.rows)
         except (OSError, RuntimeError) as error:
-            raise RecordingError(
-                f"{self.path}: writing failed: {_reason(error)}; "
-                f"the first {self._rows} rows are safe in this file"
-            ) from error
+            raise self._failed(error) from error
         self._rows = total
+
+    def note(self, entries: Sequence[Noted]) -> None:
+        """Write what happened behind what did before, in a recording with `events`.
+
+        Raises RecordingError as `append` does.
+        """
+        if self._closed or not self._has_events:
+            raise RecordingError(f"{self.path}: takes no events")
+        text = b"".join(entry.line() for entry in entries)
+        used = self._used + len(text)
+        try:
+            if used > self._room:
+                self._lay_out(self._capacity, 2 * used)
+            write_all(self._fd, text, self._places.events + self._used)
+            write_all(self._fd, np.int64(used).tobytes(), self._places.event_bytes)
+        except (OSError, RuntimeError) as error:
+            raise self._failed(error) from error
+        self._used = used
+
+    def _failed(self, error: Exception) -> RecordingError:
+        return RecordingError(
+            f"{self.path}: writing failed: {_reason(error)}; "
+            f"the first {self._rows} rows are safe in this file"
+        )
 
     def flush(self) -> None:
         """Force all appended rows onto the disk itself, against a power failure.
@@ -158,8 +185,8 @@ class Recorder:
             return
         self._closed = True
         try:
-            if self._rows < self._capacity:
-                self._lay_out(self._rows)
+            if self._rows < self._capacity or self._used < self._room:
+                self._lay_out(self._rows, self._used)
         except (OSError, RuntimeError):
             pass  # all rows are safe already
         finally:
@@ -177,23 +204,31 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _lay_out(self, capacity: int) -> None:
-        """Replace the file by one of `capacity` rows that holds all rows so far."""
+    def _lay_out(self, capacity: int, room: int | None = None) -> None:
+        """Replace the file by one of `capacity` rows, and `room` bytes of events, that holds
+        all of them so far."""
+        if room is None:
+            room = max(self._room, EVENT_BYTES_A_ROW * capacity)
         part = self.path.with_name(f"{self.path.name}.part")
         fd = os.open(part, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
         try:
-            rows_place, places = self._layout.write(fd, capacity)
+            places = self._layout.write(fd, capacity, room if self._has_events else None)
             if self._rows:
-                for source, target, width in zip(self._places, places, self._widths, strict=True):
+                columns = zip(self._places.columns, places.columns, self._widths, strict=True)
+                for source, target, width in columns:
                     _copy(self._fd, source, fd, target, self._rows * width)
-                write_all(fd, np.int64(self._rows).tobytes(), rows_place)
+                write_all(fd, np.int64(self._rows).tobytes(), places.rows)
+            if self._used:
+                _copy(self._fd, self._places.events, fd, places.events, self._used)
+                write_all(fd, np.int64(self._used).tobytes(), places.event_bytes)
             os.replace(part, self.path)
         except BaseException:
             os.close(fd)
             part.unlink(missing_ok=True)
             raise
         old, self._fd = self._fd, fd
-        self._capacity, self._rows_place, self._places = capacity, rows_place, places
+        self._capacity, self._places = capacity, places
+        self._room = room if self._has_events else 0
         if old >= 0:
             os.close(old)
 

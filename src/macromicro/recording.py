@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recorder import Recorder, RecordingError, check_space
 from macromicro.recording_format import (
+    EVENT_BYTES,
+    EVENTS,
     FORMAT,
     OWN_ATTRIBUTES,
     ROWS,
@@ -26,8 +28,10 @@ from macromicro.recording_format import (
     Block,
     Column,
     Layout,
+    Noted,
     as_block,
     needed_bytes,
+    noted,
 )
 
 if TYPE_CHECKING:
@@ -35,6 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Column",
+    "Noted",
     "Recorder",
     "Recording",
     "RecordingError",
@@ -114,6 +119,21 @@ class Recording:
         done = as_block(arrays, layout.columns, where)
         named = {c.name: array for c, array in zip(layout.columns, done, strict=True)}
         return cls(layout.columns, len(done[0]), layout.dt, layout.attributes, named)
+
+    @property
+    def events(self) -> tuple[Noted, ...]:
+        """What happened while it was made, and who caused it, oldest first: orders of clients,
+        changes of mode, faults, ends of motions. Empty for a recording that has no events, as
+        those of `macromicro run`. Raises InputError where the file is damaged."""
+        if self._path is None:
+            return ()
+        with _opened(self._path) as file:
+            if EVENTS not in file:
+                return ()
+            try:
+                return noted(file[EVENTS][: int(file[EVENT_BYTES][()])].tobytes())
+            except _DAMAGE as error:
+                raise InputError(str(self._path), f"damaged: {error}", _ACCEPTED) from error
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """The column `name`; InputError names the columns there are."""

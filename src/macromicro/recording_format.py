@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import errno
 import io
+import json
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -21,12 +22,14 @@ from macromicro.errors import InputError
 
 FORMAT = "macromicro recording 1"
 ROWS = "rows"
+EVENTS, EVENT_BYTES = "events", "event_bytes"
 TIME = "t"
 OWN_ATTRIBUTES = ("format", "sample_time_s", "columns")
 Attribute = str | int | float
 Block = NDArray[Any] | Sequence[NDArray[Any]]
 
 _METADATA_BYTES = 1 << 20
+_OWN_NAMES = (ROWS, EVENTS, EVENT_BYTES)
 
 
 class Column(NamedTuple):
@@ -38,13 +41,40 @@ class Column(NamedTuple):
     dtype: str = "f8"
 
 
+class Noted(NamedTuple):
+    """Something that happened while a recording was made, at `t` [s, as in its column `t`; NaN
+    where that is not known]: its `kind`, `who` caused it ("" for the machine), `what`, and
+    what is particular."""
+
+    t: float
+    kind: str
+    who: str
+    what: str
+    facts: Mapping[str, Any]
+
+    def line(self) -> bytes:
+        """As it stands in a file: a line of JSON."""
+        t = self.t if math.isfinite(self.t) else None
+        return json.dumps({**self._asdict(), "t": t}, default=str).encode() + b"\n"
+
+
+def noted(text: bytes) -> tuple[Noted, ...]:
+    """The entries of a file's lines. Raises ValueError or KeyError where they are damaged."""
+    return tuple(_noted(json.loads(line)) for line in text.splitlines())
+
+
+def _noted(entry: dict[str, Any]) -> Noted:
+    t = math.nan if entry["t"] is None else float(entry["t"])
+    return Noted(t, str(entry["kind"]), str(entry["who"]), str(entry["what"]), entry["facts"])
+
+
 def _columns(columns: Sequence[Column], where: str) -> tuple[Column, ...]:
     """`columns` with dtypes in their short form; InputError unless they make a recording."""
     done: dict[str, Column] = {}
     for column in columns:
         place = f"{where}, column {column.name!r}"
         plain = column.name.isidentifier() and column.name.isascii()
-        if not plain or column.name == ROWS or column.name in done:
+        if not plain or column.name in _OWN_NAMES or column.name in done:
             raise InputError(place, "", f"unique names of letters, digits and _, not {ROWS!r}")
         for text in (column.unit, column.meaning):
             if not _is_text(text):
@@ -133,9 +163,21 @@ def as_block(arrays: Block, columns: Sequence[Column], where: str) -> list[NDArr
     return done
 
 
-def needed_bytes(columns: Sequence[Column], capacity: int) -> int:
-    """Bytes on disk for `capacity` rows of `columns`, with a margin for the metadata."""
-    return capacity * sum(np.dtype(c.dtype).itemsize for c in columns) + _METADATA_BYTES
+def needed_bytes(columns: Sequence[Column], capacity: int, events: int = 0) -> int:
+    """Bytes on disk for `capacity` rows of `columns` and so many bytes of `events`, with a
+    margin for the metadata."""
+    rows = capacity * sum(np.dtype(c.dtype).itemsize for c in columns)
+    return rows + events + _METADATA_BYTES
+
+
+class Places(NamedTuple):
+    """Where in a file [bytes] is the number of rows, each column, the number of bytes of
+    events, and those; -1 where there are no events."""
+
+    rows: int
+    columns: tuple[int, ...]
+    event_bytes: int = -1
+    events: int = -1
 
 
 class Layout(NamedTuple):
@@ -158,15 +200,15 @@ class Layout(NamedTuple):
             raise InputError(f"{where}, sample time", dt, "a time above 0 s")
         return cls(_columns(columns, where), float(dt), _attributes(attributes, where))
 
-    def write(self, fd: int, capacity: int) -> tuple[int, list[int]]:
-        """Lay out an empty open file for `capacity` rows, none of them written yet.
+    def write(self, fd: int, capacity: int, events: int | None = None) -> Places:
+        """Lay out an empty open file for `capacity` rows, none of them written yet, and so many
+        bytes of `events` (None: without them).
 
-        Reserves the disk space. Returns the places of `rows` and of each column in the
-        file [bytes]. Raises OSError where the disk refuses.
+        Reserves the disk space. Raises OSError where the disk refuses.
         """
         import h5py
 
-        _reserve(fd, needed_bytes(self.columns, capacity))
+        _reserve(fd, needed_bytes(self.columns, capacity, events or 0))
         steady = _SteadyFile(fd)
         with h5py.File(steady, "w", libver=("earliest", "v108")) as file:
             file.attrs["format"] = FORMAT
@@ -174,14 +216,14 @@ class Layout(NamedTuple):
             file.attrs["columns"] = " ".join(c.name for c in self.columns)
             for key, value in self.attributes.items():
                 file.attrs[key] = value
-            places = self._write_datasets(file, capacity)
+            places = self._write_datasets(file, capacity, events)
         if steady.error:
             raise steady.error
         os.ftruncate(fd, steady.end)
         _reserve(fd, steady.end)
         return places
 
-    def _write_datasets(self, file: Any, capacity: int) -> tuple[int, list[int]]:
+    def _write_datasets(self, file: Any, capacity: int, events: int | None) -> Places:
         import h5py
 
         plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -206,7 +248,15 @@ class Layout(NamedTuple):
             if dataset != time:
                 dataset.dims[0].attach_scale(time)
         # With a capacity of no rows a dataset has no place, and nothing is written there.
-        return count.id.get_offset(), [d.id.get_offset() or 0 for d in made]
+        places = Places(count.id.get_offset(), tuple(d.id.get_offset() or 0 for d in made))
+        if events is None:
+            return places
+        used = file.create_dataset(EVENT_BYTES, data=np.int64(0))
+        used.attrs["long_name"] = "bytes of events; what lies beyond them is unused"
+        kind, space = h5py.h5t.NATIVE_UINT8, h5py.h5s.create_simple((events,))
+        text = h5py.Dataset(h5py.h5d.create(file.id, EVENTS.encode(), kind, space, dcpl=plan))
+        text.attrs["long_name"] = "what happened, and who caused it: a line of JSON each"
+        return places._replace(event_bytes=used.id.get_offset(), events=text.id.get_offset() or 0)
 
 
 class _SteadyFile(io.RawIOBase):

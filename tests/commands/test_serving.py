@@ -190,6 +190,29 @@ def test_ctrl_c_while_it_starts_is_answered_at_once(tmp_path: Path) -> None:
     assert (process.returncode, out) == (130, "")
 
 
+def test_the_log_and_the_recording_tell_who_did_what(begin: Begin, tmp_path: Path) -> None:
+    secret = "a token that is long"
+    server = begin("--log", "logs/serve.log", "--record", "made", token=secret)
+    with server.scpi() as client:
+        name = ask(client, "SYST:CLI?").strip('"')
+        assert ask(client, 'SYST:AUTH "a wrong guess";:SYST:ERR?').startswith("-203,")
+        assert ask(client, f'SYST:AUTH "{secret}";:SYST:LOCK:REQ?;:ENAB;:FAN ON;STOP;*OPC?')
+    with server.scpi() as browser:
+        browser.sendall(b"POST / HTTP/1.1\r\n\r\nABOR\r\n")
+        assert browser.recv(10) == b""
+    assert server.end() == 130
+    text = (tmp_path / "logs" / "serve.log").read_text()
+    (file,) = (tmp_path / "made").iterdir()
+    events = Recording.load(file).events
+    for what in ("Enable", "Fan", "Stop"):
+        assert f"INFO order: {what} by {name}" in text
+        assert ("order", name, what) in [event[1:4] for event in events]
+    assert f"WARNING token: this is not the token by {name}" in text
+    assert "WARNING stranger: sent HTTP by scpi 127.0.0.1:" in text
+    assert secret not in text and "guess" not in text
+    assert secret not in str(events) and "EmergencyStop" not in text
+
+
 def test_the_end_of_its_terminal_is_an_orderly_end(tmp_path: Path) -> None:
     """SIGHUP, as from a closed window or a lost ssh: at rest, kept, and exit status 129."""
     (tmp_path / "live.toml").write_text("[serve]\nmiss_share = 1.0\n")

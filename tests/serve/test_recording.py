@@ -21,6 +21,7 @@ from macromicro.errors import InputError, MacromicroError
 from macromicro.serve.recording import Recording
 from macromicro.serve.shared import COLUMNS, INDEX, Shared
 from macromicro.serve.station import Station
+from macromicro.serve.trail import Trail
 
 
 def fill(shared: Shared, first: int, count: int) -> None:
@@ -35,7 +36,7 @@ def fill(shared: Shared, first: int, count: int) -> None:
 
 
 def record(shared: Shared, path: Path, failed: Any = print, capacity: int = 500) -> Recording:
-    return Recording(shared, path, capacity, {"rig": "twin"}, failed)
+    return Recording(shared, Trail(), path, capacity, {"rig": "twin"}, failed)
 
 
 def test_every_row_from_the_start_on_is_in_the_file(tmp_path: Path) -> None:
@@ -151,3 +152,23 @@ def test_an_existing_file_is_refused_and_the_machine_runs_on(
     until(lambda: machine.snapshot().recording.rows)
     state = machine.end_recording()
     assert recordings.Recording.load(tmp_path / "a.h5").rows == state.rows > 0
+
+
+def test_what_happened_is_in_the_file_with_who_caused_it(tmp_path: Path) -> None:
+    """Readable while it is written, behind more of it than was reserved, and at the end."""
+    shared, trail = Shared.create(4000), Trail()
+    recording = Recording(shared, trail, tmp_path / "a.h5", 10, {"rig": "twin"}, print)
+    fill(shared, 0, 20)
+    trail.order(0.01, "scpi 127.0.0.1:7", m.MoveTo(0.042), m.Accepted(3))
+    until(lambda: recordings.Recording.load(tmp_path / "a.h5").events)
+    for k in range(100):
+        trail.event(m.Event(k * 1e-3, "mode", "ready", "homing", f"home {k}", {"n": math.nan}))
+    trail.client("token", "web ::1", "this is not the token")
+    recording.end()
+    found = recordings.Recording.load(tmp_path / "a.h5")
+    assert len(found) == 20 and len(found.events) == 102
+    first, *_, last = found.events
+    assert first[:4] == (0.01, "order", "scpi 127.0.0.1:7", "MoveTo")
+    assert first.facts == {"position": 0.042, "motion": 3}
+    assert math.isnan(last.t) and last[1:4] == ("token", "web ::1", "this is not the token")
+    shared.close()

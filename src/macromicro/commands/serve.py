@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections import deque
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
@@ -35,7 +34,7 @@ class _Doors(NamedTuple):
     token: str | None
 
 
-def serve(
+def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     rig: Annotated[
         str, typer.Option(metavar="NAME", help="The twin, or MODULE:FACTORY of your own rig.")
     ] = "twin",
@@ -75,6 +74,14 @@ def serve(
             show_default="one for each rig, in your state folder",
         ),
     ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Also write who ordered what, faults and stops into this file, which rotates.",
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the twin's noise.")] = 0,
 ) -> None:
     """Run the control loop at 1000 Hz against the clock, and serve it until Ctrl-C, SIGTERM or
@@ -84,6 +91,7 @@ def serve(
     is needed where others than this computer can connect. Nothing moves at the start.
     """
     from macromicro.serve import hosts, persist, places, settings
+    from macromicro.serve.log import Log
 
     sys.setswitchinterval(SWITCH_S)
 
@@ -96,7 +104,7 @@ def serve(
         places.check_state(persist.default_path(rig), "state folder (--state, XDG_STATE_HOME):")
     if record is not None:
         places.make_folder(record, chosen.serve.recorder_capacity)
-    with Signals() as signals:
+    with Log(log), Signals() as signals:
         signals.later(_EARLY)
         print(f"starting {rig}; the first time it compiles, about 15 s", file=sys.stderr)
         from macromicro.serve.station import Station
@@ -153,10 +161,8 @@ def _serve(station: Station, doors: _Doors, record: Path | None, signals: Signal
             station.record(path)
             print(f"recording: {path}")
         print("Ctrl-C ends it", flush=True)
-        troubles = Troubles(station)
         while not signals.received:
             time.sleep(0.1)
-            troubles.tell()
             for server in servers:
                 if server.failure is not None:
                     raise server.failure
@@ -185,24 +191,3 @@ def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> li
     bound, port = page.address
     print(f"page: {hosts.url(hosts.reached(doors.host, bound), port)}")
     return servers
-
-
-class Troubles:
-    """What fails beside the machine (position file, recording, loop), on stderr, each once."""
-
-    def __init__(self, station: Station) -> None:
-        self._station = station
-        self._seen = -1
-        self._told: deque[str] = deque(maxlen=100)
-
-    def tell(self) -> None:
-        """Print what is new."""
-        self._seen, events = self._station.events(self._seen)
-        for event in events:
-            reason = event.evidence.get("reason")
-            if event.kind not in ("position", "recording", "loop") or reason is None:
-                continue
-            text = f"{event.kind} {event.cause}: {reason}"
-            if text not in self._told:
-                self._told.append(text)
-                print(f"macromicro: {text}", file=sys.stderr, flush=True)

@@ -21,6 +21,7 @@ from macromicro.serve.sending import Allowed, Sender, Stops
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import HEARTBEAT, LEAVE, Shared
 from macromicro.serve.snapshot import Trouble
+from macromicro.serve.trail import Trail
 
 END_S = 3.0
 
@@ -34,7 +35,8 @@ class Connection:
         self._path = state or persist.default_path(rig)
         self._rig, self._seed, self._settings, self._machine = rig, seed, settings, machine
         self.shared: Shared | None = None
-        self.ledger = Ledger()
+        self.trail = Trail()
+        self.ledger = Ledger(self.trail)
         self.trouble: Trouble | None = None
         self.trust = "not started"
         self.realtime = ""
@@ -153,12 +155,13 @@ class Connection:
 
     def tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
         """An event of our own, beside those of the machine; its time is the machine's."""
-        mode = ""
-        now = math.nan
+        self.ledger.event(Event(self.time, kind, "", "", cause, evidence))
+
+    @property
+    def time(self) -> float:
+        """The machine's [s]; NaN before its first row."""
         row = self.shared.last() if self.shared is not None else None
-        if row is not None:
-            now = float(row[0])
-        self.ledger.event(Event(now, kind, mode, mode, cause, evidence))
+        return float(row[0]) if row is not None else math.nan
 
     def _report(self, text: str) -> None:
         self.tell("loop", "trouble", {"reason": text})

@@ -7,6 +7,7 @@ import threading
 from collections import deque
 
 from macromicro.control.live.messages import Accepted, Event, Finished, Reply
+from macromicro.serve.trail import Trail
 
 EVENTS = 2_000
 MOTIONS = 2_000
@@ -15,7 +16,9 @@ MOTIONS = 2_000
 class Ledger:
     """The last `EVENTS` events and `MOTIONS` ends of motions, and the replies waited for."""
 
-    def __init__(self) -> None:
+    def __init__(self, trail: Trail | None = None) -> None:
+        self._trail = Trail() if trail is None else trail
+        self._time = math.nan
         self._news = threading.Condition()
         self._events: deque[Event] = deque(maxlen=EVENTS)
         self._told = 0
@@ -74,6 +77,8 @@ class Ledger:
 
     def event(self, event: Event) -> None:
         """Something happened."""
+        self._time = event.time
+        self._trail.event(event)
         with self._news:
             self._events.append(event)
             self._told += 1
@@ -81,6 +86,7 @@ class Ledger:
 
     def end(self, finished: Finished) -> None:
         """A motion ended; only its first end counts."""
+        self._trail.end(finished, self._time)
         with self._news:
             self._open.discard(finished.id)
             self._finished.setdefault(finished.id, finished)

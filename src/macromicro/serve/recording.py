@@ -14,6 +14,7 @@ from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
 from macromicro.serve.shared import COLUMNS, PERIOD, WRITTEN, Shared
 from macromicro.serve.snapshot import RecordingState
+from macromicro.serve.trail import Trail
 
 EVERY = 0.1  # s between looks at the ring
 
@@ -28,6 +29,7 @@ class Recording:
     def __init__(
         self,
         shared: Shared,
+        trail: Trail,
         path: Path,
         capacity: int,
         attributes: Mapping[str, Attribute],
@@ -35,9 +37,12 @@ class Recording:
         *,
         overwrite: bool = False,
     ) -> None:
-        self._shared = shared
+        self._shared, self._trail = shared, trail
         self._count = int(shared.cells[WRITTEN])
-        self._recorder = Recorder(path, COLUMNS, capacity, PERIOD, attributes, overwrite=overwrite)
+        self._recorder = Recorder(
+            path, COLUMNS, capacity, PERIOD, attributes, overwrite=overwrite, events=True
+        )
+        trail.begin()
         self._failed = failed
         self._state = RecordingState(True, str(self._recorder.path), 0, 0, "")
         self._enough = threading.Event()
@@ -63,6 +68,7 @@ class Recording:
         except (MacromicroError, OSError) as error:
             self._state = self._state._replace(error=str(error))
         finally:
+            self._trail.end_recording()
             self._recorder.close()
             self._state = self._state._replace(active=False)
         if self._state.error:
@@ -72,6 +78,8 @@ class Recording:
         lost, self._count, block = self._shared.since(self._count)
         if block.shape[1]:
             self._recorder.append(whole(block))
+        if entries := self._trail.take():
+            self._recorder.note(entries)
         self._state = self._state._replace(rows=self._recorder.rows, lost=self._state.lost + lost)
 
 

@@ -43,7 +43,7 @@ class Recordings:
         recording = self._recording
         return recording.state if recording is not None else NO_RECORDING
 
-    def begin(self, path: Path, *, overwrite: bool) -> None:
+    def begin(self, path: Path, client: str = "", *, overwrite: bool) -> None:
         """See `Station.record`."""
         with self._lock:
             shared = self._connection.shared
@@ -56,6 +56,7 @@ class Recordings:
             make_folder(path.parent, capacity, "recording into")
             self._recording = Recording(
                 shared,
+                self._connection.trail,
                 path,
                 round(capacity / PERIOD),
                 self._attributes,
@@ -64,9 +65,9 @@ class Recordings:
             )
             begun = self._recording.state.path
             self._begun.append(Path(begun))
-        self._connection.tell("recording", "begun", {"path": begun})
+        self._connection.tell("recording", "begun", {"path": begun, "client": client})
 
-    def end(self) -> RecordingState:
+    def end(self, client: str = "") -> RecordingState:
         """See `Station.end_recording`."""
         with self._lock:
             recording = self._recording
@@ -75,7 +76,7 @@ class Recordings:
             active = recording.state.active
             state = recording.end()
         if active:
-            facts = {"path": state.path, "rows": state.rows, "lost": state.lost}
+            facts = {"path": state.path, "rows": state.rows, "lost": state.lost, "client": client}
             self._connection.tell("recording", "ended", facts)
         return state
 

@@ -22,6 +22,7 @@ from macromicro.serve.recordings import Recordings
 from macromicro.serve.sending import Stops
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import RecordingState
+from macromicro.serve.trail import Trail
 
 REST_S = 5.0  # longest wait for rest at the end
 
@@ -58,6 +59,11 @@ class Station(Observed):
         self._recordings = Recordings(self._connection, self._serve, attributes)
         self._minder: threading.Thread | None = None
         self._ended = threading.Event()
+
+    @property
+    def trail(self) -> Trail:
+        """Takes note of who orders what."""
+        return self._connection.trail
 
     @property
     def realtime(self) -> str:
@@ -113,9 +119,12 @@ class Station(Observed):
     def connect(self, client: str) -> None:
         """From now on the client is listed as one that watches. InputError for "" as name."""
         self._holders.connect(client)
+        self.trail.client("client", client, "connected")
 
     def disconnect(self, client: str) -> None:
         """The client is gone; if it held control, this is a lost client (`heartbeat`)."""
+        if client in self._holders.clients:
+            self.trail.client("client", client, "disconnected")
         with self._connection.turn:
             if self._holders.disconnect(client):
                 self._lost(client, "disconnected")
@@ -166,12 +175,18 @@ class Station(Observed):
         comes to later than serve.reply_timeout is refused and not done (but Stop,
         EmergencyStop, Disable, and a jog's end are always done).
         """
+        reply = self._request(client, request, since)
+        if isinstance(request, m.Request):
+            self.trail.order(self._connection.time, client, request, reply)
+        return reply
+
+    def _request(self, client: str, request: Any, since: Stops | None) -> Reply:
         since = self._connection.stops if since is None else since
         if not isinstance(request, m.Request) or isinstance(request, m.LinkLost):
             found = type(request).__name__
             return Refused(f"{found} is no request of a client", "a request of control.live")
         if isinstance(request, m.EmergencyStop):
-            if math.isnan(self.emergency(client)):
+            if math.isnan(self._connection.emergency(client)):
                 return Refused("the loop did not answer", "switch the machine's supply off")
             return Accepted()
         if not isinstance(request, m.Stop):
@@ -192,7 +207,10 @@ class Station(Observed):
         by the loop; NaN where it did not answer within a second: then the loop process is told
         to end, which makes them safe as far as the rig still answers it.
         """
-        return self._connection.emergency(client)
+        took = self._connection.emergency(client)
+        reply = Refused("the loop did not answer", "") if math.isnan(took) else Accepted()
+        self.trail.order(self._connection.time, client, m.EmergencyStop(), reply)
+        return took
 
     # Recording
 
@@ -206,15 +224,15 @@ class Station(Observed):
         """Files of all recordings that were begun, by whomever, oldest first."""
         return self._recordings.begun
 
-    def record(self, path: Path, *, overwrite: bool = False) -> None:
+    def record(self, path: Path, *, overwrite: bool = False, client: str = "") -> None:
         """Record telemetry from now on into an HDF5 file, in a folder that is made where
         there is none; raises as `Recorder` does, and `MacromicroError` where a recording is
-        under way or nothing runs."""
-        self._recordings.begin(path, overwrite=overwrite)
+        under way or nothing runs. `client`: who asks, for the events."""
+        self._recordings.begin(path, client, overwrite=overwrite)
 
-    def end_recording(self) -> RecordingState:
+    def end_recording(self, client: str = "") -> RecordingState:
         """Complete the file and close it; what it holds now."""
-        return self._recordings.end()
+        return self._recordings.end(client)
 
     # What goes on by itself
 

@@ -16,6 +16,7 @@ from macromicro.serve import orders
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
+from macromicro.serve.trail import Trail
 
 MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Jog, m.Programme)
 
@@ -33,6 +34,7 @@ class FakeStation:
         self.gone: list[str] = []
         self.beats: list[str] = []
         self.holder = ""
+        self.trail = Trail()
         self.mode = "ready"
         self.motion = 0
         self.given = 0
@@ -199,11 +201,11 @@ class FakeStation:
     def finished(self, motion: int, timeout: float | None = None) -> m.Finished | None:
         return self.ended.get(motion)
 
-    def record(self, path: Path, *, overwrite: bool = False) -> None:
+    def record(self, path: Path, *, overwrite: bool = False, client: str = "") -> None:
         if self.recording.active:
             raise MacromicroError("a recording is under way")
         self.recording = RecordingState(True, str(path), 12, 0, "")
 
-    def end_recording(self) -> RecordingState:
+    def end_recording(self, client: str = "") -> RecordingState:
         self.recording = self.recording._replace(active=False)
         return self.recording

@@ -58,7 +58,7 @@ class Station(_MODULE.FakeStation):  # type: ignore[misc]
             assert self.open.wait(30.0)
         return super().request(client, request, since)
 
-    def record(self, path: Path, *, overwrite: bool = False) -> None:
+    def record(self, path: Path, *, overwrite: bool = False, client: str = "") -> None:
         super().record(path, overwrite=overwrite)
         self.recorded = (*self.recorded, path)
 

@@ -211,7 +211,10 @@ class Connection:
                         await self._put(message, rest, length)
                     await self._intake.pay(len(urgent))
                 data = b"" if self._intake.broken else await self._ear.take(_READ)
-        except (OSError, Stranger):  # reset, or the peer no longer answers; or no SCPI
+        except Stranger as stranger:
+            session = self.session
+            session.device.station.trail.client("stranger", session.client, f"sent {stranger}")
+        except OSError:  # reset, or the peer no longer answers
             return
 
     async def _first(self) -> bytes:

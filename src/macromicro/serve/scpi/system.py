@@ -52,6 +52,7 @@ def _authenticate(call: Call) -> Answer:
     session.authenticated = not problem
     if problem:
         session.failures += 1
+        session.device.station.trail.client("token", session.client, problem)
         raise ScpiError(-203, problem)
     return None
 

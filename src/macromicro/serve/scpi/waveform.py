@@ -66,14 +66,14 @@ def _record(call: Call) -> Answer:
             raise ScpiError(-108, "a name goes with ON")
         if not device.station.snapshot().recording.active:
             raise ScpiError(-221, "no recording is under way")
-        device.station.end_recording()
+        device.station.end_recording(call.session.client)
         return None
     name = name or time.strftime("recording-%Y%m%d-%H%M%S")
     if _NAME.fullmatch(name) is None:
         raise ScpiError(-257, "accepted: letters, digits, '.', '_' and '-', no folder")
     path = Path(device.folder) / (name if name.endswith(".h5") else f"{name}.h5")
     try:
-        device.station.record(path)
+        device.station.record(path, client=call.session.client)
     except MacromicroError as error:
         raise ScpiError(-250, str(error)) from error
     return None

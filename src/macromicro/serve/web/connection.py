@@ -225,6 +225,8 @@ class Connection:
         problem = self._room.token.problem(token, self._address, known=known)
         if problem in ("", WRONG):  # else it was not looked at
             self._admitted = not problem
+        if problem:
+            self._room.station.trail.client("token", f"web {self._address}", problem)
         return problem
 
     # What is shown

@@ -25,18 +25,18 @@ class Recordings:
         self._station, self._folder = station, folder
         self._lock = threading.Lock()
 
-    def begin(self, name: Callable[[], str] | None = None) -> str:
-        """Begin one; its name. Raises as `Station.record` does."""
+    def begin(self, client: str = "", name: Callable[[], str] | None = None) -> str:
+        """Begin one for this client; its name. Raises as `Station.record` does."""
         stem = name() if name else time.strftime("live-%Y%m%d-%H%M%S")
         with self._lock:
             taken = (self._folder / f"{stem}.h5").exists()
             path = self._folder / (f"{stem}-{time.monotonic_ns()}.h5" if taken else f"{stem}.h5")
-            self._station.record(path)
+            self._station.record(path, client=client)
         return path.name
 
-    def end(self) -> RecordingState:
+    def end(self, client: str = "") -> RecordingState:
         """Complete the one under way."""
-        return self._station.end_recording()
+        return self._station.end_recording(client)
 
     def listed(self) -> list[dict[str, Any]]:
         """Names and sizes [bytes] of the last ones, oldest first."""

@@ -1,0 +1,122 @@
+"""Where the log goes: to stderr, for people or the system's journal, and to a file."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import queue
+import sys
+from logging.handlers import QueueHandler, QueueListener, RotatingFileHandler
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from macromicro.errors import InputError
+from macromicro.serve.trail import LOG
+from macromicro.textfile import printable
+
+BYTES, FILES = 4_000_000, 5  # of each file, and how many: nothing grows beyond
+WAITING = 10_000  # lines; further ones are dropped: nobody waits for a disk
+_LINE = "%(asctime)s %(levelname)s %(message)s"
+_SYSLOG = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (logging.INFO, 6))
+
+
+class Log:
+    """Writes what is noted until it is left; a context manager.
+
+    `file`: rotates at `BYTES`, `FILES` of them are kept. On stderr: everything, with the
+    levels that systemd's journal reads, where the journal has it; else warnings, for a
+    person. Raises InputError for a file that cannot be written.
+    """
+
+    def __init__(self, file: Path | None, option: str = "--log") -> None:
+        self._handlers: list[logging.Handler] = [_Stderr()]
+        if file is not None:
+            try:
+                file.parent.mkdir(parents=True, exist_ok=True)
+                made = _File(file, maxBytes=BYTES, backupCount=FILES - 1, encoding="utf-8")
+            except OSError as error:
+                where = f"{option} {printable(file, 300)}"
+                accepted = "a file in a folder that can be made and written to"
+                raise InputError(where, error.strerror or str(error), accepted) from None
+            made.setFormatter(logging.Formatter(_LINE))
+            self._handlers.append(made)
+        lines: queue.Queue[Any] = queue.Queue(WAITING)
+        self._entry = _Queue(lines)
+        self._listener = QueueListener(lines, *self._handlers, respect_handler_level=True)
+        self._before = LOG.level, LOG.propagate
+
+    def __enter__(self) -> Self:
+        LOG.setLevel(logging.INFO)
+        LOG.propagate = False
+        LOG.addHandler(self._entry)
+        self._listener.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        LOG.removeHandler(self._entry)
+        self._listener.stop()
+        LOG.level, LOG.propagate = self._before
+        for handler in self._handlers:
+            with contextlib.suppress(OSError):  # the disk is full
+                handler.close()
+
+
+class _Queue(QueueHandler):
+    def enqueue(self, record: logging.LogRecord) -> None:
+        with contextlib.suppress(queue.Full):  # the disk is too slow
+            self.queue.put_nowait(record)
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Nothing: a log that fails must not disturb what it tells of."""
+
+
+class _File(RotatingFileHandler):
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Nothing: where the disk is full the recording tells of it."""
+
+
+class _Stderr(logging.StreamHandler[Any]):
+    """Plain for a person, each message once; with levels for the journal."""
+
+    def __init__(self) -> None:
+        super().__init__(sys.stderr)
+        self._journal = to_journal()
+        self._told: dict[str, None] = {}
+        self.setLevel(logging.INFO if self._journal else logging.WARNING)
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line."""
+        text = record.getMessage()
+        if not self._journal:
+            return f"macromicro: {text}"
+        number = next((n for level, n in _SYSLOG if record.levelno >= level), 7)
+        return f"<{number}>{text}"
+
+    def filter(self, record: logging.LogRecord) -> Any:
+        """On a terminal a trouble that comes again and again is told once."""
+        text = record.getMessage()
+        if self._journal or text not in self._told:
+            self._told[text] = None
+            while len(self._told) > 100:
+                del self._told[next(iter(self._told))]
+            return super().filter(record)
+        return False
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """Nothing: the terminal is gone."""
+
+
+def to_journal() -> bool:
+    """Does systemd's journal read our stderr? (systemd.exec(5), JOURNAL_STREAM)"""
+    try:
+        found = os.fstat(sys.stderr.fileno())
+    except (OSError, ValueError):
+        return False
+    return os.environ.get("JOURNAL_STREAM", "") == f"{found.st_dev}:{found.st_ino}"
