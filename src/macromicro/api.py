@@ -20,11 +20,10 @@ import macromicro
 from macromicro import config, simulate
 from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
-from macromicro.control.supervisor import MACRO, MICRO
-from macromicro.design import response
+from macromicro.design import served
 from macromicro.design.response import MoveResult
 from macromicro.errors import InputError
-from macromicro.experiments import hall_calibration
+from macromicro.experiments import hall_calibration, programmed
 from macromicro.experiments.run import DEFAULT, MAX_SEED, load
 from macromicro.loop import PERIOD
 from macromicro.programme import Programme
@@ -100,36 +99,17 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
     """How each move went: arrival, settling, final error, overshoot, in the units of a table.
 
     Needs nothing but the recording: stages and targets are read from its references.
-    `settings`: those of the run, if its encoder or its macro tolerance were overridden.
+    `settings`: those of the run, if its encoder or its macro tolerance were overridden. Of a
+    recording of the live machine these are the moves to a place that it shows, homing and
+    jogs left out; macro targets are where its encoder counted them.
     """
     settings = Settings() if settings is None else settings
     if not len(recording):
         return []
-    begun, what = _moves_of(recording)
-    done = response.moves(
-        recording,
-        what,
-        pitch=settings.sensors.encoder.pitch,
-        macro_band=settings.controller.sequence.tolerance,
-    )
+    if served.is_live(recording):
+        found = served.served(recording)
+        done = programmed.moves_of(found.recording, found.programme, settings)
+        return [move._replace(complete=not found.cut[move.move]) for move in done]
+    begun, what = served.ran(recording)
+    done = programmed.moves_of(recording, what, settings)
     return [move for move in done if begun[move.move]]
-
-
-def _moves_of(recording: Recording) -> tuple[npt.NDArray[np.bool_], Programme]:
-    """Which of the recording's moves were begun, and the programme they belong to.
-
-    A micro move that was due before the carriage had settled is counted, but never begun.
-    """
-    index, phase = recording["move"], recording["phase"]
-    coarse, fine = recording["macro_reference"], recording["micro_reference"]
-    count = int(index[-1]) + 1
-    first = np.minimum(np.searchsorted(index, np.arange(count)), len(index) - 1)
-    before = np.maximum(first - 1, 0)
-    macro = phase[first] == MACRO
-    fresh = (first == 0) | (phase[before] != MACRO) | (coarse[before] != coarse[first])
-    micro = phase[first] == MICRO
-    stage = np.where(macro & fresh, programmes.MACRO, programmes.MICRO)
-    target = np.where(macro, coarse[first], fine[first] * 1e-3)
-    none = np.full(count, np.nan)
-    what = Programme("", none, stage.astype(np.int64), target, none, float("nan"), "")
-    return (macro & fresh) | micro, what

@@ -96,8 +96,11 @@ def options(
 @app.command()
 def run(
     programme: Annotated[
-        str, typer.Argument(help="A programme (.toml or .csv), or the name of an example.")
-    ] = "thesis",
+        str | None,
+        typer.Argument(
+            help="A programme (.toml or .csv), or the name of an example.", show_default="thesis"
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for the results.", show_default="results/<programme>"),
@@ -112,6 +115,12 @@ def run(
     seed: Annotated[
         int, typer.Option(parser=_whole, metavar="N", help="Seed of the sensors' noise.")
     ] = 0,
+    rig: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="The twin, or replay:FILE for the sensors of a recording."
+        ),
+    ] = "twin",
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
     ] = False,
@@ -121,27 +130,19 @@ def run(
 ) -> None:
     """Run a motion programme on the virtual bench.
 
-    The thesis' integrated test (Chapter 6) runs if no programme is named.
+    The thesis' integrated test (Chapter 6) runs if no programme is named. On replay:FILE nothing
+    moves: controller and guard see the sensors of that recording, to its end.
     """
     with Signals() as signals:
         try:
-            _run(programme, out, config, cycles, fan, seed, as_json, overwrite, signals)
+            request = (programme, out, config, cycles, fan, seed, overwrite, rig)
+            _run(request, as_json, signals)
         except KeyboardInterrupt:
             _say("interrupted")
             raise typer.Exit(signals.status) from None
 
 
-def _run(
-    programme: str,
-    out: Path | None,
-    config: Path | None,
-    cycles: int,
-    fan: bool,
-    seed: int,
-    as_json: bool,
-    overwrite: bool,
-    signals: Signals,
-) -> None:
+def _run(given: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
     from macromicro.experiments import run as experiment
@@ -149,11 +150,11 @@ def _run(
     from macromicro.report.summary import as_json as to_json
     from macromicro.report.write import write
 
-    request = experiment.Request(programme, out, config, cycles, fan, seed, overwrite)
-    job = experiment.check(request)
-    if not experiment.is_compiled():
-        print("compiling the bench, once, about 10 s", file=sys.stderr)
-    experiment.compile_bench(job)
+    job = experiment.check(experiment.Request(*given))
+    if job.source is None:
+        if not experiment.is_compiled():
+            print("compiling the bench, once, about 10 s", file=sys.stderr)
+        experiment.compile_bench(job)
     if job.recalibrate:
         print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
     signals.later()

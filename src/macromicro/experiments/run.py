@@ -17,15 +17,18 @@ from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult, moves
+from macromicro.design.served import timetable
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
-from macromicro.experiments import folder, hall_calibration
+from macromicro.experiments import folder, hall_calibration, replaying
 from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
 from macromicro.programme import MACRO, Limits, Programme
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig import faults
 from macromicro.rig.faults import Fault
+from macromicro.rig.opening import TWIN
+from macromicro.rig.replay import SCHEME, Replay, opened
 from macromicro.settings import Settings
 
 DEFAULT = "thesis"
@@ -38,21 +41,24 @@ _USUAL_MOVE = 0.9
 
 
 class Request(NamedTuple):
-    """What the user asked for. `programme`: a file or an example's name."""
+    """What the user asked for. `programme`: a file or an example's name, None for the usual one
+    or a replayed recording's own moves; `rig`: the twin, or replay:FILE for its sensors."""
 
-    programme: str = DEFAULT
+    programme: str | None = None
     out: Path | None = None
     config: Path | None = None
     cycles: int = 1
     fan: bool = False
     seed: int = 0
     overwrite: bool = False
+    rig: str = TWIN
 
 
 class Job(NamedTuple):
     """A request that was found good. `programme` holds all cycles, of `per_cycle` moves;
     `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly;
-    `recalibrate`: the Hall sensor is not the one that was calibrated."""
+    `recalibrate`: the Hall sensor is not the one that was calibrated; `source`: what is
+    replayed, None for the twin."""
 
     request: Request
     settings: Settings
@@ -62,6 +68,7 @@ class Job(NamedTuple):
     out: Path
     expected: float
     recalibrate: bool
+    source: Recording | None = None
 
 
 class Ended(NamedTuple):
@@ -95,18 +102,25 @@ def check(request: Request) -> Job:
 
     Raises `InputError`.
     """
-    path = programmes.find(request.programme)
     settings = Settings()
     if request.config is not None:
         settings = config.load_overrides(request.config, settings)
-    single = load(path, settings)
+    source = None if request.rig == TWIN else opened(request.rig)
+    if source is not None:
+        Replay(source, request.rig.removeprefix(SCHEME))  # has it sensors?
+    if source is not None and request.programme is None:
+        single, name = timetable(source), Path(request.rig.removeprefix(SCHEME)).stem
+    else:
+        path = programmes.find(request.programme or DEFAULT)
+        single, name = load(path, settings), path.stem
     if not 0 <= request.seed <= MAX_SEED:
         raise InputError("--seed", request.seed, f"a whole number from 0 to {MAX_SEED}")
     try:
         programme = single.repeated(request.cycles)
     except InputError as error:
         raise InputError("--cycles", error.value, error.accepted) from None
-    out = request.out if request.out is not None else Path("results") / path.stem
+    name = name if source is None else f"{name}-replay"
+    out = request.out if request.out is not None else Path("results") / name
     needed = needed_bytes(COLUMNS, _capacity(settings, programme))
     folder.check(out, needed, overwrite=request.overwrite)
     return Job(
@@ -118,6 +132,7 @@ def check(request: Request) -> Job:
         out=out,
         expected=_expected(settings, programme),
         recalibrate=hall_calibration.needed(settings),
+        source=source,
     )
 
 
@@ -168,25 +183,42 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
         "overrides": json.dumps(job.overrides),
         "settings": config.as_toml(job.settings),
     }
+    if job.source is not None:
+        attributes["rig"] = request.rig
     table = hall_calibration.for_bench(job.settings)
     place = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()
     with (
         Recorder(
-            place, COLUMNS, _capacity(job.settings, job.programme), PERIOD, attributes
+            place,
+            COLUMNS if job.source is None else replaying.columns(job.source),
+            _capacity(job.settings, job.programme),
+            PERIOD,
+            attributes,
         ) as recorder,
         contextlib.suppress(Stop),
     ):
-        outcome = simulate.simulate(
-            job.settings,
-            job.programme,
-            recorder,
-            seed=request.seed,
-            fan=request.fan,
-            table=table,
-            progress=progress,
-        )
+        if job.source is not None:
+            outcome = replaying.replay(
+                job.source,
+                job.programme,
+                job.settings,
+                recorder,
+                fan=request.fan,
+                table=table,
+                progress=progress,
+            )
+        else:
+            outcome = simulate.simulate(
+                job.settings,
+                job.programme,
+                recorder,
+                seed=request.seed,
+                fan=request.fan,
+                table=table,
+                progress=progress,
+            )
     wall = time.perf_counter() - began
     return measure(job, Recording.load(place), outcome, wall)
 

@@ -1,0 +1,88 @@
+"""A rig that plays a recording's sensors back; what is written to it changes nothing."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.errors import InputError
+from macromicro.recording import Recording
+from macromicro.types import Outputs, Sample
+
+SCHEME = "replay:"
+# A sensor's column, and what one unit of it is in a `Sample`; whole numbers of a live recording
+# say -1 for what was not measured.
+_COLUMNS = {
+    "encoder": ("macro_position", 1.0),
+    "hall": ("hall_voltage", 1.0),
+    "laser": ("laser", 1e-6),
+    "extend": ("extend", 1.0),
+    "contract": ("contract", 1.0),
+}
+
+
+class Replay:
+    """A `Rig` whose readings are those of `recording`, one a period, in its own time; of what
+    was not recorded there are none. InputError for a recording without sensors."""
+
+    def __init__(self, recording: Recording, name: str = "recording") -> None:
+        found: dict[str, NDArray[np.float64]] = {}
+        for channel, (column, unit) in _COLUMNS.items():
+            if column in recording:
+                values = recording[column].astype(float) * unit
+                if channel in ("extend", "contract"):
+                    values[values < 0.0] = math.nan
+                if not np.isnan(values).all():
+                    found[channel] = values
+        if not {"encoder", "hall"} & set(found) or not len(recording):
+            columns = ", ".join(column for column, _ in _COLUMNS.values())
+            raise InputError(f"{SCHEME}{name}", "no sensors", f"a recording with {columns}")
+        self.channels = tuple(found)
+        self.clock = self
+        self.rows = len(recording)
+        self._t = recording["t"] - recording["t"][0]
+        self._values = [found.get(channel) for channel in _COLUMNS]
+        self._row = 0
+
+    def now(self) -> float:
+        """Time of the reading [s], from 0."""
+        return float(self._t[self._row])
+
+    def wait(self, dt: float) -> None:
+        """The next row; the last one stays."""
+        self._row = min(self._row + 1, self.rows - 1)
+
+    def read(self) -> Sample:
+        """The present row."""
+        k = self._row
+        return Sample(self.now(), *(math.nan if v is None else float(v[k]) for v in self._values))
+
+    def write(self, outputs: Outputs) -> None:
+        """Nothing: what was recorded has happened."""
+
+    def stop(self) -> None:
+        """Nothing: nothing moves."""
+
+    def __enter__(self) -> Self:
+        self._row = 0
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Nothing is open."""
+
+
+def opened(name: str) -> Recording:
+    """The recording that "replay:FILE" names. InputError for another text, or no recording."""
+    if not name.startswith(SCHEME) or name == SCHEME:
+        raise InputError("--rig", name, "twin, or replay:FILE with a recording")
+    return Recording.load(Path(name.removeprefix(SCHEME)))
