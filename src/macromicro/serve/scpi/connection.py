@@ -16,7 +16,7 @@ from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.intake import Intake
 from macromicro.serve.scpi.message import Message, Unit
-from macromicro.serve.scpi.rates import Bounds
+from macromicro.serve.scpi.rates import Bounds, Threads
 from macromicro.serve.scpi.session import Session
 from macromicro.serve.scpi.strangers import FirstLine, Stranger
 from macromicro.serve.scpi.wire import Ear, prepare
@@ -30,15 +30,6 @@ _READ = 16 * 1024
 _UNIT_BYTES = 256  # memory of a parsed command
 _LONG, _PER_BYTE = 4096, 1 / 2000  # answer from which on its bytes cost, and how much
 _T = TypeVar("_T")
-
-
-class Threads(NamedTuple):
-    """Where calls to the station run: `urgent` is kept free for stops; `others` is for
-    clients that may not command, few enough to leave the rest their share of a processor."""
-
-    orders: Executor
-    urgent: Executor
-    others: Executor
 
 
 class _Waiting(NamedTuple):

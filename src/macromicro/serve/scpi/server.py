@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST, guarded
 from macromicro.serve.hosts import SCPI_PORT as PORT
-from macromicro.serve.scpi.connection import Connection, Threads
+from macromicro.serve.scpi.connection import Connection
 from macromicro.serve.scpi.device import Device
-from macromicro.serve.scpi.rates import Bounds
+from macromicro.serve.scpi.rates import Bounds, Threads
 from macromicro.serve.scpi.wire import Ear
 from macromicro.serve.seats import Places
 from macromicro.serve.threaded import Threaded, check_port, refused
