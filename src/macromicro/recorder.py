@@ -98,7 +98,7 @@ class Recorder:
         self._capacity = 0
         self._rows = 0
         self._fd = -1
-        self._closed = False
+        self._closed = self._noted = False
         try:
             self._lay_out(capacity)
         except (OSError, RuntimeError) as error:
@@ -138,6 +138,14 @@ class Recorder:
             ) from error
         self._rows = total
 
+    def note(self, name: str, value: Attribute) -> None:
+        """An attribute more, in the file once `close` has laid it out for the last time.
+        Raises InputError for one that HDF5 cannot hold."""
+        layout = self._layout
+        attributes = {**layout.attributes, name: value}
+        self._layout = Layout.checked(layout.columns, layout.dt, attributes, str(self.path))
+        self._noted = True
+
     def flush(self) -> None:
         """Force all appended rows onto the disk itself, against a power failure.
 
@@ -158,7 +166,7 @@ class Recorder:
             return
         self._closed = True
         try:
-            if self._rows < self._capacity:
+            if self._rows < self._capacity or self._noted:
                 self._lay_out(self._rows)
         except (OSError, RuntimeError):
             pass  # all rows are safe already

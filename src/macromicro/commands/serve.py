@@ -102,7 +102,10 @@ def serve(
             if not signals.received:
                 print(f"loop: 1000 Hz; {station.realtime}")
                 _serve(station, doors, record, signals)
-            print("stopping: the machine decelerates, outputs go safe", file=sys.stderr)
+            print(
+                "stopping: the machine decelerates, then every output is told to be off",
+                file=sys.stderr,
+            )
     raise typer.Exit(signals.status)
 
 

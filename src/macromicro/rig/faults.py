@@ -7,6 +7,8 @@ from typing import NamedTuple
 from macromicro.rig import codes
 from macromicro.rig.guard import Watch
 
+SWITCHED_OFF = "all outputs were set to off (told to the rig, not read back)"
+
 
 class Fault(NamedTuple):
     """A tripped guard. `time_s`: when, in the run's time."""
@@ -139,6 +141,6 @@ def describe(watch: Watch) -> Fault | None:
         text.name,
         round(watch.time, 9),
         text.message,
-        f"{evidence}, at {watch.time:.3f} s; all outputs are safe",
+        f"{evidence}, at {watch.time:.3f} s; {SWITCHED_OFF}",
         text.remedy,
     )

@@ -61,6 +61,7 @@ class Fault(NamedTuple):
     read whatever the field is, or NaN for none; `noise` [V] rms is added to it. `later` [s]:
     added to the time of samples. `stall` [s]: time that every reading takes. `cut`: outputs
     that do not reach the bench. `blocked`: the carriage cannot move. `raises`: reading fails.
+    `hangs`: reading does not return.
     """
 
     words: str
@@ -74,6 +75,7 @@ class Fault(NamedTuple):
     cut: tuple[str, ...] = ()
     blocked: bool = False
     raises: str = ""
+    hangs: bool = False
 
 
 FAULTS: dict[str, Fault] = {
@@ -97,6 +99,7 @@ FAULTS: dict[str, Fault] = {
     "clock-back": Fault("the rig's clock jumps 10 s back", later=-10.0),
     "slow": Fault("every reading takes 5 ms", stall=5e-3),
     "unplugged": Fault("reading fails", raises="the A/D board was unplugged"),
+    "hanging": Fault("reading does not return", hangs=True),
 }
 NAMES = tuple(FAULTS)
 _FAULTS = tuple(FAULTS.values())
@@ -154,6 +157,10 @@ class Faulty(Twin):
         if fault.raises:
             cells[ONSET] = self.tick * self.dt
             raise OSError(fault.raises)
+        if fault.hangs:
+            cells[ONSET] = self.tick * self.dt
+            while int(cells[WANTED]) == number:
+                time.sleep(0.01)
         if fault.stall:
             time.sleep(fault.stall)
         true = super().read()

@@ -88,6 +88,7 @@ class Session:
         self._unwinding = Unwinding()
         self._sample: Any = None
         self._zero: float | None = None
+        self.unstopped = "its stop was not called"  # "" once it has returned
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -122,6 +123,7 @@ class Session:
 
     def write(self, outputs: Any) -> None:
         """Set all outputs."""
+        self.unstopped = "its stop was not called"
         self._rig.write(outputs)
 
     def idle(self, seconds: float) -> None:
@@ -146,8 +148,15 @@ class Session:
             self.stop()
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
-        self._rig.stop()
+        """Set every output to its safe value; `unstopped` tells whether the rig's `stop`
+        returned ("") or what became of it, as nothing reads the outputs back."""
+        self.unstopped = "its stop did not return"
+        try:
+            self._rig.stop()
+        except Exception as error:
+            self.unstopped = f"its stop failed: {type(error).__name__}: {error}"
+            raise
+        self.unstopped = ""
 
     def __enter__(self) -> Self:
         if not self._inside:

@@ -94,6 +94,15 @@ class Keeper:
             self._save(place)
             self._moving = place.moving
 
+    def lose(self, why: str) -> None:
+        """The loop is gone without a word, and what the rig did since is not known: the next
+        start has to home."""
+        with self._lock:
+            place = self._look()
+            if self._moving or place is None:  # "moving" says so already
+                return
+            self._save(place._replace(trusted=False, why=why))
+
     def _says(self, place: Place) -> bool:
         """Does the file say this?"""
         saved = self._saved

@@ -77,7 +77,9 @@ def main() -> None:
     except Exception:
         outbox.send(("failed", traceback.format_exc(limit=-3)))
         sys.exit(1)
-    status = drive(spec, opened, machine, shared, outbox)
+    session = Session(opened.rig, PERIOD)
+    status = drive(spec, opened, session, machine, shared, outbox)
+    outbox.send(("left", session.unstopped))
     outbox.flush()
     sys.exit(status)
 
@@ -118,21 +120,32 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
     return CompiledTwin(plant, seed, state=state)
 
 
-def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: Outbox) -> int:
-    """Loop until told to end; returns the exit status. Outputs are safe on every way out."""
-    session = Session(opened.rig, PERIOD)
+def drive(
+    spec: Spec,
+    opened: Opened,
+    session: Session,
+    machine: Machine,
+    shared: Shared,
+    outbox: Outbox,
+) -> int:
+    """Loop until told to end; returns the exit status. The rig is stopped on every way out;
+    whether its stop returned, `session` tells."""
     rig = CompiledGuarded(session, opened.guard, PERIOD)
     loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced)
-    _die_with(spec.parent, loop)
+    _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
     privileges = pacing.prepare(spec.settings.serve)
     shared.ring[:] = 0.0  # every page is there before the first period
     gc.collect()
     gc.freeze()
     gc.disable()
+    signal.signal(signal.SIGTERM, _interrupted)  # what comes behind leaving the rig, too
     try:
         with rig:
             outbox.send(("ready", privileges, tuple(session.channels)))
-            ending = loop.run(spec.kept, spec.rig)
+            try:
+                ending = loop.run(spec.kept, spec.rig)
+            finally:  # no more periods come: leaving the rig has a time of its own
+                outbox.send(("leaving",))
     except KeyboardInterrupt:
         outbox.send(("ended", "told to end by a signal"))
         return 0
@@ -140,7 +153,7 @@ def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: 
         from_rig = _inside_rig(error)
         code = faults.RIG_FAILED if from_rig else faults.CONTROL_FAILED
         text = f"{type(error).__name__}: {error}"
-        outbox.send(("trouble", faults.failed(code, f"{text}; the rig was told to go safe")))
+        outbox.send(("trouble", faults.failed(code, text)))
         if not from_rig:
             traceback.print_exc()
         return 1
@@ -150,25 +163,36 @@ def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: 
     return 0
 
 
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
 def _inside_rig(error: Exception) -> bool:
     """Did the rig, or what it calls, raise it? (A session is between the loop and any rig.)"""
     names = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
     return any(name.endswith(os.path.join("rig", "session.py")) for name in names)
 
 
-def _die_with(parent: int, loop: Loop) -> None:
+def _die_with(parent: int, loop: Loop, patience: float) -> None:
     """Let the kernel tell when the serving process dies.
 
     It tells of the death of the thread that started this process, which may be another
-    one; so only a changed parent counts.
+    one; so only a changed parent counts. A loop that has not left within `patience` [s] of it
+    is interrupted.
     """
 
     def told(number: int, frame: FrameType | None) -> None:
         if os.getppid() != parent:
-            loop.orphaned = True
+            orphaned()
+
+    def orphaned() -> None:
+        loop.orphaned = True
+        # A rig that blocks just now would never let the loop see that.
+        signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGTERM))
+        signal.setitimer(signal.ITIMER_REAL, patience)
 
     signal.signal(_DEATH, told)
     with contextlib.suppress(OSError, AttributeError):  # without it the heartbeat tells, later
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(_DEATH), 0, 0, 0)
     if os.getppid() != parent:
-        loop.orphaned = True
+        orphaned()

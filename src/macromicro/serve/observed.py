@@ -32,6 +32,7 @@ class Observed:
             connection.shared,
             connection.running,
             connection.trust,
+            connection.switched_off,
             connection.trouble,
             self.settings.live.limits,
             self._recordings.state,
