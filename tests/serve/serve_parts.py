@@ -60,6 +60,7 @@ class Logged:
     """A carriage that stands, a Hall sensor with a little noise, a clock of its own."""
 
     channels = ("encoder", "hall")
+    counted = True
 
     def __init__(self) -> None:
         self.clock = self
@@ -205,6 +206,9 @@ class Driver:
     def _end(self, outcome: str, **evidence: Any) -> tuple[Any, ...]:
         ended, self.motion, self.mode = self.motion, 0, m.READY
         return (m.Finished(ended, outcome, 0.0, 0.0, evidence),) if ended else ()
+
+    def doubt(self, words: str) -> tuple[Any, ...]:
+        return ()
 
     def found(self) -> None:
         return None

@@ -128,7 +128,10 @@ def inject(cells: NDArray[np.float64], name: str) -> None:
 
 
 class Faulty(Twin):
-    """The twin behind faults; without one it is the twin, bit for bit."""
+    """The twin behind faults; without one it is the twin, bit for bit. It always begins where
+    its encoder says."""
+
+    counted = True
 
     def __init__(self, *given: Any, cells: NDArray[np.float64], **more: Any) -> None:
         super().__init__(*given, **more)

@@ -162,6 +162,32 @@ def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
     )
 
 
+REPEATED = 20  # times the same Hall code, which the noise of a sensor that lives forbids
+
+
+# What `doubt` numbers.
+DOUBTS = (
+    "",
+    "the Hall sensor is silent",
+    "the Hall sensor is off its scale",
+    "the Hall sensor repeats one value",
+    "the Hall sensor is noisy",
+)
+
+
+@kernel
+def doubt(p: Limits, s: Seen, dt: float) -> int:
+    """Why the Hall sensor's last reading is not to be taken for a contraction, long before it
+    is a fault: an index into `DOUBTS`, 0 where it is."""
+    if s.hall_age > p.silent:
+        return 1
+    if s.railed > p.silent:  # a slack wire that bounces may touch the end of the scale
+        return 2
+    if s.same > (REPEATED - 0.5) * dt:
+        return 3
+    return 4 if s.noise > p.noise * p.noise else 0
+
+
 @kernel
 def fault(p: Limits, s: Seen, push: float) -> tuple[int, float, float]:
     """Fault of a sensor or of the carriage: code, measured, limit."""

@@ -43,7 +43,7 @@ class Fixture(NamedTuple):
     left with outputs safe before a run that must begin cold; 0 where `make` gives it cold, its
     laser at zero. `limits`: of its guard, None for the user's settings or the defaults; `table`:
     its Hall calibration, None for the shipped one; `pitch` [m]: travel per encoder count of a
-    kiln.
+    kiln; `counted`: does its encoder keep its count, and count on, while nothing runs?
     """
 
     name: str
@@ -55,6 +55,7 @@ class Fixture(NamedTuple):
     limits: Limits | None = None
     table: Calibration | None = None
     pitch: float = KilnBench().encoder.pitch
+    counted: bool = False
 
     def has(self, *channels: str) -> bool:
         """Does it measure all of them?"""

@@ -19,7 +19,7 @@ RETRY_S = 1.0  # after which a file that could not be written is tried again
 
 class Place(NamedTuple):
     """What the loop shows now: row number, encoder [counts], offset [counts], trust and why,
-    and whether anything moves."""
+    whether anything moves, and the carriage by the laser [m]."""
 
     row: int
     encoder: float
@@ -27,6 +27,7 @@ class Place(NamedTuple):
     trusted: bool
     why: str
     moving: bool
+    laser: float = math.nan
 
 
 class Keeper:
@@ -121,6 +122,7 @@ class Keeper:
             place.why,
             place.moving,
             time.time(),
+            place.laser,
         )
         self._saved = None
         try:

@@ -32,12 +32,13 @@ from macromicro.serve import faults, pacing
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.machine import Machine
-from macromicro.serve.persist import Kept
+from macromicro.serve.persist import Evident, Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import PERIOD, Shared
 from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import warm
 from macromicro.textfile import printable
+from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
@@ -45,13 +46,19 @@ NEEDED = ("encoder", "hall")
 
 
 class Opened(NamedTuple):
-    """A rig to drive: the rig itself, its guard, the table of its Hall sensor, and whether
-    its own clock waits."""
+    """A rig to drive: the rig itself, its guard, the table of its Hall sensor, whether its own
+    clock waits, and whether its counter counts on while nothing runs."""
 
     rig: Any
     guard: guard.Guard
     table: calibration.Calibration
     paced: bool
+    counted: bool
+
+    def witness(self, sample: Sample) -> Evident:
+        """What confirms a position that was kept."""
+        contraction = calibration.position(self.table, sample.hall)
+        return Evident(self.counted, sample.laser - contraction * 1e-3)
 
 
 def main() -> None:
@@ -90,7 +97,7 @@ def open_machine(spec: Spec) -> Opened:
     if spec.rig == TWIN:
         rig = twin(settings, spec.seed, spec.kept)
         table = calibration.shipped()
-        return Opened(rig, guard.prepare(settings.guard, table), table, False)
+        return Opened(rig, guard.prepare(settings.guard, table), table, False, True)
     fixture = open_rig(spec.rig, spec.seed)
     if fixture.kind != BENCH:
         found = f"a {fixture.kind}"
@@ -99,7 +106,8 @@ def open_machine(spec: Spec) -> Opened:
     table = calibration.shipped() if fixture.table is None else fixture.table
     rig = fixture.make(spec.seed)
     limits = guard.prepare(fixture.limits or settings.guard, table)
-    return Opened(rig, limits, table, not isinstance(rig.clock, VirtualClock))
+    paced = not isinstance(rig.clock, VirtualClock)
+    return Opened(rig, limits, table, paced, fixture.counted)
 
 
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
@@ -143,7 +151,7 @@ def drive(
         with rig:
             outbox.send(("ready", privileges, tuple(session.channels)))
             try:
-                ending = loop.run(spec.kept, spec.rig)
+                ending = loop.run(spec.kept, spec.rig, opened.witness)
             finally:  # no more periods come: leaving the rig has a time of its own
                 outbox.send(("leaving",))
     except KeyboardInterrupt:

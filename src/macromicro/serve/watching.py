@@ -114,6 +114,7 @@ def place(shared: Shared, why: str) -> Place | None:
         bool(row[INDEX["trusted"]] > 0.5),
         why,
         moving or not _stands(shared, written),
+        float(row[INDEX["laser"]] * 1e-6 - row[INDEX["hall_position"]] * 1e-3),
     )
 
 

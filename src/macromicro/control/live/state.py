@@ -151,7 +151,8 @@ class LiveState(NamedTuple):
     """The machine. `control` are the settings in force, `laws` the same for the kernels,
     `limits` the soft limits in force; `time` [s] has no leaps, the samples' is `shift` ahead;
     `survey` is what the laser tells beside the encoder; `target` [m]: what is being held after
-    an absolute move, or NaN; `given`: ids so far."""
+    an absolute move, or NaN; `given`: ids so far; `doubt`: why the Hall sensor's readings are
+    no contraction, or ""."""
 
     mode: int
     time: float
@@ -169,6 +170,7 @@ class LiveState(NamedTuple):
     given: int
     survey: Survey = NOTHING
     shift: float = 0.0
+    doubt: str = ""
 
 
 EMPTY = Window(0.0, 0, NAN, 0.0)
@@ -211,8 +213,16 @@ def now(s: LiveState) -> float:
 
 def uncertainty(p: LiveParameters, s: LiveState) -> float:
     """Half width [m] of the interval that holds the position: by laser where it knows the
-    encoder's edges, else half a count; infinite where the frame is not trusted."""
-    return min(0.5 * p.settings.pitch, s.survey.half) if s.frame.trusted else math.inf
+    encoder's edges, else half a count, and more on a fast way or where the laser has it
+    elsewhere; infinite where the frame is not trusted, or the contraction is not known."""
+    if by_laser(p, s):
+        return s.survey.half
+    if not s.frame.trusted or s.doubt:
+        return math.inf
+    pitch = p.settings.pitch
+    elsewhere = survey.contradiction(s.survey, s.seen.position, pitch, s.frame.offset)
+    jerked = p.settings.edges.bounce if abs(s.seen.speed) > p.settings.edges.fastest else 0.0
+    return max(0.5 * pitch + jerked, elsewhere)
 
 
 def by_laser(p: LiveParameters, s: LiveState) -> bool:
