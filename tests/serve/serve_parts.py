@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from macromicro.control import calibration
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.serve.machine import View
@@ -61,6 +62,7 @@ class Logged:
 
     channels = ("encoder", "hall")
     counted = True
+    calibration = calibration.shipped()
 
     def __init__(self) -> None:
         self.clock = self

@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 import macromicro
-from macromicro import config, kernel, loop, simulate
+from macromicro import config, hall_table, kernel, loop, simulate
 from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
-from macromicro.experiments import folder, hall_calibration
+from macromicro.experiments import folder
 from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
 from macromicro.programme import MACRO, Limits, Programme
@@ -117,7 +117,7 @@ def check(request: Request) -> Job:
         overrides=_unquoted(config.difference(settings, Settings())),
         out=out,
         expected=_expected(settings, programme),
-        recalibrate=hall_calibration.needed(settings),
+        recalibrate=hall_table.needed(settings),
     )
 
 
@@ -168,7 +168,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
         "overrides": json.dumps(job.overrides),
         "settings": config.as_toml(job.settings),
     }
-    table = hall_calibration.for_bench(job.settings)
+    table = hall_table.of_bench(job.settings)
     place = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.control import calibration
 from macromicro.errors import InputError
 from macromicro.plant import bench, carriage
 from macromicro.rig.twin import Twin, VirtualClock
@@ -135,6 +136,7 @@ class Faulty(Twin):
 
     def __init__(self, *given: Any, cells: NDArray[np.float64], **more: Any) -> None:
         super().__init__(*given, **more)
+        self.calibration = calibration.shipped()  # of the default bench, which this is
         self.clock = VirtualClock(self)
         self.cells = cells
         self._number = 0

@@ -21,6 +21,7 @@ import traceback
 from types import FrameType
 from typing import Any, NamedTuple
 
+from macromicro import hall_table
 from macromicro.control import calibration
 from macromicro.errors import InputError, MacromicroError
 from macromicro.rig import guard
@@ -43,6 +44,11 @@ from macromicro.types import Sample
 _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
 NEEDED = ("encoder", "hall")
+_CALIBRATION = (
+    "the table of its own Hall sensor, as the rig's attribute `calibration`: `macromicro collect "
+    "--rig MODULE:FACTORY hall`, `macromicro identify hall` on what that recorded, then "
+    "macromicro.control.calibration.read of its hall_calibration.csv (docs/rigs.md)"
+)
 
 
 class Opened(NamedTuple):
@@ -96,18 +102,20 @@ def open_machine(spec: Spec) -> Opened:
     settings = spec.settings
     if spec.rig == TWIN:
         rig = twin(settings, spec.seed, spec.kept)
-        table = calibration.shipped()
+        table = hall_table.of_bench(settings)
         return Opened(rig, guard.prepare(settings.guard, table), table, False, True)
     fixture = open_rig(spec.rig, spec.seed)
     if fixture.kind != BENCH:
         found = f"a {fixture.kind}"
         raise InputError(f"--rig {fixture.name}", found, "a bench with both stages")
     fixture.need("the live machine", *NEEDED)
-    table = calibration.shipped() if fixture.table is None else fixture.table
+    own = fixture.table
+    if own is None:
+        raise InputError(f"--rig {fixture.name}, calibration", "none", _CALIBRATION)
     rig = fixture.make(spec.seed)
-    limits = guard.prepare(fixture.limits or settings.guard, table)
+    limits = guard.prepare(fixture.limits or settings.guard, own)
     paced = not isinstance(rig.clock, VirtualClock)
-    return Opened(rig, limits, table, paced, fixture.counted)
+    return Opened(rig, limits, own, paced, fixture.counted)
 
 
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:

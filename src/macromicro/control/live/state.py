@@ -81,11 +81,13 @@ class Window(NamedTuple):
 
 
 class Settle(NamedTuple):
-    """Micro move since `entered`, the encoder then at `base` [raw counts]."""
+    """Micro move since `entered`, the encoder then at `base` [raw counts]; errors by the Hall
+    sensor, and by the laser of an absolute move."""
 
     entered: float
     base: float
     window: Window
+    witness: Window = Window(0.0, 0, NAN, 0.0)
 
 
 class Search(NamedTuple):
