@@ -56,6 +56,8 @@ CASES = {
     "carriage-stuck": Case(MACRO, 20.0, (codes.STUCK,), LEANT),
     "motor-dead": Case(MACRO, 20.0, (codes.STUCK,), LEANT),
     "clock-ahead": Case(MACRO, 20.0, (codes.CLOCK,), 0.0),
+    "clock-stands": Case(MACRO, 20.0, (codes.CLOCK_STANDS,), 1e3 * LIVE.clock + STEP),
+    "clock-none": Case(MICRO, 0.3, (codes.CLOCK_STANDS,), 1e3 * LIVE.clock + STEP),
     "clock-back": Case(MICRO, 0.3, (codes.CLOCK,), 0.0),
 }
 QUICK = ("encoder-frozen", "encoder-skipping", "hall-noisy", "wire-broken", "clock-ahead")

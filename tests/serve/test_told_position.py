@@ -145,3 +145,25 @@ def test_a_hall_sensor_on_its_rail_costs_trust_at_once_and_gives_it_back() -> No
     scene.tick(200)
     assert np.array(scene.told)[-1, 2] == 1.0  # the carriage's count was never in doubt
     scene.close()
+
+
+@pytest.mark.parametrize("name", [n for n in HERE if n.startswith("hall-")])
+def test_the_remedy_that_is_told_works_the_first_time(name: str) -> None:
+    """FAUL:CLE;:ENAB;HOME behind a fault of the Hall sensor at rest."""
+    scene = Scene()
+    scene.accepted(m.Enable())
+    scene.accepted(m.MoveMicro(1.0))
+    scene.tick(3000)
+    faulty.inject(scene.cells, name)
+    scene.tick(1500)
+    assert scene.machine.view().mode == m.FAULT
+    faulty.inject(scene.cells, NONE)
+    scene.tick(300)
+    for request in (m.ClearFault(), m.Enable(), m.Home()):
+        scene.ask(request)
+    scene.tick(8000)
+    assert (scene.machine.view().mode, scene.machine.view().trusted) == (m.READY, 1.0)
+    scene.accepted(m.MoveMacro(300))
+    scene.tick(2500)
+    assert scene.machine.view().mode == m.READY
+    scene.close()

@@ -127,6 +127,12 @@ TEXTS = {
         "See what sets the rig's clock, or what kept the loop from running so long "
         "(`macromicro doctor`); guard.clock sets the limit.",
     ),
+    codes.CLOCK_STANDS: _Text(
+        "clock stands",
+        "The rig's time stands still, or is no number: nothing can be timed by it.",
+        "no later time for {value:.3f} s, allowed {limit:.3f} s",
+        "See what gives the samples their time `t`; guard.clock sets the limit.",
+    ),
 }
 
 

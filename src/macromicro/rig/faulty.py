@@ -60,7 +60,8 @@ class Fault(NamedTuple):
     `words`: what is broken. Encoder: `step` multiplies each count of motion, `jump` [counts]
     comes once, `silent` names channels that give nothing. `hall`: "stuck", a voltage that is
     read whatever the field is, or NaN for none; `noise` [V] rms is added to it. `later` [s]:
-    added to the time of samples. `stall` [s]: time that every reading takes. `cut`: outputs
+    added to the time of samples; `clock`: "stands" at the
+    onset's, "none": no number. `stall` [s]: time that every reading takes. `cut`: outputs
     that do not reach the bench. `blocked`: the carriage cannot move. `raises`: reading fails.
     `hangs`: reading does not return.
     """
@@ -72,6 +73,7 @@ class Fault(NamedTuple):
     hall: float | str = math.nan
     noise: float = 0.0
     later: float = 0.0
+    clock: str = ""
     stall: float = 0.0
     cut: tuple[str, ...] = ()
     blocked: bool = False
@@ -98,6 +100,8 @@ FAULTS: dict[str, Fault] = {
     "carriage-stuck": Fault("the carriage is jammed", blocked=True),
     "clock-ahead": Fault("the rig's clock jumps an hour ahead", later=3600.0),
     "clock-back": Fault("the rig's clock jumps 10 s back", later=-10.0),
+    "clock-stands": Fault("the rig's clock stands", clock="stands"),
+    "clock-none": Fault("the rig gives no time", clock="none"),
     "slow": Fault("every reading takes 5 ms", stall=5e-3),
     "unplugged": Fault("reading fails", raises="the A/D board was unplugged"),
     "hanging": Fault("reading does not return", hangs=True),
@@ -144,6 +148,7 @@ class Faulty(Twin):
         self._true: float | None = None  # the encoder's last true reading
         self._count = 0.0  # and what it is said to be
         self._hall = 0.0
+        self._stands = 0.0
         self._noise_of_fault = np.random.default_rng(0)
         self._wanted = SAFE
         cells[:] = 0.0
@@ -177,6 +182,7 @@ class Faulty(Twin):
         if fresh:
             cells[ONSET] = true.t if number else math.nan
             self._hall = true.hall
+            self._stands = true.t
         cells[TIME] = true.t
         return self._shown(true, fault)
 
@@ -190,7 +196,9 @@ class Faulty(Twin):
             hall += fault.noise * float(self._noise_of_fault.standard_normal())
         # Half a count of slack: parts of a count that a fault leaves show as whole ones.
         count = math.floor(self._count + 1e-6)
-        sample = true._replace(t=true.t + fault.later, encoder=float(count), hall=hall)
+        times = {"": true.t + fault.later, "stands": self._stands, "none": math.nan}
+        t = times[fault.clock]
+        sample = true._replace(t=t, encoder=float(count), hall=hall)
         return sample._replace(**dict.fromkeys(fault.silent, math.nan))
 
     def write(self, outputs: Outputs) -> None:

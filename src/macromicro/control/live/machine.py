@@ -29,6 +29,7 @@ from macromicro.control.live.state import (
     Settle,
     Trouble,
     begin,
+    by_laser,
     now,
     uncertainty,
 )
@@ -178,6 +179,9 @@ def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple
     """The Hall sensor's readings are no contraction (`words`: why), or are one again (""). The
     position is not known meanwhile, unless the laser tells it; the carriage's count stays."""
     before = uncertainty(p, s)
+    # What was judged by readings that were none is not to be held against the encoder.
+    if not words and (s.survey.apart > 0.0 or not by_laser(p, s)):
+        s = s._replace(survey=survey.NOTHING)
     s = s._replace(doubt=words)
     known = math.isfinite(uncertainty(p, s))
     if known == math.isfinite(before):

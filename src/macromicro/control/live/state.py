@@ -113,8 +113,8 @@ class Jogged(NamedTuple):
 
 class Braking(NamedTuple):
     """Coming to rest since `since`: speed of the reference [count/s], how it will be
-    reported, where it began [raw counts], the way that it may take [counts], and what is to be
-    told at its end beside these."""
+    reported, where it began [raw counts], the way that it may take [counts], what is to be told
+    at its end beside these, and where the motion was to end [raw counts], or NaN."""
 
     since: float
     until: float
@@ -124,6 +124,7 @@ class Braking(NamedTuple):
     origin: float
     allowed: float
     found: Evidence
+    goal: float = NAN
 
 
 class Running(NamedTuple):

@@ -203,7 +203,8 @@ def whole(v: Survey, pitch: float, offset: float) -> float:
 
 def again(v: Survey, pitch: float) -> Survey:
     """Homing begins: where a count is lost without a fault, the edges lie by whole counts
-    elsewhere. The slope stays known, unless edges contradicted one another."""
-    if v.phase is None or not math.isnan(v.anchor):
+    elsewhere. The slope stays known, unless edges contradicted one another, or the laser had
+    the carriage elsewhere: that is what homing is for."""
+    if v.phase is None or not math.isnan(v.anchor) or v.apart > 0.0:
         return NOTHING
     return v._replace(phase=edges.blurred(v.phase, pitch * pitch))
