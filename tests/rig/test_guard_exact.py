@@ -193,3 +193,43 @@ def test_only_a_contraction_that_is_wanted_and_lacks_counts_as_idle(
     watch = guard.fresh()._replace(heat=Heat(heated(97.0), place, 0.1))
     watch, _ = guard.step(P, watch, sample(0), command._replace(micro_active=0.0), SAFE, DT)
     assert watch.heat.idle == 0.0
+
+
+@pytest.mark.parametrize("ahead", [400.0, -400.0])
+def test_the_error_is_counted_from_where_the_carriage_is(ahead: float) -> None:
+    watch = guard.fresh()
+    command = Command(1000.0 + ahead, 1.0, 0.0, 0.0, 0.0)
+    for k in range(700):
+        watch, _ = guard.step(P, watch, sample(k, count=1000.0), command, SAFE, DT)
+    assert (watch.fault, watch.value) == (codes.MACRO_LOST, 400.0)
+
+
+def test_of_two_faults_at_once_the_cause_is_told() -> None:
+    """A sensor's before what follows of it, and that before the heat."""
+    place = calibration.position(TABLE, 2.0)
+    far = Command(9e3, 1.0, place + 9.0, 1.0, place)
+    for k, seen in ((0, {"jump": 9.0}), (1, {})):
+        watch = guard.fresh()._replace(
+            heat=Heat(heated(200.0), place, 0.0),
+            macro=guard.envelope.Envelope(9e3, 1.0, 9.0),
+            micro=guard.envelope.Envelope(place + 9.0, 0.1, 9.0),
+        )
+        if seen:
+            watch = watch._replace(seen=watch.seen._replace(encoder=1e6, time=-DT))
+        watch, _ = guard.step(P, watch, sample(0), far, SAFE, DT)
+        assert watch.fault == (codes.ENCODER_JUMP, codes.MACRO_LOST)[k]
+    illegal, _ = guard.step(P, guard.fresh(), sample(0), far, SAFE._replace(ctrl=9.0), DT)
+    assert illegal.fault == codes.ILLEGAL
+    only_micro = far._replace(macro_active=0.0)
+    hot = guard.fresh()._replace(
+        heat=Heat(heated(200.0), place, 0.0),
+        micro=guard.envelope.Envelope(place + 9.0, 0.1, 9.0),
+    )
+    assert guard.step(P, hot, sample(0), only_micro, SAFE, DT)[0].fault == codes.MICRO_LOST
+    assert guard.step(P, hot, sample(0), QUIET, SAFE, DT)[0].fault == codes.TOO_HOT
+
+
+def test_nothing_is_told_while_all_is_well() -> None:
+    assert guard.fresh()[:4] == (codes.OK, 0.0, 0.0, 0.0)
+    assert run(FINE, 5)[0][:4] == (codes.OK, 0.0, 0.0, 0.0)
+    assert guard._heat_fault(LIMITS, Heat(heated(0.0), 0.0, 0.0)) == (codes.OK, 0.0, 0.0)

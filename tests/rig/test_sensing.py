@@ -165,14 +165,14 @@ def test_the_faults_with_more_to_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("field", "fine", "doubtful"),
-    [("hall_age", 0.005, 0.0051), ("railed", 0.005, 0.0051), ("same", 0.019, 0.020)],
+    ("field", "fine", "doubtful", "word"),
+    [
+        ("hall_age", 0.005, 0.0051, "silent"),
+        ("railed", 0.005, 0.0051, "off its scale"),
+        ("same", 0.019, 0.020, "repeats"),
+        ("noise", 0.025**2, 0.0251**2, "noisy"),
+    ],
 )
-def test_a_doubtful_hall_sensor(field: str, fine: float, doubtful: float) -> None:
-    assert sensing.doubt(P, CLEAN._replace(**{field: fine}), DT) == ""
-    assert "Hall sensor" in sensing.doubt(P, CLEAN._replace(**{field: doubtful}), DT)
-
-
-def test_a_noisy_hall_sensor_is_doubtful() -> None:
-    assert sensing.doubt(P, CLEAN._replace(noise=0.025**2), DT) == ""
-    assert "noisy" in sensing.doubt(P, CLEAN._replace(noise=0.0251**2), DT)
+def test_a_doubtful_hall_sensor(field: str, fine: float, doubtful: float, word: str) -> None:
+    assert sensing.doubt(P, CLEAN._replace(**{field: fine}), DT) == 0
+    assert word in sensing.DOUBTS[sensing.doubt(P, CLEAN._replace(**{field: doubtful}), DT)]

@@ -120,7 +120,8 @@ _ASKED = _OUTPUTS + len(Outputs._fields)
 
 def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) -> Iterator[int]:
     """The guard as a coroutine: each `next` does what `asked` orders. Judging fills `told` with
-    outputs, fault, temperature and doubt; `state` is the whole watch, to be looked at or replaced."""
+    outputs, fault, temperature and doubt; `state` is the whole watch, to be looked at or
+    replaced."""
     while True:
         if asked[0] == _JUDGE:
             a, c, o = _SAMPLE, _COMMAND, _OUTPUTS

@@ -89,6 +89,7 @@ def expecting(s: Seen, encoder: bool, hall: bool) -> Seen:
         s.noise,
         s.time,
         s.passed,
+        s.stood,
     )
 
 
