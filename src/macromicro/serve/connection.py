@@ -21,7 +21,7 @@ from macromicro.serve.keeping import Keeper, Place
 from macromicro.serve.launching import Child, launch
 from macromicro.serve.ledger import Ledger
 from macromicro.serve.loop_spec import Spec
-from macromicro.serve.pulse import Pulse
+from macromicro.serve.pulse import silence
 from macromicro.serve.sending import Allowed, Sender, Stops
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import HEARTBEAT, LEAVE, WRITTEN, Shared
@@ -123,8 +123,6 @@ class Connection:
             self._lock.drop()
         self._child, self._lock, self._threads = None, None, []
 
-    # Orders
-
     def ask(
         self, request: Any, allowed: Allowed = sending.anybody, since: Stops | None = None
     ) -> Reply:
@@ -189,16 +187,18 @@ class Connection:
     def _watch(self, child: Child, shared: Shared) -> None:
         """End a loop process that shows no period: its rig blocks, or it was halted."""
         allowed = self._settings.serve.loop_timeout
-        pulse = Pulse(allowed, int(shared.cells[WRITTEN]), time.monotonic())
-        while self.running and not shared.cells[LEAVE]:
-            silent = pulse.look(int(shared.cells[WRITTEN]), time.monotonic())
-            if silent > (END_S if self._leaving else allowed):
-                self._silent(child, silent, allowed)
-                return
-            time.sleep(pulse.pause)
+        silent = silence(
+            lambda: int(shared.cells[WRITTEN]),
+            lambda: self.running and not shared.cells[LEAVE],
+            lambda: END_S if self._leaving else allowed,
+            allowed,
+        )
+        if silent:
+            self._silent(child, silent, allowed)
 
     def _silent(self, child: Child, silent: float, allowed: float) -> None:
-        text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {self._last_told()}"
+        told = watching.last_told(self.shared)
+        text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {told}"
         self._fault(faults.failed(faults.LOOP_SILENT, text))
         self.trust = "the loop stopped answering"
         self.running = False
@@ -210,11 +210,6 @@ class Connection:
     def _fault(self, trouble: Trouble) -> None:
         self.trouble = trouble
         self.tell("fault", trouble.name, {"evidence": trouble.evidence})
-
-    def _last_told(self) -> str:
-        """The outputs as the loop told them to the rig in its newest row."""
-        row = self.shared.last() if self.shared is not None else None
-        return watching.last_told(row)
 
     def _listen(self, child: Child) -> None:
         """Take what the loop says until it has ended."""
@@ -255,18 +250,17 @@ class Connection:
         """The loop process is gone, or is going: tell so at once, and see to the rig."""
         shared = self.shared
         assert shared is not None
-        if self.trouble is not None and self.trouble.code == faults.LOOP_SILENT:
-            if self._watcher is not None:
-                self._watcher.join()  # which is ending it
+        self.running = False
+        if self._watcher is not None and self.trouble and self.trouble.code == faults.LOOP_SILENT:
+            self._watcher.join()  # which is ending it
         else:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 child.process.wait(END_S)
         if child.process.poll() is None and not self._how:
             self._how = safing.end(child.process)
         status = child.process.poll() or 0
-        left = self._left == ""
-        if shared.cells[LEAVE] and left:
-            self.running, self.switched_off, self.trust = False, True, "the server was stopped"
+        if shared.cells[LEAVE] and self._left == "":
+            self.switched_off, self.trust = True, "the server was stopped"
             self.ledger.close(m.STOPPED_BY_REQUEST, "the server was stopped")
             self.ended("the server was stopped")
             self.tell("loop", "stopped", {"status": status})
@@ -274,13 +268,12 @@ class Connection:
         how = said or (f"signal {-status}" if status < 0 else f"exit status {status}")
         trouble = self.trouble
         if trouble is None:
-            text = f"it ended by itself: {how}; {self._last_told()}"
+            text = f"it ended by itself: {how}; {watching.last_told(self.shared)}"
             trouble = faults.failed(faults.LOOP_DIED, text)
             self._fault(trouble)
         self.trust = trouble.name
-        self.running = False
-        lost = trouble.code == faults.LOOP_DIED
-        self.ledger.close(m.LOST if lost else m.FAULTED, trouble.evidence)
+        outcome = m.LOST if trouble.code == faults.LOOP_DIED else m.FAULTED
+        self.ledger.close(outcome, trouble.evidence)
         self.tell("trust", self.trust, {"trusted": False})
         self._see_to_rig(trouble)
         self.ended((self.trouble or trouble).evidence)
@@ -290,19 +283,16 @@ class Connection:
         """What became of the outputs, behind the trouble's evidence; the rig stopped by a fresh
         process where the loop process did not do it."""
         words = "the rig's stop returned; nothing read the outputs back"
-        if self._how:
-            trouble = trouble._replace(evidence=f"{trouble.evidence}; {self._how}")
+        told = f"{trouble.evidence}; {self._how}" if self._how else trouble.evidence
         self.switched_off = self._left == ""
         if not self.switched_off:
             with contextlib.suppress(MacromicroError):
                 if self._keeper is not None:
                     self._keeper.lose(f"the loop ended without leaving its rig: {trouble.name}")
             before = f"{self._left}; " if self._left else ""
-            self.trouble = trouble._replace(
-                evidence=f"{trouble.evidence}; {before}a fresh process is told to stop the rig"
-            )
+            now = "a fresh process is told to stop the rig"
+            self.trouble = trouble._replace(evidence=f"{told}; {before}{now}")
             safed = safing.stop(self._rig, self._seed)
             self.switched_off, words = safed.told, before + safed.words
-        self.trouble = trouble._replace(evidence=f"{trouble.evidence}; {words}")
-        cause = "rig stopped" if self.switched_off else "rig not stopped"
-        self.tell("loop", cause, {"evidence": words})
+        self.trouble = trouble._replace(evidence=f"{told}; {words}")
+        self.tell("loop", f"rig {'' if self.switched_off else 'not '}stopped", {"evidence": words})

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+
 LOOKS = 10  # in the time that is allowed
 
 
@@ -24,3 +27,20 @@ class Pulse:
         self.silent = self.silent + passed if count == self._count else 0.0
         self._count = count
         return self.silent
+
+
+def silence(
+    count: Callable[[], int],
+    going: Callable[[], bool],
+    most: Callable[[], float],
+    allowed: float,
+) -> float:
+    """Watch while `going`, until the count has stood for longer than `most` [s]: for how long
+    it has; 0 where it went on to the end. `allowed` [s]: the least that `most` may be."""
+    pulse = Pulse(allowed, count(), time.monotonic())
+    while going():
+        silent = pulse.look(count(), time.monotonic())
+        if silent > most():
+            return silent
+        time.sleep(pulse.pause)
+    return 0.0

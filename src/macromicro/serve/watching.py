@@ -6,7 +6,6 @@ import math
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
 from macromicro.control.live.messages import DISABLED, MODES, MOVING
 from macromicro.control.live.parameters import SoftLimits
@@ -80,8 +79,9 @@ def snapshot(
     )
 
 
-def last_told(row: NDArray[np.float64] | None) -> str:
-    """The outputs of a row of telemetry, in words."""
+def last_told(shared: Shared | None) -> str:
+    """The outputs as the loop told them to the rig in its newest row, in words."""
+    row = shared.last() if shared is not None else None
     if row is None:
         return "no output had been told to the rig"
     motor, ctrl, fan = (float(row[INDEX[name]]) for name in ("motor", "ctrl", "fan"))
