@@ -23,7 +23,7 @@ from macromicro.columns import COLUMNS
 from macromicro.design import served
 from macromicro.design.response import MoveResult
 from macromicro.errors import InputError
-from macromicro.experiments import hall_calibration, programmed
+from macromicro.experiments import programmed
 from macromicro.experiments.run import DEFAULT, MAX_SEED, load
 from macromicro.loop import PERIOD
 from macromicro.programme import Programme
@@ -64,9 +64,8 @@ def run(
     if not isinstance(programme, Programme):
         programme = load(programmes.find(os.fspath(programme)), settings)
     what = programme.repeated(cycles)
-    table = hall_calibration.for_bench(settings)
     blocks: list[npt.NDArray[np.float64]] = []
-    outcome = simulate.simulate(settings, what, _Blocks(blocks), seed=seed, fan=fan, table=table)
+    outcome = simulate.simulate(settings, what, _Blocks(blocks), seed=seed, fan=fan)
     fault = faults.describe(outcome.watch)
     if fault is not None:
         text = f"{fault.message} {fault.evidence}. {fault.remedy}"

@@ -103,7 +103,7 @@ class Recorder:
         self._has_events, self._room, self._used = events, 0, 0  # bytes of events
         self._rows = 0
         self._fd = -1
-        self._closed = False
+        self._closed = self._noted = False
         try:
             self._lay_out(capacity)
         except (OSError, RuntimeError) as error:
@@ -165,6 +165,14 @@ class Recorder:
             f"the first {self._rows} rows are safe in this file"
         )
 
+    def attribute(self, name: str, value: Attribute) -> None:
+        """An attribute more, in the file once `close` has laid it out for the last time.
+        Raises InputError for one that HDF5 cannot hold."""
+        layout = self._layout
+        attributes = {**layout.attributes, name: value}
+        self._layout = Layout.checked(layout.columns, layout.dt, attributes, str(self.path))
+        self._noted = True
+
     def flush(self) -> None:
         """Force all appended rows onto the disk itself, against a power failure.
 
@@ -185,7 +193,7 @@ class Recorder:
             return
         self._closed = True
         try:
-            if self._rows < self._capacity or self._used < self._room:
+            if self._rows < self._capacity or self._used < self._room or self._noted:
                 self._lay_out(self._rows, self._used)
         except (OSError, RuntimeError):
             pass  # all rows are safe already

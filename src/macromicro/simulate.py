@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from macromicro import loop
+from macromicro import hall_table, loop
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.calibration import Calibration
@@ -74,8 +74,9 @@ def prepare(
 ) -> Rolled:
     """Runtime parameters and the state at the start: at rest at 0 mm, cold.
 
-    `table`: the Hall calibration that controller and guard use, else the shipped one.
+    `table`: the Hall calibration that controller and guard use, else the bench's own.
     """
+    table = hall_table.of_bench(settings) if table is None else table
     plant = bench.prepare(settings.bench, settings.sensors)
     control = control_settings.prepare(settings.controller, fan, table)
     return Rolled(

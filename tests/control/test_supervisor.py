@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from macromicro.control import settings, supervisor
+from macromicro.control.macro import MacroMemory
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import (
     DONE,
@@ -18,6 +19,7 @@ from macromicro.control.supervisor import (
     SETTLING,
     WAITING,
     Plan,
+    Progress,
     Sequence,
     Supervisor,
 )
@@ -265,3 +267,48 @@ def test_a_missing_reading_gives_no_effort_and_is_forgotten() -> None:
         efforts.append(out.motor)
     assert efforts[2] == 0.0
     assert all(math.isfinite(v) and v > 0.0 for v in efforts[3:])
+
+
+def in_phase(phase: int, park: int, move: int = 0) -> tuple[float, Progress]:
+    """Motor [V] and state after one period in this phase, 50 counts from the macro target."""
+    base = made()
+    p = base._replace(sequence=base.sequence._replace(park=park))
+    s = supervisor.begin(0.0)._replace(
+        phase=phase, move=move, macro_reference=100.0, macro=MacroMemory(3.0, 0.0), entered=1.0
+    )
+    what = plan((99.0 if move < 0 else NAN, 1, 1.0, 90.0), (NAN, 1, 1.5, 90.0))
+    s, _, out = supervisor.step(p, what, s, Sample(1.0, 50.0, 2.0, NAN, 0.0, 0.0), 1e-3)
+    return out.motor, s
+
+
+@pytest.mark.parametrize("phase", [MACRO, SETTLING, MICRO, DONE])
+@pytest.mark.parametrize("park", [0, 1])
+def test_the_motor_is_on_in_its_turn_and_behind_it_only_where_it_is_not_parked(
+    phase: int, park: int
+) -> None:
+    motor, s = in_phase(phase, park)
+    on = phase == MACRO or (park == 0 and phase != DONE)
+    assert (motor != 0.0) == on
+    assert (s.macro != MacroMemory(3.0, 0.0)) == on
+
+
+def test_before_the_first_move_nothing_is_held() -> None:
+    for park in (0, 1):
+        assert in_phase(WAITING, park, move=-1)[0] == 0.0
+
+
+@pytest.mark.parametrize("park", [0, 1])
+@pytest.mark.parametrize("phase", [MICRO, SETTLING])
+def test_a_macro_move_behind_a_parked_carriage_begins_without_memory(phase: int, park: int) -> None:
+    base = made()
+    p = base._replace(sequence=base.sequence._replace(park=park))
+    left = MacroMemory(3.0, 7.0)
+    s = supervisor.begin(0.0)._replace(
+        phase=phase, move=0, entered=1.0, macro=left, zeroed=1, integral=1.4
+    )
+    what = plan((NAN, 1, 1.0, 0.5), (NAN, 0, 90.0, 0.0))
+    # The law itself is left out: a missing reading gives no effort and leaves the memory.
+    s, _, out = supervisor.step(p, what, s, Sample(9.0, NAN, 2.0, NAN, 0.0, 0.0), 1e-3)
+    assert (s.phase, s.move, s.macro_reference, s.integral) == (MACRO, 1, 90.0, 0.0)
+    assert s.macro == (MacroMemory(0.0, 0.0) if park == 1 else left)
+    assert out.motor == 0.0

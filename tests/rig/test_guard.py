@@ -344,6 +344,11 @@ def test_what_was_missed_is_no_jump() -> None:
     assert watched(silent, 0.0)[1] == -1
 
 
-def test_a_rig_without_a_clock_is_not_judged_by_it() -> None:
-    timeless = [s._replace(t=math.nan) for s in moving([0.0] * 100)]
-    assert watched(timeless, 0.0)[1] == -1
+@pytest.mark.parametrize("told", [math.nan, 0.05])
+def test_a_clock_that_stands_or_is_no_number_is_a_fault(told: float) -> None:
+    samples = moving([0.0] * 400)
+    stands = [s if k < 50 else s._replace(t=told) for k, s in enumerate(samples)]
+    watch, tripped = watched(stands, 0.0)
+    assert watch.fault == codes.CLOCK_STANDS
+    assert 149 <= tripped <= 152  # guard.clock is 0.1 s
+    assert watched([*stands[:140], *samples[140:]], 0.0)[1] == -1

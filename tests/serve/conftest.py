@@ -33,7 +33,7 @@ def station(log: Any, tmp_path: Path) -> Iterator[Callable[..., Station]]:
     def make(name: str = "position.json", **serve: Any) -> Station:
         settings = LiveSettings()
         # Machines that run tests are busy: nothing stops for lateness unless a test says so.
-        serve = {"miss_share": 1.0, "parent_timeout": 5.0, **serve}
+        serve = {"miss_share": 1.0, "parent_timeout": 5.0, "loop_timeout": 5.0, **serve}
         settings = settings._replace(serve=settings.serve._replace(**serve))
         made.append(
             Station(

@@ -65,7 +65,8 @@ class Scene:
         self.cells = faulty.board(os.environ[faulty.BOARD])
         settings = LiveSettings()
         # Machines that run tests are busy: nothing stops for lateness unless a test says so.
-        serve = {"miss_share": 1.0, "parent_timeout": 5.0, "client_timeout": 60.0, **serve}
+        quiet = {"miss_share": 1.0, "parent_timeout": 5.0, "loop_timeout": 5.0}
+        serve = {**quiet, "client_timeout": 60.0, **serve}
         settings = settings._replace(
             serve=settings.serve._replace(**serve),
             live=settings.live._replace(**(live or {})),

@@ -12,6 +12,7 @@ from macromicro.rig import guard
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
 from macromicro.serve.link import Outbox, pair
+from macromicro.serve.persist import Evident
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import LEAVE, Shared
 from macromicro.serve.ticking import Loop
@@ -80,5 +81,5 @@ class Scene:
 
         self.bench.at[50] = begin
         self.bench.at[60] = self.leave
-        self.loop.run("no position was kept", "test")
+        self.loop.run("no position was kept", "test", lambda sample: Evident())
         return self.machine.log

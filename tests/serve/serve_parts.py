@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from macromicro.control import calibration
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.serve.machine import View
@@ -40,6 +41,9 @@ def until(what: Callable[[], Any], patience: float = PATIENCE_S) -> Any:
 
 LOG = "MACROMICRO_TEST_LOG"
 FAIL_AT = "MACROMICRO_TEST_FAIL_AT"
+HANG_AT = "MACROMICRO_TEST_HANG_AT"  # a reading that does not return
+DEAF = "MACROMICRO_TEST_DEAF"  # "1": not even when it is interrupted
+BAD_STOP = "MACROMICRO_TEST_BAD_STOP"  # "raises", "hangs": so does stop
 COUNT_AT_START = "MACROMICRO_TEST_COUNT"
 CELLS = 8
 STEPS, MOTOR, CTRL, PID, ENTERED, LEFT, STOPS, LAST_NS = range(CELLS)
@@ -57,6 +61,8 @@ class Logged:
     """A carriage that stands, a Hall sensor with a little noise, a clock of its own."""
 
     channels = ("encoder", "hall")
+    counted = True
+    calibration = calibration.shipped()
 
     def __init__(self) -> None:
         self.clock = self
@@ -76,6 +82,12 @@ class Logged:
     def read(self) -> Sample:
         self.steps += 1
         self.log[STEPS] = self.steps
+        while self.steps == int(os.environ.get(HANG_AT, "-1")):
+            try:
+                time.sleep(1.0)
+            except KeyboardInterrupt:
+                if os.environ.get(DEAF) != "1":
+                    raise
         if self.steps == self.fail_at:
             raise RuntimeError("the A/D board was unplugged")
         volts = 2.5 + 1e-3 * (self.steps % 2)
@@ -86,6 +98,10 @@ class Logged:
         self.log[LAST_NS] = time.monotonic_ns()
 
     def stop(self) -> None:
+        if os.environ.get(BAD_STOP) == "raises":
+            raise OSError("no board answers")
+        while os.environ.get(BAD_STOP) == "hangs":
+            time.sleep(1.0)
         self.log[STOPS] += 1
         self.write(SAFE)
 
@@ -192,6 +208,9 @@ class Driver:
     def _end(self, outcome: str, **evidence: Any) -> tuple[Any, ...]:
         ended, self.motion, self.mode = self.motion, 0, m.READY
         return (m.Finished(ended, outcome, 0.0, 0.0, evidence),) if ended else ()
+
+    def doubt(self, words: str) -> tuple[Any, ...]:
+        return ()
 
     def found(self) -> None:
         return None

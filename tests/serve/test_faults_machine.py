@@ -56,6 +56,8 @@ CASES = {
     "carriage-stuck": Case(MACRO, 20.0, (codes.STUCK,), LEANT),
     "motor-dead": Case(MACRO, 20.0, (codes.STUCK,), LEANT),
     "clock-ahead": Case(MACRO, 20.0, (codes.CLOCK,), 0.0),
+    "clock-stands": Case(MACRO, 20.0, (codes.CLOCK_STANDS,), 1e3 * LIVE.clock + STEP),
+    "clock-none": Case(MICRO, 0.3, (codes.CLOCK_STANDS,), 1e3 * LIVE.clock + STEP),
     "clock-back": Case(MICRO, 0.3, (codes.CLOCK,), 0.0),
 }
 QUICK = ("encoder-frozen", "encoder-skipping", "hall-noisy", "wire-broken", "clock-ahead")
@@ -84,7 +86,7 @@ def test_what_fails_on_the_way_is_stopped_and_told(name: str, scene: Make) -> No
     fault = bench.fault()
     assert bench.end(motion).outcome == "fault"
     assert fault.code in case.found
-    assert fault.message.endswith(".") and "all outputs are safe" in fault.evidence
+    assert fault.message.endswith(".") and "all outputs were set to off" in fault.evidence
     assert ("live.edges." if fault.code == faults.LOST_COUNTS else "guard.") in fault.remedy
     now = bench.station.snapshot()
     assert (now.mode, now.motor_v, now.ctrl_v, now.fan) == ("fault", 0.0, 0.0, False)
@@ -185,6 +187,21 @@ def test_a_rig_that_fails_ends_the_loop_and_keeps_all_that_was_recorded(scene: M
     assert run["t"][-1] == pytest.approx(bench.cells[faulty.ONSET] - 1e-3, abs=1e-6)
     assert np.array_equal(np.diff(np.round(run["t"] * 1e3)), np.ones(run.rows - 1))
     note("unplugged", late, "0 V, the loop process ends", fault.message)
+
+
+def test_a_rig_that_blocks_is_stopped_and_nothing_is_known_any_more(scene: Make) -> None:
+    bench = scene(loop_timeout=0.5)
+    motion = under_way(bench, MACRO, 20.0)
+    bench.inject("hanging")
+    assert bench.end(motion).outcome == "fault"
+    now = bench.station.snapshot()
+    assert now.fault is not None and now.fault.code == faults.LOOP_SILENT
+    assert not now.trusted and math.isinf(now.uncertainty_m)
+    until(lambda: bench.cells[faulty.SAFE_AT] >= 0.0)
+    late = 1e-6 * float(bench.cells[faulty.SAFE_NS] - bench.cells[faulty.ONSET_NS])
+    run = bench.run()
+    assert "no period for" in str(run.attributes["ended"])
+    note("hanging", round(late), "as told last, then 0 V, the loop process ends", now.fault.message)
 
 
 @pytest.mark.slow

@@ -12,19 +12,20 @@ import pytest
 from macromicro.errors import MacromicroError
 from macromicro.serve import keeping, persist
 from macromicro.serve.keeping import Keeper, Place
-from macromicro.serve.persist import Kept, Lock
+from macromicro.serve.persist import Evident, Kept, Lock
 
-KEPT = Kept("twin", 1400.0, 3.0, True, "homed", False, 1.8e9)
+KEPT = Kept("twin", 1400.0, 3.0, True, "homed", False, 1.8e9, -0.0021)
+COUNTED = Evident(counted=True)
 
 
 def test_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "deeper" / "position.json"
     persist.save(path, KEPT)
     assert persist.load(path) == KEPT
-    assert persist.restore(KEPT, "twin", 1401.0) == (
+    assert persist.restore(KEPT, "twin", 1401.0, COUNTED) == (
         True,
         3.0,
-        persist.restore(KEPT, "twin", 1400)[2],
+        persist.restore(KEPT, "twin", 1400, COUNTED)[2],
     )
     nan = KEPT._replace(offset=math.nan)
     persist.save(path, nan)
@@ -45,10 +46,29 @@ def test_round_trip(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_not_trusted(kept: Kept | str, count: float, why: str) -> None:
-    restored = persist.restore(kept, "twin", count)
+    restored = persist.restore(kept, "twin", count, COUNTED)
     assert not restored.trusted
     assert math.isnan(restored.offset)
     assert why in restored.why
+
+
+@pytest.mark.parametrize(
+    ("kept", "laser", "trusted"),
+    [
+        (-0.0021, -0.0021, True),
+        (-0.0021, -0.00206, True),
+        (-0.0021, -0.00204, False),  # pushed by hand while the counter was off
+        (-0.0021, math.nan, False),
+        (math.nan, math.nan, False),
+        (0.0002, 0.0002, False),  # as any laser that was just switched on
+    ],
+)
+def test_a_counter_alone_confirms_no_place(kept: float, laser: float, trusted: bool) -> None:
+    """It begins at 0 when it is switched on, wherever the carriage was pushed meanwhile."""
+    left = KEPT._replace(encoder=0.0, offset=0.0, laser=kept)
+    restored = persist.restore(left, "twin", 0.0, Evident(laser=laser))
+    assert (restored.trusted, restored.offset) == (trusted, 0.0)
+    assert trusted or "unconfirmed" in restored.why
 
 
 @pytest.mark.parametrize(
@@ -131,7 +151,7 @@ class Scene:
     def show(
         self, row: int, count: float, moving: bool, trusted: bool = True, why: str = "homed"
     ) -> Kept | str:
-        self.place = Place(row, count, 0.0, trusted, why, moving)
+        self.place = Place(row, count, 0.0, trusted, why, moving, -0.0021)
         self.keeper.update()
         return persist.load(self.path)
 

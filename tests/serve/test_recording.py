@@ -169,6 +169,6 @@ def test_what_happened_is_in_the_file_with_who_caused_it(tmp_path: Path) -> None
     assert len(found) == 20 and len(found.events) == 102
     first, *_, last = found.events
     assert first[:4] == (0.01, "order", "scpi 127.0.0.1:7", "MoveTo")
-    assert first.facts == {"position": 0.042, "motion": 3}
+    assert first.facts == {"position": 0.042, "replace": False, "motion": 3}
     assert math.isnan(last.t) and last[1:4] == ("token", "web ::1", "this is not the token")
     shared.close()

@@ -39,7 +39,7 @@ def test_a_killed_loop_is_told_and_its_motions_are_lost(station: Make, log: Any)
     until(lambda: machine.snapshot().pace.periods)
     assert machine.snapshot().fault is None
     until(lambda: "interrupted" in machine.snapshot().trust)
-    assert causes(machine, "loop") == ["started", "died", "started"]
+    assert causes(machine, "loop") == ["started", "rig stopped", "died", "started"]
 
 
 def test_a_loop_told_to_end_leaves_safe(station: Make, log: Any) -> None:
@@ -79,7 +79,7 @@ def test_a_loop_that_gets_no_time_stops_with_a_fault(station: Make, log: Any) ->
     motion = begun(machine)
     until(lambda: log[MOTOR] == 1.0)
     os.kill(int(log[PID]), signal.SIGSTOP)
-    time.sleep(0.5)
+    time.sleep(0.4)  # no longer than serve.loop_timeout
     os.kill(int(log[PID]), signal.SIGCONT)
     assert outcome(machine, motion) == "fault"
     until(lambda: log[MOTOR] == 0.0)

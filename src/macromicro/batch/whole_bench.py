@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -20,11 +19,9 @@ from macromicro.batch.variants import (
     applied,
     checked,
     seeds,
-    shipped,
 )
 from macromicro.batch.variants import table as parameters
 from macromicro.columns import COLUMNS
-from macromicro.control.calibration import Calibration
 from macromicro.design.extension import extension
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import vibration
@@ -76,14 +73,12 @@ class BenchJob:
         settings: Settings | None = None,
         seed: int = 0,
         fan: bool = False,
-        table: Callable[[Settings], Calibration | None] | None = None,
     ) -> None:
-        """`table`: the Hall calibration in use on a variant's bench; default: the shipped one."""
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise InputError("seed", seed, "a whole number from 0")
         self._settings = Settings() if settings is None else settings
         self._known = parameters(self._settings)
-        self._seed, self._fan, self._table = seed, fan, table
+        self._seed, self._fan = seed, fan
 
     def base(self) -> Settings:
         """The settings that variants start from."""
@@ -110,9 +105,8 @@ class BenchJob:
         return out
 
     def _run(self, settings: Settings, seed: int, place: Scratch) -> Outcome:
-        table = (None if self._table is None else self._table(settings)) or shipped()
         what = self.programme(settings)
-        return simulate.simulate(settings, what, place, seed=seed, fan=self._fan, table=table)
+        return simulate.simulate(settings, what, place, seed=seed, fan=self._fan)
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         """The columns `TRACED` of a recording, each `every`-th row; NaN after a run's end."""
@@ -148,9 +142,8 @@ class ProgrammeJob(BenchJob):
         fan: bool = False,
         seed: int = 0,
         settings: Settings | None = None,
-        table: Callable[[Settings], Calibration | None] | None = None,
     ) -> None:
-        super().__init__(settings, seed, fan, table)
+        super().__init__(settings, seed, fan)
         path = programmes.find(str(programme))
 
         @cache

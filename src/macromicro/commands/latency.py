@@ -176,7 +176,7 @@ def table(got: Latency, other: Cyclic | str, settings: LiveSettings) -> Iterator
         f"missed periods: {got.missed} of {got.periods}; at most {got.share:.2%} in {window:g} s, "
         f"allowed {settings.serve.miss_share:.0%}"
     )
-    yield f"emergency stop: outputs safe after {1e3 * got.emergency:.2f} ms"
+    yield f"emergency stop: the rig was told to switch off after {1e3 * got.emergency:.2f} ms"
     yield f"loop: {got.realtime}"
 
 

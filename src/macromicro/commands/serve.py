@@ -115,7 +115,10 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
                 print(f"loop: 1000 Hz; {station.realtime}")
                 _serve(station, doors, record, signals)
             with suppress(OSError):  # the terminal may be gone
-                print("stopping: the machine decelerates, outputs go safe", file=sys.stderr)
+                print(
+                    "stopping: the machine decelerates, then every output is told to be off",
+                    file=sys.stderr,
+                )
     raise typer.Exit(signals.status)
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.errors import InputError
 from macromicro.kernel import kernel
 
 
@@ -35,8 +36,28 @@ def position(p: Calibration, volts: float) -> float:
 
 def shipped() -> Calibration:
     """The calibration of the default bench, made by ``macromicro.identify.hall``."""
-    text = resources.files("macromicro.control").joinpath("hall_calibration.csv").read_text("utf-8")
+    return _parsed(
+        resources.files("macromicro.control").joinpath("hall_calibration.csv").read_text("utf-8")
+    )
+
+
+def read(text: str) -> Calibration:
+    """The table in the text of the file that `macromicro identify hall` writes.
+
+    Raises `InputError` for what is no such table.
+    """
+    accepted = "the text of a hall_calibration.csv, lines hall_V,position_mm at equal steps"
+    try:
+        table = _parsed(text)
+    except (ValueError, IndexError, ZeroDivisionError):
+        raise InputError("Hall calibration", "no table", accepted) from None
+    if not (table.step > 0.0 and np.isfinite(table.position).all()):
+        raise InputError("Hall calibration", "voltages that do not rise", accepted)
+    return table
+
+
+def _parsed(text: str) -> Calibration:
     rows = [line for line in text.splitlines() if line and not line.startswith(("#", "hall"))]
     table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
-    low, step = float(table[0, 0]), float((table[-1, 0] - table[0, 0]) / (len(table) - 1))
+    low, step = float(table[0, 0]), float(table[-1, 0] - table[0, 0]) / (len(table) - 1)
     return Calibration(low, step, np.ascontiguousarray(table[:, 1]))

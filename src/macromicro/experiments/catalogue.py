@@ -90,12 +90,15 @@ def _electrothermal(lab: Lab) -> Recordings:
 
 
 def _hall(lab: Lab) -> Recordings:
+    from macromicro import hall_table
     from macromicro.columns import COLUMNS
     from macromicro.experiments import hall_calibration as hall
 
     columns = [next(c for c in COLUMNS if c.name == n) for n in ("t", "hall_voltage", "laser")]
     runs = [
-        Recording.from_arrays(columns, [np.arange(len(v)) * hall.DT, v, x * 1e3], hall.DT, {})
+        Recording.from_arrays(
+            columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e3], hall_table.DT, {}
+        )
         for v, x in hall.collect(lab.bench(), lab.seed)
     ]
     return {"hall": joined(runs, _about(lab))}

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 import macromicro
-from macromicro import config, kernel, loop, simulate
+from macromicro import config, hall_table, kernel, loop, simulate
 from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
@@ -20,7 +20,7 @@ from macromicro.design.response import MoveResult, moves
 from macromicro.design.served import timetable
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
-from macromicro.experiments import folder, hall_calibration, replaying
+from macromicro.experiments import folder, replaying
 from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
 from macromicro.programme import MACRO, Limits, Programme
@@ -131,7 +131,7 @@ def check(request: Request) -> Job:
         overrides=_unquoted(config.difference(settings, Settings())),
         out=out,
         expected=_expected(settings, programme),
-        recalibrate=hall_calibration.needed(settings),
+        recalibrate=hall_table.needed(settings),
         source=source,
     )
 
@@ -185,7 +185,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     }
     if job.source is not None:
         attributes["rig"] = request.rig
-    table = hall_calibration.for_bench(job.settings)
+    table = hall_table.of_bench(job.settings)
     place = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()

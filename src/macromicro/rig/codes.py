@@ -16,4 +16,5 @@
     ENCODER_AGAINST,
     HALL_NOISY,
     CLOCK,
-) = range(15)
+    CLOCK_STANDS,
+) = range(16)

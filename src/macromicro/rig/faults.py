@@ -7,6 +7,8 @@ from typing import NamedTuple
 from macromicro.rig import codes
 from macromicro.rig.guard import Watch
 
+SWITCHED_OFF = "all outputs were set to off (told to the rig, not read back)"
+
 
 class Fault(NamedTuple):
     """A tripped guard. `time_s`: when, in the run's time."""
@@ -125,6 +127,12 @@ TEXTS = {
         "See what sets the rig's clock, or what kept the loop from running so long "
         "(`macromicro doctor`); guard.clock sets the limit.",
     ),
+    codes.CLOCK_STANDS: _Text(
+        "clock stands",
+        "The rig's time stands still, or is no number: nothing can be timed by it.",
+        "no later time for {value:.3f} s, allowed {limit:.3f} s",
+        "See what gives the samples their time `t`; guard.clock sets the limit.",
+    ),
 }
 
 
@@ -139,6 +147,6 @@ def describe(watch: Watch) -> Fault | None:
         text.name,
         round(watch.time, 9),
         text.message,
-        f"{evidence}, at {watch.time:.3f} s; all outputs are safe",
+        f"{evidence}, at {watch.time:.3f} s; {SWITCHED_OFF}",
         text.remedy,
     )

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.control import calibration
 from macromicro.errors import InputError
 from macromicro.plant import bench, carriage
 from macromicro.rig.twin import Twin, VirtualClock
@@ -59,8 +60,10 @@ class Fault(NamedTuple):
     `words`: what is broken. Encoder: `step` multiplies each count of motion, `jump` [counts]
     comes once, `silent` names channels that give nothing. `hall`: "stuck", a voltage that is
     read whatever the field is, or NaN for none; `noise` [V] rms is added to it. `later` [s]:
-    added to the time of samples. `stall` [s]: time that every reading takes. `cut`: outputs
+    added to the time of samples; `clock`: "stands" at the
+    onset's, "none": no number. `stall` [s]: time that every reading takes. `cut`: outputs
     that do not reach the bench. `blocked`: the carriage cannot move. `raises`: reading fails.
+    `hangs`: reading does not return.
     """
 
     words: str
@@ -70,10 +73,12 @@ class Fault(NamedTuple):
     hall: float | str = math.nan
     noise: float = 0.0
     later: float = 0.0
+    clock: str = ""
     stall: float = 0.0
     cut: tuple[str, ...] = ()
     blocked: bool = False
     raises: str = ""
+    hangs: bool = False
 
 
 FAULTS: dict[str, Fault] = {
@@ -95,8 +100,11 @@ FAULTS: dict[str, Fault] = {
     "carriage-stuck": Fault("the carriage is jammed", blocked=True),
     "clock-ahead": Fault("the rig's clock jumps an hour ahead", later=3600.0),
     "clock-back": Fault("the rig's clock jumps 10 s back", later=-10.0),
+    "clock-stands": Fault("the rig's clock stands", clock="stands"),
+    "clock-none": Fault("the rig gives no time", clock="none"),
     "slow": Fault("every reading takes 5 ms", stall=5e-3),
     "unplugged": Fault("reading fails", raises="the A/D board was unplugged"),
+    "hanging": Fault("reading does not return", hangs=True),
 }
 NAMES = tuple(FAULTS)
 _FAULTS = tuple(FAULTS.values())
@@ -125,10 +133,14 @@ def inject(cells: NDArray[np.float64], name: str) -> None:
 
 
 class Faulty(Twin):
-    """The twin behind faults; without one it is the twin, bit for bit."""
+    """The twin behind faults; without one it is the twin, bit for bit. It always begins where
+    its encoder says."""
+
+    counted = True
 
     def __init__(self, *given: Any, cells: NDArray[np.float64], **more: Any) -> None:
         super().__init__(*given, **more)
+        self.calibration = calibration.shipped()  # of the default bench, which this is
         self.clock = VirtualClock(self)
         self.cells = cells
         self._number = 0
@@ -136,6 +148,7 @@ class Faulty(Twin):
         self._true: float | None = None  # the encoder's last true reading
         self._count = 0.0  # and what it is said to be
         self._hall = 0.0
+        self._stands = 0.0
         self._noise_of_fault = np.random.default_rng(0)
         self._wanted = SAFE
         cells[:] = 0.0
@@ -154,6 +167,10 @@ class Faulty(Twin):
         if fault.raises:
             cells[ONSET] = self.tick * self.dt
             raise OSError(fault.raises)
+        if fault.hangs:
+            cells[ONSET] = self.tick * self.dt
+            while int(cells[WANTED]) == number:
+                time.sleep(0.01)
         if fault.stall:
             time.sleep(fault.stall)
         true = super().read()
@@ -165,6 +182,7 @@ class Faulty(Twin):
         if fresh:
             cells[ONSET] = true.t if number else math.nan
             self._hall = true.hall
+            self._stands = true.t
         cells[TIME] = true.t
         return self._shown(true, fault)
 
@@ -178,7 +196,9 @@ class Faulty(Twin):
             hall += fault.noise * float(self._noise_of_fault.standard_normal())
         # Half a count of slack: parts of a count that a fault leaves show as whole ones.
         count = math.floor(self._count + 1e-6)
-        sample = true._replace(t=true.t + fault.later, encoder=float(count), hall=hall)
+        times = {"": true.t + fault.later, "stands": self._stands, "none": math.nan}
+        t = times[fault.clock]
+        sample = true._replace(t=t, encoder=float(count), hall=hall)
         return sample._replace(**dict.fromkeys(fault.silent, math.nan))
 
     def write(self, outputs: Outputs) -> None:

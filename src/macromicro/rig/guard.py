@@ -162,7 +162,7 @@ def step(
         if fault == OK:
             fault, value, limit = _heat_fault(q, heat)
         if fault != OK:
-            time = sample.t
+            time = seen.time
     watch = Watch(fault, value, limit, time, seen, macro, micro, heat)
     if fault != OK:
         return watch, Outputs(0.0, 0.0, 0.0, 0.0)

@@ -49,6 +49,14 @@ class Guarded:
         return self.rig.clock
 
     @property
+    def doubt(self) -> str:
+        """Why the Hall sensor's reading is no contraction just now, "" where it is one."""
+        return sensing.DOUBTS[self._doubted()]
+
+    def _doubted(self) -> int:
+        return sensing.doubt(self._limits.limits, self.watch.seen, self._dt)
+
+    @property
     def tripped(self) -> bool:
         """Has a fault latched?"""
         return self.watch.fault != OK
@@ -112,7 +120,8 @@ _ASKED = _OUTPUTS + len(Outputs._fields)
 
 def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) -> Iterator[int]:
     """The guard as a coroutine: each `next` does what `asked` orders. Judging fills `told` with
-    outputs, fault and temperature; `state` is the whole watch, to be looked at or replaced."""
+    outputs, fault, temperature and doubt; `state` is the whole watch, to be looked at or
+    replaced."""
     while True:
         if asked[0] == _JUDGE:
             a, c, o = _SAMPLE, _COMMAND, _OUTPUTS
@@ -130,6 +139,7 @@ def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) 
             told[3] = given.laser_reset
             told[4] = float(s.fault)
             told[5] = guard.temperature(s)
+            told[6] = float(sensing.doubt(p.limits, s.seen, dt))
         elif asked[0] == _SHOW:
             watching.store(s, state)
         else:
@@ -145,7 +155,7 @@ class CompiledGuarded(Guarded):
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self._asked = np.zeros(_ASKED)
-        self._told = np.zeros(6)
+        self._told = np.zeros(7)
         self._state = np.zeros(watching.FIELDS)
         # The coroutine refers to the arrays inside, and does not own them.
         self._start = guard.fresh()
@@ -180,11 +190,14 @@ class CompiledGuarded(Guarded):
         """Wire temperature [degC] by the guard's own estimate."""
         return self._temperature
 
+    def _doubted(self) -> int:
+        return int(self._told[6])
+
     def _judged(self, sample: Sample, command: Command, outputs: Outputs) -> Outputs:
         asked = self._asked
         asked[0] = _JUDGE
         asked[_SAMPLE:] = (*sample, *command, *outputs)
         next(self._guard)
-        motor, ctrl, fan, reset, fault, self._temperature = self._told.tolist()
+        motor, ctrl, fan, reset, fault, self._temperature, _ = self._told.tolist()
         self._fault = int(fault)
         return Outputs(motor, ctrl, fan, reset)

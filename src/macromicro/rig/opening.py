@@ -54,7 +54,7 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
     The module is looked for in the working directory as well. The factory is called once to
     see what the rig has: `channels`; and where it has them, `kind` ("bench", "kiln" or
     "cycle"), `dt` [s], `rest` [s], `limits`, `calibration` (the table) and `pitch` [m] as in
-    `Fixture`. Raises
+    `Fixture`, and `counted` (bool). Raises
     `InputError`. The twin is no `Fixture`: callers know it by its name.
     """
     factory = named(name)
@@ -72,6 +72,7 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
         _number(rig, factory, "rest", 0.0),
         _own(rig, factory, "limits", Limits),
         _own(rig, factory, "calibration", Calibration),
+        counted=_own(rig, factory, "counted", bool) or False,
     )
     if kind != KILN and fixture.dt != known.dt:
         raise InputError(f"{OPTION} {factory}, dt", fixture.dt, f"{known.dt:g} s for a {kind}")

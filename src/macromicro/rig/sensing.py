@@ -8,6 +8,7 @@ from typing import NamedTuple
 from macromicro.kernel import kernel
 from macromicro.rig.codes import (
     CLOCK,
+    CLOCK_STANDS,
     ENCODER_AGAINST,
     ENCODER_JUMP,
     ENCODER_SILENT,
@@ -29,7 +30,7 @@ class Seen(NamedTuple):
     of one and the same Hall code, time off the scale, time pushed without a count, hard or
     so that it should just move. `against`: counts against pushes of one sign, signed as they
     are; `jump` [counts] and what was possible; `before`: the Hall reading before the last [V];
-    `noise`: its mean square [V^2]; `time` and its last step [s]."""
+    `noise`: its mean square [V^2]; `time`, its last step, and for how long it gave none [s]."""
 
     encoder: float
     encoder_age: float
@@ -46,6 +47,7 @@ class Seen(NamedTuple):
     noise: float
     time: float
     passed: float
+    stood: float
 
 
 UNSEEN = Seen(
@@ -64,6 +66,7 @@ UNSEEN = Seen(
     noise=0.0,
     time=math.nan,
     passed=0.0,
+    stood=0.0,
 )
 
 
@@ -86,6 +89,7 @@ def expecting(s: Seen, encoder: bool, hall: bool) -> Seen:
         s.noise,
         s.time,
         s.passed,
+        s.stood,
     )
 
 
@@ -120,6 +124,7 @@ def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
     passed = sample.t - s.time
     if math.isnan(passed):  # the first one, or a rig that gave no time
         passed = dt
+    stood = s.stood + dt if math.isnan(sample.t) or passed == 0.0 else 0.0
     time = s.time + dt if math.isnan(sample.t) else sample.t
     encoder, encoder_age, pushed, leant = sample.encoder, 0.0, 0.0, 0.0
     if math.isnan(encoder):
@@ -159,7 +164,34 @@ def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
         noise,
         time,
         passed,
+        stood,
     )
+
+
+REPEATED = 20  # times the same Hall code, which the noise of a sensor that lives forbids
+
+
+# What `doubt` numbers.
+DOUBTS = (
+    "",
+    "the Hall sensor is silent",
+    "the Hall sensor is off its scale",
+    "the Hall sensor repeats one value",
+    "the Hall sensor is noisy",
+)
+
+
+@kernel
+def doubt(p: Limits, s: Seen, dt: float) -> int:
+    """Why the Hall sensor's last reading is not to be taken for a contraction, long before it
+    is a fault: an index into `DOUBTS`, 0 where it is."""
+    if s.hall_age > p.silent:
+        return 1
+    if s.railed > p.silent:  # a slack wire that bounces may touch the end of the scale
+        return 2
+    if s.same > (REPEATED - 0.5) * dt:
+        return 3
+    return 4 if s.noise > p.noise * p.noise else 0
 
 
 @kernel
@@ -183,6 +215,8 @@ def _implausible(p: Limits, s: Seen) -> tuple[int, float, float]:
     """Readings that come, and that no machine could have: code, measured, limit."""
     if s.passed > p.clock or s.passed < 0.0:
         return CLOCK, s.passed, p.clock
+    if s.stood > p.clock:
+        return CLOCK_STANDS, s.stood, p.clock
     if s.jump > s.possible:
         return ENCODER_JUMP, s.jump, s.possible
     if abs(s.against) > p.against:

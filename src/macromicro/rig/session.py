@@ -43,7 +43,7 @@ class Fixture(NamedTuple):
     left with outputs safe before a run that must begin cold; 0 where `make` gives it cold, its
     laser at zero. `limits`: of its guard, None for the user's settings or the defaults; `table`:
     its Hall calibration, None for the shipped one; `pitch` [m]: travel per encoder count of a
-    kiln.
+    kiln; `counted`: does its encoder keep its count, and count on, while nothing runs?
     """
 
     name: str
@@ -55,6 +55,7 @@ class Fixture(NamedTuple):
     limits: Limits | None = None
     table: Calibration | None = None
     pitch: float = KilnBench().encoder.pitch
+    counted: bool = False
 
     def has(self, *channels: str) -> bool:
         """Does it measure all of them?"""
@@ -88,6 +89,7 @@ class Session:
         self._unwinding = Unwinding()
         self._sample: Any = None
         self._zero: float | None = None
+        self.unstopped = "its stop was not called"  # "" once it has returned
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -122,6 +124,7 @@ class Session:
 
     def write(self, outputs: Any) -> None:
         """Set all outputs."""
+        self.unstopped = "its stop was not called"
         self._rig.write(outputs)
 
     def idle(self, seconds: float) -> None:
@@ -146,8 +149,15 @@ class Session:
             self.stop()
 
     def stop(self) -> None:
-        """Set every output to its safe value."""
-        self._rig.stop()
+        """Set every output to its safe value; `unstopped` tells whether the rig's `stop`
+        returned ("") or what became of it, as nothing reads the outputs back."""
+        self.unstopped = "its stop did not return"
+        try:
+            self._rig.stop()
+        except Exception as error:
+            self.unstopped = f"its stop failed: {type(error).__name__}: {error}"
+            raise
+        self.unstopped = ""
 
     def __enter__(self) -> Self:
         if not self._inside:

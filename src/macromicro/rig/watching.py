@@ -40,6 +40,7 @@ def store(s: Watch, row: Any) -> None:
     row[_SEEN + 12] = s.seen.noise
     row[_SEEN + 13] = s.seen.time
     row[_SEEN + 14] = s.seen.passed
+    row[_SEEN + 15] = s.seen.stood
     row[_MACRO] = s.macro.reference
     row[_MACRO + 1] = s.macro.allowed
     row[_MACRO + 2] = s.macro.timer
@@ -78,6 +79,7 @@ def restored(row: Any) -> Watch:
             row[k + 12],
             row[k + 13],
             row[k + 14],
+            row[k + 15],
         ),
         Envelope(row[_MACRO], row[_MACRO + 1], row[_MACRO + 2]),
         Envelope(row[_MICRO], row[_MICRO + 1], row[_MICRO + 2]),

@@ -10,7 +10,6 @@ from macromicro import loop, simulate
 from macromicro.batch import SEED, Variants
 from macromicro.batch.scratch import Scratch
 from macromicro.batch.whole_bench import BenchJob, ProgrammeJob
-from macromicro.experiments import hall_calibration
 from macromicro.kernel import compiled
 from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
@@ -32,7 +31,7 @@ class RobustJob(BenchJob):
     columns = COLUMNS
 
     def __init__(self, programme: str, fan: bool = False, settings: Settings | None = None) -> None:
-        super().__init__(settings, fan=fan, table=hall_calibration.for_bench)
+        super().__init__(settings, fan=fan)
         self._planned = ProgrammeJob(programme, settings=settings)
 
     def programme(self, settings: Settings) -> Programme:

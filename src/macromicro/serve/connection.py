@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
+import socket
 import subprocess
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished, Reply
-from macromicro.serve import faults, link, persist, sending, watching
+from macromicro.errors import MacromicroError
+from macromicro.serve import faults, link, persist, safing, sending, watching
 from macromicro.serve.keeping import Keeper, Place
 from macromicro.serve.launching import Child, launch
 from macromicro.serve.ledger import Ledger
 from macromicro.serve.loop_spec import Spec
+from macromicro.serve.pulse import silence
 from macromicro.serve.sending import Allowed, Sender, Stops
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.shared import HEARTBEAT, LEAVE, Shared
+from macromicro.serve.shared import HEARTBEAT, LEAVE, WRITTEN, Shared
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.trail import Trail
 
@@ -41,12 +46,18 @@ class Connection:
         self.trust = "not started"
         self.realtime = ""
         self.running = False
+        self.switched_off = True  # was the rig told so last, and did that return?
+        self.ended: Callable[[str], None] = lambda reason: None  # told why the loop ended
+        self._leaving = False
+        self._left: str | None = None  # what became of the rig's stop, by the loop process
+        self._how = ""  # how a loop that did not end by itself was ended
         self._child: Child | None = None
         self._keeper: Keeper | None = None
         self._lock: persist.Lock | None = None
         self.turn = threading.RLock()  # of what is sent, and of who may send; held shortly
         self._sender: Sender | None = None
         self._threads: list[threading.Thread] = []
+        self._watcher: threading.Thread | None = None
 
     # Start and end
 
@@ -68,6 +79,7 @@ class Connection:
             raise
         lock.write(f"process {os.getpid()}, its loop is process {child.process.pid}")
         self.trouble, self.trust = None, "not known yet"
+        self._leaving, self._left, self._how, self.switched_off = False, None, "", False
         self.realtime = child.privileges.words
         self._lock, self._child, self.shared = lock, child, shared
         self._keeper = Keeper(self._path, self._rig, self._place, self._report)
@@ -88,6 +100,10 @@ class Connection:
             threading.Thread(target=self._listen, args=(child,), name="listener", daemon=True),
             threading.Thread(target=self._beat, args=(shared,), name="heartbeat", daemon=True),
         ]
+        self._watcher = threading.Thread(
+            target=self._watch, args=(child, shared), name="pulse", daemon=True
+        )
+        self._threads.append(self._watcher)
         for thread in self._threads:
             thread.start()
 
@@ -100,9 +116,7 @@ class Connection:
         try:
             child.process.wait(END_S)
         except subprocess.TimeoutExpired:
-            child.process.kill()
-            child.process.wait()
-            self._report("the loop process did not end and was killed")
+            self._how = f"it did not leave in {END_S:g} s; {safing.end(child.process)}"
         for thread in self._threads:
             thread.join()
         child.end.close()
@@ -110,8 +124,6 @@ class Connection:
         if self._lock is not None:
             self._lock.drop()
         self._child, self._lock, self._threads = None, None, []
-
-    # Orders
 
     def ask(
         self, request: Any, allowed: Allowed = sending.anybody, since: Stops | None = None
@@ -175,6 +187,33 @@ class Connection:
             shared.cells[HEARTBEAT] += 1
             time.sleep(pause)
 
+    def _watch(self, child: Child, shared: Shared) -> None:
+        """End a loop process that shows no period: its rig blocks, or it was halted."""
+        allowed = self._settings.serve.loop_timeout
+        silent = silence(
+            lambda: int(shared.cells[WRITTEN]),
+            lambda: self.running and not shared.cells[LEAVE],
+            lambda: END_S if self._leaving else allowed,
+            allowed,
+        )
+        if silent:
+            self._silent(child, silent, allowed)
+
+    def _silent(self, child: Child, silent: float, allowed: float) -> None:
+        told = watching.last_told(self.shared)
+        text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {told}"
+        self._fault(faults.failed(faults.LOOP_SILENT, text))
+        self.trust = "the loop stopped answering"
+        self.running = False
+        self.ledger.close(m.FAULTED, text)
+        self._how = safing.end(child.process)
+        with contextlib.suppress(OSError):  # one that does not end keeps its end open
+            child.end.shutdown(socket.SHUT_RDWR)
+
+    def _fault(self, trouble: Trouble) -> None:
+        self.trouble = trouble
+        self.tell("fault", trouble.name, {"evidence": trouble.evidence})
+
     def _listen(self, child: Child) -> None:
         """Take what the loop says until it has ended."""
         said = ""
@@ -201,25 +240,62 @@ class Connection:
             self.trust = rest[0].why
             self.tell("trust", self.trust, {"trusted": rest[0].trusted})
         elif kind == "trouble":
-            self.trouble = rest[0]
-            self.tell("fault", rest[0].name, {"evidence": rest[0].evidence})
+            self._fault(rest[0])
+        elif kind == "leaving":
+            self._leaving = True
+        elif kind == "left":
+            self._left = rest[0]
         elif kind == "ended":
             return str(rest[0])
         return ""
 
     def _over(self, child: Child, said: str) -> None:
+        """The loop process is gone, or is going: tell so at once, and see to the rig."""
         shared = self.shared
         assert shared is not None
-        status = child.process.wait()
-        ordered = bool(shared.cells[LEAVE])
         self.running = False
-        if ordered:
-            self.ledger.close(m.STOPPED_BY_REQUEST, "the server was stopped")
-        elif self.trouble is not None:
-            self.ledger.close(m.FAULTED, self.trouble.evidence)
+        if self._watcher is not None and self.trouble and self.trouble.code == faults.LOOP_SILENT:
+            self._watcher.join()  # which is ending it
         else:
-            how = said or (f"signal {-status}" if status < 0 else f"exit status {status}")
-            self.trouble = faults.failed(faults.LOOP_DIED, f"it ended by itself: {how}")
-            self.ledger.close(m.LOST, self.trouble.evidence)
-        cause = "stopped" if ordered else "died"
-        self.tell("loop", cause, {"status": status})
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.process.wait(END_S)
+        if child.process.poll() is None and not self._how:
+            self._how = safing.end(child.process)
+        status = child.process.poll() or 0
+        if shared.cells[LEAVE] and self._left == "":
+            self.switched_off, self.trust = True, "the server was stopped"
+            self.ledger.close(m.STOPPED_BY_REQUEST, "the server was stopped")
+            self.ended("the server was stopped")
+            self.tell("loop", "stopped", {"status": status})
+            return
+        how = said or (f"signal {-status}" if status < 0 else f"exit status {status}")
+        trouble = self.trouble
+        if trouble is None:
+            text = f"it ended by itself: {how}; {watching.last_told(self.shared)}"
+            trouble = faults.failed(faults.LOOP_DIED, text)
+            self._fault(trouble)
+        self.trust = trouble.name
+        outcome = m.LOST if trouble.code == faults.LOOP_DIED else m.FAULTED
+        self.ledger.close(outcome, trouble.evidence)
+        self.tell("trust", self.trust, {"trusted": False})
+        self._see_to_rig(trouble)
+        self.ended((self.trouble or trouble).evidence)
+        self.tell("loop", "died", {"status": status})
+
+    def _see_to_rig(self, trouble: Trouble) -> None:
+        """What became of the outputs, behind the trouble's evidence; the rig stopped by a fresh
+        process where the loop process did not do it."""
+        words = "the rig's stop returned; nothing read the outputs back"
+        told = f"{trouble.evidence}; {self._how}" if self._how else trouble.evidence
+        self.switched_off = self._left == ""
+        if not self.switched_off:
+            with contextlib.suppress(MacromicroError):
+                if self._keeper is not None:
+                    self._keeper.lose(f"the loop ended without leaving its rig: {trouble.name}")
+            before = f"{self._left}; " if self._left else ""
+            now = "a fresh process is told to stop the rig"
+            self.trouble = trouble._replace(evidence=f"{told}; {before}{now}")
+            safed = safing.stop(self._rig, self._seed)
+            self.switched_off, words = safed.told, before + safed.words
+        self.trouble = trouble._replace(evidence=f"{told}; {words}")
+        self.tell("loop", f"rig {'' if self.switched_off else 'not '}stopped", {"evidence": words})

@@ -4,16 +4,18 @@ the live machine finds itself."""
 from __future__ import annotations
 
 from macromicro.rig import codes, faults, guard
+from macromicro.rig.faults import SWITCHED_OFF
 from macromicro.serve.shared import Status
 from macromicro.serve.snapshot import Trouble
 
-LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED, LOST_COUNTS = range(100, 105)
+LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED, LOST_COUNTS, LOOP_SILENT = range(100, 106)
 _NAMES = {
     LATE: "control periods missed",
     RIG_FAILED: "rig failed",
     CONTROL_FAILED: "controller failed",
     LOOP_DIED: "loop process ended",
     LOST_COUNTS: "laser and encoder disagree",
+    LOOP_SILENT: "loop silent",
 }
 
 
@@ -23,8 +25,8 @@ def late(share: float, limit: float, time: float) -> Trouble:
         LATE,
         _NAMES[LATE],
         "The machine computes too slowly: too many control periods were missed.",
-        f"{share:.1%} of the last periods missed, allowed {limit:.1%}, at {time:.3f} s; all "
-        "outputs are safe",
+        f"{share:.1%} of the last periods missed, allowed {limit:.1%}, at {time:.3f} s; "
+        f"{SWITCHED_OFF}",
         "Close what else is computing, give the loop a core and real-time priority "
         "(`macromicro doctor`), see `macromicro latency`; serve.miss_share and "
         "serve.miss_window set what is allowed.",
@@ -38,7 +40,7 @@ def lost_counts(by_laser: float, by_encoder: float, time: float) -> Trouble:
         _NAMES[LOST_COUNTS],
         "The laser and the encoder disagree: counts were lost, or the laser was disturbed.",
         f"the carriage is at {by_laser:.1f} counts by the laser and at {by_encoder:.0f} by the "
-        f"encoder, at {time:.3f} s; all outputs are safe",
+        f"encoder, at {time:.3f} s; {SWITCHED_OFF}",
         "Check the encoder's strip and cable and the laser's beam, then clear and home; "
         "live.edges.lost and live.edges.span set what is allowed, live.edges.use = 0 leaves the "
         "laser out, and live.pitch must be the strip's.",
@@ -53,12 +55,15 @@ def silent(seconds: float, allowed: float) -> str:
     )
 
 
+_SUPPLY = "See that the machine stands and cools; if it does not, switch its supply off."
+
+
 def failed(code: int, evidence: str) -> Trouble:
     """The rig or the controller raised an error, or the loop process is gone."""
     message, remedy = {
         RIG_FAILED: (
             "The rig could not be read or written.",
-            "Check its supply and its connection, then start again.",
+            f"{_SUPPLY} Check its connection, then start again and home.",
         ),
         CONTROL_FAILED: (
             "The controller ended with an error.",
@@ -66,8 +71,12 @@ def failed(code: int, evidence: str) -> Trouble:
         ),
         LOOP_DIED: (
             "The loop process has ended; nothing drives the machine.",
-            "See that the machine stands, then end the server and start it again; a position "
-            "that was lost is to be homed.",
+            f"{_SUPPLY} Then end the server, start it again and home.",
+        ),
+        LOOP_SILENT: (
+            "The rig blocks: no control period came for too long.",
+            f"{_SUPPLY} See to the rig's connection, then end the server, start it again and "
+            "home; serve.loop_timeout sets what is allowed.",
         ),
     }[code]
     return Trouble(code, _NAMES[code], message, evidence, remedy)

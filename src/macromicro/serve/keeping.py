@@ -19,7 +19,7 @@ RETRY_S = 1.0  # after which a file that could not be written is tried again
 
 class Place(NamedTuple):
     """What the loop shows now: row number, encoder [counts], offset [counts], trust and why,
-    and whether anything moves."""
+    whether anything moves, and the carriage by the laser [m]."""
 
     row: int
     encoder: float
@@ -27,6 +27,7 @@ class Place(NamedTuple):
     trusted: bool
     why: str
     moving: bool
+    laser: float = math.nan
 
 
 class Keeper:
@@ -94,6 +95,15 @@ class Keeper:
             self._save(place)
             self._moving = place.moving
 
+    def lose(self, why: str) -> None:
+        """The loop is gone without a word, and what the rig did since is not known: the next
+        start has to home."""
+        with self._lock:
+            place = self._look()
+            if self._moving or place is None:  # "moving" says so already
+                return
+            self._save(place._replace(trusted=False, why=why))
+
     def _says(self, place: Place) -> bool:
         """Does the file say this?"""
         saved = self._saved
@@ -112,6 +122,7 @@ class Keeper:
             place.why,
             place.moving,
             time.time(),
+            place.laser,
         )
         self._saved = None
         try:

@@ -55,6 +55,13 @@ class Live:
         self._s, notices = machine.lose(self._s, words)
         return notices
 
+    def doubt(self, words: str) -> tuple[Notice, ...]:
+        """The Hall sensor is not to be relied on, or is again."""
+        if words == self._s.doubt:
+            return ()
+        self._s, notices = machine.doubt(self._p, self._s, words)
+        return notices
+
     def found(self) -> tuple[float, float] | None:
         """Laser and encoder disagree: the carriage's place [counts] by each of them."""
         fault = self._s.fault
@@ -65,14 +72,15 @@ class Live:
     def view(self) -> View:
         """The present state, for the telemetry."""
         s = self._s
+        half = state.uncertainty(self._p, s)
         return View(
             s.mode,
             s.motion.id if s.motion is not None else 0,
             s.drive.memory.integral,
             s.drive.integral,
             s.seen.position,
-            state.uncertainty(self._p, s),
-            1.0 if s.frame.trusted else 0.0,
+            half,
+            1.0 if math.isfinite(half) else 0.0,
             s.frame.offset,
             s.limits,
         )

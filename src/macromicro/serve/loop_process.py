@@ -21,6 +21,7 @@ import traceback
 from types import FrameType
 from typing import Any, NamedTuple
 
+from macromicro import hall_table
 from macromicro.control import calibration
 from macromicro.errors import InputError, MacromicroError
 from macromicro.rig import guard
@@ -32,26 +33,38 @@ from macromicro.serve import faults, pacing
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.machine import Machine
-from macromicro.serve.persist import Kept
+from macromicro.serve.persist import Evident, Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import PERIOD, Shared
 from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import warm
 from macromicro.textfile import printable
+from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
 NEEDED = ("encoder", "hall")
+_CALIBRATION = (
+    "the table of its own Hall sensor, as the rig's attribute `calibration`: `macromicro collect "
+    "--rig MODULE:FACTORY hall`, `macromicro identify hall` on what that recorded, then "
+    "macromicro.control.calibration.read of its hall_calibration.csv (docs/rigs.md)"
+)
 
 
 class Opened(NamedTuple):
-    """A rig to drive: the rig itself, its guard, the table of its Hall sensor, and whether
-    its own clock waits."""
+    """A rig to drive: the rig itself, its guard, the table of its Hall sensor, whether its own
+    clock waits, and whether its counter counts on while nothing runs."""
 
     rig: Any
     guard: guard.Guard
     table: calibration.Calibration
     paced: bool
+    counted: bool
+
+    def witness(self, sample: Sample) -> Evident:
+        """What confirms a position that was kept."""
+        contraction = calibration.position(self.table, sample.hall)
+        return Evident(self.counted, sample.laser - contraction * 1e-3)
 
 
 def main() -> None:
@@ -77,7 +90,9 @@ def main() -> None:
     except Exception:
         outbox.send(("failed", traceback.format_exc(limit=-3)))
         sys.exit(1)
-    status = drive(spec, opened, machine, shared, outbox)
+    session = Session(opened.rig, PERIOD)
+    status = drive(spec, opened, session, machine, shared, outbox)
+    outbox.send(("left", session.unstopped))
     outbox.flush()
     sys.exit(status)
 
@@ -87,17 +102,20 @@ def open_machine(spec: Spec) -> Opened:
     settings = spec.settings
     if spec.rig == TWIN:
         rig = twin(settings, spec.seed, spec.kept)
-        table = calibration.shipped()
-        return Opened(rig, guard.prepare(settings.guard, table), table, False)
+        table = hall_table.of_bench(settings)
+        return Opened(rig, guard.prepare(settings.guard, table), table, False, True)
     fixture = open_rig(spec.rig, spec.seed)
     if fixture.kind != BENCH:
         found = f"a {fixture.kind}"
         raise InputError(f"--rig {fixture.name}", found, "a bench with both stages")
     fixture.need("the live machine", *NEEDED)
-    table = calibration.shipped() if fixture.table is None else fixture.table
+    own = fixture.table
+    if own is None:
+        raise InputError(f"--rig {fixture.name}, calibration", "none", _CALIBRATION)
     rig = fixture.make(spec.seed)
-    limits = guard.prepare(fixture.limits or settings.guard, table)
-    return Opened(rig, limits, table, not isinstance(rig.clock, VirtualClock))
+    limits = guard.prepare(fixture.limits or settings.guard, own)
+    paced = not isinstance(rig.clock, VirtualClock)
+    return Opened(rig, limits, own, paced, fixture.counted)
 
 
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
@@ -118,21 +136,32 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
     return CompiledTwin(plant, seed, state=state)
 
 
-def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: Outbox) -> int:
-    """Loop until told to end; returns the exit status. Outputs are safe on every way out."""
-    session = Session(opened.rig, PERIOD)
+def drive(
+    spec: Spec,
+    opened: Opened,
+    session: Session,
+    machine: Machine,
+    shared: Shared,
+    outbox: Outbox,
+) -> int:
+    """Loop until told to end; returns the exit status. The rig is stopped on every way out;
+    whether its stop returned, `session` tells."""
     rig = CompiledGuarded(session, opened.guard, PERIOD)
     loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced)
-    _die_with(spec.parent, loop)
+    _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
     privileges = pacing.prepare(spec.settings.serve)
     shared.ring[:] = 0.0  # every page is there before the first period
     gc.collect()
     gc.freeze()
     gc.disable()
+    signal.signal(signal.SIGTERM, _interrupted)  # what comes behind leaving the rig, too
     try:
         with rig:
             outbox.send(("ready", privileges, tuple(session.channels)))
-            ending = loop.run(spec.kept, spec.rig)
+            try:
+                ending = loop.run(spec.kept, spec.rig, opened.witness)
+            finally:  # no more periods come: leaving the rig has a time of its own
+                outbox.send(("leaving",))
     except KeyboardInterrupt:
         outbox.send(("ended", "told to end by a signal"))
         return 0
@@ -140,7 +169,7 @@ def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: 
         from_rig = _inside_rig(error)
         code = faults.RIG_FAILED if from_rig else faults.CONTROL_FAILED
         text = f"{type(error).__name__}: {error}"
-        outbox.send(("trouble", faults.failed(code, f"{text}; the rig was told to go safe")))
+        outbox.send(("trouble", faults.failed(code, text)))
         if not from_rig:
             traceback.print_exc()
         return 1
@@ -150,25 +179,36 @@ def drive(spec: Spec, opened: Opened, machine: Machine, shared: Shared, outbox: 
     return 0
 
 
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
 def _inside_rig(error: Exception) -> bool:
     """Did the rig, or what it calls, raise it? (A session is between the loop and any rig.)"""
     names = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
     return any(name.endswith(os.path.join("rig", "session.py")) for name in names)
 
 
-def _die_with(parent: int, loop: Loop) -> None:
+def _die_with(parent: int, loop: Loop, patience: float) -> None:
     """Let the kernel tell when the serving process dies.
 
     It tells of the death of the thread that started this process, which may be another
-    one; so only a changed parent counts.
+    one; so only a changed parent counts. A loop that has not left within `patience` [s] of it
+    is interrupted.
     """
 
     def told(number: int, frame: FrameType | None) -> None:
         if os.getppid() != parent:
-            loop.orphaned = True
+            orphaned()
+
+    def orphaned() -> None:
+        loop.orphaned = True
+        # A rig that blocks just now would never let the loop see that.
+        signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGTERM))
+        signal.setitimer(signal.ITIMER_REAL, patience)
 
     signal.signal(_DEATH, told)
     with contextlib.suppress(OSError, AttributeError):  # without it the heartbeat tells, later
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(_DEATH), 0, 0, 0)
     if os.getppid() != parent:
-        loop.orphaned = True
+        orphaned()

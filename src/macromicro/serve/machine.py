@@ -50,6 +50,9 @@ class Machine(Protocol):
     def lose(self, words: str) -> tuple[Notice, ...]:
         """Counts may have been missed: the position is not known any more."""
 
+    def doubt(self, words: str) -> tuple[Notice, ...]:
+        """The Hall sensor's readings are no contraction (`words`: why), or are one again ("")."""
+
     def found(self) -> tuple[float, float] | None:
         """A fault that the machine has found and latched itself, its outputs safe: the
         carriage's place [counts] by the laser and by the encoder; None without one."""

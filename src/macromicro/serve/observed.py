@@ -37,6 +37,7 @@ class Observed:
             connection.shared,
             connection.running,
             connection.trust,
+            connection.switched_off,
             connection.trouble,
             self.settings.live.limits,
             self._recordings.state,

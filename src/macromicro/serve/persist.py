@@ -19,13 +19,16 @@ from macromicro.errors import MacromicroError
 from macromicro.textfile import printable
 
 FORMAT = "macromicro position 1"
+SAME = 50e-6  # m between what the laser said of the carriage and says that is the same place
+TELLING = 1e-3  # m: nearer to 0 a laser may just have been switched on
 NEAR = 2.0  # counts between what was left and what is found that count as the same place
 
 
 class Kept(NamedTuple):
     """The position as it was left. `encoder` [counts]: its reading, as it gives it; `offset`
     [counts]: what it reads at coordinate 0; `trusted`: was the position known? `why`: in
-    words; `moving`: was a motion under way? `saved`: when, seconds since 1970."""
+    words; `moving`: was a motion under way? `saved`: when, seconds since 1970. `laser` [m]:
+    the carriage by the laser's reading, contraction taken off, NaN without one."""
 
     rig: str
     encoder: float
@@ -34,6 +37,15 @@ class Kept(NamedTuple):
     why: str
     moving: bool
     saved: float
+    laser: float = math.nan
+
+
+class Evident(NamedTuple):
+    """What else tells at a start whether the carriage stands where it was left. `counted`: the
+    rig's counter keeps its count and counts on while nothing runs; `laser` [m] as in `Kept`."""
+
+    counted: bool = False
+    laser: float = math.nan
 
 
 class Restored(NamedTuple):
@@ -84,37 +96,51 @@ def load(path: Path) -> Kept | str:
         if found.pop("format") != FORMAT:
             raise ValueError
         kept = Kept(**found)
-        numbers = (kept.encoder, kept.offset, kept.saved)
+        numbers = (kept.encoder, kept.offset, kept.saved, kept.laser)
         flags = (kept.trusted, kept.moving)
         if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in numbers):
             raise ValueError
         if not all(isinstance(x, bool) for x in flags) or not isinstance(kept.why, str):
             raise ValueError
-        encoder, offset, saved = (float(x) for x in numbers)
+        encoder, offset, saved, laser = (float(x) for x in numbers)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         return f"{path}: the kept position cannot be read (not written by this version)"
-    return kept._replace(encoder=encoder, offset=offset, saved=saved)
+    return kept._replace(encoder=encoder, offset=offset, saved=saved, laser=laser)
 
 
-def restore(kept: Kept | str, rig: str, count: float) -> Restored:
+def restore(kept: Kept | str, rig: str, count: float, evident: Evident) -> Restored:
     """May the kept position be trusted on a rig whose encoder now reads `count`?
 
-    Only where it was known, at rest, on the same rig, and the encoder still reads what it
-    was left at.
+    Only where it was known, at rest, on the same rig, the encoder still reads what it was left
+    at, and a witness confirms that. A counter alone does not: one that begins at 0 when it is
+    switched on reads 0 wherever the carriage was pushed meanwhile. Neither does a laser near 0.
+    Without a witness the place is named, and not trusted.
     """
-    nan = math.nan
     if isinstance(kept, str):
-        return Restored(False, nan, kept)
+        return Restored(False, math.nan, kept)
+    why = _void(kept, rig, count)
+    if why:
+        return Restored(False, math.nan, why)
+    if evident.counted:
+        return Restored(True, kept.offset, "restored; the encoder reads what it was left at")
+    if abs(evident.laser - kept.laser) <= SAME and abs(kept.laser) >= TELLING:
+        return Restored(True, kept.offset, "restored; encoder and laser read as they were left")
+    found = "the encoder reads what it was left at, and nothing else confirms it; home"
+    return Restored(False, kept.offset, f"unconfirmed: {found}")
+
+
+def _void(kept: Kept, rig: str, count: float) -> str:
+    """Why what was kept says nothing of where the carriage is now; "" if it does."""
     if kept.rig != rig:
-        return Restored(False, nan, f"the kept position is of another rig, {kept.rig}")
+        return f"the kept position is of another rig, {kept.rig}"
     if kept.moving:
-        return Restored(False, nan, "a motion was interrupted when the last run ended")
+        return "a motion was interrupted when the last run ended"
     if not kept.trusted or not math.isfinite(kept.offset):
-        return Restored(False, nan, f"untrusted when the last run ended: {kept.why}")
+        return f"untrusted when the last run ended: {kept.why}"
     if not abs(count - kept.encoder) <= NEAR:
         found = f"it reads {count:.0f}, was left at {kept.encoder:.0f}"
-        return Restored(False, nan, f"the encoder was moved or reset since the last run ({found})")
-    return Restored(True, kept.offset, "restored; the encoder reads what it was left at")
+        return f"the encoder was moved or reset since the last run ({found})"
+    return ""
 
 
 class Lock:

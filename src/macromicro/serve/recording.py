@@ -16,6 +16,7 @@ from macromicro.serve.shared import COLUMNS, PERIOD, WRITTEN, Shared
 from macromicro.serve.snapshot import RecordingState
 from macromicro.serve.trail import Trail
 
+ASKED = "its end was asked for"
 EVERY = 0.1  # s between looks at the ring
 
 
@@ -45,6 +46,7 @@ class Recording:
         trail.begin()
         self._failed = failed
         self._state = RecordingState(True, str(self._recorder.path), 0, 0, "")
+        self._reason = ""
         self._enough = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
@@ -54,8 +56,9 @@ class Recording:
         """What is in the file now."""
         return self._state
 
-    def end(self) -> RecordingState:
-        """Write what is left, close the file."""
+    def end(self, reason: str = ASKED) -> RecordingState:
+        """Write what is left and why it ends (attribute `ended`), close the file."""
+        self._reason = self._reason or reason
         self._enough.set()
         self._thread.join()
         return self._state
@@ -67,8 +70,10 @@ class Recording:
             self._drain()
         except (MacromicroError, OSError) as error:
             self._state = self._state._replace(error=str(error))
+            self._reason = f"{self._reason} ({error})" if self._reason else str(error)
         finally:
             self._trail.end_recording()
+            self._recorder.attribute("ended", self._reason)
             self._recorder.close()
             self._state = self._state._replace(active=False)
         if self._state.error:

@@ -12,7 +12,7 @@ from macromicro.errors import MacromicroError
 from macromicro.recording_format import Attribute
 from macromicro.serve.connection import Connection
 from macromicro.serve.places import make_folder
-from macromicro.serve.recording import Recording
+from macromicro.serve.recording import ASKED, Recording
 from macromicro.serve.settings import STOP, ServeSettings
 from macromicro.serve.shared import PERIOD
 from macromicro.serve.snapshot import RecordingState
@@ -31,6 +31,7 @@ class Recordings:
         self._lock = threading.Lock()
         self._recording: Recording | None = None
         self._begun: deque[Path] = deque(maxlen=KEPT)
+        connection.ended = self._loop_ended
 
     @property
     def begun(self) -> tuple[Path, ...]:
@@ -67,18 +68,25 @@ class Recordings:
             self._begun.append(Path(begun))
         self._connection.tell("recording", "begun", {"path": begun, "client": client})
 
-    def end(self, client: str = "") -> RecordingState:
-        """See `Station.end_recording`."""
+    def end(self, reason: str = ASKED, client: str = "") -> RecordingState:
+        """See `Station.end_recording`; `reason` is written into the file."""
         with self._lock:
             recording = self._recording
             if recording is None:
                 return NO_RECORDING
             active = recording.state.active
-            state = recording.end()
+            trouble = self._connection.trouble
+            if trouble is not None and not self._connection.running:
+                reason = f"the loop ended: {trouble.evidence}"
+            state = recording.end(reason)
         if active:
             facts = {"path": state.path, "rows": state.rows, "lost": state.lost, "client": client}
             self._connection.tell("recording", "ended", facts)
         return state
+
+    def _loop_ended(self, reason: str) -> None:
+        """No more rows come: the file is completed, and says why."""
+        self.end(f"the loop ended: {reason}")
 
     def _failed(self, reason: str) -> None:
         self._connection.tell("recording", "failed", {"reason": reason})

@@ -33,6 +33,17 @@ class ServeSettings(NamedTuple):
             hi=10.0,
         ),
     ] = 1.0
+    loop_timeout: Annotated[
+        float,
+        Par(
+            "s",
+            "time without a period after which the loop process is ended and its rig stopped",
+            CHOICE,
+            shown="ms",
+            lo=0.1,
+            hi=10.0,
+        ),
+    ] = 0.5
     client_timeout: Annotated[
         float,
         Par(

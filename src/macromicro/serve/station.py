@@ -232,7 +232,7 @@ class Station(Observed):
 
     def end_recording(self, client: str = "") -> RecordingState:
         """Complete the file and close it; what it holds now."""
-        return self._recordings.end(client)
+        return self._recordings.end(client=client)
 
     # What goes on by itself
 

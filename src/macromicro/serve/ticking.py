@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from macromicro.control.live.messages import (
@@ -28,11 +28,13 @@ from macromicro.serve.link import Outbox
 from macromicro.serve.machine import Machine, View
 from macromicro.serve.orders import Order
 from macromicro.serve.pacing import Pacer
-from macromicro.serve.persist import Kept, restore
+from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.silence import Silence
 from macromicro.types import SAFE, Command, Sample
+
+Witness = Callable[[Sample], Evident]
 
 _BLIND = (codes.ENCODER_SILENT, codes.ENCODER_JUMP, codes.ENCODER_AGAINST, codes.STUCK)
 ORDERED, ORPHANED = "ordered", "orphaned"
@@ -65,14 +67,15 @@ class Loop:
         self.silence = 0.0  # s, of the serving process, where that was the end
         self._fault = (0.0, 0.0, 0.0, 0.0)
 
-    def run(self, kept: Kept | str, rig_name: str) -> str:
+    def run(self, kept: Kept | str, rig_name: str, witness: Witness) -> str:
         """Loop until ordered to leave, or until the serving process is dead; which of them.
+        `witness`: what may confirm the position that was kept.
 
         An exception of the rig or the machine passes through; whoever holds the rig open
         makes its outputs safe.
         """
         first = self._rig.read()
-        restored = restore(kept, rig_name, first.encoder)
+        restored = restore(kept, rig_name, first.encoder, witness(first))
         self._machine.begin(first, restored)
         self._outbox.send(("begun", restored))
         self.pacer.start()
@@ -140,6 +143,7 @@ class Loop:
             assert fault is not None
             facts = {"evidence": fault.evidence}
             notices += self._machine.fail(fault.name, facts, watch.fault in _BLIND)
+        notices += self._machine.doubt(self._rig.doubt)
         if self._fault[0]:
             notices += self._overlooked()
         laser = self._laser.look(sample.laser, sample.t)

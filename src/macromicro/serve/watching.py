@@ -15,6 +15,7 @@ from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, PERIOD, SAFE_SINCE,
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
+STALE_S = 0.5  # age of the newest period from which on it tells of no present
 STOOD_S = 0.2  # without a new count, after which a carriage stands
 _NOTHING = np.full(len(INDEX), math.nan)
 
@@ -23,14 +24,16 @@ def snapshot(
     shared: Shared | None,
     running: bool,
     trust: str,
+    switched_off: bool,
     trouble: Trouble | None,
     limits: SoftLimits,
     recording: RecordingState,
     holder: str,
     clients: tuple[str, ...],
 ) -> Snapshot:
-    """The machine now. `trouble`: a fault that the shared memory does not tell; `limits`: the
-    machine's own, until it tells which are in force."""
+    """The machine now. `trouble`: a fault that the shared memory does not tell; `switched_off`:
+    without a loop, was the rig told to be? `limits`: the machine's own, until it tells which
+    are in force. Nothing is known of the position without a loop, nor of one that is silent."""
     now = shared.now() if shared is not None else None
     if shared is None or now is None:
         row, pace, age, offset, fault = _NOTHING, Pace(0, 0, 0.0, 0.0, 0.0), math.nan, 0.0, None
@@ -43,6 +46,10 @@ def snapshot(
         offset, fault = status.offset, faults.trouble(status)
         limits = SoftLimits(*(getattr(status, name) for name in SoftLimits._fields))
     value = dict(zip(INDEX, row.tolist(), strict=True))
+    stale = not running or not age <= STALE_S
+    outputs = dict.fromkeys(("motor", "ctrl", "fan"), 0.0 if switched_off else math.nan)
+    if running:
+        outputs = {name: value[name] for name in outputs}
     mode = int(value["mode"]) if math.isfinite(value["mode"]) else DISABLED
     return Snapshot(
         time_s=value["t"],
@@ -50,16 +57,16 @@ def snapshot(
         running=running,
         mode=MODES[mode] if running else "off",
         position_m=value["position"] * 1e-3,
-        uncertainty_m=value["uncertainty"] * 1e-6,
-        trusted=value["trusted"] > 0.5,
+        uncertainty_m=math.inf if stale else value["uncertainty"] * 1e-6,
+        trusted=value["trusted"] > 0.5 and not stale,
         trust=trust,
         macro_count=value["macro_position"] - offset,
         macro_reference=value["macro_reference"] - offset,
         micro_mm=value["hall_position"],
         micro_reference_mm=value["micro_reference"],
-        motor_v=value["motor"] if running else 0.0,
-        ctrl_v=value["ctrl"] if running else 0.0,
-        fan=running and value["fan"] > 0.5,
+        motor_v=outputs["motor"],
+        ctrl_v=outputs["ctrl"],
+        fan=outputs["fan"] > 0.5 or (math.isnan(outputs["fan"]) and value["fan"] > 0.5),
         temperature_c=value["temperature_estimate"],
         motion=int(value["motion"]) if running and math.isfinite(value["motion"]) else 0,
         limits=limits,
@@ -70,6 +77,16 @@ def snapshot(
         clients=clients,
         emergency_s=emergency_time(shared),
     )
+
+
+def last_told(shared: Shared | None) -> str:
+    """The outputs as the loop told them to the rig in its newest row, in words."""
+    row = shared.last() if shared is not None else None
+    if row is None:
+        return "no output had been told to the rig"
+    motor, ctrl, fan = (float(row[INDEX[name]]) for name in ("motor", "ctrl", "fan"))
+    on = "on" if fan > 0.5 else "off"
+    return f"the rig was last told: motor {motor:.2f} V, CTRL {ctrl:.2f} V, fan {on}"
 
 
 def emergency_time(shared: Shared | None) -> float:
@@ -97,6 +114,7 @@ def place(shared: Shared, why: str) -> Place | None:
         bool(row[INDEX["trusted"]] > 0.5),
         why,
         moving or not _stands(shared, written),
+        float(row[INDEX["laser"]] * 1e-6 - row[INDEX["hall_position"]] * 1e-3),
     )
 
 

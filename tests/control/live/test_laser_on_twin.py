@@ -11,6 +11,7 @@ from macromicro.control.live import machine
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted
 from macromicro.control.live.parameters import Edges, Live
+from macromicro.settings import Settings
 from macromicro.types import SAFE, Sample
 
 from .bench import PITCH, Bench
@@ -158,3 +159,34 @@ def test_homing_with_an_encoder_that_skips_is_a_fault() -> None:
     b.ask(m.Home())
     assert b.wait(20.0).outcome == "fault"
     assert b.s.fault is not None and b.s.fault.words == machine.DISAGREE
+
+
+def other_sensor() -> Blurred:
+    """Homed by the table of the default Hall sensor, on a bench that has another one."""
+    default = Settings()
+    hall = default.sensors.hall._replace(gain=3.0)
+    return homed(settings=default._replace(sensors=default.sensors._replace(hall=hall)))
+
+
+def test_a_move_is_done_only_where_the_laser_says_so_too() -> None:
+    """By the Hall sensor alone the distance would be too short by a part of the contraction.
+    (Where coordinate 0 is, no laser tells: the edges were placed by that Hall sensor.)"""
+    b = other_sensor()
+    places = []
+    for target in (0.042123, 0.0437):
+        b.ask(m.MoveTo(target))
+        end = b.wait(30.0)
+        assert (end.outcome, end.evidence["by"]) == ("done", "laser")
+        assert abs(end.evidence["error_by_laser_mm"]) <= b.p.settings.fine.band
+        places.append(b.true_position())
+    assert places[1] - places[0] == pytest.approx(0.0437 - 0.042123, abs=15e-6)
+
+
+def test_witnesses_that_do_not_agree_in_time_are_both_named() -> None:
+    b = other_sensor()
+    fine = b.p.settings.fine._replace(patience=0.75)
+    b.p = b.p._replace(settings=b.p.settings._replace(fine=fine))
+    b.ask(m.MoveTo(0.042123))
+    end = b.wait(30.0)
+    assert end.outcome == "stalled"
+    assert "Hall sensor is" in end.evidence["reason"] and "laser" in end.evidence["reason"]

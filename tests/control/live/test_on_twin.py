@@ -163,3 +163,27 @@ def test_emergency_in_a_move_is_safe_in_the_very_next_step() -> None:
     assert b.out == SAFE and abs(b.twin.truth().speed) < 1e-4
     assert isinstance(b.ask(m.Enable()), Accepted)
     assert isinstance(b.ask(m.MoveMacro(1500)), Refused)  # home first
+
+
+@pytest.mark.parametrize("target", [400, -100])
+def test_a_stop_near_the_end_of_a_move_goes_no_farther_than_the_move(target: int) -> None:
+    """The brake's own way from there may lead beyond the target, which may be a soft limit."""
+    for k in range(8):
+        b = Bench(0.02, coordinate=200.0, trusted=True)
+        b.tick()
+        b.ask(m.Enable())
+        own = b.p.settings.limits
+        b.ask(m.SetLimits(own._replace(macro_low=min(target, 0), macro_high=max(target, 250))))
+        b.ask(m.MoveMacro(target))
+        way = math.copysign(1.0, target - 200.0)
+        b.run(0.02 * k)
+        while (target - b.s.seen.encoder + b.s.frame.offset) * way > 40.0 - 5.0 * k:
+            b.tick()
+        b.ask(m.Stop())
+        beyond = -math.inf
+        ends = len(b.ends)
+        while len(b.ends) == ends:
+            b.tick()
+            beyond = max(beyond, (b.s.seen.encoder - b.s.frame.offset - target) * way)
+        assert b.ends[-1].outcome == "stopped"
+        assert beyond <= b.s.laws.sequence.tolerance

@@ -26,6 +26,20 @@ def request(**order: Any) -> Any:
         ({"do": "move to", "value": 42.5, "unit": "mm"}, m.MoveTo(pytest.approx(0.0425))),
         ({"do": "move by", "value": -3, "unit": "um"}, m.MoveBy(pytest.approx(-3e-6))),
         ({"do": "move macro", "value": 700}, m.MoveMacro(700.0)),
+        ({"do": "move macro", "value": 7, "replace": True}, m.MoveMacro(7.0, "", True)),
+        ({"do": "move macro", "value": 7, "replace": False}, m.MoveMacro(7.0)),
+        (
+            {"do": "move to", "value": 2, "unit": "mm", "replace": True},
+            m.MoveTo(pytest.approx(0.002), "", True),
+        ),
+        (
+            {"do": "move by", "value": 2, "unit": "mm", "replace": True},
+            m.MoveBy(pytest.approx(0.002), "", True),
+        ),
+        (
+            {"do": "move micro", "value": 2, "unit": "mm", "replace": True},
+            m.MoveMicro(pytest.approx(2.0), "", True),
+        ),
         ({"do": "move micro", "value": 0.5, "unit": "mm"}, m.MoveMicro(pytest.approx(0.5))),
         ({"do": "jog", "stage": "micro", "speed": 1e-4}, m.Jog("micro", 1e-4)),
         ({"do": "fan", "on": True}, m.Fan(True)),
@@ -40,6 +54,8 @@ def test_orders_become_requests_in_the_machines_units(order: dict[str, Any], wan
     "order",
     [
         {"do": "move to", "value": 42.5},
+        {"do": "move macro", "value": 7, "replace": 1},
+        {"do": "move macro", "value": 7, "replace": "yes"},
         {"do": "move to", "value": 42.5, "unit": "inch"},
         {"do": "move to", "value": 42.5, "unit": ["mm"]},
         {"do": "move to", "value": "42.5", "unit": "mm"},

@@ -127,8 +127,10 @@ def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
     return s, _OK, (event,)
 
 
-def _obstacle(p: LiveParameters, s: LiveState, jogging: str = "") -> Refused | None:
-    """Why no motion can begin now, whichever it is."""
+def _obstacle(
+    p: LiveParameters, s: LiveState, jogging: str = "", replace: Any = False
+) -> Refused | None:
+    """Why no motion can begin now, whichever it is. `replace`: may it replace one?"""
     if s.mode == m.FAULT:
         return _FAULT
     if s.mode == m.DISABLED:
@@ -137,7 +139,13 @@ def _obstacle(p: LiveParameters, s: LiveState, jogging: str = "") -> Refused | N
         return None
     if s.mode == m.STOPPED:
         return Refused("the carriage is still coming to rest", "wait until it has")
-    return _BUSY if s.mode == m.HOMING or p.settings.supersede != 1 else None
+    may = replace is True or p.settings.supersede == 1
+    return None if may and s.mode != m.HOMING else _BUSY
+
+
+def _unready(p: LiveParameters, s: LiveState, replace: Any) -> Refused | None:
+    """Why no move to a place can begin now."""
+    return _obstacle(p, s, replace=replace) or (None if s.frame.trusted else targets.HOME_FIRST)
 
 
 def _begin(
@@ -170,8 +178,8 @@ def _rests(s: LiveState) -> bool:
     return s.mode not in (m.MOVING_MACRO, m.SETTLING)
 
 
-def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str) -> Answer:
-    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str, replace: Any) -> Answer:
+    refusal = _unready(p, s, replace)
     motion = refusal or targets.whole(p, s, position, kind, _rests(s))
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
@@ -185,19 +193,19 @@ def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str) -> Answer:
 
 
 def _move_to(p: LiveParameters, s: LiveState, request: m.MoveTo) -> Answer:
-    return _whole(p, s, request.position, "move to")
+    return _whole(p, s, request.position, "move to", request.replace)
 
 
 def _move_by(p: LiveParameters, s: LiveState, request: m.MoveBy) -> Answer:
     refusal = targets.number(request.distance, "distance", "m")
     if refusal:
-        return s, _obstacle(p, s) or refusal, ()
+        return s, _obstacle(p, s, replace=request.replace) or refusal, ()
     here = s.seen.position if math.isnan(s.target) else s.target
-    return _whole(p, s, here + float(request.distance), "move by")
+    return _whole(p, s, here + float(request.distance), "move by", request.replace)
 
 
 def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer:
-    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+    refusal = _unready(p, s, request.replace)
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {"target_counts": motion.coarse - s.frame.offset}
@@ -207,7 +215,7 @@ def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer
 
 
 def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer:
-    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+    refusal = _unready(p, s, request.replace)
     if refusal is None and not _rests(s):
         refusal = Refused("the carriage is moving", "stop it first")
 
@@ -254,7 +262,7 @@ def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog
 
 
 def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
-    refusal = _obstacle(p, s) or (None if s.frame.trusted else targets.HOME_FIRST)
+    refusal = _unready(p, s, False)
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         return programme.start(s, motion, request.plan)

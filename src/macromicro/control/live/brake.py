@@ -2,7 +2,8 @@
 
 The reference starts at the present place with the present speed and slows down at
 `brake.deceleration`; the macro law follows it. When it stands the motor goes off and
-friction holds the carriage. The carriage ends within speed^2 / (2 deceleration) + margin.
+friction holds the carriage. The carriage ends within speed^2 / (2 deceleration) + margin. A
+reference that had a target ends there at the latest: the way to it was the move's own.
 """
 
 from __future__ import annotations
@@ -13,7 +14,16 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.effort import Efforts, macro_effort
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import REST, TICK, Braking, LiveState, Motion
+from macromicro.control.live.state import (
+    NAN,
+    REST,
+    TICK,
+    Approach,
+    Braking,
+    LiveState,
+    Motion,
+    Running,
+)
 from macromicro.control.live.transitions import finished, go
 from macromicro.types import Sample
 
@@ -33,7 +43,9 @@ def start(
     speed = min(max(s.seen.speed, -q.fastest), q.fastest)
     allowed = distance(p, speed)
     until = s.time + abs(speed) * p.settings.pitch / q.deceleration + q.patience
-    work = Braking(s.time, until, speed, outcome, cause, s.seen.encoder, allowed, found or {})
+    goal = s.drive.macro_reference if isinstance(s.work, Approach | Running) else NAN
+    here = s.seen.encoder
+    work = Braking(s.time, until, speed, outcome, cause, here, allowed, found or {}, goal)
     drive = s.drive._replace(
         macro_reference=s.seen.encoder, micro_reference=0.0, memory=REST, integral=0.0, reset=False
     )
@@ -72,6 +84,11 @@ def _slow_down(
     if abs(speed) < less or stands:
         speed = 0.0
     reference = s.drive.macro_reference + speed * dt
+    ahead = work.goal - work.origin
+    if ahead * work.speed > 0.0:  # what was near its target does not go on beyond it
+        reference = work.origin + math.copysign(
+            min(abs(reference - work.origin), abs(ahead)), work.speed
+        )
     q = s.limits
     if s.frame.trusted:
         low, high = q.macro_low + s.frame.offset, q.macro_high + s.frame.offset

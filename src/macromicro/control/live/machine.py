@@ -29,11 +29,13 @@ from macromicro.control.live.state import (
     Settle,
     Trouble,
     begin,
+    by_laser,
     now,
+    uncertainty,
 )
 from macromicro.types import SAFE, Command, Outputs, Sample
 
-__all__ = ["accept", "begin", "fault", "lose", "step"]
+__all__ = ["accept", "begin", "doubt", "fault", "lose", "step"]
 
 DISAGREE = "laser and encoder disagree"
 _SPEED_TIME = 0.01  # s: time constant of the speed that the encoder shows
@@ -171,6 +173,20 @@ def fault(
     facts = {"words": words, **evidence}
     s, notices = t.conclude(p, s, m.FAULT, (m.FAULTED, t.FAULT), facts)
     return s, (*told, *notices)
+
+
+def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
+    """The Hall sensor's readings are no contraction (`words`: why), or are one again (""). The
+    position is not known meanwhile, unless the laser tells it; the carriage's count stays."""
+    before = uncertainty(p, s)
+    # What was judged by readings that were none is not to be held against the encoder.
+    if not words and (s.survey.apart > 0.0 or not by_laser(p, s)):
+        s = s._replace(survey=survey.NOTHING)
+    s = s._replace(doubt=words)
+    known = math.isfinite(uncertainty(p, s))
+    if known == math.isfinite(before):
+        return s, ()
+    return s, (t.told(s, "trust", words or "the Hall sensor is back", {"trusted": known}),)
 
 
 def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:

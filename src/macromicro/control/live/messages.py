@@ -71,10 +71,14 @@ class Home(NamedTuple):
 
 
 class MoveTo(NamedTuple):
-    """The whole positioner to `position` [m]: macro, wait, micro; or the micro-stage alone."""
+    """The whole positioner to `position` [m]: macro, wait, micro; or the micro-stage alone.
+
+    With `replace`, here and in other moves, a motion under way (no homing, no braking) ends as
+    "superseded" and this one begins where that one is; else the move is refused."""
 
     position: float
     client: str = ""
+    replace: bool = False
 
 
 class MoveBy(NamedTuple):
@@ -82,6 +86,7 @@ class MoveBy(NamedTuple):
 
     distance: float
     client: str = ""
+    replace: bool = False
 
 
 class MoveMacro(NamedTuple):
@@ -89,6 +94,7 @@ class MoveMacro(NamedTuple):
 
     counts: float
     client: str = ""
+    replace: bool = False
 
 
 class MoveMicro(NamedTuple):
@@ -96,6 +102,7 @@ class MoveMicro(NamedTuple):
 
     position: float
     client: str = ""
+    replace: bool = False
 
 
 class Jog(NamedTuple):

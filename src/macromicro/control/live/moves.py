@@ -30,6 +30,7 @@ from macromicro.control.live.state import (
     LiveState,
     Motion,
     Settle,
+    by_laser,
     carriage,
 )
 from macromicro.types import Sample
@@ -146,15 +147,25 @@ def fine(
     s, efforts = fine_efforts(s, sample, motion.fine, dt)
     q = p.settings.fine
     window = observe(q, work.window, sample.hall, motion.fine - s.seen.fine, dt)
-    s = s._replace(work=work._replace(window=window))
+    witness = EMPTY
+    if by_laser(p, s) and not math.isnan(motion.target):
+        off = (motion.target - s.seen.position) * 1e3
+        witness = observe(q, work.witness, sample.laser, off, dt)
+    s = s._replace(work=work._replace(window=window, witness=witness))
     found: Evidence = {"error_mm": window.mean, "window_s": q.window}
+    if witness.number or not math.isnan(witness.mean):
+        found["error_by_laser_mm"] = witness.mean
     # A window in progress is no end: what is reported is what full windows have shown.
     if window.held >= q.dwell - TICK and window.number == 0 and not math.isnan(sample.encoder):
-        if s.seen.encoder == work.base or math.isnan(motion.target):
+        rests = s.seen.encoder == work.base or math.isnan(motion.target)
+        # NaN where no laser speaks; it fails the comparison.
+        if rests and not abs(witness.mean) > q.band:
             s, notices = t.conclude(p, s, m.HOLDING, (m.DONE, t.ON_TARGET), found)
             return s, efforts._replace(notices=notices)
-        # The carriage is not where it was: aim anew from where it is now.
-        again = motion._replace(fine=remaining(p, s, motion.target))
+        # The carriage is not where it was, or the laser tells another place than the Hall
+        # sensor: aim anew, by both.
+        rest = motion.fine + witness.mean if rests else remaining(p, s, motion.target)
+        again = motion._replace(fine=rest)
         s = s._replace(motion=again, work=Settle(work.entered, s.seen.encoder, EMPTY))
         if s.limits.micro_low <= again.fine <= s.limits.micro_high:
             return s, efforts
@@ -165,6 +176,12 @@ def fine(
 
 
 def _gives_up(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveState, Efforts]:
+    error, laser = found["error_mm"], found.get("error_by_laser_mm", math.nan)
+    if abs(laser) > p.settings.fine.band:
+        found["reason"] = (
+            f"the Hall sensor is {error * 1e3:.1f} um and the laser {laser * 1e3:.1f} um off, "
+            f"allowed {p.settings.fine.band * 1e3:g} um by each: calibrate the Hall sensor anew"
+        )
     s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found)
     return s, Efforts(notices=notices)
 

@@ -156,6 +156,10 @@ class Edges(NamedTuple):
         float,
         _own("m", "the same for two seconds after a fast way", "the belt, I2", shown="um", lo=0.0),
     ] = 12e-6
+    bounce: Annotated[
+        float,
+        _own("m", "the slack wire's on a fast way, unseen by the Hall", shown="um", lo=0.0),
+    ] = 120e-6
     lag: Annotated[float, _own("s", "lag of the Hall sensor", "S11", shown="ms", lo=0.0)] = 3e-3
     reset: Annotated[
         float, _own("m", "what a reset of the laser adds (rms)", "I5", shown="um", lo=0.0)

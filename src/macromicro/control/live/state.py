@@ -81,11 +81,13 @@ class Window(NamedTuple):
 
 
 class Settle(NamedTuple):
-    """Micro move since `entered`, the encoder then at `base` [raw counts]."""
+    """Micro move since `entered`, the encoder then at `base` [raw counts]; errors by the Hall
+    sensor, and by the laser of an absolute move."""
 
     entered: float
     base: float
     window: Window
+    witness: Window = Window(0.0, 0, NAN, 0.0)
 
 
 class Search(NamedTuple):
@@ -111,8 +113,8 @@ class Jogged(NamedTuple):
 
 class Braking(NamedTuple):
     """Coming to rest since `since`: speed of the reference [count/s], how it will be
-    reported, where it began [raw counts], the way that it may take [counts], and what is to be
-    told at its end beside these."""
+    reported, where it began [raw counts], the way that it may take [counts], what is to be told
+    at its end beside these, and where the motion was to end [raw counts], or NaN."""
 
     since: float
     until: float
@@ -122,6 +124,7 @@ class Braking(NamedTuple):
     origin: float
     allowed: float
     found: Evidence
+    goal: float = NAN
 
 
 class Running(NamedTuple):
@@ -151,7 +154,8 @@ class LiveState(NamedTuple):
     """The machine. `control` are the settings in force, `laws` the same for the kernels,
     `limits` the soft limits in force; `time` [s] has no leaps, the samples' is `shift` ahead;
     `survey` is what the laser tells beside the encoder; `target` [m]: what is being held after
-    an absolute move, or NaN; `given`: ids so far."""
+    an absolute move, or NaN; `given`: ids so far; `doubt`: why the Hall sensor's readings are
+    no contraction, or ""."""
 
     mode: int
     time: float
@@ -169,6 +173,7 @@ class LiveState(NamedTuple):
     given: int
     survey: Survey = NOTHING
     shift: float = 0.0
+    doubt: str = ""
 
 
 EMPTY = Window(0.0, 0, NAN, 0.0)
@@ -211,8 +216,16 @@ def now(s: LiveState) -> float:
 
 def uncertainty(p: LiveParameters, s: LiveState) -> float:
     """Half width [m] of the interval that holds the position: by laser where it knows the
-    encoder's edges, else half a count; infinite where the frame is not trusted."""
-    return min(0.5 * p.settings.pitch, s.survey.half) if s.frame.trusted else math.inf
+    encoder's edges, else half a count, and more on a fast way or where the laser has it
+    elsewhere; infinite where the frame is not trusted, or the contraction is not known."""
+    if by_laser(p, s):
+        return s.survey.half
+    if not s.frame.trusted or s.doubt:
+        return math.inf
+    pitch = p.settings.pitch
+    elsewhere = survey.contradiction(s.survey, s.seen.position, pitch, s.frame.offset)
+    jerked = p.settings.edges.bounce if abs(s.seen.speed) > p.settings.edges.fastest else 0.0
+    return max(0.5 * pitch + jerked, elsewhere)
 
 
 def by_laser(p: LiveParameters, s: LiveState) -> bool:

@@ -179,6 +179,16 @@ def _half(q: Edges, phase: Phase, anchor: float, offset: float) -> float:
     return q.laser + q.hall + q.factor * edges.error(phase, offset)
 
 
+def contradiction(v: Survey, told: float, pitch: float, offset: float) -> float:
+    """Half width [m] about the position `told` [m] by count and Hall sensor that takes in where
+    the laser has the stage, where it has it elsewhere for sure; else 0."""
+    if v.phase is None or v.awaited or math.isnan(v.counts):
+        return 0.0
+    off = abs(whole(v, pitch, offset) - told)
+    slack = min(3.0 * edges.error(v.phase, offset), 0.5 * pitch)
+    return off + pitch if off > 0.5 * pitch + slack else 0.0
+
+
 def homed(q: Edges, v: Survey, offset: float) -> Survey:
     """Coordinate 0 has another count."""
     return v if v.phase is None else v._replace(half=_half(q, v.phase, v.anchor, offset))
@@ -193,7 +203,8 @@ def whole(v: Survey, pitch: float, offset: float) -> float:
 
 def again(v: Survey, pitch: float) -> Survey:
     """Homing begins: where a count is lost without a fault, the edges lie by whole counts
-    elsewhere. The slope stays known, unless edges contradicted one another."""
-    if v.phase is None or not math.isnan(v.anchor):
+    elsewhere. The slope stays known, unless edges contradicted one another, or the laser had
+    the carriage elsewhere: that is what homing is for."""
+    if v.phase is None or not math.isnan(v.anchor) or v.apart > 0.0:
         return NOTHING
     return v._replace(phase=edges.blurred(v.phase, pitch * pitch))

@@ -34,32 +34,33 @@ _ENDS = ("MINimum", "MAXimum")
 _LENGTH = Number("position", "m", -10.0, 10.0)
 _COUNTS = Number("position", "counts", -1e6, 1e6, whole=True, instead=_ENDS)
 _SPEED = Number("speed", "m/s", -1.0, 1.0)
+_WAY = Word("way", ("REPLace",), optional=True)  # the motion under way ends as superseded
 _WHICH = Word("end", _ENDS, optional=True)
 
 
 def _wanted(call: Call, kind: str) -> float:
     """The position that is asked for: a number, or an end of what is allowed now."""
-    (value,) = call.values
+    value = call.values[0]
     return call.session.device.extreme(kind, value) if isinstance(value, str) else float(value)
 
 
 def _absolute(call: Call) -> Answer:
     session, position = call.session, _wanted(call, "whole")
-    motion = session.order(MoveTo(position, session.client))
+    motion = session.order(MoveTo(position, session.client, bool(call.values[1])))
     session.began(motion, f"move to {position * 1e3:.6g} mm")
     return None
 
 
 def _relative(call: Call) -> Answer:
-    session, (distance,) = call.session, call.values
-    motion = session.order(MoveBy(distance, session.client))
+    session, (distance, way) = call.session, call.values
+    motion = session.order(MoveBy(distance, session.client, bool(way)))
     session.began(motion, f"move by {distance * 1e3:.6g} mm")
     return None
 
 
 def _macro(call: Call) -> Answer:
     session, counts = call.session, _wanted(call, "macro")
-    motion = session.order(MoveMacro(counts, session.client))
+    motion = session.order(MoveMacro(counts, session.client, bool(call.values[1])))
     session.began(motion, f"macro move to {counts:.0f} counts")
     return None
 
@@ -68,7 +69,7 @@ def _micro(call: Call) -> Answer:
     session, contraction = call.session, _wanted(call, "micro")
     if not isinstance(call.values[0], str):
         contraction = round(contraction * 1e3, 9)
-    motion = session.order(MoveMicro(contraction, session.client))
+    motion = session.order(MoveMicro(contraction, session.client, bool(call.values[1])))
     session.began(motion, f"micro move to {contraction:.6g} mm")
     return None
 
@@ -157,7 +158,7 @@ COMMANDS = (
         _absolute,
         "The whole positioner to a position: macro-stage, wait, micro-stage; or the "
         "micro-stage alone where that reaches it.",
-        (_LENGTH._replace(instead=_ENDS),),
+        (_LENGTH._replace(instead=_ENDS), _WAY),
         access=CONTROL,
     ),
     Command(
@@ -172,14 +173,14 @@ COMMANDS = (
         "MOVE:RELative",
         _relative,
         "The whole positioner by a distance, from the target that is held, else from where it is.",
-        (_LENGTH._replace(name="distance"),),
+        (_LENGTH._replace(name="distance"), _WAY),
         access=CONTROL,
     ),
     Command(
         "MOVE:MACRo",
         _macro,
         "The macro-stage alone; the micro-stage goes off.",
-        (_COUNTS,),
+        (_COUNTS, _WAY),
         access=CONTROL,
     ),
     Command(
@@ -193,7 +194,7 @@ COMMANDS = (
         "MOVE:MICRo",
         _micro,
         "The micro-stage alone, to a contraction; the macro-stage stands.",
-        (_LENGTH._replace(name="contraction", lo=-1.0, hi=1.0, instead=_ENDS),),
+        (_LENGTH._replace(name="contraction", lo=-1.0, hi=1.0, instead=_ENDS), _WAY),
         access=CONTROL,
     ),
     Command(

@@ -56,6 +56,9 @@ BENCH = (
     Trial("carriage-stuck", "macro", _DRIVE),
     Trial("clock-ahead", "macro", (codes.CLOCK,)),
     Trial("clock-back", "micro", (codes.CLOCK,)),
+    # With its end the clock jumps as well.
+    Trial("clock-stands", "macro", (codes.CLOCK_STANDS, codes.CLOCK)),
+    Trial("clock-none", "micro", (codes.CLOCK_STANDS, codes.CLOCK)),
     Trial("slow", "macro", (faults.LATE,)),
 )
 AROUND = (

@@ -99,10 +99,10 @@ class Orders:
             "home": lambda order: m.Home(),
             "zero": lambda order: m.Zero(),
             "clear": lambda order: m.ClearFault(),
-            "move to": lambda order: m.MoveTo(length(order)),
-            "move by": lambda order: m.MoveBy(length(order)),
-            "move macro": lambda order: m.MoveMacro(number(order, "value")),
-            "move micro": lambda order: m.MoveMicro(millimetres(order)),
+            "move to": lambda order: m.MoveTo(length(order), "", _replace(order)),
+            "move by": lambda order: m.MoveBy(length(order), "", _replace(order)),
+            "move macro": lambda order: m.MoveMacro(number(order, "value"), "", _replace(order)),
+            "move micro": lambda order: m.MoveMicro(millimetres(order), "", _replace(order)),
             "jog": lambda order: m.Jog(text(order, "stage"), number(order, "speed")),
             "fan": _fan,
             "limits": _limits,
@@ -134,6 +134,14 @@ class Orders:
         except InputError as error:
             words = str(error).replace(str(path), path.name)
             raise Refusal(words, "correct it, or change the soft limits") from None
+
+
+def _replace(order: dict[str, Any]) -> bool:
+    """May it replace a motion under way? Raises `Refusal`."""
+    given = order.get("replace", False)
+    if not isinstance(given, bool):
+        raise Refusal(f"{given!r:.20} does not say whether to replace", "true or false")
+    return given
 
 
 def _fan(order: dict[str, Any]) -> m.Request:

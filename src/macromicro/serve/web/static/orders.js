@@ -64,7 +64,7 @@ export class Orders {
     window.macromicro.emergencyMs = took;
     this.safeAt = performance.now();
     if (reply.ok) {
-      this.page.say(`Emergency stop: outputs safe ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
+      this.page.say(`Emergency stop: the rig was told to switch off ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
         `knew of it, and known here ${took.toFixed(1)} ms after the click or key.`);
     } else this.page.say(`EMERGENCY STOP NOT CONFIRMED: ${reply.reason}. ${capital(reply.remedy)}`, true);
   }

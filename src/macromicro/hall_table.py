@@ -1,0 +1,102 @@
+"""The Hall sensor's table of a virtual bench: the shipped one, or calibrated on that bench.
+
+Whoever opens a twin takes its table from here, so that no twin with another Hall sensor is
+driven by the table of the default one. The laboratory procedure is that of Section 3.2.3:
+slow ramps of CTRL, the Hall sensor against the laser.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control import calibration
+from macromicro.control.calibration import Calibration
+from macromicro.identify.hall import calibrate
+from macromicro.kernel import compiled, kernel
+from macromicro.plant import bench
+from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
+from macromicro.rig.twin import noise_source
+from macromicro.types import Outputs
+
+Array = npt.NDArray[np.float64]
+
+DT = 1e-3
+LOW, HIGH = 1.3, 1.72
+RAMP_S, REST_S = 60.0, 5.0
+
+
+class Described(Protocol):
+    """Settings that describe a virtual bench."""
+
+    @property
+    def bench(self) -> Bench:
+        """The bench."""
+
+    @property
+    def sensors(self) -> Sensors:
+        """Its sensors."""
+
+
+@kernel
+def _open_loop(p: Plant, s: State, ctrl: Array, noise: Array, out: Array, dt: float) -> State:
+    """Open loop on the twin: Hall [V] and laser [m] into `out` (2, periods)."""
+    for k in range(len(ctrl)):
+        sample = bench.measure(p, s, k * dt, noise[k, 0], noise[k, 1])
+        out[0, k] = sample.hall
+        out[1, k] = sample.laser
+        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), noise[k, 2], dt)
+    return s
+
+
+def profile(runs: int) -> tuple[Array, list[slice]]:
+    """CTRL [V] over all ramps, and where each one-way run lies in it."""
+    n, rest = round(RAMP_S / DT), round(REST_S / DT)
+    up = np.linspace(LOW, HIGH, n)
+    one = np.concatenate([up, up[::-1], np.zeros(rest)])
+    parts = []
+    for k in range(runs):
+        start = k * len(one)
+        parts += [slice(start, start + n), slice(start + n, start + 2 * n)]
+    return np.tile(one, runs), parts
+
+
+def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
+    """Runs of (Hall [V], laser [mm]) on a twin, up and down in turn."""
+    ctrl, parts = profile(runs)
+    noise = noise_source(seed).standard_normal((len(ctrl), NOISES))
+    out = np.empty((2, len(ctrl)))
+    compiled(_open_loop)(plant, bench.initial(plant), ctrl, noise, out, DT)
+    return [(out[0, part], out[1, part] * 1e3) for part in parts]
+
+
+def needed(settings: Described) -> bool:
+    """Is the shipped calibration void, because sensor or converter were changed?
+
+    A real bench whose sensor was exchanged would have to be calibrated anew as well.
+    """
+    default = Sensors()
+    hall = settings.sensors.hall._replace(noise=default.hall.noise, lag=default.hall.lag)
+    return hall != default.hall or settings.sensors.converter != default.converter
+
+
+def of_bench(settings: Described) -> Calibration:
+    """The table that holds for the virtual bench of these settings.
+
+    Raises `InputError` where the sensor cannot be calibrated: it does not rise over half of the
+    range.
+    """
+    if not needed(settings):
+        return _shipped()
+    return _calibrated(settings.bench, settings.sensors)
+
+
+_shipped = functools.cache(calibration.shipped)
+
+
+@functools.lru_cache(maxsize=16)
+def _calibrated(described: Bench, sensors: Sensors) -> Calibration:
+    return calibrate(ramps(bench.prepare(described, sensors)))

@@ -1,0 +1,98 @@
+"""After a loop process that did not leave its rig by itself: `stop` from a fresh process.
+
+``python -P -c "from macromicro.serve.safing import main; main()" RIG SEED`` opens the rig by
+the same factory, calls its `stop` and leaves. It is bounded in time by itself: SIGALRM ends
+it, whatever the rig does and whatever becomes of the serving process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import NamedTuple
+
+from macromicro.rig.opening import TWIN
+from macromicro.textfile import printable
+
+LIMIT_S = 10.0  # for Python, the rig's module, opening it and its stop
+TERM_S = 0.25  # in which a process that was sent SIGTERM has to end
+KILL_S = 2.0  # in which a killed one has to be gone: a driver may hold it in the kernel
+_CODE = "from macromicro.serve.safing import main; main()"
+
+
+class Safed(NamedTuple):
+    """What was done about the outputs. `told`: did the rig's `stop` return? `words`: what was
+    done and what is not known, for the fault's evidence."""
+
+    told: bool
+    words: str
+
+
+def end(process: subprocess.Popen[bytes]) -> str:
+    """End a process that does not answer: SIGTERM, then SIGKILL; what was done, in words."""
+    for number, name, wait in (
+        (signal.SIGTERM, "SIGTERM", TERM_S),
+        (signal.SIGKILL, "SIGKILL", KILL_S),
+    ):
+        with contextlib.suppress(ProcessLookupError):
+            process.send_signal(number)
+        try:
+            process.wait(wait)
+            return f"the loop process was ended by {name}"
+        except subprocess.TimeoutExpired:
+            pass
+    return "the loop process does not end, not even by SIGKILL: the rig's driver holds it"
+
+
+def stop(rig: str, seed: int) -> Safed:
+    """Call the `stop` of the rig of that name from a fresh process; returns within `LIMIT_S`
+    and a second. The twin has ended with its loop process: there is nothing to stop."""
+    if rig == TWIN:
+        return Safed(True, "the virtual bench ended with its loop process")
+    paths = os.pathsep.join(p or os.getcwd() for p in sys.path)
+    began = time.monotonic()
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", "-c", _CODE, rig, str(seed)],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "PYTHONPATH": paths},
+            start_new_session=True,
+            timeout=LIMIT_S + 1.0,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return _failed(printable(error, 120))
+    took = time.monotonic() - began
+    if done.returncode == 0:
+        return Safed(
+            True,
+            f"a fresh process opened the rig and its stop returned, {took:.1f} s later; nothing "
+            "read the outputs back",
+        )
+    if done.returncode == -signal.SIGALRM:
+        return _failed(f"it did not return in {LIMIT_S:g} s")
+    lines = done.stderr.strip().splitlines()
+    return _failed(printable(lines[-1] if lines else f"status {done.returncode}", 200))
+
+
+def _failed(why: str) -> Safed:
+    words = f"a fresh process could not stop the rig ({why}); the outputs may still be as last told"
+    return Safed(False, words)
+
+
+def main() -> None:
+    """Open the rig, stop it, leave it; exit status 0 where its stop returned."""
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, LIMIT_S)
+    from macromicro.rig.opening import named
+    from macromicro.rig.session import Session
+
+    rig, seed = sys.argv[1], int(sys.argv[2])
+    with Session(named(rig)(seed), 1e-3) as session:
+        session.stop()

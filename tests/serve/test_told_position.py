@@ -1,0 +1,169 @@
+"""The position that is told, under every fault of the faulty twin: within its half width, or
+told as not known. The bench's truth is the judge."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from macromicro.control import calibration
+from macromicro.control.live import messages as m
+from macromicro.kernel import compiled
+from macromicro.plant import bench
+from macromicro.rig import faulty, guard
+from macromicro.rig.faulty import FAULTS, NONE, Faulty
+from macromicro.rig.guarded import Guarded
+from macromicro.serve import live
+from macromicro.serve.link import Outbox, pair
+from macromicro.serve.live import Live
+from macromicro.serve.orders import Order
+from macromicro.serve.persist import Restored
+from macromicro.serve.settings import LiveSettings, ServeSettings
+from macromicro.serve.shared import INDEX, Shared
+from macromicro.serve.ticking import Loop
+
+DT = 1e-3
+HERE = sorted(n for n, f in FAULTS.items() if not (f.raises or f.hangs or f.stall))
+
+
+class Scene:
+    """The loop, guard and live machine on the faulty twin, as fast as it goes, without a
+    process: what is told in each period, beside the truth [mm], half width [mm], trusted."""
+
+    def __init__(self, seed: int = 0) -> None:
+        settings = LiveSettings()
+        plant = bench.prepare(settings.bench, settings.sensors)
+        self.cells = faulty.board()
+        self.pitch = settings.live.pitch
+        self.rig = Faulty(
+            plant,
+            seed,
+            measure=compiled(bench.measure),
+            advance=compiled(bench.advance),
+            cells=self.cells,
+        )
+        table = calibration.shipped()
+        self.machine: Live = live.make(settings, table)
+        self.shared = Shared.create(100)
+        self.ours, theirs = pair()
+        self.ours.setblocking(False)
+        serve = ServeSettings(miss_share=1.0, parent_timeout=1e9)
+        guarded = Guarded(self.rig, guard.prepare(settings.guard, table), DT)
+        self.loop = Loop(guarded, self.machine, self.shared, Outbox(theirs), serve, DT, False)
+        self.machine.begin(guarded.read(), Restored(True, 0.0, "test"))
+        self.told: list[tuple[float, float, float]] = []
+        self.tick(2)
+
+    def tick(self, periods: int) -> None:
+        for _ in range(periods):
+            real = self.rig.truth()
+            # Coordinate n names the middle of count n.
+            true = real.carriage - 0.5 * self.pitch + real.micro
+            assert self.loop._tick(self.loop._rig.read()) == ""
+            row = self.shared.last()
+            assert row is not None
+            off = row[INDEX["position"]] - true * 1e3
+            self.told.append((off, row[INDEX["uncertainty"]] * 1e-3, row[INDEX["trusted"]]))
+            self.rig.clock.wait(DT)
+        self.loop._outbox._waiting.clear()
+        while True:
+            try:
+                self.ours.recv(1_000_000)
+            except BlockingIOError:
+                break
+
+    def ask(self, request: Any) -> None:
+        self.loop._handle(Order(0, request, 1, 2**63 - 1))
+
+    def accepted(self, request: Any) -> None:
+        assert self.machine.refusal(request) is None
+        self.ask(request)
+
+    def close(self) -> None:
+        self.ours.close()
+        self.shared.close()
+
+
+def told(name: str, before: tuple[m.Request, ...], seconds: float, behind: m.Request | None) -> Any:
+    """Told minus true, half width and trust from the fault's onset on for 4 s."""
+    scene = Scene()
+    try:
+        scene.accepted(m.Enable())
+        for request in before:
+            scene.accepted(request)
+            scene.tick(round(seconds / DT))
+        start = len(scene.told)
+        faulty.inject(scene.cells, name)
+        scene.tick(200)
+        if behind is not None:
+            scene.ask(behind)
+        scene.tick(3800)
+        return np.array(scene.told[start:]).T
+    finally:
+        scene.close()
+
+
+SITUATIONS: dict[str, tuple[tuple[m.Request, ...], float, m.Request | None]] = {
+    "at rest": ((), 0.0, None),
+    "holding": ((m.MoveMicro(1.5),), 2.0, None),
+    "on a micro move": ((m.MoveMicro(1.5),), 0.3, m.MoveMicro(2.5)),
+    "on a macro move": ((m.MoveMacro(1500),), 0.15, None),
+    "then moved": ((m.MoveMicro(1.0),), 2.0, m.MoveTo(0.03)),
+}
+
+
+QUICK = ("holding", "on a macro move")
+
+
+@pytest.mark.parametrize(
+    "situation",
+    [s if s in QUICK else pytest.param(s, marks=pytest.mark.slow) for s in SITUATIONS],
+)
+@pytest.mark.parametrize("name", HERE)
+def test_a_half_width_is_honest_under_every_fault(name: str, situation: str) -> None:
+    off, half, trusted = told(name, *SITUATIONS[situation])
+    known = trusted > 0.5
+    assert np.array_equal(known, np.isfinite(half))
+    wrong = known & (np.abs(off) > half)
+    share = np.count_nonzero(wrong) / len(off)
+    assert share <= 0.01, f"{share:.1%} wrong, by {np.abs(off[wrong]).max():.3f} mm at most"
+    assert name != NONE or known.all()  # it is not honest by knowing nothing
+
+
+def test_a_hall_sensor_on_its_rail_costs_trust_at_once_and_gives_it_back() -> None:
+    scene = Scene()
+    scene.accepted(m.Enable())
+    scene.accepted(m.MoveMicro(1.5))
+    scene.tick(2000)
+    faulty.inject(scene.cells, "hall-range")
+    scene.tick(300)
+    trusted = np.array(scene.told)[:, 2]
+    assert trusted[:2000].all() and not trusted[2010:].any()
+    faulty.inject(scene.cells, NONE)
+    scene.tick(200)
+    assert np.array(scene.told)[-1, 2] == 1.0  # the carriage's count was never in doubt
+    scene.close()
+
+
+@pytest.mark.parametrize("name", [n for n in HERE if n.startswith("hall-")])
+def test_the_remedy_that_is_told_works_the_first_time(name: str) -> None:
+    """FAUL:CLE;:ENAB;HOME behind a fault of the Hall sensor at rest."""
+    scene = Scene()
+    scene.accepted(m.Enable())
+    scene.accepted(m.MoveMicro(1.0))
+    scene.tick(3000)
+    faulty.inject(scene.cells, name)
+    scene.tick(1500)
+    assert scene.machine.view().mode == m.FAULT
+    faulty.inject(scene.cells, NONE)
+    scene.tick(300)
+    for request in (m.ClearFault(), m.Enable(), m.Home()):
+        scene.ask(request)
+    scene.tick(8000)
+    assert (scene.machine.view().mode, scene.machine.view().trusted) == (m.READY, 1.0)
+    scene.accepted(m.MoveMacro(300))
+    scene.tick(2500)
+    assert scene.machine.view().mode == m.READY
+    scene.close()

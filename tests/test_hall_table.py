@@ -1,0 +1,71 @@
+"""One home for the Hall sensor's table: whoever opens a twin with another sensor gets its own."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+import pytest
+
+from macromicro import hall_table, simulate
+from macromicro.control import calibration
+from macromicro.errors import InputError
+from macromicro.experiments.programmed import micro_steps, on_twin
+from macromicro.serve import loop_process
+from macromicro.serve.loop_spec import LIVE, Spec
+from macromicro.serve.settings import LiveSettings
+from macromicro.settings import Settings
+
+
+def other(settings: Any) -> Any:
+    hall = settings.sensors.hall._replace(gain=3.0)
+    return settings._replace(sensors=settings.sensors._replace(hall=hall))
+
+
+def test_the_default_bench_has_the_shipped_table() -> None:
+    assert not hall_table.needed(Settings())
+    found, shipped = hall_table.of_bench(Settings()), calibration.shipped()
+    assert (found.low, found.step) == (shipped.low, shipped.step)
+    assert np.array_equal(found.position, shipped.position)
+
+
+def test_simulator_and_server_take_the_table_of_their_bench() -> None:
+    own = hall_table.of_bench(other(Settings()))
+    volts = np.linspace(1.0, 2.5, 7)
+    place, shipped = calibration.position, calibration.shipped()
+    assert max(abs(place(own, v) - place(shipped, v)) for v in volts) > 0.03  # mm
+    rolled = simulate.prepare(other(Settings()), micro_steps([1.0]))
+    assert np.array_equal(rolled.watchdog.calibration.position, own.position)
+    spec = Spec("twin", 0, other(LiveSettings()), "nothing kept", LIVE, os.getpid())
+    opened = loop_process.open_machine(spec)
+    assert np.array_equal(opened.table.position, own.position)
+    assert np.array_equal(opened.guard.calibration.position, own.position)
+
+
+def test_a_programme_on_another_sensor_reaches_its_targets() -> None:
+    run = on_twin(micro_steps([1.5], 3.0), other(Settings()))
+    assert abs(np.mean(run["laser"][-500:]) - 1500.0) < 10.0  # um
+
+
+def test_a_rig_without_a_table_is_not_served(monkeypatch: pytest.MonkeyPatch) -> None:
+    from macromicro.rig import faulty
+
+    real = faulty.Faulty.__init__
+
+    def bare(self: Any, *given: Any, **more: Any) -> None:
+        real(self, *given, **more)
+        self.calibration = None
+
+    monkeypatch.setattr(faulty.Faulty, "__init__", bare)
+    spec = Spec("macromicro.rig.faulty:twin", 0, LiveSettings(), "", LIVE, os.getpid())
+    with pytest.raises(InputError, match="identify hall"):
+        loop_process.open_machine(spec)
+
+
+def test_a_written_table_is_read() -> None:
+    made = calibration.read("# of mine\nhall_V,position_mm\n1.0,0.0\n1.5,2.0\n2.0,4.0\n")
+    assert (made.low, made.step, list(made.position)) == (1.0, 0.5, [0.0, 2.0, 4.0])
+    for text in ("", "hall_V,position_mm\n1.0,0.0\n", "1.0\n", "2,1\n1,0\n"):
+        with pytest.raises(InputError, match="lines hall_V"):
+            calibration.read(text)
