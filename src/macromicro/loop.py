@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro import nominal
 from macromicro.columns import COLUMNS
 from macromicro.control import supervisor
 from macromicro.control.supervisor import DONE, FAULT, Plan, Progress, Supervisor
@@ -24,7 +25,7 @@ from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import Guarded
 from macromicro.types import Command, Controller, Outputs, Sample
 
-PERIOD = 1e-3
+PERIOD = nominal.PERIOD
 ROWS = len(COLUMNS)
 
 

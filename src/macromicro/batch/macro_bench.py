@@ -25,6 +25,7 @@ from macromicro.control.macro import MacroLaw, MacroMemory
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.loop import PERIOD
+from macromicro.nominal import COUNTS
 from macromicro.plant import amplifier, carriage, encoder
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.carriage import Macro, MacroState
@@ -100,7 +101,7 @@ class MacroBenchJob:
     def __init__(
         self,
         settings: Settings | None = None,
-        reference: float = 2800.0,
+        reference: float = COUNTS,
         length: float = 10.0,
     ) -> None:
         self._settings = Settings() if settings is None else settings

@@ -18,6 +18,7 @@ from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.models import macro
 from macromicro.models.macro import TUNED, Linear, MacroModel, MacroModelState
+from macromicro.nominal import COUNTS
 from macromicro.parameters import Par, entries
 
 QUICK = ("overshoot", "iae", "final_error")
@@ -63,7 +64,7 @@ class MacroLoop(NamedTuple):
 
     controller: Pd = Pd()
     model: Model = Model()
-    reference: Annotated[float, Par("count", "step", "whole travel (M16)")] = 2800.0
+    reference: Annotated[float, Par("count", "step", "whole travel (M16)")] = COUNTS
     dt: Annotated[float, Par("s", "sample time", "Section 3.3", shown="ms", positive=True)] = (
         _model.linear.dt
     )

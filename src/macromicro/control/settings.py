@@ -8,9 +8,10 @@ from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.control.macro import COMPENSATED, LAWS, MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
-from macromicro.control.pi import Pi, PiAntiWindup, Proportional
+from macromicro.control.pi import HIGHEST, Pi, PiAntiWindup, Proportional
 from macromicro.control.pid import Pid
 from macromicro.control.supervisor import Sequence, Supervisor
+from macromicro.nominal import FULL_SCALE
 from macromicro.parameters import Par
 
 MICRO_LAWS = ("p", "pi", "pi-antiwindup")
@@ -30,8 +31,14 @@ class Control(NamedTuple):
         ),
     ] = "as designed"
     dead_zone: Annotated[
-        float, Par("V", "width of the dead zone", "Section 4.2.3 (M1)", lo=0.0, hi=5.0)
+        float, Par("V", "width of the dead zone", "Section 4.2.3 (M1)", lo=0.0, hi=HIGHEST)
     ] = 3.0
+    motor_limit: Annotated[
+        float, Par("V", "largest effort of the macro law", "Section 3.1", lo=0.0, hi=HIGHEST)
+    ] = FULL_SCALE
+    ctrl_limit: Annotated[
+        float, Par("V", "largest effort of the micro law", "Section 3.2.1", lo=0.0, hi=HIGHEST)
+    ] = FULL_SCALE
     micro_law: Annotated[
         str, Par("", "control law of the micro-stage", "Section 5.3", choices=MICRO_LAWS)
     ] = "pi-antiwindup"
@@ -45,11 +52,20 @@ class Control(NamedTuple):
 
     def problems(self) -> list[tuple[str, Any, str]]:
         """What cannot work: (parameter, value, what is accepted)."""
-        return [
-            (f"{name}.low", law.low, "below {" + f"{name}.high" + "}")
-            for name, law in (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
-            if law.low >= law.high
+        laws = (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
+        rules: list[tuple[bool, str, Any, str]] = [
+            (self.dead_zone >= self.motor_limit, "dead_zone", self.dead_zone, "motor_limit"),
+            *((law.low >= law.high, f"{name}.low", law.low, f"{name}.high") for name, law in laws),
         ]
+        found = [
+            (path, value, "below {" + bound + "}") for wrong, path, value, bound in rules if wrong
+        ]
+        found += [
+            (f"{name}.high", law.high, "at most {ctrl_limit}")
+            for name, law in laws
+            if law.high > self.ctrl_limit
+        ]
+        return found
 
 
 def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) -> Supervisor:
@@ -61,7 +77,12 @@ def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) 
     fine = (spec.p, spec.pi, spec.pi_antiwindup)[MICRO_LAWS.index(spec.micro_law)]
     return Supervisor(
         MacroLaw(
-            law, spec.dead_zone if lifted else 0.0, 5.0, spec.pid, spec.pd_initial, spec.pd_tuned
+            law,
+            spec.dead_zone if lifted else 0.0,
+            spec.motor_limit,
+            spec.pid,
+            spec.pd_initial,
+            spec.pd_tuned,
         ),
         PiAntiWindup(*fine),
         spec.sequence,

@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import nominal
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 
-PITCH = 0.2 / 2800.0
+PITCH = nominal.PITCH
 MACRO_BAND = 2.0
 MICRO_BAND = 10.0
 MEAN = 0.5

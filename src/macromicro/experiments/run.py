@@ -22,15 +22,14 @@ from macromicro.errors import InputError
 from macromicro.experiments import folder, hall_calibration
 from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
-from macromicro.programme import MACRO, Limits, Programme
+from macromicro.programme import MACRO, Programme
+from macromicro.programme.travel import limits
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig import faults
 from macromicro.rig.faults import Fault
 from macromicro.settings import Settings
 
 DEFAULT = "thesis"
-MACRO_TRAVEL = 2800.0
-MICRO_TRAVEL = 3.9e-3
 MAX_SEED = 2**63 - 1
 # What a macro move usually takes until its arrival is declared [s]; only a progress bar
 # relies on it.
@@ -85,9 +84,7 @@ class Stop(Exception):
 
 def load(path: Path, settings: Settings) -> Programme:
     """The programme in a file, within the travel of the settings' bench."""
-    per_metre = 1.0 / settings.sensors.encoder.pitch
-    limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, per_metre)
-    return programmes.load(path, limits)
+    return programmes.load(path, limits(settings.travel, settings.sensors.encoder.pitch))
 
 
 def check(request: Request) -> Job:
