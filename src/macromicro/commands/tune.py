@@ -94,6 +94,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> None:
     """Find better gains for a control law, and say what they are worth on the bench."""
     from macromicro.config import load_overrides
+    from macromicro.experiments.holding import held
     from macromicro.settings import Settings
     from macromicro.tuning import files
     from macromicro.tuning.tune import Request, check
@@ -106,7 +107,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     plan = check(request)
     place = out if out is not None else Path("results") / f"tune-{stage}"
     files.check(place, overwrite=overwrite)
-    with Signals() as signals:
+    with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
         _tune(plan, place, as_json, signals)
 
 
