@@ -22,7 +22,9 @@ from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import MACRO, MICRO
 from macromicro.design import response
+from macromicro.design import tracking as following
 from macromicro.design.response import MoveResult
+from macromicro.design.tracking import Tracking
 from macromicro.errors import InputError
 from macromicro.experiments import hall_calibration
 from macromicro.experiments.run import DEFAULT, MAX_SEED, load
@@ -100,6 +102,7 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
     """How each move went: arrival, settling, final error, overshoot, in the units of a table.
 
     Needs nothing but the recording: stages and targets are read from its references.
+    A stage whose targets change all the time makes no moves: `tracking` tells how it went.
     `settings`: those of the run, if its encoder or its macro tolerance were overridden.
     """
     settings = Settings() if settings is None else settings
@@ -111,8 +114,22 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
         what,
         pitch=settings.sensors.encoder.pitch,
         macro_band=settings.controller.sequence.tolerance,
+        but=following.followed(recording, what),
     )
     return [move for move in done if begun[move.move]]
+
+
+def tracking(recording: Recording, settings: Settings | None = None) -> list[Tracking]:
+    """How each stage followed targets that change all the time: RMS and peak error, lag.
+
+    Empty for a recording of moves, which `moves` is for. `settings`: those of the run, if its
+    encoder was overridden.
+    """
+    settings = Settings() if settings is None else settings
+    if not len(recording):
+        return []
+    what = _moves_of(recording)[1]
+    return following.tracking(recording, what, pitch=settings.sensors.encoder.pitch)
 
 
 def _moves_of(recording: Recording) -> tuple[npt.NDArray[np.bool_], Programme]:

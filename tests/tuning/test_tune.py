@@ -171,7 +171,7 @@ def test_it_says_when_nothing_was_won() -> None:
     """A design that the bench does not like is not called better."""
     plan = check(Request("macro", evaluations=5))
     searched = search(plan)
-    bad = judge(searched._replace(gains=np.array([0.002, -0.0])))
+    bad = judge(searched._replace(gains=np.array([0.0002, -0.0])))
     assert not bad.better
     assert "not better" in " ".join(tables.remarks(bad))
     present = laws.gains_of(plan.start.controller, plan.law)

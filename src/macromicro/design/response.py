@@ -9,7 +9,7 @@ overshoot use their centred mean over `SMOOTH`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,16 +76,20 @@ def moves(
     *,
     pitch: float = PITCH,
     macro_band: float = MACRO_BAND,
+    but: Sequence[int] = (),
 ) -> list[MoveResult]:
     """One result for each move that was begun.
 
     `pitch`: travel of an encoder count [m]; `macro_band` [counts]: error within which the
-    macro-stage has arrived. A macro move is judged until the next macro move begins.
+    macro-stage has arrived. A macro move is judged until the next macro move begins. Stages in
+    `but` are left out: they follow a trajectory (`tracking`).
     """
     if not len(recording):
         return []
     done = []
     for span in _spans(recording, programme):
+        if programme.stage[span.move] in but:
+            continue
         if programme.stage[span.move] == MACRO:
             done.append(_macro(recording, programme, span, pitch, macro_band))
         else:

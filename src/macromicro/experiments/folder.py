@@ -16,7 +16,7 @@ from macromicro.textfile import printable
 RECORDING = "recording.h5"
 SUMMARY = "summary.json"
 PAGE = "report.html"
-FIGURES = ("response", "vibration", "micro", "efforts", "temperatures", "cycles")
+FIGURES = ("response", "tracking", "vibration", "micro", "efforts", "temperatures", "cycles")
 FILES = (RECORDING, SUMMARY, PAGE, *(f"{name}.png" for name in FIGURES))
 # Summary, page and figures together stay well below this.
 REPORT_BYTES = 4_000_000

@@ -17,6 +17,7 @@ from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult, moves
+from macromicro.design.tracking import Tracking, followed, tracking
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
 from macromicro.experiments import folder, hall_calibration
@@ -64,7 +65,9 @@ class Job(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """What a run gave. Times in s; `vibration`: after the first cycle's macro moves."""
+    """What a run gave. Times in s; `moves`: none of a stage that follows a trajectory, which
+    `tracking` tells of instead; `begun`: moves begun, those too; `vibration`: after the first
+    cycle's macro moves."""
 
     job: Job
     recording: Recording
@@ -74,8 +77,10 @@ class Ended(NamedTuple):
     simulated: float
     wall: float
     moves: list[MoveResult]
+    tracking: list[Tracking]
     vibration: list[Vibration]
     cycles: list[Cycle]
+    begun: int
 
 
 class Stop(Exception):
@@ -190,11 +195,13 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
 
 def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float) -> Ended:
     """What a recording shows; `outcome` is None for a run that was stopped early."""
+    pitch = job.settings.sensors.encoder.pitch
     done = moves(
         recording,
         job.programme,
-        pitch=job.settings.sensors.encoder.pitch,
+        pitch=pitch,
         macro_band=job.settings.controller.sequence.tolerance,
+        but=followed(recording, job.programme),
     )
     first = [m for m in done if m.stage == "macro" and m.move < job.per_cycle]
     shaken = [v for m in first if (v := vibration(recording, m)) is not None]
@@ -207,6 +214,8 @@ def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wa
         simulated=round(len(recording) * recording.dt, 9),
         wall=wall,
         moves=done,
+        tracking=tracking(recording, job.programme, pitch=pitch),
         vibration=shaken,
         cycles=per_cycle(done, extension(recording), job.per_cycle),
+        begun=int(recording["move"][-1]) + 1 if len(recording) else 0,
     )
