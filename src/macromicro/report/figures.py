@@ -223,7 +223,8 @@ def micro(ended: Ended) -> Drawn | None:
     caption = (
         "The micro-stage in the last cycle. The laser is shown while the micro-stage is enabled. "
         "In (b) each reading is pale and its mean over 51 ms strong: the Hall sensor sits on the "
-        "target, as integral action makes it; the laser tells whether the stage does. A laser that stays off by a steady amount was reset before the "
+        "target, as integral action makes it; the laser tells whether the stage does. A laser "
+        "that stays off by a steady amount was reset before the "
         "actuator had fully extended."
     )
     return Drawn("micro", "Micro-stage in the last cycle", caption, figure)
