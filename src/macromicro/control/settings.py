@@ -15,6 +15,7 @@ from macromicro.nominal import FULL_SCALE
 from macromicro.parameters import Par
 
 MICRO_LAWS = ("p", "pi", "pi-antiwindup")
+GAINS = MacroLaw._fields[MacroLaw._fields.index("limit") + 1 :]
 SWITCH = ("as designed", "on", "off")
 
 
@@ -74,15 +75,13 @@ def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) 
     lifted = spec.dead_zone_inverse == "on" or (
         spec.dead_zone_inverse == "as designed" and COMPENSATED[law]
     )
-    fine = (spec.p, spec.pi, spec.pi_antiwindup)[MICRO_LAWS.index(spec.micro_law)]
+    fine = getattr(spec, spec.micro_law.replace("-", "_"))
     return Supervisor(
         MacroLaw(
             law,
             spec.dead_zone if lifted else 0.0,
             spec.motor_limit,
-            spec.pid,
-            spec.pd_initial,
-            spec.pd_tuned,
+            *(getattr(spec, name) for name in GAINS),
         ),
         PiAntiWindup(*fine),
         spec.sequence,

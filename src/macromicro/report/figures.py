@@ -95,9 +95,9 @@ def response(ended: Ended) -> Drawn | None:
             line(ax, t[rows], aim, ORANGE, "reference", linestyle="--")
             line(ax, t[rows], place, color, sensor)
         last = row == len(shown) - 1
-        below = {} if last else {"x": ""}
-        finish(axes[row, 0], f"(a) {name}" if row == 0 else name, y=what, legend=True, **below)
-        finish(axes[row, 1], "(b) the first moves" if row == 0 else "", **below)
+        below = "time [s]" if last else ""
+        finish(axes[row, 0], f"(a) {name}" if row == 0 else name, below, what, legend=True)
+        finish(axes[row, 1], "(b) the first moves" if row == 0 else "", below)
     several = "the first cycle" if ended.job.request.cycles > 1 else "the whole run"
     if len(shown) > 1:
         title = "Response of both stages"
@@ -239,8 +239,8 @@ def efforts(ended: Ended) -> Drawn | None:
     for ax, stage in zip(axes[:, 0], shown, strict=True):
         name, color = ("motor", BLUE) if stage == MACRO else ("CTRL", RED)
         line(ax, t, recording[name.lower()][rows], color, name, linewidth=0.8)
-        below = {} if stage == shown[-1] else {"x": ""}
-        finish(ax, name, y="D/A output [V]", **below)
+        below = "time [s]" if stage == shown[-1] else ""
+        finish(ax, name, below, "D/A output [V]")
         words.append(
             "The motor is off once a move has arrived."
             if stage == MACRO
