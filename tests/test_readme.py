@@ -69,7 +69,7 @@ def test_configuration_examples_are_accepted(tmp_path: Path) -> None:
     (tmp_path / "sticky.toml").write_text(settings, encoding="utf-8")
     limits = programme.Limits(0.0, 2800.0, 0.0, 3.9e-3, 14000.0)
     loaded = programme.load(tmp_path / "wave.toml", limits)
-    assert list(loaded.target[loaded.stage == programme.MACRO]) == [1680.0, 1680.0]
+    assert list(loaded.target[loaded.stage == programme.MACRO]) == [1680.0, 840.0]
     changed = config.load_overrides(tmp_path / "sticky.toml", Settings())
     assert changed.bench.friction.coulomb == 11.0
     assert changed.controller.macro_law == "pd-initial"

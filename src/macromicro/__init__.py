@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from macromicro.api import load_settings as load_settings
     from macromicro.api import moves as moves
     from macromicro.api import run as run
+    from macromicro.api import tracking as tracking
     from macromicro.errors import InputError as InputError
     from macromicro.recording import Recording as Recording
     from macromicro.settings import Settings as Settings
@@ -26,6 +27,7 @@ _HOMES = {
     "load_settings": "api",
     "moves": "api",
     "run": "api",
+    "tracking": "api",
 }
 
 __getattr__, __dir__ = front_door(__name__, _HOMES)

@@ -21,7 +21,9 @@ from macromicro import config, simulate
 from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.design import served
+from macromicro.design import tracking as following
 from macromicro.design.response import MoveResult
+from macromicro.design.tracking import Tracking
 from macromicro.errors import InputError
 from macromicro.experiments import programmed
 from macromicro.experiments.run import DEFAULT, MAX_SEED, load
@@ -98,6 +100,7 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
     """How each move went: arrival, settling, final error, overshoot, in the units of a table.
 
     Needs nothing but the recording: stages and targets are read from its references.
+    A stage whose targets change all the time makes no moves: `tracking` tells how it went.
     `settings`: those of the run, if its encoder or its macro tolerance were overridden. Of a
     recording of the live machine these are the moves to a place that it shows, homing and
     jogs left out; macro targets are where its encoder counted them.
@@ -112,3 +115,16 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
     begun, what = served.ran(recording)
     done = programmed.moves_of(recording, what, settings)
     return [move for move in done if begun[move.move]]
+
+
+def tracking(recording: Recording, settings: Settings | None = None) -> list[Tracking]:
+    """How each stage followed targets that change all the time: RMS and peak error, lag.
+
+    Empty for a recording of moves, which `moves` is for. `settings`: those of the run, if its
+    encoder was overridden.
+    """
+    settings = Settings() if settings is None else settings
+    if not len(recording) or served.is_live(recording):
+        return []
+    what = served.ran(recording)[1]
+    return following.tracking(recording, what, pitch=settings.sensors.encoder.pitch)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import signal
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from macromicro import __version__
-from macromicro.commands import identify
+from macromicro.commands import identify, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.doctor import doctor
 from macromicro.commands.latency import latency
@@ -21,6 +21,9 @@ from macromicro.commands.signals import INTERRUPTED, Signals
 from macromicro.commands.sweep import sweep
 from macromicro.commands.tune import tune
 from macromicro.errors import MacromicroError
+
+if TYPE_CHECKING:
+    from macromicro.experiments.run import Job
 
 app = typer.Typer(
     name="macromicro",
@@ -39,10 +42,7 @@ app.add_typer(identify.app, name="identify")
 
 def main() -> int:
     """Run the command line and return its exit status; every error is one message."""
-    for stream in (sys.stdout, sys.stderr):
-        reconfigure: Any = getattr(stream, "reconfigure", None)
-        if reconfigure is not None:  # a terminal that lacks a sign must not end a run
-            reconfigure(errors="backslashreplace")
+    streams.prepare()
     try:
         app(prog_name="macromicro")
     except MacromicroError as error:
@@ -143,6 +143,16 @@ def run(
 
 
 def _run(given: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
+    from macromicro.experiments import run as experiment
+    from macromicro.experiments.holding import held
+
+    request = experiment.Request(*given)
+    job = experiment.check(request)
+    with held(job.out, overwrite=request.overwrite):
+        _run_job(job, as_json, signals)
+
+
+def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
     from macromicro.experiments import run as experiment
@@ -150,7 +160,6 @@ def _run(given: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
     from macromicro.report.summary import as_json as to_json
     from macromicro.report.write import write
 
-    job = experiment.check(experiment.Request(*given))
     if job.source is None:
         if not experiment.is_compiled():
             print("compiling the bench, once, about 10 s", file=sys.stderr)

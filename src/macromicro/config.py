@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, Par, entries, is_set, replaced
+from macromicro.parameters import Entry, Par, changed, entries, is_set
 from macromicro.textfile import printable, read_toml
 from macromicro.units import quantity, remedy, shown
 
@@ -28,7 +28,7 @@ _NO_UNIT = ("", "1", "-")
 
 
 def load_overrides(path: Path, tree: Tree) -> Tree:
-    """A copy of `tree` with the values of the TOML file at `path`.
+    """A copy of `tree` with the values of the TOML file at `path`, and what derives from them.
 
     Raises `InputError` that names file and key: an unknown key, a missing or wrong unit,
     a value out of its bounds, a file that sets nothing; and for the first of the
@@ -40,42 +40,49 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
         found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
         raise InputError(file, found, WHAT)
     known = {entry.path: entry for entry in entries(tree)}
-    count = 0
-    for key, value in _leaves(read_toml(path, WHAT), "", known, file):
-        new = _value(value, known[key], f"{file}, {key}")
-        tree = replaced(tree, key, new)
-        count += 1
-    if count == 0:
+    changes = {
+        key: _value(value, known[key], f"{file}, {key}")
+        for key, value in _leaves(read_toml(path, WHAT), "", known, file)
+    }
+    if not changes:
         raise InputError(file, "sets nothing", f"one parameter or more ({_LIST})")
+    tree = changed(tree, changes)
     check(tree, file)
     return tree
 
 
-def check(tree: Any, where: str, prefix: str = "") -> None:
+def check(tree: Any, where: str, prefix: str = "", *, together: bool = True) -> None:
     """Raise the first of the `problems()` of the tree's sets, inner sets first.
 
     A set may have a method ``problems() -> list[tuple[path, value, accepted]]`` for what
     bounds cannot say (a stop beyond the stroke); paths count from that set. A path in
-    braces within `accepted` becomes that parameter's full path and value.
+    braces within `accepted` becomes that parameter's full path and value. Without `together`
+    the tree's method `together()` is not asked: like `problems()`, but about parts that are
+    possible each, and do not work with one another.
     """
     for name in tree._fields:
         value = getattr(tree, name)
         if is_set(value):
             check(value, where, f"{prefix}{name}.")
-    for path, found, accepted in problems(tree, prefix):
+    for path, found, accepted in problems(tree, prefix, together=together):
         raise InputError(f"{where}, {path}", found, accepted)
 
 
-def problems(tree: Any, prefix: str = "") -> Iterator[tuple[str, Any, str]]:
+def problems(
+    tree: Any, prefix: str = "", *, together: bool = True
+) -> Iterator[tuple[str, Any, str]]:
     """The `problems()` that one set finds in itself, in words for a person: (path with
     `prefix`, value with its unit, what is accepted with the other parameter's value)."""
-    for path, value, accepted in getattr(tree, "problems", list)():
+    found = list(getattr(tree, "problems", list)())
+    if together:
+        found += getattr(tree, "together", list)()
+    for path, value, accepted in found:
         mine = {e.path: e for e in entries(tree)}
-        found = _spoken(mine[path].par, value) if path in mine else value
+        spoken = _spoken(mine[path].par, value) if path in mine else value
         words = accepted
         for e in mine.values():
             words = words.replace(f"{{{e.path}}}", f"{prefix}{e.path} ({_spoken(e.par, e.value)})")
-        yield f"{prefix}{path}", found, words
+        yield f"{prefix}{path}", spoken, words
 
 
 def _spoken(par: Par, value: Any) -> Any:

@@ -17,6 +17,7 @@ from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.identify.hall import calibrate
 from macromicro.kernel import compiled, kernel
+from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
 from macromicro.rig.twin import noise_source
@@ -24,7 +25,7 @@ from macromicro.types import Outputs
 
 Array = npt.NDArray[np.float64]
 
-DT = 1e-3
+DT = PERIOD
 LOW, HIGH = 1.3, 1.72
 RAMP_S, REST_S = 60.0, 5.0
 

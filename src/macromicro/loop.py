@@ -12,8 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro import nominal
 from macromicro.columns import COLUMNS
 from macromicro.control import supervisor
+from macromicro.control.macro import MacroMemory
 from macromicro.control.supervisor import DONE, FAULT, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
@@ -24,7 +26,7 @@ from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import Guarded
 from macromicro.types import Command, Controller, Outputs, Sample
 
-PERIOD = 1e-3
+PERIOD = nominal.PERIOD
 ROWS = len(COLUMNS)
 
 
@@ -109,13 +111,37 @@ def run(
             rig.write(wanted)
             if sink is not None:
                 column = np.empty((ROWS, 1))
-                note(column, 0, sample, command, rig.given, state, rig.watch, truth)
+                over = controller.finished(state)
+                shown = _shown(state, command, over)
+                note(column, 0, sample, command, rig.given, shown, rig.watch, truth)
                 sink(column)
             done += 1
             if controller.finished(state) or rig.tripped:
                 break
             rig.clock.wait(dt)
     return state
+
+
+def _shown(state: Any, command: Command, over: bool) -> Progress:
+    """What is recorded of a controller's state: of one of another kind than the supervisor's,
+    what its command tells; integrals and the number of the move are then unknown."""
+    if isinstance(state, Progress):
+        return state
+    nan = float("nan")
+    phase = supervisor.WAITING
+    if over:
+        phase = DONE
+    elif command.macro_active > 0.5:
+        phase = supervisor.MACRO
+    elif command.micro_active > 0.5:
+        phase = supervisor.MICRO
+    return supervisor.begin(0.0)._replace(
+        phase=phase,
+        macro_reference=command.macro_reference,
+        micro_reference=command.micro_reference,
+        macro=MacroMemory(nan, nan),
+        integral=nan,
+    )
 
 
 _UNKNOWN = Truth(*[float("nan")] * len(Truth._fields))

@@ -7,7 +7,7 @@ itself stays a plain float in SI (encoder counts and deg C are the two exception
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, get_type_hints
 
@@ -66,3 +66,28 @@ def replaced(tree: Any, path: str, value: Any) -> Any:
     if rest:
         value = replaced(getattr(tree, name), rest, value)
     return tree._replace(**{name: value})
+
+
+def value_at(tree: Any, path: str) -> Any:
+    """The value at the dotted `path` of `tree`."""
+    for name in path.split("."):
+        tree = getattr(tree, name)
+    return tree
+
+
+def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
+    """A copy of `tree` with the values of `changes`, dotted path to value, and with what is
+    derived from them.
+
+    A tree may have a method ``derived() -> tuple[(path, rule), ...]``; ``rule(tree)`` gives
+    the value that belongs there, and no rule depends on a later one. Only what followed its
+    rule before, and is not among `changes`, follows it now.
+    """
+    new = tree
+    for path, value in changes.items():
+        new = replaced(new, path, value)
+    for path, rule in getattr(tree, "derived", tuple)():
+        if path not in changes and value_at(tree, path) == rule(tree):
+            value = rule(new)
+            new = replaced(new, path, type(value_at(tree, path))(value))
+    return new

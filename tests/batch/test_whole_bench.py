@@ -142,7 +142,7 @@ def test_an_encoder_of_another_pitch_moves_as_far(short: str) -> None:
         ("bench.wire.stop", 5e-3, "variant 2, bench.wire.stop"),
         ("bench.thermal.ambient", 200.0, "variant 2, bench.thermal.ambient"),
         ("seed", 0.5, "variant 2, seed"),
-        ("guard.motor", 9.0, "variant 2, guard.motor"),
+        ("guard.motor", -9.0, "variant 2, guard.motor"),
     ],
 )
 def test_impossible_values(short: str, path: str, value: float, said: str) -> None:

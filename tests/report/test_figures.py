@@ -20,7 +20,9 @@ def drawn(ended: Ended) -> dict[str, Drawn]:
 
 
 def test_all_figures_in_order(ended: Ended, drawn: dict[str, Drawn]) -> None:
-    assert list(drawn) == [n for n in folder.FIGURES if n != "vibration" or ended.vibration]
+    assert list(drawn) == [
+        n for n in folder.FIGURES if n != "tracking" and (n != "vibration" or ended.vibration)
+    ]
     assert all(d.caption.endswith(".") and d.title for d in drawn.values())
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Job, Variants
-from macromicro.parameters import replaced
+from macromicro.parameters import changed, replaced
 from macromicro.robustness import study
 from macromicro.robustness.job import variants
 from macromicro.robustness.metrics import NAMES
@@ -142,9 +142,8 @@ def test_variants_are_the_settings(request_: Request) -> None:
     trees = [settings_at(request_.settings, UNCERTAIN, a) for a in sample.amounts]
     found = variants(UNCERTAIN, trees, range(10))
     for row, tree, seed in zip(found.values, trees, range(10), strict=True):
-        again = request_.settings
-        for path, value in zip(found.paths, row, strict=True):
-            if path != SEED:
-                again = replaced(again, path, float(value))
+        pairs = zip(found.paths, row, strict=True)
+        changes = {path: float(value) for path, value in pairs if path != SEED}
+        again = changed(request_.settings, changes)
         assert again == tree
         assert row[found.paths.index(SEED)] == seed

@@ -76,8 +76,8 @@ def test_the_table_has_before_and_after(found: tuning.Tuning) -> None:
         "overshoot",
         "reversals",
         "disk margin",
-        "cost, worst of 3 searched",
-        "cost, worst of 12 fresh",
+        "with penalties, worst of 3 searched",
+        "with penalties, worst of 12 fresh",
     ):
         assert word in text
     rows = {line.name: line for line in tables.measured(found)}

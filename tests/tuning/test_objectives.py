@@ -35,7 +35,7 @@ def micro(**changed: float) -> dict[str, np.ndarray]:
         ("settling", {}, 0.6),
         ("settling", {"overshoot": 0.4}, 0.6),
         ("settling", {"overshoot": 3.0}, 0.6 + 2.5),
-        ("settling", {"saturated": 50.0}, 0.6 + 0.5),
+        ("settling", {"saturated": 50.0}, 0.6),
         ("settling", {"settling_time": NAN, "final_error": -280.0}, 11.0),
         ("iae", {"overshoot": 1.0}, 0.25 + 0.5),
         ("effort", {"settling_time": 0.4}, 4.0),
@@ -62,9 +62,13 @@ def test_micro(name: str, changed: dict[str, float], cost: float) -> None:
     assert costs(find("micro", name), micro(**changed), SCALE)[0] == pytest.approx(cost)
 
 
-def test_saturation_may_be_free() -> None:
-    free = SCALE._replace(saturated=0.0)
-    assert costs(find("macro", "settling"), macro(saturated=300.0), free)[0] == pytest.approx(0.6)
+def test_penalties_have_the_weights_that_are_asked_for() -> None:
+    settling = find("macro", "settling")
+    strict = SCALE._replace(weights=objectives.penalties(settling, {"saturated": 0.01}))
+    assert costs(settling, macro(saturated=50.0), strict)[0] == pytest.approx(0.6 + 0.5)
+    free = SCALE._replace(weights=objectives.penalties(settling, {"overshoot": 0.0}))
+    assert costs(settling, macro(overshoot=300.0), free)[0] == pytest.approx(0.6)
+    assert objectives.values(settling, macro(overshoot=300.0), SCALE)[0] == pytest.approx(0.6)
 
 
 def test_many_at_once() -> None:

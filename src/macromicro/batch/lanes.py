@@ -16,9 +16,7 @@ from macromicro.batch import course
 from macromicro.batch.course import Course, Task
 from macromicro.batch.variants import Array
 from macromicro.control import macro as control
-from macromicro.control.macro import LAWS, MacroLaw, MacroMemory
-from macromicro.control.pd import PdInitial, PdTuned
-from macromicro.control.pid import Pid
+from macromicro.control import pd
 from macromicro.kernel import kernel
 from macromicro.models import macro
 from macromicro.models.macro import TUNED, Linear, MacroModel, MacroModelState
@@ -41,9 +39,6 @@ ROWS = len(GIVEN) + 3 + 8
 TASK = GIVEN.index("sign")  # first row of what the course is judged by
 SHOWN = 1 + 8  # last rows: error, course
 
-_LAW = LAWS.index("pd-tuned")
-_NO_PID, _NO_PD = Pid(0.0, 0.0, 0.0), PdInitial(0.0, 0.0)
-
 
 def place() -> Array:
     """An empty block, (ROWS * WIDE,), at the start of a cache line."""
@@ -59,12 +54,6 @@ def counted(x: float) -> float:
 
 
 @kernel
-def _law(s: Array, j: int, limit: float) -> MacroLaw:
-    taps = PdTuned(s[NOW + j], s[BEFORE + j])
-    return MacroLaw(_LAW, s[ZONE + j], limit, _NO_PID, _NO_PD, taps)
-
-
-@kernel
 def _period(s: Array, j: int) -> tuple[float, float, float, float]:
     """Lane `j` one period on: its counts, its error, the effort asked for and the one sent.
 
@@ -73,11 +62,11 @@ def _period(s: Array, j: int) -> tuple[float, float, float, float]:
     linear = Linear(s[A + j], s[B + j], s[DT + j])
     model = MacroModel(linear, TUNED, s[WIDTH + j], s[A0 + j], s[DELTA + j], s[RAIL + j])
     state = MacroModelState(s[X + j], s[V + j])
-    memory = MacroMemory(0.0, s[ERROR + j])
     seen = counted(state.x)
     error = s[TARGET + j] - seen
-    _, sent = control.step(_law(s, j, s[LIMIT + j]), memory, error, linear.dt)
-    _, asked = control.step(_law(s, j, math.inf), memory, error, linear.dt)
+    effort = pd.step(s[NOW + j], s[BEFORE + j], error, s[ERROR + j])
+    sent = control.sent(effort, s[ZONE + j], s[LIMIT + j])
+    asked = control.sent(effort, s[ZONE + j], math.inf)
     state = macro.step(model, state, sent)
     s[X + j] = state.x
     s[V + j] = state.v

@@ -25,6 +25,7 @@ from macromicro.control.macro import MacroLaw, MacroMemory
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.loop import PERIOD
+from macromicro.nominal import COUNTS
 from macromicro.plant import amplifier, carriage, encoder
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.carriage import Macro, MacroState
@@ -42,6 +43,7 @@ class Stage(NamedTuple):
     encoder: Encoder
     substeps: int
     law: MacroLaw
+    free: MacroLaw  # the same without its limit
 
 
 @kernel
@@ -54,14 +56,13 @@ def run(
     volts of every sample for m samples at the most; m may be 0.
     """
     law = p.law
-    free = MacroLaw(law.law, law.dead_zone, math.inf, law.pid, law.initial, law.tuned)
     so_far = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     memory = MacroMemory(0.0, 0.0)
     latched, error = 0.0, 0.0
     for k in range(samples):
         seen = encoder.count(p.encoder, s.x)
         error = target - seen
-        _, asked = control.step(free, memory, error, dt)
+        _, asked = control.step(p.free, memory, error, dt)
         now, sent = control.step(law, memory, error, dt)
         so_far = course.follow(judged, so_far, k + 1.0, seen, error, memory.error, asked, sent)
         if k == 0:
@@ -77,13 +78,14 @@ def run(
 
 def stage(settings: Settings) -> Stage:
     """The macro-stage of these settings."""
-    b = settings.bench
+    b, law = settings.bench, control_settings.prepare(settings.controller, table=shipped()).macro
     return Stage(
         b.amplifier,
         Macro(b.carriage, b.motor, b.friction, b.belt),
         settings.sensors.encoder,
         int(b.steps.macro),
-        control_settings.prepare(settings.controller, table=shipped()).macro,
+        law,
+        law._replace(limit=math.inf),
     )
 
 
@@ -100,7 +102,7 @@ class MacroBenchJob:
     def __init__(
         self,
         settings: Settings | None = None,
-        reference: float = 2800.0,
+        reference: float = COUNTS,
         length: float = 10.0,
     ) -> None:
         self._settings = Settings() if settings is None else settings

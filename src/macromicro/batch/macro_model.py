@@ -18,6 +18,7 @@ from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.models import macro
 from macromicro.models.macro import TUNED, Linear, MacroModel, MacroModelState
+from macromicro.nominal import COUNTS
 from macromicro.parameters import Par, entries
 
 QUICK = ("overshoot", "iae", "final_error")
@@ -29,10 +30,12 @@ _model = MacroModel()
 class Pd(NamedTuple):
     """(4.10) with the dead-zone inverse and the saturation of the D/A board."""
 
-    now: Annotated[float, Par("V/count", "weight of the present error", "(4.10)")] = _law.tuned.now
+    now: Annotated[float, Par("V/count", "weight of the present error", "(4.10)")] = (
+        _law.pd_tuned.now
+    )
     before: Annotated[
         float, Par("V/count", "weight of the error one period ago", "(4.10), sign corrected")
-    ] = _law.tuned.before
+    ] = _law.pd_tuned.before
     dead_zone: Annotated[
         float, Par("V", "width that the inverse lifts by", "Section 4.2.3", lo=0.0)
     ] = _law.dead_zone
@@ -63,7 +66,7 @@ class MacroLoop(NamedTuple):
 
     controller: Pd = Pd()
     model: Model = Model()
-    reference: Annotated[float, Par("count", "step", "whole travel (M16)")] = 2800.0
+    reference: Annotated[float, Par("count", "step", "whole travel (M16)")] = COUNTS
     dt: Annotated[float, Par("s", "sample time", "Section 3.3", shown="ms", positive=True)] = (
         _model.linear.dt
     )
@@ -164,7 +167,7 @@ def single(tree: MacroLoop) -> tuple[MacroModel, MacroLaw]:
     """The model and the law of a single run of the loop."""
     m, c = tree.model, tree.controller
     model = MacroModel(Linear(m.a, m.b, tree.dt), TUNED, m.width, m.a0, m.delta, m.limit)
-    law = _law._replace(dead_zone=c.dead_zone, limit=c.limit, tuned=PdTuned(c.now, c.before))
+    law = _law._replace(dead_zone=c.dead_zone, limit=c.limit, pd_tuned=PdTuned(c.now, c.before))
     return model, law
 
 

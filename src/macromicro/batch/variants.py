@@ -13,7 +13,7 @@ from macromicro.config import check
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, Par, entries, replaced
+from macromicro.parameters import Entry, Par, changed, entries
 from macromicro.units import shown
 
 Array = npt.NDArray[np.float64]
@@ -150,10 +150,14 @@ def applied(
     tree: Any, paths: tuple[str, ...], row: Array, number: int, extra: tuple[str, ...] = ()
 ) -> Any:
     """The tree of one variant; `InputError` with its number for what is impossible together."""
-    for path, value in zip(paths, row, strict=True):
-        if path not in extra:
-            tree = replaced(tree, path, _typed(tree, path, float(value)))
-    check(tree, f"variant {number}")
+    changes = {
+        path: _typed(tree, path, float(value))
+        for path, value in zip(paths, row, strict=True)
+        if path not in extra
+    }
+    tree = changed(tree, changes)
+    # A machine that cannot work is a result of a study; one that cannot be is a slip.
+    check(tree, f"variant {number}", together=False)
     return tree
 
 

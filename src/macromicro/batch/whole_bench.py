@@ -28,11 +28,10 @@ from macromicro.design.vibration import vibration
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
 from macromicro.loop import PERIOD
-from macromicro.programme import Limits, Programme
+from macromicro.programme import Programme
+from macromicro.programme.travel import limits
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
-
-MACRO_TRAVEL, MICRO_TRAVEL = 2800.0, 3.9e-3  # counts, m
 
 METRICS: tuple[Metric, ...] = (
     Metric("arrived", "", "1: the run ended by itself and every move arrived"),
@@ -148,8 +147,9 @@ class ProgrammeJob(BenchJob):
 
         @cache
         def loaded(pitch: float) -> Programme:
-            limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, 1.0 / pitch)
-            return programmes.load(path, limits).repeated(cycles)
+            # One programme for all variants, whose stages may have less of their ways left.
+            most = limits(self._settings.travel, pitch)
+            return programmes.load(path, most).repeated(cycles)
 
         self._loaded = loaded
         self.programme(self._settings)  # what is wrong with the file is said at once

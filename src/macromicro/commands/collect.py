@@ -36,6 +36,7 @@ def collect(
     """Run a laboratory procedure and save the recordings that `identify` needs."""
     from macromicro.errors import InputError
     from macromicro.experiments import catalogue, folder
+    from macromicro.experiments.holding import held
     from macromicro.experiments.procedure import Lab
     from macromicro.rig.opening import TWIN, open_rig
 
@@ -53,7 +54,7 @@ def collect(
     folder.check(place, procedure.megabytes * 1_000_000, overwrite=overwrite, names=())
     where = "the twin" if rig == TWIN else rig
     print(f"collecting {procedure.name} on {where}", file=sys.stderr)
-    with Signals() as signals:
+    with Signals() as signals, held(place, overwrite=overwrite, names=()):
         recordings = procedure.collect(lab)
         signals.later()
         with folder.staged(place) as stage:

@@ -15,6 +15,7 @@ from macromicro.errors import InputError
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, runs
 from macromicro.identify.runs import Run, checked
+from macromicro.nominal import FULL_SCALE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -173,9 +174,10 @@ def model(zone: DeadZone) -> str:
     """The controller's dead zone."""
     head = "The dead zone that the controller's inverse compensates (Section 4.2.3).\n"
     head += "Use: macromicro run --config model.toml"
-    if zone.width > 5.0:
+    if zone.width >= FULL_SCALE:
         return model_file.plain(
-            head.partition("\n")[0] + "\nNot for the bench, whose D/A board ends at 5 V.",
+            head.partition("\n")[0]
+            + f"\nNot for the bench, whose D/A board ends at {FULL_SCALE:g} V.",
             {"dead_zone": {"width": (zone.width, "V")}},
         )
     comment = f"forwards {zone.positive:g} V, backwards {zone.negative:g} V"

@@ -212,13 +212,25 @@ def _identify(
     as_json: bool,
 ) -> None:
     """Read, identify, print, and write to `out` if there is one: all of it or nothing."""
-    from macromicro.commands import result as results
     from macromicro.commands.files import picking
     from macromicro.experiments import folder
+    from macromicro.experiments.holding import held
 
     what = picking(files, columns or [])
-    if out is not None:
-        folder.check(out, NEEDED, overwrite=overwrite, names=NAMES)
+    if out is None:
+        _work(work, what, None, as_json)
+        return
+    folder.check(out, NEEDED, overwrite=overwrite, names=NAMES)
+    with held(out, overwrite=overwrite, names=NAMES):
+        _work(work, what, out, as_json)
+
+
+def _work(
+    work: Callable[[Picking], Result], what: Picking, out: Path | None, as_json: bool
+) -> None:
+    from macromicro.commands import result as results
+    from macromicro.experiments import folder
+
     # Nothing is open while it computes: a signal then ends the process, compiler and all.
     with Signals():
         found, said = _quietly(lambda: work(what), what.files)

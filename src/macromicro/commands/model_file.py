@@ -15,7 +15,7 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
     Values are rounded to six digits. Raises `InputError` when the tree refuses one.
     """
     from macromicro import config
-    from macromicro.parameters import entries, replaced
+    from macromicro.parameters import changed, entries
     from macromicro.settings import Settings
     from macromicro.units import shown
 
@@ -25,7 +25,7 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
     for path, (value, comment) in values.items():
         table, _, name = path.rpartition(".")
         short = float(f"{value:.6g}")
-        tree = replaced(tree, path, short)
+        tree = changed(tree, {path: short})
         text = shown(short, pars[path].unit, pars[path].shown, 6)
         tables.setdefault(table, []).append(f'{name} = "{text}"  # {comment}')
     config.check(tree, "model.toml")

@@ -69,6 +69,7 @@ def reproduce(
 ) -> None:
     """Measure every claim of the thesis, draw its figures, and say where they differ."""
     from macromicro.experiments import choosing, folder
+    from macromicro.experiments.holding import held
     from macromicro.experiments.procedures import all_procedures
 
     procedures = all_procedures()
@@ -80,7 +81,7 @@ def reproduce(
     processes = _processes(jobs) if not lab.rigs else 1  # a rig is one thing
     folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
     _check_json(json, overwrite)
-    with Signals() as signals:
+    with Signals() as signals, held(out, overwrite=overwrite, names=()):
         _reproduce(chosen, lab, processes, out, json, signals)
 
 

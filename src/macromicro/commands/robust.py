@@ -71,12 +71,13 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """Try machines with other friction, belt, room, noise and an aged actuator."""
     from macromicro import programme as programmes
     from macromicro.experiments import folder
+    from macromicro.experiments.holding import held
     from macromicro.robustness import files
 
     request, plan = _request(samples, seed, config, programme, requirements, workers)
     place = out or Path("results") / f"robust-{programmes.find(programme).stem}"
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
-    with Signals() as signals:
+    with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
         _robust(request, plan, (programme, fan, as_json), place, signals)
 
 

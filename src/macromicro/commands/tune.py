@@ -76,9 +76,15 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
             parser=_whole, metavar="N", help="Fresh benches to judge on.", show_default="200"
         ),
     ] = None,
-    saturate: Annotated[
-        bool, typer.Option("--saturate", help="Let the macro effort saturate at no cost.")
-    ] = False,
+    penalty: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=WEIGHT",
+            help="Weight of a penalty beside the objective: overshoot, saturated, error or slower; "
+            "0 for none; may be repeated.",
+            show_default="as the output lists them",
+        ),
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="TOML file with units that overrides settings.")
     ] = None,
@@ -94,6 +100,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
 ) -> None:
     """Find better gains for a control law, and say what they are worth on the bench."""
     from macromicro.config import load_overrides
+    from macromicro.experiments.holding import held
     from macromicro.settings import Settings
     from macromicro.tuning import files
     from macromicro.tuning.tune import Request, check
@@ -101,13 +108,29 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     settings = Settings() if config is None else load_overrides(config, Settings())
     request = Request(
         stage, objective, law, evaluations, seed, settings, on, route, robust, aggregate, benches,
-        held_out, saturate,
+        held_out, _penalties(penalty or []),
     )  # fmt: skip
     plan = check(request)
     place = out if out is not None else Path("results") / f"tune-{stage}"
     files.check(place, overwrite=overwrite)
-    with Signals() as signals:
+    with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
         _tune(plan, place, as_json, signals)
+
+
+def _penalties(texts: list[str]) -> tuple[tuple[str, float], ...]:
+    """Names and weights of the option --penalty."""
+    from macromicro.errors import InputError
+    from macromicro.textfile import printable
+
+    found: dict[str, float] = {}
+    for text in texts:
+        name, _, number = text.partition("=")
+        try:
+            found[name] = float(number)
+        except ValueError:
+            accepted = "NAME=WEIGHT with a number, such as saturated=0.01"
+            raise InputError("--penalty", printable(text), accepted) from None
+    return tuple(found.items())
 
 
 def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:

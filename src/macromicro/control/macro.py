@@ -10,18 +10,20 @@ from macromicro.control.pid import Pid
 from macromicro.kernel import kernel
 
 LAWS = ("pid", "pd-initial", "pd-tuned")
-COMPENSATED = (False, True, True)  # as the thesis runs them
+UNCOMPENSATED = ("pid",)  # as the thesis runs them; a new law has the dead-zone inverse
+COMPENSATED = tuple(law not in UNCOMPENSATED for law in LAWS)
 
 
 class MacroLaw(NamedTuple):
-    """Which law, with which gains; dead_zone [V] 0 leaves the friction uncompensated."""
+    """Which law; dead_zone [V] 0 leaves the friction uncompensated. Then the gains of each law,
+    in the order and under the names of `settings.Control`."""
 
     law: int
     dead_zone: float
     limit: float
     pid: Pid
-    initial: PdInitial
-    tuned: PdTuned
+    pd_initial: PdInitial
+    pd_tuned: PdTuned
 
 
 class MacroMemory(NamedTuple):
@@ -38,10 +40,15 @@ def step(p: MacroLaw, s: MacroMemory, error: float, dt: float) -> tuple[MacroMem
     if p.law == 0:
         integral, effort = pid.step(p.pid, s.integral, error, s.error, dt)
     elif p.law == 1:
-        effort = pd.step(p.initial.now, p.initial.before, error, s.error)
+        effort = pd.step(p.pd_initial.now, p.pd_initial.before, error, s.error)
     else:
-        effort = pd.step(p.tuned.now, p.tuned.before, error, s.error)
-    if p.dead_zone > 0.0:
-        effort = deadzone.inverse(p.dead_zone, effort)
-    effort = min(max(effort, -p.limit), p.limit)
-    return MacroMemory(integral, error), effort
+        effort = pd.step(p.pd_tuned.now, p.pd_tuned.before, error, s.error)
+    return MacroMemory(integral, error), sent(effort, p.dead_zone, p.limit)
+
+
+@kernel
+def sent(effort: float, dead_zone: float, limit: float) -> float:
+    """The effort [V] of a law, lifted over the dead zone [V] and saturated."""
+    if dead_zone > 0.0:
+        effort = deadzone.inverse(dead_zone, effort)
+    return min(max(effort, -limit), limit)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
+from macromicro.nominal import FULL_SCALE
 from macromicro.parameters import Par
 
+HIGHEST = 1000.0  # V; beyond any converter: `ctrl_limit` is what counts
 STEEPEST = 1000.0  # V/mm: the D/A's full scale of 5 V at 5 um, half of what counts as on target
 QUICKEST = 1e6  # V/(mm*s): one period of 1 ms adds as much as the steepest gain gives
 SWIFTEST = 1000.0  # 1/s: the excess is gone in one period; from twice that the loop is unstable
@@ -20,8 +22,10 @@ class Proportional(NamedTuple):
     )
     ki: Annotated[float, Par("V/(mm*s)", "integral gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
     kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
-    low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 0.0
-    high: Annotated[float, Par("V", "upper limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 5.0
+    low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=HIGHEST)] = 0.0
+    high: Annotated[float, Par("V", "upper limit", "Section 5.3.1", lo=0.0, hi=HIGHEST)] = (
+        FULL_SCALE
+    )
 
 
 class Pi(NamedTuple):
@@ -34,8 +38,10 @@ class Pi(NamedTuple):
         2.25
     )
     kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.1", lo=0.0, hi=0.0)] = 0.0
-    low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 0.0
-    high: Annotated[float, Par("V", "upper limit", "Section 5.3.1", lo=0.0, hi=5.0)] = 5.0
+    low: Annotated[float, Par("V", "lower limit", "Section 5.3.1", lo=0.0, hi=HIGHEST)] = 0.0
+    high: Annotated[float, Par("V", "upper limit", "Section 5.3.1", lo=0.0, hi=HIGHEST)] = (
+        FULL_SCALE
+    )
 
 
 class PiAntiWindup(NamedTuple):
@@ -50,8 +56,8 @@ class PiAntiWindup(NamedTuple):
     kaw: Annotated[float, Par("1/s", "anti-windup gain", "Section 5.3.2", lo=0.0, hi=SWIFTEST)] = (
         30.0
     )
-    low: Annotated[float, Par("V", "lower limit", "Section 5.3.2", lo=0.0, hi=5.0)] = 1.3
-    high: Annotated[float, Par("V", "upper limit", "Section 5.3.2", lo=0.0, hi=5.0)] = 1.9
+    low: Annotated[float, Par("V", "lower limit", "Section 5.3.2", lo=0.0, hi=HIGHEST)] = 1.3
+    high: Annotated[float, Par("V", "upper limit", "Section 5.3.2", lo=0.0, hi=HIGHEST)] = 1.9
 
 
 @kernel

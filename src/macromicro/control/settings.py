@@ -8,12 +8,14 @@ from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.control.macro import COMPENSATED, LAWS, MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
-from macromicro.control.pi import Pi, PiAntiWindup, Proportional
+from macromicro.control.pi import HIGHEST, Pi, PiAntiWindup, Proportional
 from macromicro.control.pid import Pid
 from macromicro.control.supervisor import Sequence, Supervisor
+from macromicro.nominal import FULL_SCALE
 from macromicro.parameters import Par
 
 MICRO_LAWS = ("p", "pi", "pi-antiwindup")
+GAINS = MacroLaw._fields[MacroLaw._fields.index("limit") + 1 :]
 SWITCH = ("as designed", "on", "off")
 
 
@@ -30,8 +32,14 @@ class Control(NamedTuple):
         ),
     ] = "as designed"
     dead_zone: Annotated[
-        float, Par("V", "width of the dead zone", "Section 4.2.3 (M1)", lo=0.0, hi=5.0)
+        float, Par("V", "width of the dead zone", "Section 4.2.3 (M1)", lo=0.0, hi=HIGHEST)
     ] = 3.0
+    motor_limit: Annotated[
+        float, Par("V", "largest effort of the macro law", "Section 3.1", lo=0.0, hi=HIGHEST)
+    ] = FULL_SCALE
+    ctrl_limit: Annotated[
+        float, Par("V", "largest effort of the micro law", "Section 3.2.1", lo=0.0, hi=HIGHEST)
+    ] = FULL_SCALE
     micro_law: Annotated[
         str, Par("", "control law of the micro-stage", "Section 5.3", choices=MICRO_LAWS)
     ] = "pi-antiwindup"
@@ -45,11 +53,20 @@ class Control(NamedTuple):
 
     def problems(self) -> list[tuple[str, Any, str]]:
         """What cannot work: (parameter, value, what is accepted)."""
-        return [
-            (f"{name}.low", law.low, "below {" + f"{name}.high" + "}")
-            for name, law in (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
-            if law.low >= law.high
+        laws = (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
+        rules: list[tuple[bool, str, Any, str]] = [
+            (self.dead_zone >= self.motor_limit, "dead_zone", self.dead_zone, "motor_limit"),
+            *((law.low >= law.high, f"{name}.low", law.low, f"{name}.high") for name, law in laws),
         ]
+        found = [
+            (path, value, "below {" + bound + "}") for wrong, path, value, bound in rules if wrong
+        ]
+        found += [
+            (f"{name}.high", law.high, "at most {ctrl_limit}")
+            for name, law in laws
+            if law.high > self.ctrl_limit
+        ]
+        return found
 
 
 def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) -> Supervisor:
@@ -58,10 +75,13 @@ def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) 
     lifted = spec.dead_zone_inverse == "on" or (
         spec.dead_zone_inverse == "as designed" and COMPENSATED[law]
     )
-    fine = (spec.p, spec.pi, spec.pi_antiwindup)[MICRO_LAWS.index(spec.micro_law)]
+    fine = getattr(spec, spec.micro_law.replace("-", "_"))
     return Supervisor(
         MacroLaw(
-            law, spec.dead_zone if lifted else 0.0, 5.0, spec.pid, spec.pd_initial, spec.pd_tuned
+            law,
+            spec.dead_zone if lifted else 0.0,
+            spec.motor_limit,
+            *(getattr(spec, name) for name in GAINS),
         ),
         PiAntiWindup(*fine),
         spec.sequence,

@@ -25,7 +25,7 @@ WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)
 PHASES = ("waiting", "macro moving", "settling", "micro", "done", "fault")
 
 
-FARTHEST = 100.0  # counts, 7 mm: twice what the micro-stage could make up for
+FARTHEST = 1e6  # counts of any encoder; the strokes say what is sensible (`rules`)
 LONGEST = 600.0  # s; the whole travel at 0.3 mm/s
 
 

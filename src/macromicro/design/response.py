@@ -9,18 +9,19 @@ overshoot use their centred mean over `SMOOTH`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import nominal
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 
-PITCH = 0.2 / 2800.0
+PITCH = nominal.PITCH
 MACRO_BAND = 2.0
 MICRO_BAND = 10.0
 MEAN = 0.5
@@ -75,16 +76,20 @@ def moves(
     *,
     pitch: float = PITCH,
     macro_band: float = MACRO_BAND,
+    but: Sequence[int] = (),
 ) -> list[MoveResult]:
     """One result for each move that was begun.
 
     `pitch`: travel of an encoder count [m]; `macro_band` [counts]: error within which the
-    macro-stage has arrived. A macro move is judged until the next macro move begins.
+    macro-stage has arrived. A macro move is judged until the next macro move begins. Stages in
+    `but` are left out: they follow a trajectory (`tracking`).
     """
     if not len(recording):
         return []
     done = []
     for span in _spans(recording, programme):
+        if programme.stage[span.move] in but:
+            continue
         if programme.stage[span.move] == MACRO:
             done.append(_macro(recording, programme, span, pitch, macro_band))
         else:

@@ -16,6 +16,7 @@ from macromicro.columns import COLUMNS as RUN_COLUMNS
 from macromicro.errors import InputError
 from macromicro.experiments.machine import Machine, idle_law, play, recorded
 from macromicro.kernel import compiled, kernel
+from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
 from macromicro.recording import Column, Recording
@@ -25,7 +26,7 @@ from macromicro.types import Outputs
 
 Array = npt.NDArray[np.float64]
 
-DT = 1e-3
+DT = PERIOD
 BELOW_STOP = (1.5, 1.525, 1.55, 1.575, 1.6)
 ABOVE_STOP = (1.65, 1.7, 1.8)
 UNSEEN = (1.625, 1.675, 1.75)

@@ -16,7 +16,7 @@ from macromicro.textfile import printable
 RECORDING = "recording.h5"
 SUMMARY = "summary.json"
 PAGE = "report.html"
-FIGURES = ("response", "vibration", "micro", "efforts", "temperatures", "cycles")
+FIGURES = ("response", "tracking", "vibration", "micro", "efforts", "temperatures", "cycles")
 FILES = (RECORDING, SUMMARY, PAGE, *(f"{name}.png" for name in FIGURES))
 # Summary, page and figures together stay well below this.
 REPORT_BYTES = 4_000_000
@@ -35,7 +35,7 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
         if folder.exists() and not folder.is_dir():
             raise InputError(where, "a file", "a folder, or a place to make one")
         if folder.is_dir():
-            _check_content(folder, where, overwrite, names)
+            check_content(folder, where, overwrite, names)
     except OSError as error:
         found = error.strerror or "cannot be read"
         raise InputError(where, found, "a folder, or a place to make one") from None
@@ -55,7 +55,8 @@ def _check_writable(folder: Path, where: str) -> None:
         raise InputError(where, found, "a folder that can be written to") from None
 
 
-def _check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str]) -> None:
+def check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str]) -> None:
+    """InputError for content that must not be replaced."""
     content = {path.name for path in folder.iterdir()}
     if content and not overwrite:
         raise InputError(where, "exists already", "a new or empty folder, or --overwrite")

@@ -15,6 +15,7 @@ from macromicro.columns import COLUMNS
 from macromicro.experiments.machine import Machine, idle_law, play, recorded
 from macromicro.identify.deadzone import DeadZone, dead_zone
 from macromicro.kernel import compiled, kernel
+from macromicro.nominal import PERIOD
 from macromicro.plant import amplifier, carriage, encoder
 from macromicro.plant.bench import Plant
 from macromicro.plant.carriage import MacroState
@@ -23,7 +24,7 @@ from macromicro.rig.session import Fixture
 
 Array = npt.NDArray[np.float64]
 
-DT = 1e-3
+DT = PERIOD
 TRAVEL = (0.0, 2800.0)
 VOLTAGES = tuple(float(v) for v in np.round(np.arange(2.6, 3.301, 0.05), 2))
 STARTS = tuple(float(x) for x in range(0, 2601, 200))

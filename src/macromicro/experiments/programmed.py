@@ -16,6 +16,7 @@ from macromicro.control import supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.design import response
 from macromicro.design.response import MoveResult
+from macromicro.design.tracking import followed
 from macromicro.errors import InputError
 from macromicro.experiments.machine import FLAGS, approach, known, recorded, watchdog
 from macromicro.loop import PERIOD
@@ -115,12 +116,13 @@ def _check(fixture: Fixture, programme: Programme) -> None:
 
 
 def moves_of(recording: Recording, programme: Programme, settings: Settings) -> list[MoveResult]:
-    """How each move went."""
+    """How each move went; a stage that follows a trajectory makes none."""
     return response.moves(
         recording,
         programme,
         pitch=settings.sensors.encoder.pitch,
         macro_band=settings.controller.sequence.tolerance,
+        but=followed(recording, programme),
     )
 
 

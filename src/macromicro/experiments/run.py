@@ -18,12 +18,14 @@ from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.served import timetable
+from macromicro.design.tracking import Tracking, followed, tracking
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
 from macromicro.experiments import folder, replaying
 from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
-from macromicro.programme import MACRO, Limits, Programme
+from macromicro.programme import MACRO, Programme
+from macromicro.programme.travel import limits
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig import faults
 from macromicro.rig.faults import Fault
@@ -32,8 +34,6 @@ from macromicro.rig.replay import SCHEME, Replay, opened
 from macromicro.settings import Settings
 
 DEFAULT = "thesis"
-MACRO_TRAVEL = 2800.0
-MICRO_TRAVEL = 3.9e-3
 MAX_SEED = 2**63 - 1
 # What a macro move usually takes until its arrival is declared [s]; only a progress bar
 # relies on it.
@@ -72,7 +72,9 @@ class Job(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """What a run gave. Times in s; `vibration`: after the first cycle's macro moves."""
+    """What a run gave. Times in s; `moves`: none of a stage that follows a trajectory, which
+    `tracking` tells of instead; `begun`: moves begun, those too; `vibration`: after the first
+    cycle's macro moves."""
 
     job: Job
     recording: Recording
@@ -82,8 +84,10 @@ class Ended(NamedTuple):
     simulated: float
     wall: float
     moves: list[MoveResult]
+    tracking: list[Tracking]
     vibration: list[Vibration]
     cycles: list[Cycle]
+    begun: int
 
 
 class Stop(Exception):
@@ -92,9 +96,7 @@ class Stop(Exception):
 
 def load(path: Path, settings: Settings) -> Programme:
     """The programme in a file, within the travel of the settings' bench."""
-    per_metre = 1.0 / settings.sensors.encoder.pitch
-    limits = Limits(0.0, MACRO_TRAVEL, 0.0, MICRO_TRAVEL, per_metre)
-    return programmes.load(path, limits)
+    return programmes.load(path, limits(settings.travel, settings.sensors.encoder.pitch))
 
 
 def check(request: Request) -> Job:
@@ -225,11 +227,13 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
 
 def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float) -> Ended:
     """What a recording shows; `outcome` is None for a run that was stopped early."""
+    pitch = job.settings.sensors.encoder.pitch
     done = moves(
         recording,
         job.programme,
-        pitch=job.settings.sensors.encoder.pitch,
+        pitch=pitch,
         macro_band=job.settings.controller.sequence.tolerance,
+        but=followed(recording, job.programme),
     )
     first = [m for m in done if m.stage == "macro" and m.move < job.per_cycle]
     shaken = [v for m in first if (v := vibration(recording, m)) is not None]
@@ -242,6 +246,8 @@ def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wa
         simulated=round(len(recording) * recording.dt, 9),
         wall=wall,
         moves=done,
+        tracking=tracking(recording, job.programme, pitch=pitch),
         vibration=shaken,
         cycles=per_cycle(done, extension(recording), job.per_cycle),
+        begun=int(recording["move"][-1]) + 1 if len(recording) else 0,
     )

@@ -17,6 +17,7 @@ from macromicro.control import macro as control
 from macromicro.control.macro import MacroLaw, MacroMemory
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
+from macromicro.nominal import FULL_SCALE, PERIOD
 
 Array = npt.NDArray[np.float64]
 
@@ -41,7 +42,7 @@ class Linear(NamedTuple):
 
     a: float = -0.95833
     b: float = 165.72
-    dt: float = 1e-3
+    dt: float = PERIOD
 
 
 class MacroModel(NamedTuple):
@@ -55,7 +56,7 @@ class MacroModel(NamedTuple):
     width: float = 3.0
     a0: float = 0.364
     delta: float = 0.636
-    limit: float = 5.0
+    limit: float = FULL_SCALE
 
 
 class MacroModelState(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 
@@ -14,7 +15,7 @@ class Amplifier(NamedTuple):
 
     full_scale: Annotated[
         float, Par("V", "D/A range, both signs", "Section 3.1", positive=True)
-    ] = 5.0
+    ] = nominal.FULL_SCALE
     bits: Annotated[
         float, Par("", "D/A resolution over both signs", "MultiQ-3 board, Section 3.3", lo=6, hi=24)
     ] = 12.0

@@ -10,8 +10,11 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
+
+FASTEST = 0.4 / nominal.PERIOD  # Hz; beyond half the loop's frequency nothing is seen of it
 
 
 class Belt(NamedTuple):
@@ -21,7 +24,7 @@ class Belt(NamedTuple):
     """
 
     frequency: Annotated[
-        float, Par("Hz", "frequency of the mode", "calibrated to I2", positive=True, hi=400.0)
+        float, Par("Hz", "frequency of the mode", "calibrated to I2", positive=True, hi=FASTEST)
     ] = 21.8
     decay: Annotated[
         float, Par("1/s", "decay rate of its amplitude", "calibrated to I2", lo=0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 from macromicro.plant import belt, friction, motor
@@ -28,10 +29,10 @@ class Carriage(NamedTuple):
             positive=True,
         ),
     ] = 0.45
-    stop_low: Annotated[float, Par("m", "lower end stop", shown="mm")] = -10.0e-3
+    stop_low: Annotated[float, Par("m", "lower end stop", shown="mm")] = nominal.STOP_LOW
     stop_high: Annotated[
         float, Par("m", "upper end stop (3000 counts)", "Section 4.3.3", shown="mm")
-    ] = 214.3e-3
+    ] = nominal.STOP_HIGH
     stop_stiffness: Annotated[
         float, Par("N/m", "stiffness of the rubber end stops", shown="N/mm", positive=True)
     ] = 5.0e4

@@ -37,7 +37,7 @@ class Driver(NamedTuple):
     ] = 4.0
     map_ctrl: Annotated[
         tuple[float, ...],
-        Par("V", "CTRL values of the heat map, in D/A volts", _MAP, lo=0.0, hi=5.0),
+        Par("V", "CTRL values of the heat map, in D/A volts", _MAP, lo=0.0),
     ] = _CTRL
     map_heat: Annotated[
         tuple[float, ...], Par("W", "heat in the wires at 4 V supply", _MAP, lo=0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 
@@ -21,7 +22,7 @@ class Encoder(NamedTuple):
             shown="um",
             positive=True,
         ),
-    ] = 0.2 / 2800.0
+    ] = nominal.PITCH
     bits: Annotated[
         float, Par("", "width of the counter", "MultiQ-3 board, Section 3.3", lo=8, hi=48)
     ] = 24.0
@@ -32,7 +33,7 @@ class Converter(NamedTuple):
 
     full_scale: Annotated[
         float, Par("V", "A/D range, both signs", "Section 3.2.3", positive=True)
-    ] = 5.0
+    ] = nominal.FULL_SCALE
     bits: Annotated[float, Par("", "A/D bits beside the sign", "Section 3.2.3", lo=6, hi=24)] = 12.0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 
@@ -45,6 +46,9 @@ class Hall(NamedTuple):
     noise: Annotated[
         float, Par("V", "noise before the converter (standard deviation)", shown="mV", lo=0.0)
     ] = 0.8e-3
+    supply: Annotated[
+        float, Par("V", "supply; the output stays between 0 and it", "Figure 3.8", positive=True)
+    ] = nominal.HALL_SUPPLY
 
 
 @kernel
@@ -56,10 +60,10 @@ def profile(s: float) -> float:
 
 @kernel
 def volts(p: Hall, x: float) -> float:
-    """Sensor output [V] at contraction `x` [m], before lag and noise; saturates at 0 and 5 V."""
+    """Output [V] at contraction `x` [m], before lag and noise; saturates at 0 and the supply."""
     s = x - p.centre
     field = profile((s - p.spacing) / p.width) - profile((s + p.spacing) / p.width)
-    return min(max(p.null + p.gain * field, 0.0), 5.0)
+    return min(max(p.null + p.gain * field, 0.0), p.supply)
 
 
 @kernel

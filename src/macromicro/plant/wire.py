@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.hysteresis import Everett, Memory, advance, peek
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
@@ -34,7 +35,7 @@ class Wire(NamedTuple):
     ] = 4.03e-3
     stop: Annotated[
         float, Par("m", "mechanical stop", "Section 5.2.2 (S3)", shown="mm", positive=True)
-    ] = 3.98e-3
+    ] = nominal.FINE_STOP
     length: Annotated[
         float, Par("m", "wire length in all", "stroke at 4 % strain", shown="mm", positive=True)
     ] = 0.1

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.control.supervisor import MICRO
-from macromicro.design.response import MICRO_BAND
+from macromicro.control.supervisor import MICRO as ENABLED
+from macromicro.design.response import MICRO_BAND, smoothed
+from macromicro.design.tracking import course
 from macromicro.drawing.style import (
     BLACK,
     BLUE,
@@ -23,6 +24,8 @@ from macromicro.drawing.style import (
     new,
 )
 from macromicro.experiments.run import Ended
+from macromicro.programme import MACRO
+from macromicro.programme import MICRO as FINE
 from macromicro.recording import Recording
 
 if TYPE_CHECKING:
@@ -44,7 +47,7 @@ def draw(ended: Ended) -> Iterator[Drawn]:
     """All figures that this run can fill, one after the other."""
     if not len(ended.recording):
         return
-    for function in (response, vibration, micro, efforts, temperatures, cycles):
+    for function in (response, tracking, vibration, micro, efforts, temperatures, cycles):
         drawn = function(ended)
         if drawn is not None:
             yield drawn
@@ -52,7 +55,7 @@ def draw(ended: Ended) -> Iterator[Drawn]:
 
 def fine_laser(recording: Recording) -> Floats:
     """The laser [um] while the micro-stage is enabled, NaN elsewhere and at resets."""
-    wanted = (recording["phase"] == MICRO) & (recording["laser_reset"] == 0)
+    wanted = (recording["phase"] == ENABLED) & (recording["laser_reset"] == 0)
     return np.where(wanted, recording["laser"], np.nan)
 
 
@@ -62,38 +65,79 @@ def first_cycle(ended: Ended) -> slice:
     return slice(0, int(end))
 
 
+def stages(ended: Ended) -> tuple[int, ...]:
+    """The stages that the programme moves."""
+    return tuple(s for s in (MACRO, FINE) if np.any(ended.job.programme.stage == s))
+
+
 def response(ended: Ended) -> Drawn | None:
-    """Figure 6.2: both stages with their references, a whole cycle and its first moves."""
+    """Figure 6.2: the stages that move with their references, a whole cycle and its first moves."""
+    if ended.tracking and not ended.moves:
+        return None
     recording, pitch = ended.recording, ended.job.settings.sensors.encoder.pitch * 1e3
-    t, whole = recording["t"], first_cycle(ended)
+    t, whole, shown = recording["t"], first_cycle(ended), stages(ended)
     macros = [m for m in ended.moves if m.stage == "macro"]
     until = macros[1].start_s if len(macros) > 1 else min(float(t[-1]), 20.0)
     near = slice(0, max(2, int(np.searchsorted(t, until + 0.5))))
-    figure, axes = new(5.0, 2, 2, sharex="col", gridspec_kw={"width_ratios": [1.7, 1]})
-    for column, rows in enumerate((whole, near)):
-        coarse, fine = axes[:, column]
-        line(
-            coarse,
-            t[rows],
-            recording["macro_reference"][rows] * pitch,
-            ORANGE,
-            "reference",
-            linestyle="--",
-        )
-        line(coarse, t[rows], recording["macro_position"][rows] * pitch, BLUE, "encoder")
-        line(fine, t[rows], recording["micro_reference"][rows], ORANGE, "reference", linestyle="--")
-        line(fine, t[rows], recording["hall_position"][rows], GREEN, "Hall sensor")
-    finish(axes[0, 0], "(a) macro-stage", "", "position [mm]", legend=True)
-    finish(axes[1, 0], "micro-stage", y="contraction [mm]", legend=True)
-    finish(axes[0, 1], "(b) the first moves", "")
-    finish(axes[1, 1], "")
+    figure, axes = new(
+        5.0 if len(shown) > 1 else 3.0,
+        len(shown), 2, sharex="col", gridspec_kw={"width_ratios": [1.7, 1]},
+    )  # fmt: skip
+    for row, stage in enumerate(shown):
+        if stage == MACRO:
+            names, scale, sensor = ("macro_reference", "macro_position"), pitch, "encoder"
+            color, name, what = BLUE, "macro-stage", "position [mm]"
+        else:
+            names, scale, sensor = ("micro_reference", "hall_position"), 1.0, "Hall sensor"
+            color, name, what = GREEN, "micro-stage", "contraction [mm]"
+        for ax, rows in zip(axes[row], (whole, near), strict=True):
+            aim, place = (recording[n][rows] * scale for n in names)
+            line(ax, t[rows], aim, ORANGE, "reference", linestyle="--")
+            line(ax, t[rows], place, color, sensor)
+        last = row == len(shown) - 1
+        below = "time [s]" if last else ""
+        finish(axes[row, 0], f"(a) {name}" if row == 0 else name, below, what, legend=True)
+        finish(axes[row, 1], "(b) the first moves" if row == 0 else "", below)
     several = "the first cycle" if ended.job.request.cycles > 1 else "the whole run"
-    caption = (
-        f"Both stages with their references: (a) {several}, (b) the first macro move and what "
-        "follows it. A macro move comes first, then a wait for the belt to calm, then the "
-        "micro-stage's steps; disabled, the micro-stage returns to zero during the next macro move."
-    )
-    return Drawn("response", "Response of both stages", caption, figure)
+    if len(shown) > 1:
+        title = "Response of both stages"
+        caption = (
+            f"Both stages with their references: (a) {several}, (b) the first macro move and what "
+            "follows it. A macro move comes first, then a wait for the belt to calm, then the "
+            "micro-stage's steps; disabled, the micro-stage returns to zero during the next macro "
+            "move."
+        )
+    else:
+        title = f"Response of the {'macro' if shown[0] == MACRO else 'micro'}-stage"
+        caption = f"The stage with its reference: (a) {several}, (b) the first moves."
+    return Drawn("response", title, caption, figure)
+
+
+def tracking(ended: Ended) -> Drawn | None:
+    """A stage that follows a trajectory: reference and reading, and the error between them."""
+    if not ended.tracking:
+        return None
+    count = len(ended.tracking)
+    figure, axes = new(4.2, 2, count, sharex="col", gridspec_kw={"height_ratios": [1.6, 1]})
+    pitch = ended.job.settings.sensors.encoder.pitch
+    for column, result in enumerate(ended.tracking):
+        stage = MACRO if result.stage == "macro" else FINE
+        seen = course(ended.recording, ended.job.programme, stage, pitch)
+        assert seen is not None
+        above, below = axes[:, column]
+        line(above, seen.t, seen.reading, BLUE, "encoder" if stage == MACRO else "laser")
+        line(above, seen.t, seen.reference, ORANGE, "reference", linestyle="--")
+        line(below, seen.t, seen.reference - seen.reading, RED, "", linewidth=0.8)
+        finish(above, f"{result.stage}-stage", "", f"position [{result.unit}]", legend=True)
+        finish(below, "", y=f"error [{result.unit}]")
+    lags = [
+        f"the {r.stage}-stage lags by {r.lag_s * 1e3:.0f} ms"
+        for r in ended.tracking
+        if r.lag_s is not None
+    ]
+    caption = "Targets that change all the time, what was reached, and the error between them"
+    caption += f"; {', '.join(lags)}." if lags else "."
+    return Drawn("tracking", "Following a trajectory", caption, figure)
 
 
 def vibration(ended: Ended) -> Drawn | None:
@@ -152,9 +196,17 @@ def micro(ended: Ended) -> Drawn | None:
     line(whole, t[a:], recording["hall_position"][a:], GREEN, "Hall sensor", linewidth=0.8)
     line(whole, t[a:], laser[a:] * 1e-3, BLUE, "laser", linewidth=0.9)
     rows = slice(left, right)
-    line(near, t[rows], laser[rows] - zoom.target, BLUE, "laser", linewidth=0.8)
+    # Readings pale, their means over 51 ms strong, the laser's broad below the Hall sensor's:
+    # neither hides the other, not even where they agree.
     hall = recording["hall_position"][rows] * 1e3 - zoom.target
-    line(near, t[rows], hall, GREEN, "Hall sensor", linewidth=0.8)
+    for reading, color, name, width in (
+        (laser[rows] - zoom.target, BLUE, "laser", 3.0),
+        (hall, GREEN, "Hall sensor", 1.0),
+    ):
+        line(near, t[rows], reading, color, "", linewidth=0.4, alpha=0.3)
+        known = np.isfinite(reading)
+        mean = smoothed(reading[known], round(0.05 / recording.dt) | 1)
+        line(near, t[rows][known], mean, color, name, linewidth=width)
     near.axhline(0.0, color=ORANGE, linestyle="--", linewidth=1.1)
     near.axhspan(-5.0, 5.0, color=BLACK, alpha=0.08, linewidth=0)
     near.set_ylim(-3.0 * MICRO_BAND, 3.0 * MICRO_BAND)
@@ -167,35 +219,42 @@ def micro(ended: Ended) -> Drawn | None:
         transform=near.transAxes,
         horizontalalignment="right",
     )
-    finish(near, "(b) zoom", y="reading - target [um]")
+    finish(near, "(b)", y="reading - target [um]", legend=True)
     caption = (
         "The micro-stage in the last cycle. The laser is shown while the micro-stage is enabled. "
-        "In (b) the Hall sensor sits on the target, as integral action makes it; the laser tells "
-        "whether the stage does. A laser that stays off by a steady amount was reset before the "
+        "In (b) each reading is pale and its mean over 51 ms strong: the Hall sensor sits on the "
+        "target, as integral action makes it; the laser tells whether the stage does. A laser "
+        "that stays off by a steady amount was reset before the "
         "actuator had fully extended."
     )
     return Drawn("micro", "Micro-stage in the last cycle", caption, figure)
 
 
 def efforts(ended: Ended) -> Drawn | None:
-    """Motor and CTRL outputs over a cycle."""
-    recording, rows = ended.recording, first_cycle(ended)
+    """Outputs of the stages that move, over a cycle."""
+    recording, rows, shown = ended.recording, first_cycle(ended), stages(ended)
     t = recording["t"][rows]
-    figure, axes = new(3.8, 2, sharex=True)
-    line(axes[0, 0], t, recording["motor"][rows], BLUE, "motor", linewidth=0.8)
-    line(axes[1, 0], t, recording["ctrl"][rows], RED, "CTRL", linewidth=0.8)
-    finish(axes[0, 0], "motor", "", "D/A output [V]")
-    finish(axes[1, 0], "CTRL", y="D/A output [V]")
+    figure, axes = new(3.8 if len(shown) > 1 else 2.2, len(shown), sharex=True)
+    words = []
+    for ax, stage in zip(axes[:, 0], shown, strict=True):
+        name, color = ("motor", BLUE) if stage == MACRO else ("CTRL", RED)
+        line(ax, t, recording[name.lower()][rows], color, name, linewidth=0.8)
+        below = "time [s]" if stage == shown[-1] else ""
+        finish(ax, name, below, "D/A output [V]")
+        words.append(
+            "The motor is off once a move has arrived."
+            if stage == MACRO
+            else "CTRL rises with every contraction and is 0 V while the micro-stage is disabled."
+        )
     several = " in the first cycle" if ended.job.request.cycles > 1 else ""
-    caption = (
-        f"Outputs at the D/A converter{several}. The motor is off once a move has arrived; CTRL "
-        "rises with every contraction and is 0 V while the micro-stage is disabled."
-    )
+    caption = " ".join([f"Outputs at the D/A converter{several}.", *words])
     return Drawn("efforts", "Efforts", caption, figure)
 
 
 def temperatures(ended: Ended) -> Drawn | None:
     """Wire, plates and body of the actuator, and the guard's estimate."""
+    if FINE not in stages(ended):
+        return None
     recording = ended.recording
     t = recording["t"]
     figure, axes = new(3.3, 1)

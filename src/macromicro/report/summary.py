@@ -30,6 +30,8 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
         "simulated_s": ended.simulated,
         "wall_s": ended.wall,
         "speed": ended.simulated / ended.wall if ended.wall > 0.0 else None,
+        "moves_begun": ended.begun,
+        "tracking": [t._asdict() for t in ended.tracking],
         "moves": [m._asdict() for m in ended.moves],
         "vibration": [v._asdict() for v in ended.vibration],
         "extension": [c._asdict() for c in ended.cycles],

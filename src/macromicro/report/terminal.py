@@ -78,7 +78,8 @@ def show(ended: Ended) -> None:
     for line in words.table(ended):
         cells = [Text(cell) for cell in line.cells]
         table.add_row(*cells, style="" if line.arrived else "bold red")
-    console.print(table)
-    console.print()
+    if ended.moves:
+        console.print(table)
+        console.print()
     for name, text in words.remarks(ended):
         console.print(Text(f"{name}: {text}"), soft_wrap=True)

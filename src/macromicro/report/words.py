@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from macromicro.design.response import MoveResult
+from macromicro.design.tracking import Tracking
 from macromicro.experiments.run import Ended
 
 HEADINGS = (
@@ -59,7 +60,7 @@ def _text(value: float | None, digits: int, unit: str) -> str:
 
 def remarks(ended: Ended) -> list[tuple[str, str]]:
     """Heading and text: vibration, the return to zero, speed."""
-    found = []
+    found = [(f"{t.stage}-stage", _tracking(t)) for t in ended.tracking]
     if ended.vibration:
         found.append(("vibration", _vibration(ended)))
     returned = [c for c in ended.cycles if c.extension_s is not None]
@@ -71,6 +72,22 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
         text += f"{speed:.0f} times real time"
         found.append(("speed", text))
     return found
+
+
+def _tracking(t: Tracking) -> str:
+    """How a stage followed its trajectory."""
+    digits = 3 if t.unit == "mm" else 1
+    text = (
+        f"follows {t.targets} targets from {t.start_s:.2f} to {t.end_s:.2f} s, error "
+        f"{t.rms_error:.{digits}f} {t.unit} rms, {t.peak_error:.{digits}f} {t.unit} at most "
+        f"(at {t.peak_s:.2f} s)"
+    )
+    if t.lag_s is None:
+        return text
+    return (
+        f"{text}; it lags by {t.lag_s * 1e3:.0f} ms, without which "
+        f"{t.rms_without_lag:.{digits}f} {t.unit} rms are left"
+    )
 
 
 def _vibration(ended: Ended) -> str:
@@ -104,7 +121,7 @@ def _extension(ended: Ended) -> str:
 def problems(ended: Ended) -> list[str]:
     """What went wrong, a sentence each; none for a good run."""
     found = []
-    count = f"move {len(ended.moves)} of {len(ended.job.programme.target)}"
+    count = f"move {ended.begun} of {len(ended.job.programme.target)}"
     if ended.interrupted:
         found.append(f"interrupted at {ended.simulated:.3f} s, {count}; the recording is kept")
     if ended.fault is not None:

@@ -12,6 +12,7 @@ from typing import Any, Generic, NamedTuple, Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.nominal import PERIOD
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CyclePlant, CycleSample, CycleState
 from macromicro.plant.kiln import KilnPlant, KilnSample, KilnState
@@ -21,7 +22,7 @@ _BLOCK = 1000
 # Standard normal draws per period: thermocouple noise, spike's onset, spike's height.
 KILN_NOISES = 3
 KILN_PERIOD = 0.2
-CYCLE_PERIOD = 1e-3
+CYCLE_PERIOD = PERIOD
 
 
 class KilnOutputs(NamedTuple):

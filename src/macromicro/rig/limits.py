@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro import nominal
 from macromicro.parameters import Par
 
 
 class Limits(NamedTuple):
     """Defaults leave room for the thesis' worst controller on the default bench."""
 
-    motor: Annotated[
-        float, Par("V", "largest motor output", "Section 3.1", positive=True, hi=5.0)
-    ] = 5.0
-    ctrl: Annotated[
-        float, Par("V", "largest CTRL output", "Section 3.2.1", positive=True, hi=5.0)
-    ] = 5.0
+    motor: Annotated[float, Par("V", "largest motor output", "Section 3.1", positive=True)] = (
+        nominal.FULL_SCALE
+    )
+    ctrl: Annotated[float, Par("V", "largest CTRL output", "Section 3.2.1", positive=True)] = (
+        nominal.FULL_SCALE
+    )
     macro_margin: Annotated[
         float, Par("count", "macro following error allowed above that at the move's start", lo=1.0)
     ] = 60.0
@@ -57,18 +58,21 @@ class Limits(NamedTuple):
     rail: Annotated[
         float,
         Par(
-            "V", "Hall readings closer than this to 0 or 5 V are off the scale", shown="mV", lo=0.0
+            "V",
+            "Hall readings closer than this to 0 or `hall_supply` are off the scale",
+            shown="mV",
+            lo=0.0,
         ),
     ] = 0.01
     rail_time: Annotated[float, Par("s", "longest time off the scale", positive=True)] = 0.1
     push: Annotated[
         float, Par("V", "motor voltage at which the carriage must move", "above M1", positive=True)
-    ] = 3.6
+    ] = nominal.PUSH
     stuck: Annotated[float, Par("s", "longest push without a count", positive=True)] = 0.25
     lean: Annotated[
         float,
         Par("V", "motor voltage at which it moves, if slowly", "just below M1", positive=True),
-    ] = 2.9
+    ] = nominal.LEAN
     leant: Annotated[
         float,
         Par("s", "longest such push without a count", positive=True),
@@ -109,6 +113,9 @@ class Limits(NamedTuple):
     idle: Annotated[float, Par("s", "longest heating above that without motion", positive=True)] = (
         0.5
     )
+    hall_supply: Annotated[
+        float, Par("V", "supply of the Hall sensor, the end of its scale", positive=True)
+    ] = nominal.HALL_SUPPLY
 
 
 # A machine that serves is stopped sooner. In the simulator a carriage that its controller

@@ -22,8 +22,6 @@ from macromicro.rig.codes import (
 from macromicro.rig.limits import Limits
 from macromicro.types import Sample
 
-HALL_SUPPLY = 5.0
-
 
 class Seen(NamedTuple):
     """Last good readings and how long each is amiss [s]: age without a new value, time
@@ -146,7 +144,7 @@ def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
         noise = _noise(p, s, hall, dt)
         if hall == s.hall:
             same = s.same + dt
-    if hall < p.rail or hall > HALL_SUPPLY - p.rail:
+    if hall < p.rail or hall > p.hall_supply - p.rail:
         railed = s.railed + dt
     return Seen(
         encoder,

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
+from macromicro.nominal import PERIOD
 from macromicro.plant.cycle import CycleSample
 from macromicro.plant.kiln import KilnBench, KilnSample
 from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD
@@ -27,7 +28,7 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    BENCH: Kind(Sample._fields[1:], 1e-3),
+    BENCH: Kind(Sample._fields[1:], PERIOD),
     KILN: Kind(KilnSample._fields[1:], KILN_PERIOD),
     # A thermometer beside the cycle bench is welcome; its twin has none.
     CYCLE: Kind((*CycleSample._fields[1:], "room"), CYCLE_PERIOD),

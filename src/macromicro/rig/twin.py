@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.kernel import compiled
+from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, State, Truth
 from macromicro.types import SAFE, Outputs, Sample
@@ -62,7 +63,7 @@ class Twin:
         self,
         plant: Plant,
         seed: int,
-        dt: float = 1e-3,
+        dt: float = PERIOD,
         state: State | None = None,
         measure: Any = bench.measure,
         advance: Any = bench.advance,

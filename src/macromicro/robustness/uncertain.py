@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from macromicro import config
 from macromicro.errors import InputError
-from macromicro.parameters import Par, entries, replaced
+from macromicro.parameters import Par, changed, entries
 from macromicro.settings import Settings
 
 FACTOR, SHIFT, VALUE = "factor", "shift", "value"
@@ -146,11 +146,12 @@ def nominal(each: Uncertain, settings: Settings) -> float:
 
 def applied(settings: Settings, each: Uncertain, amount: float) -> Settings:
     """The settings with one uncertain parameter at `amount`; not yet checked."""
-    tree = settings
+    changes = {}
     for path, weight in each.parts:
         now = float(value_at(settings, path))
-        new = {FACTOR: now * amount, SHIFT: now + weight * amount, VALUE: amount}[each.kind]
-        tree = replaced(tree, path, new)
+        new = {FACTOR: now * amount, SHIFT: now + weight * amount, VALUE: amount}
+        changes[path] = new[each.kind]
+    tree: Settings = changed(settings, changes)
     return tree
 
 
@@ -161,7 +162,7 @@ def refusal(tree: Settings) -> str | None:
         if not (par.lo <= value <= par.hi and (value > 0.0 or not par.positive)):
             return f"{path}: {value:g} {par.unit} is out of its bounds"
     try:
-        config.check(tree, "these settings")
+        config.check(tree, "these settings", together=False)
     except InputError as error:
         return str(error)
     return None

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from macromicro import derived, rules
 from macromicro.config import load_overrides
-from macromicro.control.live import leaning
 from macromicro.control.live.parameters import Live
 from macromicro.control.settings import Control
+from macromicro.nominal import PERIOD
 from macromicro.parameters import Par
 from macromicro.plant.bench import Bench, Sensors
+from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 
@@ -131,16 +133,20 @@ class LiveSettings(NamedTuple):
     sensors: Sensors = Sensors()
     controller: Control = Control()
     guard: Limits = limits.LIVE
+    travel: Travel = Travel()
     live: Live = Live()
     serve: ServeSettings = ServeSettings()
 
-    def problems(self) -> list[tuple[str, Any, str]]:
-        """What cannot work: (parameter, value, what is accepted)."""
+    def derived(self) -> tuple[derived.Derivation, ...]:
+        """What follows from other settings, unless it is set itself."""
+        return derived.DERIVED + derived.LIVE
+
+    def together(self) -> list[rules.Problem]:
+        """What cannot work together."""
         serve = self.serve
-        window = round(serve.miss_window / 1e-3)
-        if serve.miss_share * window < 1.0:
+        if serve.miss_share * round(serve.miss_window / PERIOD) < 1.0:
             return [("serve.miss_share", serve.miss_share, "at least one period of the window")]
-        return leaning.problems(self.live, self.guard.lean, self.guard.leant)
+        return [*rules.machine(self), *rules.live(self)]
 
 
 def load(path: Path | None) -> LiveSettings:

@@ -22,11 +22,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import nominal
 from macromicro.columns import COLUMNS as RUN_COLUMNS
 from macromicro.recording_format import Column
 
-PERIOD = 1e-3
 RING_S = 60.0
+PERIOD = nominal.PERIOD
 ROWS = round(RING_S / PERIOD)
 
 _RUN = {c.name: c for c in RUN_COLUMNS}

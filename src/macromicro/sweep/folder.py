@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from macromicro.errors import InputError
+from macromicro.experiments.holding import ACCEPTED, holder
 from macromicro.sweep import journal
 from macromicro.sweep.origin import Code
 from macromicro.sweep.spec import Spec
@@ -181,13 +182,17 @@ def alone(place: Path) -> Iterator[None]:
         end = time.monotonic() + _PATIENCE
         while not _taken(file, fcntl.LOCK_EX):
             if time.monotonic() > end:
-                raise InputError(where, "another sweep is at work in it", "another folder")
+                raise InputError(where, _busy(file), ACCEPTED)
             time.sleep(0.1)
         if not _taken(file, fcntl.LOCK_SH):  # another run was quicker
-            raise InputError(where, "another sweep is at work in it", "another folder")
+            raise InputError(where, _busy(file), ACCEPTED)
         yield
     finally:
         os.close(file)
+
+
+def _busy(file: int) -> str:
+    return f"another sweep is at work in it, or another command: {holder(file)}"
 
 
 def _taken(file: int, how: int) -> bool:

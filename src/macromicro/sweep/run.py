@@ -124,6 +124,10 @@ def execute(
     """
     try:
         with folder.alone(ready.out):
+            # Another sweep may have been given the folder since it was prepared.
+            where = f"--out {printable(ready.out, 300)}"
+            if folder.summary(ready.out, where)["digest"] != ready.task.spec.digest:
+                raise InputError(where, "given to another sweep meanwhile", "another folder")
             return _execute(ready, begin, report, stop, software)
     finally:
         if ready.client is not None:

@@ -13,7 +13,6 @@ from macromicro.experiments import folder
 from macromicro.settings import Settings
 from macromicro.textfile import printable
 from macromicro.tuning import pictures, tables
-from macromicro.tuning.objectives import OVER, SATURATED
 from macromicro.tuning.tune import Plan, Tuning
 
 SETTINGS, NUMBERS = "tuned.toml", "tuning.json"
@@ -75,15 +74,7 @@ def as_json(found: Tuning) -> str:
             "name": plan.objective.name,
             "unit": plan.objective.unit,
             "formula": plan.objective.formula,
-            "saturation_penalised": not request.saturate,
-            "seconds_per_count_over": OVER,
-            "seconds_per_saturated_sample": 0.0 if request.saturate else SATURATED,
-        }
-        if request.stage == "macro"
-        else {
-            "name": plan.objective.name,
-            "unit": plan.objective.unit,
-            "formula": plan.objective.formula,
+            "penalties": plan.weights,
         },
         "engine": plan.engine,
         "seed": None if request.route == "thesis" else plan.seed,
@@ -91,6 +82,7 @@ def as_json(found: Tuning) -> str:
         "search": [k._asdict() for k in plan.law.knobs],
         "gains": _pairs(tables.gains(found)),
         "engine_cost": _pair(found.engine_costs),
+        "bench_objective": _pair(found.bench_values),
         "bench": _pairs(tables.measured(found)),
         "bench_metrics": _pair([shown.metrics for shown in found.bench]),
         "better_on_the_bench": found.better,

@@ -18,6 +18,7 @@ from macromicro.control.macro import LAWS as MACRO_LAWS
 from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.design.margins import PdTaps
 from macromicro.errors import InputError
+from macromicro.nominal import PERIOD
 from macromicro.parameters import Entry, entries
 from macromicro.textfile import printable
 
@@ -25,7 +26,7 @@ Array = npt.NDArray[np.float64]
 
 DECADE = 10.0
 LONGEST_DERIVATIVE = 0.05  # s; five times that of (4.10)
-DT = 1e-3
+DT = PERIOD
 _FIXED = ("low", "high")  # limits of the effort belong to the driver, not to the tuning
 _PD = ("now", "before")
 

@@ -20,15 +20,16 @@ from macromicro.design.response import smoothed
 from macromicro.experiments import macro_drive, micro_runs
 from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.kernel import compiled, kernel
+from macromicro.nominal import COUNTS, PERIOD
 from macromicro.plant import bench
 from macromicro.recording import Recording
 from macromicro.settings import Settings
 
 Array = npt.NDArray[np.float64]
 
-STEP = 2800.0  # counts; the whole travel
+STEP = COUNTS  # counts; the whole travel
 SECONDS = 10.0
-DT = 1e-3
+DT = PERIOD
 HOLD = 2.0  # s
 _MEAN = 21  # samples
 

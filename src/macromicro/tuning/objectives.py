@@ -1,26 +1,29 @@
-"""What a controller is judged by: a cost from the metrics of a run, less is better.
+"""What a controller is judged by: a named objective, and penalties beside it, less is better.
 
-Constraints enter as penalties, so that a design that breaks one is worse the further it
-breaks it, and the search finds its way back. In the formulas below (metrics as in
-`macromicro.batch`, or from a recording by `measuring`):
+What is named is what decides whether a law is better. Penalties steer the search: a design
+that breaks a constraint costs more the further it breaks it. Each has a name, a weight that
+can be set, and a line in what a tuning says. Metrics as in `macromicro.batch`, or from a
+recording by `measuring`:
 
 macro, with the step r [counts] and the run's length L [s]
 
     T = settling time [s] into 2 %; where it never settles, L (1 + |final error| / r)
-    P = 1 s/count * max(0, overshoot - 0.5 count) + 10 ms * samples saturated after the first
-    settling  J = T + P                                             [s]
-    iae       J = IAE / r + P                                       [s]
-    effort    J = peak effort / 1 V + 10 max(0, T / T0 - 1) + P / 1 s
-
-Where the effort may saturate, P lacks its second term.
+    settling  T        [s]
+    iae       IAE / r  [s]
+    effort    peak effort / 1 V
+    overshoot 1 s/count * max(0, overshoot - 0.5 count)
+    saturated weight * samples saturated after the first; none unless asked for
+    slower    10 * max(0, T / T0 - 1), of effort alone
 
 micro, T from the mean settling up and the mean settling down [s] into 10 um
 
     T = settling up + settling down; 4 s for one that never settles
-    P = 50 ms/um * max(0, overshoot - 10 um) + 50 ms/um * max(0, worst error - 5 um)
-    settling  J = T + P                                             [s]
-    iae       J = IAE / 1 mm + P                                    [s]
-    effort    J = share of the samples saturated + 10 max(0, T / T0 - 1) + P / 1 s
+    settling  T          [s]
+    iae       IAE / 1 mm [s]
+    effort    share of the samples saturated
+    overshoot 50 ms/um * max(0, overshoot - 10 um)
+    error     50 ms/um * max(0, worst error - 5 um)
+    slower    10 * max(0, T / T0 - 1), of effort alone
 
 The peak effort is that asked for after the first sample, before the limit; T0 is T of the
 controller that the search starts from. A metric that cannot be computed (NaN) costs 1e6.
@@ -42,42 +45,47 @@ Metrics = Mapping[str, Array]
 
 FAILED = 1e6
 SMALL = 0.5  # counts; an overshoot below it never shows in the encoder
-OVER, SATURATED = 1.0, 0.01  # s/count, s/sample
-MICRO_BAND, MICRO_ERROR, MICRO_WEIGHT = 10.0, 5.0, 0.05  # um, um, s/um
+MICRO_BAND, MICRO_ERROR = 10.0, 5.0  # um
 NEVER = 4.0  # s; twice the hold of the micro-stage's steps
-SLOWER = 10.0
+MOST = 1e6  # of a penalty's weight
+SLOWER = "slower"  # goes with the objective effort alone
 
 
 class Scale(NamedTuple):
     """What the formulas need beside the metrics: length [s] and step [counts] of a run, and
-    T [s] of the controller that the search starts from (NaN until it is known); `saturated`:
-    what a saturated sample costs [s]."""
+    T [s] of the controller that the search starts from (NaN until it is known); `weights`:
+    penalties by name, those of the stage by default."""
 
     length: float
     step: float
     time: float | Array = float("nan")
-    saturated: float = SATURATED
+    weights: Mapping[str, float] | None = None
 
 
 class Objective(NamedTuple):
-    """`formula` as above; `cost` makes costs (n,) of metrics (n,) each."""
+    """`formula` as above; `value` makes it, without penalties, (n,) of metrics (n,) each."""
 
+    stage: str
     name: str
     unit: str
     formula: str
-    cost: Callable[[Metrics, Scale], Array]
+    value: Callable[[Metrics, Scale], Array]
+
+
+class Penalty(NamedTuple):
+    """A weight in `unit` of the objective for each of what `amount` counts."""
+
+    name: str
+    weight: float
+    unit: str
+    meaning: str
+    amount: Callable[[Metrics, Scale], Array]
 
 
 def macro_time(m: Metrics, scale: Scale) -> Array:
     """T of the macro-stage [s]."""
     away = np.abs(m["final_error"]) / scale.step
     return np.where(np.isnan(m["settling_time"]), scale.length * (1.0 + away), m["settling_time"])
-
-
-def macro_penalty(m: Metrics, scale: Scale) -> Array:
-    """P of the macro-stage [s]."""
-    over: Array = OVER * np.maximum(0.0, m["overshoot"] - SMALL)
-    return over + scale.saturated * m["saturated"]
 
 
 def micro_time(m: Metrics, scale: Scale) -> Array:
@@ -87,44 +95,72 @@ def micro_time(m: Metrics, scale: Scale) -> Array:
     return found
 
 
-def micro_penalty(m: Metrics) -> Array:
-    """P of the micro-stage [s]."""
-    over = np.maximum(0.0, m["overshoot"] - MICRO_BAND)
-    found: Array = MICRO_WEIGHT * (over + np.maximum(0.0, m["worst_error"] - MICRO_ERROR))
-    return found
+def _beyond(name: str, free: float) -> Callable[[Metrics, Scale], Array]:
+    return lambda m, s: np.maximum(0.0, m[name] - free)
 
 
-def _slower(time: Array, scale: Scale) -> Array:
-    return SLOWER * np.maximum(0.0, time / scale.time - 1.0)
+def _slower(stage: str) -> Penalty:
+    def amount(m: Metrics, scale: Scale) -> Array:
+        found: Array = np.maximum(0.0, time_of(stage, m, scale) / scale.time - 1.0)
+        return found
+
+    return Penalty(SLOWER, 10.0, "1", "T / T0 - 1, where it is above 0", amount)
 
 
-_P = "1 s/count max(0, overshoot - 0.5) + 10 ms x samples saturated after the first"
-_Q = "50 ms/um max(0, overshoot - 10 um) + 50 ms/um max(0, worst error - 5 um)"
-_S = "10 max(0, T / T0 - 1)"
+PENALTIES = {
+    "macro": (
+        Penalty("overshoot", 1.0, "s/count", "overshoot - 0.5 count", _beyond("overshoot", SMALL)),
+        Penalty(
+            "saturated", 0.0, "s", "sample saturated after the first", _beyond("saturated", 0.0)
+        ),
+        _slower("macro"),
+    ),
+    "micro": (
+        Penalty("overshoot", 0.05, "s/um", "overshoot - 10 um", _beyond("overshoot", MICRO_BAND)),
+        Penalty("error", 0.05, "s/um", "worst error - 5 um", _beyond("worst_error", MICRO_ERROR)),
+        _slower("micro"),
+    ),
+}
 
 _MACRO = (
-    Objective("settling", "s", f"T + {_P}", lambda m, s: macro_time(m, s) + macro_penalty(m, s)),
-    Objective(
-        "iae", "s", f"IAE / step + {_P}", lambda m, s: m["iae"] / s.step + macro_penalty(m, s)
-    ),
-    Objective(
-        "effort",
-        "1",
-        f"peak effort / 1 V + {_S} + {_P}",
-        lambda m, s: m["peak_effort"] + _slower(macro_time(m, s), s) + macro_penalty(m, s),
-    ),
+    Objective("macro", "settling", "s", "T", macro_time),
+    Objective("macro", "iae", "s", "IAE / step", lambda m, s: m["iae"] / s.step),
+    Objective("macro", "effort", "1", "peak effort / 1 V", lambda m, s: m["peak_effort"]),
 )
 _MICRO = (
-    Objective("settling", "s", f"T + {_Q}", lambda m, s: micro_time(m, s) + micro_penalty(m)),
-    Objective("iae", "s", f"IAE / 1 mm + {_Q}", lambda m, s: m["iae"] + micro_penalty(m)),
-    Objective(
-        "effort",
-        "1",
-        f"share saturated + {_S} + {_Q}",
-        lambda m, s: m["saturated"] + _slower(micro_time(m, s), s) + micro_penalty(m),
-    ),
+    Objective("micro", "settling", "s", "T", micro_time),
+    Objective("micro", "iae", "s", "IAE / 1 mm", lambda m, s: m["iae"]),
+    Objective("micro", "effort", "1", "share saturated", lambda m, s: m["saturated"]),
 )
 OBJECTIVES = {"macro": _MACRO, "micro": _MICRO}
+
+
+def penalties(objective: Objective, asked: Mapping[str, float]) -> dict[str, float]:
+    """Weights by name of all penalties that an objective may have, those `asked` for as said.
+
+    Raises `InputError` for an unknown one, one without effect, or a weight that is none.
+    """
+    known = {
+        p.name: p.weight
+        for p in PENALTIES[objective.stage]
+        if p.name != SLOWER or objective.name == "effort"
+    }
+    for name, weight in asked.items():
+        where = f"--penalty {printable(name)}"
+        if name not in known:
+            raise InputError(where, "unknown", f"one of {', '.join(known)} for {objective.name}")
+        if not 0.0 <= weight <= MOST:
+            raise InputError(where, weight, f"a number from 0 to {MOST:g}")
+    return {**known, **asked}
+
+
+def described(objective: Objective, weights: Mapping[str, float]) -> str:
+    """What is minimised, in words: the objective and each of its penalties."""
+    words = {p.name: f"{p.unit} x ({p.meaning})" for p in PENALTIES[objective.stage]}
+    some = [f"{name}: {weight:g} {words[name]}" for name, weight in weights.items() if weight]
+    none = [name for name, weight in weights.items() if not weight]
+    text = f"{objective.name} = {objective.formula}, and penalties: {'; '.join(some) or 'none'}"
+    return text + (f" (no penalty for: {', '.join(none)})" if none else "")
 
 
 def find(stage: str, name: str) -> Objective:
@@ -140,7 +176,21 @@ def time_of(stage: str, m: Metrics, scale: Scale) -> Array:
     return macro_time(m, scale) if stage == "macro" else micro_time(m, scale)
 
 
+def values(objective: Objective, m: Metrics, scale: Scale) -> Array:
+    """The named objective (n,) alone, finite: `FAILED` where a metric is missing."""
+    return _finite(objective.value(m, scale))
+
+
 def costs(objective: Objective, m: Metrics, scale: Scale) -> Array:
-    """Costs (n,), finite: `FAILED` where a metric is missing."""
-    found = objective.cost(m, scale)
+    """Objective and penalties (n,), finite: `FAILED` where a metric is missing."""
+    found = objective.value(m, scale)
+    weights = penalties(objective, {}) if scale.weights is None else scale.weights
+    for penalty in PENALTIES[objective.stage]:
+        weight = weights.get(penalty.name, 0.0)
+        if weight:
+            found = found + weight * penalty.amount(m, scale)
+    return _finite(found)
+
+
+def _finite(found: Array) -> Array:
     return np.where(np.isfinite(found), found, FAILED)

@@ -26,8 +26,7 @@ class Request(NamedTuple):
 
     `law`: by default the settings' own; `on`: model or bench, by default the model where it
     has the law; `aggregate`, `benches` of the ensemble that is searched on and `held_out`
-    benches that judge, if `robust`; `saturate`: the macro effort may saturate after its
-    first sample at no cost.
+    benches that judge, if `robust`; `penalties`: weights by name, as in `objectives`.
     """
 
     stage: str
@@ -42,13 +41,14 @@ class Request(NamedTuple):
     aggregate: str | None = None
     benches: int | None = None
     held_out: int | None = None
-    saturate: bool = False
+    penalties: tuple[tuple[str, float], ...] = ()
 
 
 class Plan(NamedTuple):
     """A request that was found good. `engine`: a job's name; `start`: the settings with the
     law chosen; `evaluations`: the budget, or the thesis' route's trials; `ensemble` of a
-    robust search, and `held_out`, the fresh one that judges what it found."""
+    robust search, and `held_out`, the fresh one that judges what it found; `weights` of all
+    penalties by name."""
 
     request: Request
     law: Law
@@ -59,6 +59,7 @@ class Plan(NamedTuple):
     seed: int
     ensemble: Ensemble | None
     held_out: Ensemble | None
+    weights: dict[str, float]
 
 
 def check(request: Request) -> Plan:
@@ -70,6 +71,7 @@ def check(request: Request) -> Plan:
     if request.on is not None:
         _one_of("--on", request.on, ENGINES)
     objective = objectives.find(stage, request.objective)
+    weights = objectives.penalties(objective, dict(request.penalties))
     law = laws.find(stage, request.law, request.settings.controller)
     evaluations = EVALUATIONS if request.evaluations is None else request.evaluations
     seed = SEED if request.seed is None else request.seed
@@ -85,14 +87,14 @@ def check(request: Request) -> Plan:
     if request.route == "thesis":
         _thesis(request, law, modelled)
         evaluations = thesis.TRIALS
-    if stage == "micro" and request.saturate:
-        raise InputError("--saturate", "with micro", "--saturate with macro")
     present = laws.gains_of(request.settings.controller, law)
     control = laws.with_gains(request.settings.controller, law, present)
     start = request.settings._replace(controller=control)
     ensemble, held_out = _ensembles(request, start, seed)
     engine = f"{stage}-{'model' if modelled and request.on != 'bench' else 'bench'}"
-    return Plan(request, law, objective, engine, start, evaluations, seed, ensemble, held_out)
+    return Plan(
+        request, law, objective, engine, start, evaluations, seed, ensemble, held_out, weights
+    )
 
 
 def _thesis(request: Request, law: Law, modelled: bool) -> None:
@@ -109,6 +111,7 @@ def _thesis(request: Request, law: Law, modelled: bool) -> None:
         ("--on bench", request.on == "bench"),
         ("--evaluations", request.evaluations is not None),
         ("--seed", request.seed is not None),
+        ("--penalty", bool(request.penalties)),
     )
     for option, there in given:
         if there:

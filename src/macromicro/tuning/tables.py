@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from macromicro.parameters import entries
 from macromicro.tuning.loops import LEAST, MOST
+from macromicro.tuning.objectives import described
 from macromicro.tuning.tune import Tuning
 
 _MACRO = (
@@ -51,7 +52,8 @@ class Line(NamedTuple):
 def measured(found: Tuning) -> list[Line]:
     """The metrics on the bench, and the cost there."""
     lines, objective = _metrics(found), found.plan.objective
-    lines.append(Line(f"cost ({objective.name})", *found.bench_costs, objective.unit))
+    lines.append(Line(f"objective ({objective.name})", *found.bench_values, objective.unit))
+    lines.append(Line("with penalties", *found.bench_costs, objective.unit))
     plan = found.plan
     for ensemble, costs, which in (
         (plan.ensemble, found.robust_costs, "searched"),
@@ -59,7 +61,7 @@ def measured(found: Tuning) -> list[Line]:
     ):
         if ensemble is not None and costs is not None:
             words = "worst" if ensemble.aggregate == "worst" else "95 %"
-            name = f"cost, {words} of {len(ensemble.draws)} {which}"
+            name = f"with penalties, {words} of {len(ensemble.draws)} {which}"
             lines.append(Line(name, *costs, objective.unit))
     return lines
 
@@ -108,6 +110,8 @@ def remarks(found: Tuning) -> Iterator[str]:
     """Sentences: the search, and whether it was any good."""
     plan = found.plan
     before, after = found.engine_costs
+    if plan.request.route != "thesis":
+        yield f"Minimised: {described(plan.objective, plan.weights)}."
     yield (
         f"{found.evaluations} {'trials' if plan.request.route == 'thesis' else 'evaluations'} on "
         f"{plan.engine}: cost {_number(before)} to {_number(after)} {plan.objective.unit}"
@@ -125,12 +129,17 @@ def remarks(found: Tuning) -> Iterator[str]:
         )
     first, last = found.verdict
     where = "on the bench" if found.held_out is None else "on fresh benches"
+    name, unit = plan.objective.name, plan.objective.unit.replace("1", "")
+    figures = f"{name} {_number(first)} to {_number(last)} {unit}".strip()
     if found.better:
-        yield f"The tuned law is better {where}: cost {_number(first)} to {_number(last)}."
+        yield f"The tuned law is better {where}: {figures}."
     elif last == first:
-        yield f"The tuned law is no better {where}: it costs the same, {_number(first)}."
+        yield f"The tuned law is not better {where}: {name} is the same, {_number(first)} {unit}."
     else:
-        yield f"The tuned law is NOT better {where}: cost {_number(first)} to {_number(last)}."
+        yield f"The tuned law is not better {where}: {figures}."
+    was, now = found.bench_costs if found.held_out is None else found.held_out.costs
+    if found.better and now > was:
+        yield f"With its penalties it costs more there: {_number(was)} to {_number(now)}."
     if found.held_out is not None and plan.held_out is not None:
         yield (
             f"It costs less on {found.held_out.cheaper} of {len(plan.held_out.draws)} benches that "

@@ -37,10 +37,11 @@ __all__ = [
 
 
 class HeldOut(NamedTuple):
-    """What fresh benches say: costs before and after, aggregated, and on how many of the
-    benches the tuned law costs less."""
+    """What fresh benches say: costs and the named objective before and after, aggregated, and
+    on how many of the benches the tuned law costs less."""
 
     costs: tuple[float, float]
+    values: tuple[float, float]
     cheaper: int
 
 
@@ -49,7 +50,8 @@ class Tuning(NamedTuple):
 
     `tuned`: settings with the new gains, the old ones where nothing better was found.
     `engine_costs`: on the engine, aggregated over its benches; `bench`: runs on the full
-    bench, `bench_costs` what they cost; `robust_costs`: aggregated over full benches of the
+    bench, `bench_costs` what they cost with penalties, `bench_values` what is named of it
+    alone; `robust_costs`: aggregated over full benches of the
     ensemble that was searched on, `held_out` over fresh ones. `margins` with the linear model
     (macro), `ripple_margins`: measured (micro).
     `history`: the least cost after each generation; `trials`: the thesis' route's sweeps;
@@ -62,6 +64,7 @@ class Tuning(NamedTuple):
     engine_costs: tuple[float, float]
     bench: tuple[Shown, Shown]
     bench_costs: tuple[float, float]
+    bench_values: tuple[float, float]
     robust_costs: tuple[float, float] | None
     held_out: HeldOut | None
     margins: tuple[Margins, Margins] | None
@@ -72,15 +75,15 @@ class Tuning(NamedTuple):
 
     @property
     def better(self) -> bool:
-        """Whether the tuned law costs less on the bench, or on fresh ones if it was tuned for
-        an ensemble."""
+        """Whether the named objective is less on the bench, or on fresh ones if it was tuned for
+        an ensemble. Penalties have no say."""
         before, after = self.verdict
         return after < before
 
     @property
     def verdict(self) -> tuple[float, float]:
-        """The costs before and after that judge the tuned law."""
-        return self.bench_costs if self.held_out is None else self.held_out.costs
+        """The named objective before and after, which judges the tuned law."""
+        return self.bench_values if self.held_out is None else self.held_out.values
 
 
 def tune(request: Request, tell: Tell = lambda done, best: None) -> Tuning:
@@ -153,17 +156,22 @@ def engine_costs(plan: Plan) -> Callable[[Array], Array]:
 
 def _each(plan: Plan, engine: str, ensemble: Ensemble | None) -> Callable[[Array], Array]:
     """Costs (n, members) of gains (n, gains) on an engine."""
+    metrics, scale = _metrics(plan, engine, ensemble)
+    return lambda gains: objectives.costs(plan.objective, metrics(gains), scale)
+
+
+def _metrics(
+    plan: Plan, engine: str, ensemble: Ensemble | None
+) -> tuple[Callable[[Array], dict[str, Array]], Scale]:
+    """What makes metrics of gains on an engine, and the scale of their costs."""
     many = jobs.engine(engine, plan.start, plan.law, ensemble)
     first = many.metrics(laws.gains_of(plan.start.controller, plan.law)[None, :])
-    scale = _scale(plan, first)
-    return lambda gains: objectives.costs(plan.objective, many.metrics(gains), scale)
+    return many.metrics, _scale(plan, first)
 
 
 def _scale(plan: Plan, first: dict[str, Array]) -> Scale:
     """T0 of each bench of its own, (members,)."""
-    bare = Scale(measuring.SECONDS, measuring.STEP)
-    if plan.request.saturate:
-        bare = bare._replace(saturated=0.0)
+    bare = Scale(measuring.SECONDS, measuring.STEP, weights=plan.weights)
     return bare._replace(time=objectives.time_of(plan.request.stage, first, bare)[0])
 
 
@@ -183,6 +191,7 @@ def judge(found: Searched) -> Tuning:
     else:
         ripples = (loops.ripple_margin(start, plan.law), loops.ripple_margin(tuned, plan.law))
     first, last = (float(objectives.costs(plan.objective, m, scale)[0, 0]) for m in arrays)
+    was, now = (float(objectives.values(plan.objective, m, scale)[0, 0]) for m in arrays)
     return Tuning(
         plan,
         tuned,
@@ -190,6 +199,7 @@ def judge(found: Searched) -> Tuning:
         found.engine_costs,
         shown,
         (first, last),
+        (was, now),
         robust,
         held_out,
         margins,
@@ -207,8 +217,15 @@ def _robust(plan: Plan, tuned: Settings) -> tuple[tuple[float, float] | None, He
     gains = np.stack([laws.gains_of(s.controller, plan.law) for s in (plan.start, tuned)])
     engine = f"{plan.request.stage}-bench"
     searched = plan.ensemble.total(_each(plan, engine, plan.ensemble)(gains))
-    each = _each(plan, engine, plan.held_out)(gains)
-    held_out = HeldOut(_two(plan.held_out.total(each)), int(np.sum(each[1] < each[0])))
+    metrics, scale = _metrics(plan, engine, plan.held_out)
+    fresh = metrics(gains)
+    each = objectives.costs(plan.objective, fresh, scale)
+    named = objectives.values(plan.objective, fresh, scale)
+    held_out = HeldOut(
+        _two(plan.held_out.total(each)),
+        _two(plan.held_out.total(named)),
+        int(np.sum(each[1] < each[0])),
+    )
     return _two(searched), held_out
 
 

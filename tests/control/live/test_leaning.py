@@ -16,7 +16,7 @@ from macromicro.serve.settings import LiveSettings, load
 def test_the_defaults_leave_the_guard_its_margin() -> None:
     assert leaning.problems(Live(), LIVE.lean, LIVE.leant) == []
     assert leaning.longest(Live()) == pytest.approx(0.6)
-    assert LiveSettings().problems() == []
+    assert LiveSettings().together() == []
 
 
 @pytest.mark.parametrize(("text", "key", "words"), [

@@ -17,6 +17,7 @@ from macromicro.control.settings import Control
 from macromicro.parameters import Entry, Par, entries, replaced
 
 LIST = "`macromicro config show controller` lists all settings and their bounds"
+FIXED = ("motor_limit", "ctrl_limit")  # they belong to the driver and its guard
 
 
 def change(
@@ -35,6 +36,10 @@ def change(
             return s, taken, ()
         new = replaced(new, taken.path, taken.new)
         done.append(taken)
+    most = 2.0 * p.settings.fine.bias_high * 1e-3 / p.settings.pitch
+    if new.sequence.tolerance > most:
+        words = f"sequence.tolerance: {new.sequence.tolerance:g} count is above {most:.0f} count"
+        return s, Refused(words, "twice what the micro-stage can make up for"), ()
     for path, value, accepted in problems(new):
         return s, Refused(f"{path}: {value} does not fit the others", f"accepted: {accepted}"), ()
     if busy(s) and (new.macro_law, new.micro_law) != (s.control.macro_law, s.control.micro_law):
@@ -72,6 +77,8 @@ def _taken(known: dict[str, Entry], pair: Any) -> Change | Refused:
         return Refused("this names no setting and its value", LIST)
     path, value = pair
     entry = known.get(path) if isinstance(path, str) else None
+    if path in FIXED:
+        return Refused(f"{path} follows from the machine", "set it in the settings file")
     if entry is None:
         return Refused(f"{shown(path)} is no setting of the controller", LIST)
     problem = _problem(entry, value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
+from macromicro import nominal
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
@@ -11,6 +12,7 @@ from macromicro.parameters import Par
 
 CHOICE = "machine choice"
 M16 = "200 mm = 2800 counts (M16)"
+BELOW = 0.2  # V; by how much homing pushes less than `guard.push`
 
 
 def _own(unit: str, meaning: str, source: str = CHOICE, **rest: Any) -> Par:
@@ -23,8 +25,8 @@ class SoftLimits(NamedTuple):
 
     macro_low: Annotated[float, _own("count", "lowest macro position")] = -130.0
     macro_high: Annotated[float, _own("count", "highest macro position")] = 2990.0
-    micro_low: Annotated[float, _own("mm", "smallest contraction", lo=0.0, hi=4.0)] = 0.0
-    micro_high: Annotated[float, _own("mm", "largest contraction", lo=0.0, hi=4.0)] = 3.5
+    micro_low: Annotated[float, _own("mm", "smallest contraction", lo=0.0)] = 0.0
+    micro_high: Annotated[float, _own("mm", "largest contraction", lo=0.0)] = 3.5
     whole_low: Annotated[float, _own("m", "lowest absolute position", shown="mm")] = -8.8e-3
     whole_high: Annotated[float, _own("m", "highest absolute position", shown="mm")] = 0.2169
 
@@ -33,10 +35,10 @@ class Fine(NamedTuple):
     """When the micro-stage counts as arrived, and the share of its stroke that is used."""
 
     bias_low: Annotated[
-        float, _own("mm", "contraction below which no absolute move relies on it", lo=0.0, hi=4.0)
+        float, _own("mm", "contraction below which no absolute move relies on it", lo=0.0)
     ] = 0.3
     bias_high: Annotated[
-        float, _own("mm", "contraction above which no absolute move relies on it", lo=0.0, hi=4.0)
+        float, _own("mm", "contraction above which no absolute move relies on it", lo=0.0)
     ] = 3.5
     band: Annotated[
         float, _own("mm", "error of a window's mean that counts as on target", positive=True)
@@ -53,16 +55,14 @@ class Fine(NamedTuple):
 class Homing(NamedTuple):
     """There is no home switch: the low end stop is felt for."""
 
-    speed: Annotated[float, _own("count/s", "speed of the reference", positive=True, hi=1000.0)] = (
-        140.0
-    )
+    speed: Annotated[float, _own("count/s", "speed of the reference", positive=True)] = 140.0
     fastest: Annotated[
         float, _own("count/s", "carriage speed above which the motor is off", positive=True)
     ] = 700.0
     volts: Annotated[
         float,
-        _own("V", "largest effort; below the guard's push", "guard.push is 3.6 V", positive=True),
-    ] = 3.4
+        _own("V", "largest effort; below the guard's push", positive=True),
+    ] = round(nominal.PUSH - BELOW, 9)
     lead: Annotated[
         float, _own("count", "farthest that the reference runs ahead of the carriage", lo=10.0)
     ] = 100.0
@@ -86,15 +86,11 @@ class Homing(NamedTuple):
 class Jogging(NamedTuple):
     """Speeds of a jog."""
 
-    macro: Annotated[
-        float, _own("m/s", "fastest macro jog", shown="mm/s", positive=True, hi=0.2)
-    ] = 0.05
+    macro: Annotated[float, _own("m/s", "fastest macro jog", shown="mm/s", positive=True)] = 0.05
     slow: Annotated[
-        float, _own("m/s", "fastest macro jog before homing", shown="mm/s", positive=True, hi=0.05)
+        float, _own("m/s", "fastest macro jog before homing", shown="mm/s", positive=True)
     ] = 0.01
-    micro: Annotated[
-        float, _own("m/s", "fastest micro jog", shown="mm/s", positive=True, hi=5e-3)
-    ] = 0.5e-3
+    micro: Annotated[float, _own("m/s", "fastest micro jog", shown="mm/s", positive=True)] = 0.5e-3
     micro_lead: Annotated[
         float, _own("mm", "farthest that a micro jog runs ahead of the stage", positive=True)
     ] = 0.2
@@ -103,8 +99,8 @@ class Jogging(NamedTuple):
     ] = 0.85
     lean: Annotated[
         float,
-        _own("V", "effort at which the carriage should move", "guard.lean is 2.9 V", positive=True),
-    ] = 2.9
+        _own("V", "effort at which the carriage should move", positive=True),
+    ] = nominal.LEAN
 
 
 class Brake(NamedTuple):
@@ -179,14 +175,14 @@ class Edges(NamedTuple):
     skew: Annotated[
         float,
         _own("s", "age of the laser's reading; lets more pass at speed", shown="ms", lo=0.0),
-    ] = 1e-3
+    ] = nominal.PERIOD
 
 
 class Live(NamedTuple):
     """Everything about the live machine beside the control laws."""
 
     pitch: Annotated[float, _own("m", "travel per count", M16, shown="um", positive=True)] = (
-        0.2 / 2800.0
+        nominal.PITCH
     )
     limits: SoftLimits = SoftLimits()
     fine: Fine = Fine()
@@ -213,8 +209,6 @@ class Live(NamedTuple):
         found = [
             (path, value, "below {" + bound + "}") for wrong, path, value, bound in rules if wrong
         ]
-        if self.homing.volts >= 3.6:
-            found.append(("homing.volts", self.homing.volts, "below the guard's push, 3.6 V"))
         return found
 
 

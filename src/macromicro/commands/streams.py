@@ -1,0 +1,48 @@
+"""Standard output and error for a command whose reader may go away (``macromicro run | head``).
+
+What nobody reads is dropped and the work goes on: results are written, and the exit status
+tells of the work, not of the pipe.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import Any
+
+
+class Pipe(io.FileIO):
+    """A file whose reader may have closed it."""
+
+    def write(self, data: Any, /) -> int:
+        """Write; what a closed pipe refuses counts as written."""
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            return memoryview(data).nbytes
+
+
+def prepare() -> None:
+    """Let both streams outlive their readers; a sign that a terminal lacks is written in ASCII."""
+    sys.stdout = _patient(sys.stdout)
+    sys.stderr = _patient(sys.stderr)
+
+
+def _patient(stream: Any) -> Any:
+    """The stream over a `Pipe`; another kind of stream, as a test's, as it is."""
+    if type(stream) is not io.TextIOWrapper:
+        return stream
+    stream.reconfigure(errors="backslashreplace")
+    plain = isinstance(stream.buffer, io.RawIOBase)  # unbuffered: python -u
+    raw = stream.buffer if plain else getattr(stream.buffer, "raw", None)
+    if type(raw) is not io.FileIO:
+        return stream
+    stream.flush()
+    pipe = Pipe(raw.fileno(), "wb", closefd=False)
+    return io.TextIOWrapper(
+        pipe if plain else io.BufferedWriter(pipe),
+        stream.encoding,
+        "backslashreplace",
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )

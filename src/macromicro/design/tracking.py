@@ -1,0 +1,138 @@
+"""How well a stage follows targets that change all the time, as a CSV's often do.
+
+Such targets are no moves: none is meant to be settled at. What counts is the error on the
+way and the lag. Macro errors come from the encoder, micro errors from the laser.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.control.supervisor import MICRO as FINE
+from macromicro.design.response import PITCH
+from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.recording import Recording
+
+Floats = NDArray[np.float64]
+
+FEWEST = 20  # targets, and at most ...
+LONGEST = 0.25  # ... this median time from one to the next [s]
+MOST_LAG = 1.0  # s
+ROWS = 20_000  # that a lag is estimated from, evenly spread
+
+
+class Tracking(NamedTuple):
+    """One stage over the whole way, in `unit` (mm for macro, um for micro); times in s.
+
+    rms_error, peak_error: of reference minus reading, the peak where it was largest (`peak_s`).
+    lag_s: the delay by which the reading follows the reference best (least squares, up to
+    1 s); rms_without_lag: what is left of the error after it. None: cannot be known.
+    """
+
+    stage: str
+    unit: str
+    targets: int
+    start_s: float
+    end_s: float
+    rms_error: float
+    peak_error: float
+    peak_s: float
+    lag_s: float | None
+    rms_without_lag: float | None
+
+
+class Course(NamedTuple):
+    """What a stage was to follow and did, row by row: times [s], both in the stage's unit."""
+
+    t: Floats
+    reference: Floats
+    reading: Floats
+
+
+def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
+    """The stages whose targets came so fast that they make a trajectory."""
+    if not len(recording):
+        return ()
+    begun = min(int(recording["move"][-1]) + 1, len(programme.stage))
+    rows = np.searchsorted(recording["move"], np.arange(begun))
+    found = []
+    for stage in (MACRO, MICRO):
+        mine = rows[programme.stage[:begun] == stage]
+        if len(mine) >= FEWEST and np.median(np.diff(mine)) * recording.dt <= LONGEST:
+            found.append(stage)
+    return tuple(found)
+
+
+def course(
+    recording: Recording, programme: Programme, stage: int, pitch: float = PITCH
+) -> Course | None:
+    """What a stage was to follow, from its first target to the end; None without a reading."""
+    numbers = np.flatnonzero(programme.stage == stage)
+    a = int(np.searchsorted(recording["move"], numbers[0]))
+    t = recording["t"][a:]
+    if stage == MACRO:
+        scale = pitch * 1e3
+        reference, reading = recording["macro_reference"][a:], recording["macro_position"][a:]
+        good = np.isfinite(reading)
+        found = Course(t[good], reference[good] * scale, reading[good] * scale)
+    else:
+        reading = recording["laser"][a:]
+        good = (recording["phase"][a:] == FINE) & (recording["laser_reset"][a:] == 0)
+        good &= np.isfinite(reading)
+        found = Course(t[good], recording["micro_reference"][a:][good] * 1e3, reading[good])
+    return found if len(found.t) > 1 else None
+
+
+def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH) -> list[Tracking]:
+    """A result for each stage that follows a trajectory; `pitch` [m] of an encoder count."""
+    results = []
+    for stage in followed(recording, programme):
+        seen = course(recording, programme, stage, pitch)
+        if seen is None:
+            continue
+        error = seen.reference - seen.reading
+        worst = int(np.argmax(np.abs(error)))
+        lag, left = lagging(seen.reference, seen.reading, recording.dt)
+        results.append(
+            Tracking(
+                stage="macro" if stage == MACRO else "micro",
+                unit="mm" if stage == MACRO else "um",
+                targets=int(np.sum(programme.stage == stage)),
+                start_s=float(seen.t[0]),
+                end_s=float(seen.t[-1]),
+                rms_error=_rms(error),
+                peak_error=float(abs(error[worst])),
+                peak_s=float(seen.t[worst]),
+                lag_s=lag,
+                rms_without_lag=left,
+            )
+        )
+    return results
+
+
+def lagging(reference: Floats, reading: Floats, dt: float) -> tuple[float | None, float | None]:
+    """Lag [s] of least mean square error, between samples by a parabola, and the rms error
+    that is left; None for a reference that does not change or too few samples."""
+    step = max(1, len(reference) // ROWS)
+    r, y = reference[::step], reading[::step]
+    most = min(round(MOST_LAG / (dt * step)), len(r) // 4)
+    if most < 1 or np.ptp(r) == 0.0:
+        return None, None
+    n = len(r) - most  # the same stretch of the reference for every lag
+    squares = np.array([np.mean((y[k : k + n] - r[:n]) ** 2) for k in range(most + 1)])
+    best = int(np.argmin(squares))
+    shift = float(best)
+    if 0 < best < most:
+        before, least, after = squares[best - 1 : best + 2]
+        bend = before - 2.0 * least + after
+        if bend > 0.0:
+            shift += 0.5 * float(before - after) / float(bend)
+    return shift * dt * step, math.sqrt(float(squares[best]))
+
+
+def _rms(values: Floats) -> float:
+    return math.sqrt(float(np.mean(values * values)))

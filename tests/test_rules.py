@@ -1,0 +1,83 @@
+"""Settings that do not work with one another are refused, with the reason and the remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.config import load_overrides
+from macromicro.errors import InputError
+from macromicro.parameters import changed
+from macromicro.rules import breakaway
+from macromicro.serve.settings import LiveSettings
+from macromicro.settings import Settings
+
+
+@pytest.mark.parametrize("tree", [Settings(), LiveSettings()])
+def test_the_defaults_work(tree: Any) -> None:
+    assert tree.together() == []
+
+
+@pytest.mark.parametrize(("text", "where", "reason", "remedy"), [
+    ('[bench.thermal]\nambient = "60 degC"',
+     "bench.thermal.ambient", "do not extend again", "a cooler room"),
+    ('[sensors.hall]\nnoise = "0 mV"', "sensors.hall.noise", "takes it for frozen", "at least"),
+    ('[sensors.hall]\nnoise = "0.05 mV"', "sensors.hall.noise", "guard.frozen (0.5 s)", "bits"),
+    ('[sensors.hall]\nnoise = "30 mV"', "sensors.hall.noise", "broken", "below guard.noise"),
+    ('[sensors.hall]\ngain = "9 V"', "sensors.hall.", "0", "V"),
+    ('[sensors.hall]\nspacing = "0.2 mm"', "sensors.hall.spacing", "turning", "magnets"),
+    ('[sensors.converter]\nfull_scale = "3 V"',
+     "sensors.converter.full_scale", "greatest output", "above"),
+    ('[bench.friction]\ncoulomb = "30 N"',
+     "bench.friction.coulomb", "would take 7.51 V", "bench.amplifier.supply"),
+    ('[bench.amplifier]\nsupply = "10 V"\nctrl_duty = 0.4',
+     "bench.friction.coulomb", "5.99 V", "a higher bench.amplifier.supply (10 V)"),
+    ('[bench.driver]\nsupply = "0.8 V"', "bench.driver.supply", "contracted", "higher supply"),
+    ('[guard]\nhottest = "30 degC"', "guard.hottest", "every contraction", "above 43"),
+    ('[guard]\nlean = "3.7 V"', "guard.lean", "guard.push (3.6 V)", "at most"),
+    ('[guard]\nsilent = "0.5 ms"', "guard.silent", "one control period", "at least 1 ms"),
+    ('[guard]\nfastest = "5000 count/s"', "guard.fastest", "without load", "above 17"),
+    ('[sensors.encoder]\nbits = 8', "sensors.encoder.bits", "wrapping", "3000 counts"),
+    ('[controller.sequence]\ntolerance = "120 count"',
+     "controller.sequence.tolerance", "twice bench.wire.stroke", "at most 113 counts"),
+    ('[controller]\ndead_zone = "5 V"', "controller.dead_zone", "motor_limit (5 V)", "below"),
+])  # fmt: skip
+def test_what_cannot_work_together_is_refused(
+    text: str, where: str, reason: str, remedy: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_overrides(path, Settings())
+    said = str(caught.value)
+    assert f"mine.toml, {where}" in said and reason in said and remedy in said, said
+
+
+@pytest.mark.parametrize(("text", "where"), [
+    ('[live.jogging]\nmacro = "900 mm/s"', "live.jogging.macro"),
+    ('[live.limits]\nmicro_high = "3.95 mm"', "live.limits.micro_high"),
+    ('[bench.friction]\ncoulomb = "13 N"', "live.homing.volts"),
+])  # fmt: skip
+def test_of_the_live_machine_too(text: str, where: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=where):
+        load_overrides(path, LiveSettings())
+
+
+def test_less_noise_goes_with_a_finer_converter(tmp_path: Path) -> None:
+    """The remedy that the message names is one."""
+    path = tmp_path / "mine.toml"
+    path.write_text('[sensors.hall]\nnoise = "0.05 mV"\n[sensors.converter]\nbits = 16\n')
+    assert load_overrides(path, Settings()).sensors.hall.noise == 5e-5
+
+
+def test_breakaway_is_that_of_the_bench() -> None:
+    """M1: the dead zone is near 3 V; friction that doubles takes that much more."""
+    assert breakaway(Settings()) == pytest.approx(2.995, abs=0.005)
+    friction = Settings().bench.friction
+    more = changed(Settings(), {"bench.friction.coulomb": 2.0 * friction.coulomb})
+    pulled = friction.coulomb / (friction.coulomb + friction.stribeck + friction.ripple)
+    assert breakaway(more) == pytest.approx(breakaway(Settings()) * (1.0 + pulled))
