@@ -1,74 +1,259 @@
-"""The commands of README and docs/identify.md run as printed, in order, in a clean folder.
+"""Every block of README and docs runs as printed, in order, in a clean folder for each page.
 
-A command that cannot run in a test is listed here with the reason; any other that fails, or a
-listed one that is no longer printed, fails the test.
+A block that cannot run in a test is listed with the reason; any other that fails, or a listed one
+that is no longer printed, fails the test.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
+PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md",
+         *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")
+                 if ".template." not in p.name))  # fmt: skip
 
-# Page -> beginnings of commands, with the reason.
-CANNOT = {
+# Page -> beginning of a command or of a block, and why no test runs it here.
+DATA = "the reader's own data"
+TESTED = "run by the tests of "
+CANNOT: dict[str, dict[str, str]] = {
     "README.md": {
-        "macromicro identify drive motor.csv": "the reader's own data",
-        "macromicro identify linear steps.h5": "the reader's own data",
-        "macromicro identify hysteresis curves.txt": "the reader's own data",
-        "macromicro sweep examples/sweep-gains.toml": "tested with the sweeps",
-        "macromicro robust": "200 machines: tested with fewer by tests/robustness",
+        "make run": "sets up an environment; CI runs its steps",
+        "make test": "these very tests",
+        "make serve": TESTED + "tests/commands/test_serving.py, which need no fixed port",
+        "macromicro identify drive motor.csv": DATA,
+        "macromicro identify linear steps.h5": DATA,
+        "macromicro identify hysteresis curves.txt": DATA,
+        "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweep/test_docs.py",
+        "macromicro robust": "200 machines: with fewer by tests/robustness",
     },
+    "CONTRIBUTING.md": {
+        "make test": "these very tests",
+        "make lint": "run by CI",
+        "make format": "changes the checkout",
+        "make mutants": "takes an hour; tests/tools runs the tool",
+        ".venv/bin/python tools/mutants": TESTED + "tests/tools/test_mutants.py",
+    },
+    "ARCHITECTURE.md": {
+        "  cli   api   report": "a drawing of the layers, which import-linter checks",
+        "  bench.measure": "a drawing of a tick",
+    },
+    "docs/bench.md": {"flowchart": "a drawing"},
+    "docs/guard.md": {" allowed error": "a drawing"},
     "docs/identify.md": {
-        "macromicro identify drive own.csv": "the reader's own data",
+        "macromicro identify drive own.csv": DATA,
         "macromicro identify drive DATA_EMPS.mat": "not part of the repository",
-        "macromicro identify hysteresis curves.csv": "the reader's own data",
+        "macromicro identify hysteresis curves.csv": DATA,
+        "M dv/dt": "an equation",
+        "mass        93.8": "an output",
     },
+    "docs/recording.md": {"n = double(h5read": "MATLAB"},
+    "docs/reproduce.md": {
+        "macromicro reproduce --only kiln --json -": TESTED + "tests/test_cli_reproduce.py",
+    },
+    "docs/rigs.md": {
+        "macromicro reproduce --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
+        "macromicro collect --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
+        "macromicro run --rig replay:results/serve/live.h5": DATA,
+        "macromicro run thesis --rig replay:": DATA,
+    },
+    "docs/robustness.md": {
+        "macromicro robust": "hundreds of machines: with fewer by tests/robustness",
+        'macro_settling = "0.8 s"': TESTED + "tests/robustness/test_requirements.py",
+    },
+    "docs/serve.md": {
+        "macromicro serve": TESTED + "tests/commands/test_serving.py",
+        "MACROMICRO_TOKEN=": "listens to the network",
+        "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
+        "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
+    },
+    "docs/sweep.md": {
+        "pip install": "installs",
+        ".venv/bin/pip install": "installs",
+        "macromicro sweep SPEC.toml": DATA,
+        'job = "macro-bench"': TESTED + "tests/sweep/test_docs.py",
+        "import pyarrow": TESTED + "tests/sweep/test_docs.py",
+        "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweep/test_docs.py",
+    },
+    "docs/tuning.md": {
+        "macromicro tune": TESTED + "tests/tuning/test_documentation.py",
+        "macromicro run --config results/tune-macro": TESTED + "tests/tuning/test_documentation.py",
+        "alpha = 1 / max": "an equation",
+    },
+}  # fmt: skip
+# What a page's TOML and CSV blocks are, in their order: files of these names.
+FILES = {
+    "README.md": ("wave.toml", "sticky.toml"),
+    "docs/programmes.md": ("sequenced.toml", "scheduled.csv"),
 }
+# Commands that a page needs before its blocks, as it says in words.
+BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
+BEHIND = {"docs/programmes.md": ("run sequenced.toml", "run scheduled.csv")}
 
 
-def commands(page: str) -> list[str]:
-    """The commands of a page's indented blocks, without comments."""
+class Block(NamedTuple):
+    """A block of a page: its kind ("python", "toml", ... or "commands") and text."""
+
+    kind: str
+    text: str
+
+
+_FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_INDENTED = re.compile(r"(?:^    .*\n)+", re.MULTILINE)
+
+
+def blocks(page: str) -> list[Block]:
+    """All blocks of a page, in its order; lists' own indented lines are none."""
     text = (ROOT / page).read_text(encoding="utf-8")
-    found = re.findall(r"^    (macromicro .*)$", text, re.MULTILINE)
-    return [line.partition("  #")[0].strip() for line in found]
+    found = [(m.start(), Block(m[1], m[2])) for m in _FENCE.finditer(text)]
+    bare = _FENCE.sub(lambda m: re.sub(r"[^\n]", " ", m[0]).replace(" ", "."), text)
+    for m in _INDENTED.finditer(bare):
+        if bare[: m.start()].endswith("\n\n") and not m[0].lstrip().startswith(("-", "|")):
+            found.append((m.start(), Block("", m[0])))
+    ordered = [block for _, block in sorted(found, key=lambda pair: pair[0])]
+    return [Block("commands", b.text) if not b.kind else b for b in ordered]
 
 
-def cannot(page: str, command: str) -> bool:
-    return any(command.startswith(start) for start in CANNOT[page])
+def commands(block: Block) -> list[str]:
+    """The lines of a block of commands, without their comments."""
+    lines = (line.strip().partition("  #")[0].strip() for line in block.text.splitlines())
+    return [line for line in lines if line]
+
+
+def reason(page: str, text: str) -> str:
+    """Why a block or command cannot run here, or ""."""
+    for start, why in CANNOT.get(page, {}).items():
+        if text.startswith(start) or text.strip().startswith(start):
+            return why
+    return ""
+
+
+def everything(page: str) -> list[str]:
+    """What of a page is listed or run: whole blocks, and each command."""
+    found = []
+    for block in blocks(page):
+        found += [block.text]
+        found += commands(block) if block.kind == "commands" else []
+    return found
 
 
 @pytest.mark.parametrize("page", CANNOT)
 def test_what_is_left_out_is_printed(page: str) -> None:
     for start in CANNOT[page]:
-        assert any(command.startswith(start) for command in commands(page)), start
+        assert any(t.strip().startswith(start.strip()) for t in everything(page)), start
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_block_is_run_or_listed(page: str) -> None:
+    for block in blocks(page):
+        if reason(page, block.text) or block.kind in ("python", "text", "toml", "csv"):
+            continue
+        assert block.kind == "commands", f"{page}: a block of {block.kind or 'nothing'}"
+        for command in commands(block):
+            listed = reason(page, command)
+            assert listed or command.startswith("macromicro "), f"{page}: {command}"
+
+
+@contextmanager
+def serving(folder: Path) -> Iterator[str]:
+    """A served virtual bench; its SCPI port."""
+    (folder / "live.toml").write_text("[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\n")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "macromicro", "serve", "--scpi", "0", "--web", "-1",
+         "--config", "live.toml"],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        env={**os.environ, "XDG_STATE_HOME": str(folder), "MACROMICRO_TOKEN": ""},
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        for line in process.stdout:
+            found = re.match(r"SCPI: \S+ port (\d+)", line)
+            if found:
+                yield found[1]
+                break
+        else:
+            raise AssertionError("the server did not begin")
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60.0)
+
+
+def python(code: str, folder: Path) -> str:
+    """What a block of Python prints; blocks that name a server get one."""
+
+    def run(code: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-c", code], cwd=folder, env={**os.environ, "MPLBACKEND": "Agg"},
+            capture_output=True, text=True, timeout=300, check=False,
+        )  # fmt: skip
+
+    if "::5025::" in code:
+        with serving(folder) as port:
+            done = run(code.replace("::5025::", f"::{port}::"))
+    else:
+        done = run(code)
+    assert done.returncode == 0, f"{code}\n{done.stderr}"
+    return done.stdout
+
+
+def command(words: str, folder: Path) -> None:
+    """A command of the package, with patterns of files as a shell would give them."""
+    given: list[str] = []
+    for word in shlex.split(words):
+        paths = sorted(str(p.relative_to(folder)) for p in folder.glob(word)) if "*" in word else []
+        given += paths or [word]
+    done = subprocess.run(
+        [sys.executable, "-m", "macromicro", *given],
+        cwd=folder, capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, f"{words}: {done.stderr}"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", CANNOT)
-def test_commands_run_as_printed(page: str, tmp_path: Path) -> None:
-    """Files that a page shows as TOML are there under the names it uses for them."""
-    text = (ROOT / page).read_text(encoding="utf-8")
-    blocks = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
-    for name, block in zip(("wave.toml", "sticky.toml"), blocks, strict=False):
-        (tmp_path / name).write_text(block, encoding="utf-8")
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p)])
+def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
+    """Files that a page shows are there under the names it uses for them."""
     shutil.copy(ROOT / "tests" / "data" / "forc" / "hchb_forc", tmp_path)
-    for command in commands(page):
-        if cannot(page, command):
-            continue
-        words: list[str] = []
-        for word in shlex.split(command)[1:]:
-            paths = sorted(str(p.relative_to(tmp_path)) for p in tmp_path.glob(word))
-            words += paths if "*" in word else [word]
-        done = subprocess.run(
-            [sys.executable, "-m", "macromicro", *words],
-            cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, f"{command}: {done.stderr}"
+    files = iter(FILES.get(page, ()))
+    for words in BEFORE.get(page, ()):
+        command(words, tmp_path)
+    said = ""
+    for block in blocks(page):
+        if block.kind in ("toml", "csv") and not reason(page, block.text):
+            (tmp_path / next(files)).write_text(block.text, encoding="utf-8")
+        elif block.kind == "python" and not reason(page, block.text):
+            named = re.match(r"# (\w+\.py)\n", block.text)
+            if named:
+                (tmp_path / named[1]).write_text(block.text, encoding="utf-8")
+            else:
+                said = python(block.text, tmp_path)
+        elif block.kind == "text" and not reason(page, block.text):
+            assert said == block.text
+        elif block.kind == "commands" and not reason(page, block.text):
+            for line in commands(block):
+                if not reason(page, line):
+                    command(line.removeprefix("macromicro "), tmp_path)
+    for words in BEHIND.get(page, ()):
+        command(words, tmp_path)
+
+
+@pytest.mark.slow
+def test_the_readme_s_move_arrives(tmp_path: Path) -> None:
+    """`*OPC?` answers 1 in any case; the queue of errors says that it is on target."""
+    code = next(b.text for b in blocks("README.md") if "pyvisa" in b.text)
+    lock, opc, place, *errors = python(code, tmp_path).strip().split(";")
+    assert (lock, opc) == ("1", "1")
+    assert float(place.split(",")[0]) == pytest.approx(42.123, abs=0.02)
+    assert ";".join(errors) == '0,"No error"'
