@@ -11,7 +11,9 @@ from typing import Any, Self
 import numpy as np
 import pytest
 
+from macromicro import hall_table
 from macromicro.columns import COLUMNS
+from macromicro.control import calibration
 from macromicro.errors import InputError, MacromicroError
 from macromicro.experiments import (
     catalogue,
@@ -114,7 +116,8 @@ class Made:
         return self.rigs[-1]
 
     def fixture(self, **more: Any) -> Fixture:
-        return Fixture("mine", BENCH, self, self.channels, 1e-3, **more)
+        known = {"table": calibration.shipped(), **more}  # the twin has the calibrated sensor
+        return Fixture("mine", BENCH, self, self.channels, 1e-3, **known)
 
 
 def same(slow: Recording, fast: Recording) -> None:
@@ -163,13 +166,22 @@ def test_control_by_the_laser(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_hall_calibration(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hall_calibration, "RAMP_S", 0.4)
-    monkeypatch.setattr(hall_calibration, "REST_S", 0.2)
+    monkeypatch.setattr(hall_table, "RAMP_S", 0.4)
+    monkeypatch.setattr(hall_table, "REST_S", 0.2)
     fast = hall_calibration.collect(PLANT, 1, 1)
     slow = hall_calibration.collect(Made().fixture(), 1, 1)
     assert len(slow) == len(fast) == 2
     for one, other in zip(slow, fast, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_a_rig_without_a_table_of_its_sensor_makes_no_micro_moves() -> None:
+    """The shipped table is another sensor's: wrong places would be reported as reached."""
+    rig = Made().fixture(table=None)
+    with pytest.raises(InputError, match="collect --rig MODULE:FACTORY hall"):
+        on_rig(rig)(micro_steps([1.0], 1.0), Settings(), 0, False)
+    macro = on_rig(rig)(programme((MACRO, 20.0, 0.1)), Settings(), 0, False)
+    assert macro.attributes["finished"] == 1
 
 
 def programme(*moves: tuple[int, float, float]) -> Programme:

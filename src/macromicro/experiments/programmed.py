@@ -73,7 +73,8 @@ def on_rig(fixture: Fixture) -> Runner:
         programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
     ) -> Recording:
         _check(fixture, programme)
-        control = control_settings.prepare(settings.controller, fan, fixture.table)
+        table = fixture.calibrated() if np.any(programme.stage == MICRO) else fixture.table
+        control = control_settings.prepare(settings.controller, fan, table)
         limits = fixture.limits or settings.guard
         blocks = _Blocks()
         with fixture.open(seed) as session:

@@ -75,7 +75,8 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
         counted=_own(rig, factory, "counted", bool) or False,
     )
     if kind != KILN and fixture.dt != known.dt:
-        raise InputError(f"{OPTION} {factory}, dt", fixture.dt, f"{known.dt:g} s for a {kind}")
+        accepted = f"{known.dt:g} s for a {kind}: its control laws and procedures have this period"
+        raise InputError(f"{OPTION} {factory}, dt", f"{fixture.dt:g} s", accepted)
     return fixture._replace(pitch=_number(rig, factory, "pitch", fixture.pitch))
 
 

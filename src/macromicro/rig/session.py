@@ -20,6 +20,13 @@ from macromicro.types import SAFE, Sample
 BENCH, KILN, CYCLE = "bench", "kiln", "cycle"
 
 
+_CALIBRATION = (
+    "the table of its own Hall sensor, as the rig's attribute `calibration`: `macromicro collect "
+    "--rig MODULE:FACTORY hall`, `macromicro identify hall` on what that recorded, then "
+    "macromicro.control.calibration.read of its hall_calibration.csv (docs/rigs.md)"
+)
+
+
 class Kind(NamedTuple):
     """What a kind of rig may measure, and how often [s]."""
 
@@ -43,7 +50,7 @@ class Fixture(NamedTuple):
     `channels`: what it measures; `dt` [s]: its control period. `rest` [s]: how long it is
     left with outputs safe before a run that must begin cold; 0 where `make` gives it cold, its
     laser at zero. `limits`: of its guard, None for the user's settings or the defaults; `table`:
-    its Hall calibration, None for the shipped one; `pitch` [m]: travel per encoder count of a
+    its Hall calibration, None where it has none (`calibrated`); `pitch` [m]: travel per encoder count of a
     kiln; `counted`: does its encoder keep its count, and count on, while nothing runs?
     """
 
@@ -69,6 +76,13 @@ class Fixture(NamedTuple):
             shown = ", ".join(c for c in self.channels if c != "t") or "nothing"
             found = f"{what} needs {missing} of the {self.kind}, {self.name} measures {shown}"
             raise InputError(found, "", "a rig whose `channels` name it, or the twin")
+
+    def calibrated(self) -> Calibration:
+        """The table of its Hall sensor: no other sensor's table is taken in its place.
+        InputError where it has none."""
+        if self.table is None:
+            raise InputError(f"--rig {self.name}, calibration", "none", _CALIBRATION)
+        return self.table
 
     def open(self, seed: int = 0) -> Session:
         """The rig, to be entered for one run."""

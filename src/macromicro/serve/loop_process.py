@@ -44,11 +44,6 @@ from macromicro.types import Sample
 _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
 NEEDED = ("encoder", "hall")
-_CALIBRATION = (
-    "the table of its own Hall sensor, as the rig's attribute `calibration`: `macromicro collect "
-    "--rig MODULE:FACTORY hall`, `macromicro identify hall` on what that recorded, then "
-    "macromicro.control.calibration.read of its hall_calibration.csv (docs/rigs.md)"
-)
 
 
 class Opened(NamedTuple):
@@ -109,9 +104,7 @@ def open_machine(spec: Spec) -> Opened:
         found = f"a {fixture.kind}"
         raise InputError(f"--rig {fixture.name}", found, "a bench with both stages")
     fixture.need("the live machine", *NEEDED)
-    own = fixture.table
-    if own is None:
-        raise InputError(f"--rig {fixture.name}, calibration", "none", _CALIBRATION)
+    own = fixture.calibrated()
     rig = fixture.make(spec.seed)
     limits = guard.prepare(fixture.limits or settings.guard, own)
     paced = not isinstance(rig.clock, VirtualClock)
