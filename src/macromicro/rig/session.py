@@ -50,8 +50,8 @@ class Fixture(NamedTuple):
     `channels`: what it measures; `dt` [s]: its control period. `rest` [s]: how long it is
     left with outputs safe before a run that must begin cold; 0 where `make` gives it cold, its
     laser at zero. `limits`: of its guard, None for the user's settings or the defaults; `table`:
-    its Hall calibration, None where it has none (`calibrated`); `pitch` [m]: travel per encoder count of a
-    kiln; `counted`: does its encoder keep its count, and count on, while nothing runs?
+    its Hall calibration, None where it has none (`calibrated`); `pitch` [m]: travel per encoder
+    count of a kiln; `counted`: does its encoder keep its count, and count on, while nothing runs?
     """
 
     name: str
