@@ -1,4 +1,5 @@
-"""What CONTRIBUTING says of a new control law, done to the letter in a copy of the package."""
+"""What CONTRIBUTING says of a new law, part and experiment, done to the letter in a copy of the
+package."""
 
 from __future__ import annotations
 
@@ -41,6 +42,82 @@ job = batch.job("macro-bench", settings=__import__("macromicro").load_settings("
 found = job.evaluate(batch.Variants(("controller.plain.kp",), np.array([[0.002], [0.004]])))
 assert found.shape[0] == 2 and not (found[0] == found[1]).all(), found
 """
+
+
+GENTLE = '''"""Gains that overshoot nothing."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.parameters import Par
+
+
+class Gentle(NamedTuple):
+    """The fields of `control.pi`."""
+
+    kp: Annotated[float, Par("V/mm", "proportional gain", lo=0.0)] = 1.5
+    ki: Annotated[float, Par("V/(mm*s)", "integral gain", lo=0.0)] = 10.0
+    kaw: Annotated[float, Par("1/s", "anti-windup gain", lo=0.0)] = 30.0
+    low: Annotated[float, Par("V", "lower limit", lo=0.0)] = 1.3
+    high: Annotated[float, Par("V", "upper limit", lo=0.0)] = 1.8
+'''
+
+PART = '''"""A weight that hangs on the carriage."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.parameters import Par
+
+
+class Weight(NamedTuple):
+    """Parameters."""
+
+    pull: Annotated[float, Par("N", "pull towards the low end", lo=0.0)] = 0.0
+
+
+@kernel
+def force(p: Weight) -> float:
+    """Force [N] on the carriage."""
+    return -p.pull
+'''
+
+EXPERIMENT = '''"""One step of the micro-stage."""
+
+from __future__ import annotations
+
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.style import finish, new
+from macromicro.experiments.procedure import Lab, Procedure
+from macromicro.experiments.programmed import micro_steps
+
+
+def collect(lab: Lab):
+    """A recording."""
+    return lab.runner()(micro_steps([1.0], 1.0), lab.settings, lab.seed, False)
+
+
+def claims(recording):
+    """None of the thesis."""
+    return []
+
+
+def draw(recording):
+    """The step."""
+    figure, axes = new(3.0, 1)
+    axes[0, 0].plot(recording["t"], recording["laser"])
+    finish(axes[0, 0], "a step", y="position [um]")
+    yield Drawn("9.9", "A step", "One millimetre.", figure)
+
+
+PROCEDURE = Procedure(
+    "own_step", "A step of one's own", ("9.9",), ("hall", "laser"), (), ("9.9",), (), 1.0,
+    collect, claims, draw,
+)
+'''
 
 
 def edit(path: Path, *pairs: tuple[str, str]) -> None:
@@ -106,3 +183,61 @@ def test_a_law_added_by_the_book_works(copy: Path, words: list[str]) -> None:
     assert "Traceback" not in done.stderr, done.stderr
     # A P law may leave the carriage short of its target, which `run` says with 1.
     assert done.returncode in ((0, 1) if "run" in words else (0,)), done.stderr
+
+
+def run(copy: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "macromicro", *words],
+        cwd=copy,
+        env={**os.environ, "PYTHONPATH": str(copy), "MACROMICRO_CACHE": str(copy / "cache")},
+        capture_output=True, text=True, timeout=400, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_micro_gains_added_by_the_book_work(copy: Path) -> None:
+    control = copy / "macromicro" / "control"
+    (control / "gentle.py").write_text(GENTLE)
+    edit(
+        control / "settings.py",
+        ('("p", "pi", "pi-antiwindup")', '("p", "pi", "pi-antiwindup", "gentle")'),
+        ("    pi: Pi = Pi()\n", "    pi: Pi = Pi()\n    gentle: Gentle = Gentle()\n"),
+        ("from macromicro.control.macro import",
+         "from macromicro.control.gentle import Gentle\nfrom macromicro.control.macro import"),
+    )  # fmt: skip
+    (copy / "gentle.toml").write_text('[controller]\nmicro_law = "gentle"\n')
+    done = run(copy, "run", "staircase", "--config", "gentle.toml", "--out", "gentle")
+    assert done.returncode in (0, 1) and "Traceback" not in done.stderr, done.stderr
+    assert (copy / "gentle" / "recording.h5").exists()
+
+
+@pytest.mark.slow
+def test_a_part_added_by_the_book_is_shown_and_set(copy: Path) -> None:
+    plant = copy / "macromicro" / "plant"
+    (plant / "weight.py").write_text(PART)
+    edit(
+        plant / "bench.py",
+        ("    belt: Belt = Belt()\n", "    belt: Belt = Belt()\n    weight: Weight = Weight()\n"),
+        ("from macromicro.plant.wire import Load, Wire\n",
+         "from macromicro.plant.weight import Weight\n"
+         "from macromicro.plant.wire import Load, Wire\n"),
+    )  # fmt: skip
+    shown = run(copy, "config", "show", "bench.weight")
+    assert 'pull = "0 N"' in shown.stdout, shown.stderr
+    (copy / "weight.toml").write_text('[bench.weight]\npull = "1 N"\n')
+    done = run(copy, "run", "staircase", "--config", "weight.toml", "--out", "weight")
+    assert done.returncode in (0, 1) and "Traceback" not in done.stderr, done.stderr
+
+
+@pytest.mark.slow
+def test_an_experiment_added_by_the_book_is_listed_and_runs(copy: Path) -> None:
+    procedures = copy / "macromicro" / "experiments" / "procedures"
+    (procedures / "own_step.py").write_text(EXPERIMENT)
+    edit(
+        procedures / "__init__.py",
+        ('    "cycle_testing",\n', '    "cycle_testing",\n    "own_step",\n'),
+    )
+    assert "own_step" in run(copy, "reproduce", "--list").stdout
+    done = run(copy, "reproduce", "--only", "own_step", "--out", "own")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert list((copy / "own" / "figures").glob("*9.9*")) or list((copy / "own").rglob("*.png"))
