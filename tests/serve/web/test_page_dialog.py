@@ -43,11 +43,15 @@ def test_both_stops_work_while_changes_are_reviewed(
 ) -> None:
     ready.shape(size)
     before = changes(ready)
-    here = ready.station.snapshot().position_m
-    motion = ready.move(90.0 if here < 0.045 else 5.0)
-    ready.moving()
     typed(ready, "1.5")
     assert ready.run(OPEN)
+    # Ordered beside the page: a busy computer types more slowly than the carriage moves.
+    now = ready.station.snapshot()
+    order = m.MoveTo(0.15 if now.position_m < 0.075 else 0.005)
+    reply = ready.station.request(now.holder, order)
+    assert isinstance(reply, m.Accepted)
+    motion = reply.id
+    ready.moving()
     if how.startswith("#"):
         ready.find(how).click()  # fails where anything lies over it, or it is inert
     else:
