@@ -29,7 +29,10 @@ def test_orders_faults_and_ends_have_their_levels(caplog: pytest.LogCaptureFixtu
     trail.end(Finished(3, m.FAULTED, 0.01, 1e-5, {}), 1.3)
     trail.client("token", "scpi 127.0.0.1:7", "this is not the token")
     assert told(caplog) == [
-        (logging.INFO, "order: MoveTo by scpi 127.0.0.1:7 (position 0.042, replace False, motion 3)"),
+        (
+            logging.INFO,
+            "order: MoveTo by scpi 127.0.0.1:7 (position 0.042, replace False, motion 3)",
+        ),
         (logging.INFO, "order: Enable by web ::1 #2 (refused no control)"),
         (logging.ERROR, "mode: stuck by x (from moving-macro, to fault, n 1)"),
         (logging.WARNING, "end: motion 3 fault (position_m 0.01)"),
