@@ -99,7 +99,8 @@ def _whole_high(tree: Any) -> float:
 
 
 _LIVE_COUNTS = (
-    *("homing.speed", "homing.fastest", "homing.lead"),
+    *("homing.speed", "homing.approach", "homing.quick", "homing.near"),
+    *("homing.fastest", "homing.lead"),
     *("brake.fastest", "brake.margin", "edges.fastest"),
 )
 

@@ -1,12 +1,17 @@
 """Homing without a switch: feel for the low end stop, back off, name that place.
 
-The macro law follows a slow reference downwards. Where the carriage stands, the motor pushes
-with the full homing effort - below what the guard takes for stuck - and a carriage that goes on
-standing under it has met the stop. One that had only stuck is freed by the push. So homing
-leans on a stop for twice `stand`, whichever law is in force, wherever it began.
+The macro law follows a reference downwards: at the speed `approach`, which a stop may be met
+with; at `quick` where the stop is expected farther below than `near`, and slowly from there on.
+It is expected where the frame has it, if a homing before or a kept position named it, and where it
+was felt the first time. A carriage that is below that, and meets nothing, goes on at `approach`.
 
-A stop has to be met twice at the same place, backing off in between: one that was held up for
-longer, and is free again then, goes on.
+Where the carriage stands, the motor pushes with the full homing effort - below what the guard
+takes for stuck - and a carriage that goes on standing under it has met the stop. One that had
+only stuck is freed by the push. So homing leans on a stop for twice `stand`, whichever law is in
+force, wherever it began.
+
+A stop has to be met twice at the same place, the second time slowly, backing off in between: one
+that was held up for longer, and is free again then, goes on. The second place counts.
 """
 
 from __future__ import annotations
@@ -34,15 +39,18 @@ from macromicro.types import Sample
 SEARCH, PUSH, BACK = range(3)
 GIVE = 20.0  # counts that a stop's rubber may give under the push
 AGAIN = 2.0 * GIVE  # counts to back off before it is felt for again
+OVER = 1.4  # of the wanted speed, with which a carriage that had stuck may catch up
 
 
 def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
     """Begin to search; the place is not trusted until it is found again."""
     trust = t.told(s, "trust", "homing", {"trusted": False})
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
+    q = p.settings.homing
+    expected = s.frame.offset + q.coordinate - q.back_off if s.frame.named else NAN
     s = s._replace(
         motion=motion,
-        work=Search(SEARCH, s.time, s.seen.encoder, NAN),
+        work=Search(SEARCH, s.time, s.seen.encoder, NAN, expected=expected),
         drive=drive,
         frame=s.frame._replace(trusted=False),
         target=NAN,
@@ -70,20 +78,33 @@ def step(
     return _back(p, s, work, sample, dt)
 
 
-def _slow(q: Homing, s: LiveState, motor: float) -> float:
-    """The effort within homing's volts, none above its speed."""
-    return 0.0 if abs(s.seen.speed) > q.fastest else limited(motor, q.volts)
+def _slow(q: Homing, s: LiveState, motor: float, pace: float = 0.0) -> float:
+    """The effort within homing's volts, none above its speed, or well above that of the reference,
+    `pace` [count/s]."""
+    return 0.0 if abs(s.seen.speed) > max(q.fastest, OVER * pace) else limited(motor, q.volts)
+
+
+def pace(q: Homing, above: float) -> float:
+    """Speed of the search [count/s], `above` [counts] the place where the stop is expected; NaN
+    where it is expected nowhere."""
+    if above > q.near:
+        return max(q.quick, q.speed)
+    return q.speed if above >= -GIVE else max(q.approach, q.speed)
 
 
 def _search(
     q: Homing, s: LiveState, work: Search, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
+    speed = pace(q, sample.encoder - work.expected)
+    if speed < work.pace:  # neither a reference far ahead nor the law's memory drives it on
+        s = s._replace(drive=s.drive._replace(macro_reference=sample.encoder, memory=REST))
     floor = sample.encoder - q.lead
-    reference = max(s.drive.macro_reference - q.speed * dt, floor)
+    reference = max(s.drive.macro_reference - speed * dt, floor)
     drive, motor = macro_effort(s, sample.encoder, reference, dt)
+    work = work._replace(pace=speed)
     if min(s.seen.standing, s.time - work.since) >= q.stand - TICK:
-        work = Search(PUSH, s.time, sample.encoder, work.stop)
-    return s._replace(drive=drive, work=work), Efforts(_slow(q, s, motor), 0.0, 1.0)
+        work = work._replace(phase=PUSH, since=s.time, origin=sample.encoder)
+    return s._replace(drive=drive, work=work), Efforts(_slow(q, s, motor, speed), 0.0, 1.0)
 
 
 def _push(
@@ -92,7 +113,7 @@ def _push(
     q = p.settings.homing
     if abs(sample.encoder - work.origin) > GIVE:  # it had only stuck
         drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
-        work = Search(SEARCH, s.time, NAN, work.stop)
+        work = work._replace(phase=SEARCH, since=s.time, origin=NAN)
         return s._replace(work=work, drive=drive), Efforts(0.0, 0.0, 1.0)
     stood = min(s.seen.standing, s.time - work.since)
     if stood < q.stand - TICK:
@@ -101,7 +122,8 @@ def _push(
     sure = abs(sample.encoder - work.stop) <= GIVE  # never, the first time: no stop is known
     cause = "end stop confirmed" if sure else "end stop found"
     event = t.told(s, "move", cause, {"stop_raw_counts": sample.encoder})
-    s = s._replace(work=Search(BACK, NAN, NAN, sample.encoder, sure), drive=drive)
+    felt = Search(BACK, NAN, NAN, sample.encoder, sure, expected=sample.encoder)
+    s = s._replace(work=felt, drive=drive)
     return s, Efforts(0.0, 0.0, 1.0, 0.0, (event,))
 
 
@@ -115,7 +137,7 @@ def _back(
     since = NAN
     if not work.sure and sample.encoder >= goal - sequence.tolerance:
         drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
-        s = s._replace(work=Search(SEARCH, s.time, NAN, work.stop), drive=drive)
+        s = s._replace(work=work._replace(phase=SEARCH, since=s.time, origin=NAN), drive=drive)
         return s, Efforts(0.0, 0.0, 1.0)
     if abs(goal - sample.encoder) <= sequence.tolerance:
         since = s.time if math.isnan(work.since) else work.since
@@ -123,7 +145,7 @@ def _back(
         offset = goal - q.coordinate
         shift = offset - s.frame.offset  # counts lost or gained since it was last known
         s = s._replace(
-            frame=Frame(offset, 0.0, True, s.frame.zero),
+            frame=Frame(offset, 0.0, True, s.frame.zero, named=True),
             survey=survey.homed(p.settings.edges, s.survey, offset),
         )
         s = s._replace(seen=s.seen._replace(position=position(p, s)))

@@ -55,9 +55,25 @@ class Fine(NamedTuple):
 class Homing(NamedTuple):
     """There is no home switch: the low end stop is felt for."""
 
-    speed: Annotated[float, _own("count/s", "speed of the reference", positive=True)] = 140.0
+    speed: Annotated[
+        float, _own("count/s", "speed of the touch that counts, and of backing off", positive=True)
+    ] = 140.0
+    approach: Annotated[
+        float, _own("count/s", "speed of the search where no stop is expected", positive=True)
+    ] = 1000.0
+    quick: Annotated[
+        float, _own("count/s", "speed of the way to where one is expected", positive=True)
+    ] = 2000.0
+    near: Annotated[
+        float, _own("count", "distance from there at which it becomes slow", lo=1.0)
+    ] = 40.0
     fastest: Annotated[
-        float, _own("count/s", "carriage speed above which the motor is off", positive=True)
+        float,
+        _own(
+            "count/s",
+            "carriage speed above which the motor is off; at least 1.4 of the reference's",
+            positive=True,
+        ),
     ] = 700.0
     volts: Annotated[
         float,

@@ -31,12 +31,14 @@ class Seen(NamedTuple):
 
 class Frame(NamedTuple):
     """Where coordinate 0 is: `offset` [raw counts], NaN before the first sample, which then
-    has the coordinate `first`. `zero` [m]: where the relative reading is zero."""
+    has the coordinate `first`. `zero` [m]: where the relative reading is zero. `named`: is the
+    offset that of a homing or of a kept position, trusted or not?"""
 
     offset: float
     first: float
     trusted: bool
     zero: float
+    named: bool = False
 
 
 class Drive(NamedTuple):
@@ -92,13 +94,16 @@ class Settle(NamedTuple):
 
 class Search(NamedTuple):
     """Homing: phase, since when, where it began [raw counts] and the stop, once felt; `sure`: at
-    the same place for the second time."""
+    the same place for the second time; where the stop is `expected` [raw counts], or NaN, and the
+    speed of the search [count/s]."""
 
     phase: int
     since: float
     origin: float
     stop: float
     sure: bool = False
+    expected: float = NAN
+    pace: float = 0.0
 
 
 class Jogged(NamedTuple):
@@ -198,7 +203,7 @@ def begin(
         settings.prepare(p.control, False, p.calibration),
         p.settings.limits,
         Seen(NAN, 0.0, 0.0, NAN, NAN),
-        Frame(NAN, first, trusted and known, 0.0),
+        Frame(NAN, first, trusted and known, 0.0, known),
         Drive(0.0, 0.0, REST, 0.0, False),
         None,
         None,
