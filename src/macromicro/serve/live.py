@@ -9,6 +9,8 @@ from macromicro.control.calibration import Calibration
 from macromicro.control.live import accept, machine, state
 from macromicro.control.live.messages import Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters, prepare
+from macromicro.control.live.surveying import Surveying
+from macromicro.nominal import PERIOD
 from macromicro.serve.machine import View
 from macromicro.serve.persist import Restored
 from macromicro.serve.settings import LiveSettings
@@ -21,6 +23,8 @@ class Live:
     def __init__(self, parameters: LiveParameters) -> None:
         self._p = parameters
         self._s = state.begin(parameters)
+        q = parameters.settings
+        self._look = Surveying(q.edges, q.pitch, PERIOD)
 
     def begin(self, sample: Sample, restored: Restored) -> None:
         """The carriage stands at the coordinate that it was left at, if that is known."""
@@ -30,7 +34,7 @@ class Live:
 
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         """One control period."""
-        self._s, command, outputs, notices = machine.step(self._p, self._s, sample, dt)
+        self._s, command, outputs, notices = machine.step(self._p, self._s, sample, dt, self._look)
         return command, outputs, notices
 
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:

@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from macromicro.kernel import kernel
+
 GATE = 4.0  # standard errors: beyond it an edge does not belong to the others
 OUTLIERS = 5  # of them in a row: counts were lost, or the laser's path is not what it was
 
@@ -31,6 +33,19 @@ class Phase(NamedTuple):
     refused: int
 
 
+@kernel
+def unknown() -> Phase:
+    """No phase at all, for kernels, which know no None."""
+    return Phase(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1, 0)
+
+
+@kernel
+def known(e: Phase) -> bool:
+    """Is there a phase?"""
+    return e.number >= 0
+
+
+@kernel
 def begin(count: float, a: float, pitch: float, scale: float) -> Phase:
     """Nothing but the present `count` is known: any phase [m] within half a pitch of `a` is as
     likely. `scale`: standard error of the pitch, a share of it."""
@@ -38,22 +53,26 @@ def begin(count: float, a: float, pitch: float, scale: float) -> Phase:
     return Phase(count, a, 0.0, pitch * pitch / 12.0, 0.0, slope * slope, 0, 0)
 
 
+@kernel
 def at(e: Phase, count: float) -> float:
     """Phase [m] at a count."""
     return e.a + e.b * (count - e.origin)
 
 
+@kernel
 def variance(e: Phase, count: float) -> float:
     """Variance [m^2] of the phase at a count."""
     d = count - e.origin
     return e.aa + d * (2.0 * e.ab + d * e.bb)
 
 
+@kernel
 def blurred(e: Phase, more: float) -> Phase:
     """The phase has become less certain by a variance [m^2]."""
-    return e._replace(aa=e.aa + more)
+    return Phase(e.origin, e.a, e.b, e.aa + more, e.ab, e.bb, e.number, e.refused)
 
 
+@kernel
 def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
     """One edge more: its phase `z` [m] with the variance `noise` [m^2].
 
@@ -64,7 +83,7 @@ def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
     total = pa + d * pb + noise
     error = z - e.a - d * e.b
     if error * error > GATE * GATE * total:
-        return e._replace(refused=e.refused + 1)
+        return Phase(e.origin, e.a, e.b, e.aa, e.ab, e.bb, e.number, e.refused + 1)
     ka, kb = pa / total, pb / total
     return Phase(
         e.origin,
@@ -78,11 +97,13 @@ def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
     )
 
 
+@kernel
 def sure(e: Phase) -> bool:
     """Do the edges agree with one another?"""
     return e.refused < OUTLIERS
 
 
+@kernel
 def error(e: Phase, count: float) -> float:
     """Standard error [m] of the phase at a count."""
     return math.sqrt(max(variance(e, count), 0.0))

@@ -16,7 +16,7 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.accept import accept
 from macromicro.control.live.effort import NONE, Efforts
 from macromicro.control.live.messages import Evidence, Notice
-from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.parameters import Edges, LiveParameters
 from macromicro.control.live.state import (
     TICK,
     Approach,
@@ -33,9 +33,12 @@ from macromicro.control.live.state import (
     now,
     uncertainty,
 )
+from macromicro.control.live.survey import Moving, Survey
 from macromicro.types import SAFE, Command, Outputs, Sample
 
 __all__ = ["accept", "begin", "doubt", "fault", "lose", "step"]
+
+Look = Callable[[Edges, float, Survey, Sample, Moving, float], Survey]
 
 DISAGREE = "laser and encoder disagree"
 _SPEED_TIME = 0.01  # s: time constant of the speed that the encoder shows
@@ -43,13 +46,14 @@ _LEAP = 0.1  # s: a longer step of the samples' time is no passing of time
 
 
 def step(
-    p: LiveParameters, s: LiveState, sample: Sample, dt: float
+    p: LiveParameters, s: LiveState, sample: Sample, dt: float, look: Look = survey.look
 ) -> tuple[LiveState, Command, Outputs, tuple[Notice, ...]]:
     """One control period `dt` [s]: state, what is asked for, outputs, what happened.
 
-    Motor and CTRL are 0 V in disabled, ready, fault, and in stopped once at rest.
+    Motor and CTRL are 0 V in disabled, ready, fault, and in stopped once at rest. `look` does what
+    `survey.look` does, compiled where time counts.
     """
-    s, sample = _look(p, s, sample, dt)
+    s, sample = _look(p, s, sample, dt, look)
     if s.survey.apart >= p.settings.edges.span - TICK and _driven(s):
         s, notices = fault(p, s, DISAGREE, _disagreement(p, s), position_lost=True)
         return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
@@ -99,7 +103,9 @@ def _time(s: LiveState, told: float, dt: float) -> tuple[float, float]:
     return time, s.shift
 
 
-def _look(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Sample]:
+def _look(
+    p: LiveParameters, s: LiveState, sample: Sample, dt: float, look: Look
+) -> tuple[LiveState, Sample]:
     """Readings, speed, standstill and position after this sample; what is no number is missing."""
     encoder, hall = sample.encoder, sample.hall
     time, shift = _time(s, sample.t, dt)
@@ -123,7 +129,7 @@ def _look(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[L
     watched = survey.NOTHING
     if s.mode != m.FAULT or frame.trusted:  # else counts are not what they were
         moving = survey.Moving(fine, speed, standing, frame.offset)
-        watched = survey.look(q.edges, q.pitch, s.survey, sample, moving, dt)
+        watched = look(q.edges, q.pitch, s.survey, sample, moving, dt)
     if frame.trusted and watched.half < 0.5 * q.pitch:
         position = survey.whole(watched, q.pitch, frame.offset)
     else:

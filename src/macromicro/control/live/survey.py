@@ -21,6 +21,7 @@ from typing import NamedTuple
 from macromicro.control.live import edges
 from macromicro.control.live.edges import Phase
 from macromicro.control.live.parameters import Edges
+from macromicro.kernel import kernel
 from macromicro.types import Sample
 
 NAN = math.nan
@@ -89,45 +90,83 @@ class Moving(NamedTuple):
 
 def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float) -> Survey:
     """The survey after one more sample."""
+    if v.phase is None:
+        v = v._replace(phase=edges.unknown())
+    v = followed(q, pitch, v, sample, moving, dt)
+    return v if edges.known(_phase(v)) else v._replace(phase=None)
+
+
+@kernel
+def _phase(v: Survey) -> Phase:
+    """Of a survey within kernels, where it is never None but unknown."""
+    return v.phase  # type: ignore[return-value]
+
+
+@kernel
+def _anew(laser: float, same: int, held: float) -> Survey:
+    """Nothing is known but how long the laser has said the same."""
+    return Survey(
+        edges.unknown(), laser, 0.0, 0, same, held, NAN, NAN, NAN,
+        NAN, NAN, NAN, 0, 0.0, NAN, NAN, 0.0, 0.0, math.inf,
+    )  # fmt: skip
+
+
+@kernel
+def followed(
+    q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float
+) -> Survey:
+    """`look` for kernels: a phase that is not known is `edges.unknown`."""
     count = sample.encoder
     if q.use != 1 or not abs(sample.laser) < _FARTHEST:
-        return NOTHING
+        return _anew(NAN, 0, NAN)
     now = _beam(q, v, sample)
-    if now.same >= _STUCK and (v.phase is None or count != now.held):
-        return NOTHING._replace(laser=now.laser, same=now.same, held=now.held)
+    phase = _phase(now)
+    if now.same >= _STUCK and (not edges.known(_phase(v)) or count != now.held):
+        return _anew(now.laser, now.same, now.held)
     if v.awaited == 1 and now.base == v.base:  # the reset never came, or cannot be told
-        return NOTHING._replace(laser=now.laser, held=count)
+        return _anew(now.laser, 0, count)
     if math.isnan(count) or math.isnan(sample.hall) or now.hall_same >= _HALL_STUCK:
-        return now._replace(counts=NAN, path=NAN, apart=0.0)
+        return Survey(
+            phase, now.laser, now.base, now.awaited, now.same, now.held, NAN, now.whole, now.fine,
+            NAN, now.pace, now.hall, now.hall_same, now.slow, now.edge, now.anchor, now.gap,
+            0.0, now.half,
+        )  # fmt: skip
     slow = v.slow + dt if abs(moving.speed) <= q.fastest else 0.0
     whole = now.laser + now.base
     path = _path(q, v, whole, moving.fine, dt)
     place = path - 0.5 * (count + v.counts) * pitch
-    now = now._replace(counts=count, whole=whole, fine=moving.fine, path=path, slow=slow)
-    if now.phase is None or math.isnan(place):
-        if now.phase is None and slow > 0.0 and not math.isnan(place):
-            now = now._replace(phase=edges.begin(count, place, pitch, q.scale))
-        return now._replace(path=NAN)
-    return _judged(q, pitch, v, now, place, moving, dt)
+    lost = not edges.known(phase) or math.isnan(place)
+    if not edges.known(phase) and slow > 0.0 and not math.isnan(place):
+        phase = edges.begin(count, place, pitch, q.scale)
+    now = Survey(
+        phase, now.laser, now.base, now.awaited, now.same, now.held, count, whole, moving.fine,
+        NAN if lost else path, now.pace, now.hall, now.hall_same, slow, now.edge, now.anchor,
+        now.gap, now.apart, now.half,
+    )  # fmt: skip
+    return now if lost else _judged(q, pitch, v, now, place, moving, dt)
 
 
+@kernel
 def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
     """The laser followed through a reset; how long it and the Hall sensor have said the same."""
     laser, hall = sample.laser, sample.hall
-    phase, base, awaited = v.phase, v.base, v.awaited
-    if awaited and phase is not None:
+    phase, base, awaited = _phase(v), v.base, v.awaited
+    if awaited > 0 and edges.known(phase):
         awaited -= 1
         if abs(laser) < abs(laser - v.laser):
             base, awaited = base + v.laser, 0
             phase = edges.blurred(phase, q.reset * q.reset)
-    same, held = (v.same + 1, v.held) if laser == v.laser else (0, sample.encoder)
+    same, held = 0, sample.encoder
+    if laser == v.laser:
+        same, held = v.same + 1, v.held
     hall_same = v.hall_same + 1 if hall == v.hall else 0
-    return v._replace(
-        phase=phase, laser=laser, base=base, awaited=awaited, same=same, held=held,
-        hall=hall, hall_same=hall_same,
+    return Survey(
+        phase, laser, base, awaited, same, held, v.counts, v.whole, v.fine, v.path, v.pace,
+        hall, hall_same, v.slow, v.edge, v.anchor, v.gap, v.apart, v.half,
     )  # fmt: skip
 
 
+@kernel
 def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
     """Carriage path [m], mean of the period: of the laser, less the contraction that the lag
     `q.lag` of the Hall sensor hides."""
@@ -136,18 +175,18 @@ def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
     return 0.5 * (whole + v.whole) - contraction
 
 
+@kernel
 def _judged(
     q: Edges, pitch: float, v: Survey, now: Survey, place: float, moving: Moving, dt: float
 ) -> Survey:
     """An edge taken, if one was crossed, and how far laser and encoder are apart at `place` [m];
     `v`: the survey before."""
-    phase, count, anchor = now.phase, now.counts, v.anchor
-    assert phase is not None
+    phase, count, anchor = _phase(now), now.counts, v.anchor
     gap = (place - (edges.at(phase, count) if math.isnan(anchor) else anchor)) / pitch
     pace = now.path - v.path
     leap = _LEAP_AT_REST if moving.standing >= _RESTED else _LEAP
     if abs(gap - v.gap) > leap and abs(pace - v.pace) > leap * pitch:
-        return NOTHING._replace(laser=now.laser, held=count)
+        return _anew(now.laser, 0, count)
     phase = edges.blurred(phase, q.drift * q.drift * dt)
     edge = max(count, v.counts)
     unsure = now.awaited > 0 or not math.isnan(anchor)
@@ -161,17 +200,15 @@ def _judged(
         if not edges.sure(phase):
             anchor = edges.at(phase, count)
     far = abs(gap) > q.lost + q.skew * abs(moving.speed)
-    return now._replace(
-        phase=phase,
-        pace=pace,
-        edge=edge,
-        anchor=anchor,
-        gap=gap,
-        apart=v.apart + dt if far and not now.awaited else 0.0,
-        half=_half(q, phase, anchor, moving.offset),
-    )
+    apart = v.apart + dt if far and now.awaited == 0 else 0.0
+    half = _half(q, phase, anchor, moving.offset)
+    return Survey(
+        phase, now.laser, now.base, now.awaited, now.same, now.held, count, now.whole, now.fine,
+        now.path, pace, now.hall, now.hall_same, now.slow, edge, anchor, gap, apart, half,
+    )  # fmt: skip
 
 
+@kernel
 def _half(q: Edges, phase: Phase, anchor: float, offset: float) -> float:
     """Half width [m] of the position by laser; infinite while it is not to be relied on."""
     if phase.number < q.needed or not math.isnan(anchor):

@@ -1,0 +1,124 @@
+"""The survey with its state inside compiled code, for a loop that runs in real time.
+
+`Surveying` takes the place of `survey.look` and gives the same bits. What the machine does to a
+survey between two samples (a reset, homing) is taken over: it is another object then.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control.live import edges, survey
+from macromicro.control.live.edges import Phase
+from macromicro.control.live.parameters import Edges
+from macromicro.control.live.survey import NOTHING, Moving, Survey
+from macromicro.kernel import compiled, kernel
+from macromicro.types import Sample
+
+_Row = npt.NDArray[np.float64]
+_PHASE = len(Phase._fields)
+_FIELDS = _PHASE + len(Survey._fields) - 1
+_LOOK, _TAKE = 0.0, 1.0
+_MOVING = 4  # place in what is asked; before it the order, encoder, Hall sensor and laser
+
+
+@kernel
+def _store(v: Survey, row: _Row) -> None:
+    e = v.phase
+    row[0] = e.origin  # type: ignore[union-attr]
+    row[1] = e.a  # type: ignore[union-attr]
+    row[2] = e.b  # type: ignore[union-attr]
+    row[3] = e.aa  # type: ignore[union-attr]
+    row[4] = e.ab  # type: ignore[union-attr]
+    row[5] = e.bb  # type: ignore[union-attr]
+    row[6] = float(e.number)  # type: ignore[union-attr]
+    row[7] = float(e.refused)  # type: ignore[union-attr]
+    row[8] = v.laser
+    row[9] = v.base
+    row[10] = float(v.awaited)
+    row[11] = float(v.same)
+    row[12] = v.held
+    row[13] = v.counts
+    row[14] = v.whole
+    row[15] = v.fine
+    row[16] = v.path
+    row[17] = v.pace
+    row[18] = v.hall
+    row[19] = float(v.hall_same)
+    row[20] = v.slow
+    row[21] = v.edge
+    row[22] = v.anchor
+    row[23] = v.gap
+    row[24] = v.apart
+    row[25] = v.half
+
+
+@kernel
+def _restored(r: _Row) -> Survey:
+    e = Phase(r[0], r[1], r[2], r[3], r[4], r[5], int(r[6]), int(r[7]))
+    return Survey(
+        e, r[8], r[9], int(r[10]), int(r[11]), r[12], r[13], r[14], r[15], r[16], r[17], r[18],
+        int(r[19]), r[20], r[21], r[22], r[23], r[24], r[25],
+    )  # fmt: skip
+
+
+def _survey(q: Edges, pitch: float, asked: _Row, state: _Row, dt: float) -> Iterator[int]:
+    """The survey as a coroutine: each `next` takes over `state`, or looks at a sample and tells
+    it there."""
+    v = _restored(state)
+    while True:
+        if asked[0] == _LOOK:
+            nan = math.nan
+            sample = Sample(nan, asked[1], asked[2], asked[3], nan, nan)
+            moving = Moving(asked[4], asked[5], asked[6], asked[7])
+            v = survey.followed(q, pitch, v, sample, moving, dt)
+            _store(v, state)
+        else:
+            v = _restored(state)
+        yield 0
+
+
+class Surveying:
+    """`survey.look` of one machine, compiled."""
+
+    def __init__(self, q: Edges, pitch: float, dt: float) -> None:
+        self._begin(q, pitch, dt)
+
+    def _begin(self, q: Edges, pitch: float, dt: float) -> None:
+        self._asked = np.zeros(_MOVING + len(Moving._fields))
+        self._state = np.zeros(_FIELDS)
+        self._last: Survey = NOTHING
+        self._kept = (q, pitch, dt)
+        _store(NOTHING._replace(phase=edges.unknown()), self._state)
+        # The coroutine refers to the arrays inside, and does not own them.
+        self._survey = compiled(_survey)(q, pitch, self._asked, self._state, dt)
+
+    def __call__(
+        self, q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float
+    ) -> Survey:
+        """The survey after one more sample."""
+        if (q, pitch, dt) != self._kept:
+            self._begin(q, pitch, dt)
+        asked = self._asked
+        if v is not self._last:
+            _store(v if v.phase else v._replace(phase=edges.unknown()), self._state)
+            asked[0] = _TAKE
+            next(self._survey)
+        asked[:] = (_LOOK, sample.encoder, sample.hall, sample.laser, *moving)
+        next(self._survey)
+        (
+            origin, a, b, aa, ab, bb, number, refused, laser, base, awaited, same, held, counts,
+            whole, fine, path, pace, hall, hall_same, slow, edge, anchor, gap, apart, half,
+        ) = self._state.tolist()  # fmt: skip
+        phase = None
+        if number >= 0.0:
+            phase = Phase(origin, a, b, aa, ab, bb, int(number), int(refused))
+        self._last = v = Survey(
+            phase, laser, base, int(awaited), int(same), held, counts, whole, fine, path, pace,
+            hall, int(hall_same), slow, edge, anchor, gap, apart, half,
+        )  # fmt: skip
+        return v
