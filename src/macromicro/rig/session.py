@@ -135,6 +135,8 @@ class Session:
             self._sample = self._rig.read()
         if self._zero is None:
             self._zero = self._sample.t
+        if self._zero == 0.0:
+            return self._sample
         return self._sample._replace(t=self._sample.t - self._zero)
 
     def write(self, outputs: Any) -> None:

@@ -75,14 +75,14 @@ class Twin:
         self.clock = VirtualClock(self)
         self._measure, self._advance = measure, advance
         self._random = noise_source(seed)
-        self._noise: npt.NDArray[np.float64] = np.empty((0, NOISES))
+        self._noise: list[list[float]] = []
         self._drawn = -1  # block of periods that the noise was drawn for
         self._outputs = SAFE
 
     def read(self) -> Sample:
         """Measure all channels now."""
         draw = self._draws()
-        return self._measured(self.tick * self.dt, float(draw[0]), float(draw[1]))
+        return self._measured(self.tick * self.dt, draw[0], draw[1])
 
     def write(self, outputs: Outputs) -> None:
         """Set the outputs for the coming control period."""
@@ -91,18 +91,18 @@ class Twin:
     def advance(self) -> None:
         """Let one control period pass."""
         draw = self._draws()
-        self._advanced(self._outputs, float(draw[2]))
+        self._advanced(self._outputs, draw[2])
         self.tick += 1
-        self._outputs = self._outputs._replace(laser_reset=0.0)
+        if self._outputs.laser_reset != 0.0:
+            self._outputs = self._outputs._replace(laser_reset=0.0)
 
-    def _draws(self) -> npt.NDArray[np.float64]:
+    def _draws(self) -> list[float]:
         """This period's standard normal numbers, however often and by whom they are used."""
         block, row = divmod(self.tick, _BLOCK)
         if block != self._drawn:
-            self._noise = self._random.standard_normal((_BLOCK, NOISES))
+            self._noise = self._random.standard_normal((_BLOCK, NOISES)).tolist()
             self._drawn = block
-        draws: npt.NDArray[np.float64] = self._noise[row]
-        return draws
+        return self._noise[row]
 
     def _measured(self, t: float, n0: float, n1: float) -> Sample:
         sample: Sample = self._measure(self.plant, self.state, t, n0, n1)

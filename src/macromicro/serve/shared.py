@@ -110,6 +110,7 @@ class Shared:
             os.ftruncate(fd, size)
         memory = np.frombuffer(mmap.mmap(fd, size), np.int64)
         self.cells = memory[:_CELLS]
+        self._turns = memory.data[:_CELLS]  # the same, quicker to count up
         floats = memory.view(np.float64)
         self._status = floats[_CELLS : _CELLS + status]
         self._told = memory.data[_CELLS : _CELLS + status].cast("B")
@@ -132,10 +133,11 @@ class Shared:
 
     def put(self, row: Sequence[float]) -> None:
         """Append a row of telemetry (loop process only)."""
-        written = int(self.cells[WRITTEN])
+        cells = self._turns
+        written = cells[WRITTEN]
         _ROW.pack_into(self._rows, written % self.rows * _ROW.size, *row)
-        self.cells[ALIVE] = time.monotonic_ns()
-        self.cells[WRITTEN] = written + 1
+        cells[ALIVE] = time.monotonic_ns()
+        cells[WRITTEN] = written + 1
 
     def set_status(self, status: Sequence[float]) -> None:
         """Replace the status (loop process only)."""
@@ -146,10 +148,10 @@ class Shared:
     def show(self, row: Sequence[float], status: Sequence[float]) -> None:
         """Append a row and replace the status, of one and the same instant (loop process
         only)."""
-        self.cells[STATUS_TURN] += 1
+        self._turns[STATUS_TURN] += 1
         self.put(row)
         _STATUS.pack_into(self._told, 0, *status)
-        self.cells[STATUS_TURN] += 1
+        self._turns[STATUS_TURN] += 1
 
     def now(self) -> tuple[int, NDArray[np.float64], Status] | None:
         """The newest row with its number, counted from 1, and the status of the same instant
