@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.errors import InputError
 from macromicro.experiments import electrothermal
 from macromicro.experiments.electrothermal import StepData
 from macromicro.experiments.machine import Machine
@@ -59,9 +60,30 @@ class Models(NamedTuple):
     unseen: dict[str, Compared]
 
 
+class Unfitted(NamedTuple):
+    """`table` and `data` as in `Models`, where no model of Section 5.2 could be made of them;
+    `why`."""
+
+    table: FodTable
+    data: StepData
+    why: str
+
+
+def attempted(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Models | Unfitted:
+    """As `measured`; on a bench whose steps the thesis' procedure cannot use, what there is."""
+    data = electrothermal.collect(plant, seed)
+    try:
+        return _fitted(table, data, plant, seed)
+    except InputError as error:
+        return Unfitted(table, data, str(error))
+
+
 def measured(table: FodTable, plant: Machine | None = None, seed: int = 0) -> Models:
     """All open-loop runs of a bench, by default the default one, and all fits to them."""
-    data = electrothermal.collect(plant, seed)
+    return _fitted(table, electrothermal.collect(plant, seed), plant, seed)
+
+
+def _fitted(table: FodTable, data: StepData, plant: Machine | None, seed: int) -> Models:
     first = actuator.thesis(table, data.steps, data.cooled[1.575])
     better = stressed.fit(table, electrothermal.for_fit(plant, seed + 10_000), first.model.gain)
     printed = first.model._replace(gain=Weighted())

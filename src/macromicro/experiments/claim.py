@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
 CALIBRATED, COMPUTED, PREDICTED = "calibrated", "computed", "predicted"
+SET = "set"
+KINDS = (CALIBRATED, SET, COMPUTED, PREDICTED)
 
 Number = float | list[float] | list[str] | None
 
@@ -15,8 +17,10 @@ class Claim(NamedTuple):
     """One claim of the thesis.
 
     `printed` and `measured` are numbers, lists of numbers or names, or None where the claim
-    has none; `printed_text` is what the thesis prints in words. `kind`: `calibrated` (a bench
-    parameter was chosen to meet it), `computed` (arithmetic) or `predicted`. `reason`
+    has none; `printed_text` is what the thesis prints in words. `kind`: `calibrated` (a
+    parameter of the bench or a gain was chosen with it in view, or it follows from claims for
+    which one was), `set` (a setting fixes it, and the measurement gives the setting back),
+    `computed` (arithmetic) or `predicted` (none of these). `reason`
     says why it differs, or what the agreement rests on.
     """
 
@@ -37,6 +41,12 @@ def within(measured: float, low: float, high: float) -> str:
     if math.isnan(measured):
         return NOT_MEASURED
     return REPRODUCED if low <= measured <= high else DIFFERS
+
+
+def reached(measured: float, low: float, high: float) -> str:
+    """As `within`, for a time until something happens: NaN says that it never did in a run
+    that was whole, and differs."""
+    return DIFFERS if math.isnan(measured) else within(measured, low, high)
 
 
 def holds(good: bool) -> str:

@@ -6,9 +6,13 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.experiments import electrothermal, gain_curve
-from macromicro.experiments.actuator_models import Models
+from macromicro.experiments.actuator_models import Models, Unfitted
 from macromicro.experiments.claim import Claim, holds, within
+from macromicro.experiments.judging import NotMeasured, judged
 from macromicro.experiments.statements import stated
+from macromicro.identify import thermal
+from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.thermal import CoolingFit
 from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response, transfer
 
@@ -21,10 +25,39 @@ def against_5_6(modes: heating.Modes) -> float:
     return float(100.0 * np.sqrt(np.mean((found - printed) ** 2)) / np.ptp(printed))
 
 
-def claims(models: Models) -> list[Claim]:
+def claims(models: Models | Unfitted) -> list[Claim]:
     """S5a, S5b, S7 and S8 from the fits, S9 from the printed equation, S10 from both."""
-    made = [_dynamics(models), _cooling(models), *gain_curve.claims(), _whole(models)]
-    return [*_gain(models), *made]
+    if isinstance(models, Unfitted):
+        return _without_models(models)
+    return judged(
+        [
+            (("S5a", "S5b"), lambda: _gain(models)),
+            ("S7", lambda: _dynamics(models)),
+            ("S8", lambda: _cooling(models.thesis.cooling)),
+            ("S9", gain_curve.claims),
+            ("S10", lambda: _whole(models)),
+        ]
+    )
+
+
+def _without_models(seen: Unfitted) -> list[Claim]:
+    """S8 and S9, which take no model of the whole, and why the others are not measured."""
+
+    def lacking() -> Claim:
+        raise NotMeasured(f"the thesis' procedure does not fit this bench's steps: {seen.why}")
+
+    def cooled() -> Claim:
+        fall = thermal.cooling(seen.table, seen.data.cooled[1.575], AMBIENT)
+        return _cooling(fall)
+
+    return judged(
+        [
+            (("S5a", "S5b", "S7"), lacking),
+            ("S8", cooled),
+            ("S9", gain_curve.claims),
+            ("S10", lacking),
+        ]
+    )
 
 
 def _gain(models: Models) -> list[Claim]:
@@ -66,8 +99,7 @@ def _dynamics(models: Models) -> Claim:
     )
 
 
-def _cooling(models: Models) -> Claim:
-    cooling = models.thesis.cooling
+def _cooling(cooling: CoolingFit) -> Claim:
     return stated(
         "S8",
         cooling.time,

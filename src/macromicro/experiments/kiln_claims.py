@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.experiments.claim import NOT_MEASURED, Claim, holds, within
+from macromicro.experiments.judging import judged
 from macromicro.experiments.kiln import KilnData
 from macromicro.experiments.statements import stated
 from macromicro.hysteresis.table import FodTable
@@ -17,6 +18,7 @@ from macromicro.identify.smoothing import without_spikes
 from macromicro.recording import Recording
 
 TRUTH = "true_thermocouple"
+ENCODER_MM = 0.014  # a count of the kiln's encoder, Section 5.2.1
 
 
 class KilnRuns(NamedTuple):
@@ -68,7 +70,13 @@ def spikes(recording: Recording) -> Spikes:
 
 def claims(runs: KilnRuns) -> list[Claim]:
     """S1, S2 and S6 from recordings."""
-    return [_spikes(spikes(runs.heated.curves)), _preisach(runs), _full(runs.table)]
+    return judged(
+        [
+            ("S1", lambda: _spikes(spikes(runs.heated.curves))),
+            ("S2", lambda: _preisach(runs)),
+            ("S6", lambda: _full(runs.table)),
+        ]
+    )
 
 
 def _spikes(s: Spikes) -> Claim:
@@ -104,12 +112,11 @@ def _preisach(runs: KilnRuns) -> Claim:
 
 
 def _full(table: FodTable) -> Claim:
-    full = full_contraction(table)
-    return stated(
-        "S6",
-        full,
-        within(full, 106.0, 109.0),
-        "where the rising branch is within 5 % of its end; within 1 %: "
-        f"{full_contraction(table, 0.01):.1f}. The last heating threshold of the relays "
-        "was chosen for it",
+    full = full_contraction(table, ENCODER_MM / table.span)
+    early = full_contraction(table)
+    reason = (
+        f"where the rising branch is within a count of the encoder ({1e3 * ENCODER_MM:g} um, "
+        f"{100.0 * ENCODER_MM / table.span:.1f} %) of its end; within 5 % it is {early:.1f}. The "
+        "last heating threshold of the relays was chosen for it"
     )
+    return stated("S6", full, within(full, 106.0, 109.0), reason)

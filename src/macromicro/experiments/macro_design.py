@@ -66,13 +66,22 @@ class Trial(NamedTuple):
     effort: Array
 
 
+class OnBench(NamedTuple):
+    """A step on the bench: overshoot [counts], samples after the first at the limit, and the
+    time [s] until it stays within 2 %, NaN where it never does."""
+
+    overshoot: float
+    saturated: int
+    settled: float
+
+
 class Design(NamedTuple):
     """What the design and its tuning give.
 
     `ratios`, `frequencies`, `bare`: trials by damping ratio, by crossover [rad/s], and by
     crossover without derivative action; `printed`: of (4.10); `rule`: of the stated rule;
     `ratio`: the least damping ratio within the limit, `at_limit` its trial; `rule_on_bench`,
-    `printed_on_bench`: overshoot [counts] and saturated samples there.
+    `printed_on_bench`: these two there.
     """
 
     ratios: dict[float, Trial]
@@ -82,8 +91,8 @@ class Design(NamedTuple):
     rule: Trial
     ratio: float
     at_limit: Trial
-    rule_on_bench: tuple[float, int]
-    printed_on_bench: tuple[float, int]
+    rule_on_bench: OnBench
+    printed_on_bench: OnBench
 
 
 def collect(plant: Machine) -> Design:
@@ -195,8 +204,8 @@ def ratio_below_limit() -> float:
     return high
 
 
-def on_bench(plant: Machine, taps: PdTaps) -> tuple[float, int]:
-    """Overshoot [counts] and saturated samples after the first, of the step on the bench.
+def on_bench(plant: Machine, taps: PdTaps) -> OnBench:
+    """The step on the bench.
 
     From 100 counts below zero, so that the end stop at 3000 counts cannot hide anything.
     """
@@ -204,15 +213,12 @@ def on_bench(plant: Machine, taps: PdTaps) -> tuple[float, int]:
     aim = np.full(round(SECONDS / DT), target)
     run = closed_loop(plant, with_taps(taps), aim, -100.0)
     full = np.abs(run["motor"][1:]) >= LIMIT
-    return overshoot(run["macro_position"], target), int(np.count_nonzero(full))
+    x = run["macro_position"]
+    return OnBench(overshoot(x, target), int(np.count_nonzero(full)), settling_time(x, target))
 
 
-def claims(design: Design) -> list[Claim]:
-    """M11, M11b (arithmetic on printed figures) and M12."""
-    return [*_margins(), _tuning(design)]
-
-
-def _margins() -> list[Claim]:
+def margins() -> list[Claim]:
+    """M11 and M11b: arithmetic on printed figures."""
     tuned, initial = crossover(TUNED_TAPS), crossover(INITIAL_TAPS)
     plus = crossover(PdTaps(TUNED_TAPS.now, -TUNED_TAPS.before))
     good = abs(initial.phase_margin / 76.3 - 1.0) <= 0.005
@@ -236,25 +242,27 @@ def _margins() -> list[Claim]:
     ]
 
 
-def _tuning(design: Design) -> Claim:
+def tuning(design: Design) -> Claim:
+    """M12: what the rule finds in simulation, put to the bench."""
     printed, rule, asked = design.printed, design.rule, design.ratios[1.05]
-    over, full = design.rule_on_bench
-    over_printed, full_printed = design.printed_on_bench
+    here, there = design.rule_on_bench, design.printed_on_bench
     least = min(t.overshoot for t in design.bare.values())
-    good = rule.overshoot < SMALL and rule.saturated == 0 and over == 0.0 and full == 0
+    good = here.overshoot < 1.0 and here.saturated == 0 and here.settled <= SECONDS
+    arrived = f"after {here.settled:.2f} s" if math.isfinite(here.settled) else "never"
     return stated(
         "M12",
-        [design.ratio, rule.overshoot, float(rule.saturated)],
+        [here.overshoot, float(here.saturated), here.settled],
         holds(good),
-        "The verdict is the rule's: derivative time of (4.10), crossover lowered to "
-        f"{rule.crossover.frequency:.2f} rad/s (taps {rule.taps.now:.7f}, {rule.taps.before:.7f}):"
-        f" at most {rule.peak:.2f} V after the first sample, {rule.overshoot:.2f} counts over in "
-        f"simulation, {over:.0f} on the bench, {rule.settled:.2f} s. The ratio is not 1.05: that "
-        f"({asked.crossover.phase_margin:.1f} deg) asks for {asked.peak:.2f} V. (4.10) has "
+        "Judged is the bench under the rule's controller: derivative time of (4.10), crossover "
+        f"lowered to {rule.crossover.frequency:.2f} rad/s (taps {rule.taps.now:.7f}, "
+        f"{rule.taps.before:.7f}), found in simulation as the first with {rule.overshoot:.2f} "
+        f"counts of overshoot and at most {rule.peak:.2f} V. There it is within 2 % {arrived}. The "
+        f"printed ratio of 1.05 does not do it: that ({asked.crossover.phase_margin:.1f} deg) asks "
+        f"for {asked.peak:.2f} V, {design.ratio:.2f} for 5 V. (4.10) has "
         f"{printed.crossover.phase_margin:.1f} deg, asks for {printed.first - 3.0:.0f} + 3 V, "
         f"then {printed.peak:.2f} V: it saturates for {printed.saturated} samples "
-        f"({full_printed} on the bench) and goes {printed.overshoot:.2f} counts over "
-        f"({over_printed:.0f}). Without derivative action no crossover from 9.91 to 2 rad/s "
+        f"({there.saturated} on the bench) and goes {printed.overshoot:.2f} counts over "
+        f"({there.overshoot:.0f}). Without derivative action no crossover from 9.91 to 2 rad/s "
         f"leaves less than {least:.0f} counts of overshoot: "
         "the derivative time removes it, not the lower frequency.",
     )

@@ -7,6 +7,8 @@ no sequence around the control law: it is never parked, so stiction and chatter 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +31,7 @@ from macromicro.types import Command, Outputs, Sample
 Array = npt.NDArray[np.float64]
 
 NAMES = ("t", "macro_reference", "macro_position", "motor", "macro_integral")
+RAMP = 1.0  # V
 ARRIVED = 2.0  # counts; the tolerance of the default sequence
 
 _SHOWN = tuple(c for c in COLUMNS if c.name in NAMES)
@@ -128,12 +131,44 @@ def swings(x: Array, target: float, band: float = ARRIVED) -> Array:
     return np.abs([float(part.sum()) for part in np.split(moved, edges)[1:]])
 
 
-def sticking(x: Array, motor: Array, below: float) -> float:
-    """Longest time [s] with the position constant, |motor| below `below` [V] and growing."""
-    growing = np.diff(np.abs(motor)) >= 0.0
-    held = (np.diff(x) == 0.0) & growing & (np.abs(motor[1:]) < below)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(np.int8), [0]])))
-    return float((edges[1::2] - edges[::2]).max(initial=0)) * DT
+class Stuck(NamedTuple):
+    """Stiction off the target: `seconds` that the carriage stands there while the effort ramps
+    towards the target, from `begin` to `end` [V]; `back`: it then moves towards the target,
+    against the way that it came."""
+
+    seconds: float
+    begin: float
+    end: float
+    back: bool
+
+
+def sticking(x: Array, motor: Array, target: float, below: float) -> Stuck | None:
+    """The longest time after the rise (98 %) in which `x` stays the same count off `target`
+    while the effort [V] ramps by `RAMP` or more in the direction of the error, its size below
+    `below` [V] all the time; None without one.
+
+    At the target, or with an effort that stays or falls away, nothing is stuck.
+    """
+    rise = rise_time(x, target)
+    if math.isnan(rise):
+        return None
+    first = round(rise / DT)
+    edges = np.concatenate([[first], first + np.flatnonzero(np.diff(x[first:])) + 1, [len(x)]])
+    found: list[Stuck] = []
+    for a, b in pairwise(int(e) for e in edges):
+        way = float(np.sign(target - x[a]))
+        # The sample of a new count has the kick of the derivative.
+        part = motor[a + 1 : b]
+        if way == 0.0 or not len(part) or float(np.abs(part).max()) >= below:
+            continue
+        if way * (part[-1] - part[0]) < RAMP or float((way * np.diff(part)).min(initial=0.0)) < 0.0:
+            continue
+        turned = way * np.sign(target - x[0]) < 0.0
+        moved = b < len(x) and way * (x[b] - x[a]) > 0.0
+        pushed = way * part[-1] > 0.0
+        back = bool(turned and moved and pushed)
+        found.append(Stuck(len(part) * DT, float(part[0]), float(part[-1]), back))
+    return max(found, key=lambda s: s.seconds, default=None)
 
 
 def sign_changes(motor: Array) -> int:

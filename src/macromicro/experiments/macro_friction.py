@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.columns import COLUMNS
+from macromicro.errors import InputError
 from macromicro.experiments.machine import Machine, idle_law, play, recorded
 from macromicro.identify.deadzone import DeadZone, dead_zone
 from macromicro.kernel import compiled, kernel
@@ -29,6 +30,7 @@ TRAVEL = (0.0, 2800.0)
 VOLTAGES = tuple(float(v) for v in np.round(np.arange(2.6, 3.301, 0.05), 2))
 STARTS = tuple(float(x) for x in range(0, 2601, 200))
 SECONDS = 2.5
+HIGHEST, STEP, MORE = 4.5, 0.05, 6  # V, V, further voltages at a time
 
 _SHOWN = tuple(c for c in COLUMNS if c.name in ("t", "macro_position", "motor"))
 
@@ -82,6 +84,24 @@ def collect(
     return runs
 
 
+def probed(plant: Machine) -> tuple[list[Recording], DeadZone]:
+    """The whole procedure (M1): its runs and the dead zone from them.
+
+    Where the carriage still stops at the highest of `VOLTAGES`, higher ones are tried, up to
+    4.5 V. Raises `InputError` where it stops there, too.
+    """
+    runs, top = collect(plant), VOLTAGES[-1]
+    while True:
+        try:
+            return runs, dead_zone(runs, travel=TRAVEL)
+        except InputError:
+            if top >= HIGHEST:
+                raise
+        further = [round(top + STEP * (k + 1), 2) for k in range(MORE)]
+        runs += collect(plant, further)
+        top = further[-1]
+
+
 def measured(plant: Machine) -> DeadZone:
     """Dead zone of a bench by the whole procedure (M1)."""
-    return dead_zone(collect(plant), travel=TRAVEL)
+    return probed(plant)[1]

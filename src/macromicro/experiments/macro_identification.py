@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.experiments import macro_friction
 from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_friction import DT, TRAVEL, open_loop
 from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
@@ -23,7 +24,7 @@ from macromicro.rig.twin import noise_source
 
 Array = npt.NDArray[np.float64]
 
-WIDTH = 3.0  # Section 4.2.3: the width of the dead-zone inverse [V]
+WIDTH = 3.0  # Section 4.2.3: the thesis' width of the dead-zone inverse [V]
 RUNS = 10
 SECONDS = {0.1: 1.45, 1.0: 0.65, 2.0: 0.4}  # of Figure 4.13; 2 V reaches the end of travel
 
@@ -83,5 +84,6 @@ def _steady(x: Array) -> float:
 
 
 def measured(plant: Machine, seed: int = 0) -> MacroModel:
-    """The whole procedure on a bench (M2 to M6)."""
-    return identified(collect(plant, seed))
+    """The whole procedure on a bench (M2 to M6), beyond the dead zone that M1 finds there."""
+    width = macro_friction.measured(plant).width
+    return identified(collect(plant, seed, width), width)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.experiments import micro_runs as micro
-from macromicro.experiments.claim import Claim, holds, within
+from macromicro.experiments.claim import Claim, holds, reached, within
+from macromicro.experiments.judging import judged, whole
 from macromicro.experiments.micro_runs import MicroRuns, Swing
 from macromicro.experiments.statements import stated
 
@@ -15,13 +16,16 @@ LASER_NOISE_UM = 2.0
 def claims(runs: MicroRuns | None = None) -> list[Claim]:
     """The claims, from recordings or from the default bench."""
     seen = runs or micro.collect()
-    return [
-        _stop(seen),
-        _foot(seen),
-        _proportional(seen),
-        _windup(seen),
-        *_antiwindup(seen),
-    ]
+    return judged(
+        [
+            ("S3", lambda: _stop(seen)),
+            ("S4", lambda: _foot(seen)),
+            ("S11", lambda: _proportional(seen)),
+            ("S12", lambda: _windup(seen)),
+            (("S13a", "S13b"), lambda: _settling(seen)),
+            ("S13c", lambda: _accuracy(seen)),
+        ]
+    )
 
 
 def _stop(runs: MicroRuns) -> Claim:
@@ -61,6 +65,7 @@ def grows(values: list[float], noise: float) -> bool:
 
 
 def _proportional(runs: MicroRuns) -> Claim:
+    whole("a step under proportional control", *runs.proportional.values())
     swings: dict[float, Swing] = {k: micro.swing(r) for k, r in runs.proportional.items()}
     errors = [s.error for s in swings.values()]
     over = [s.overshoot for s in swings.values()]
@@ -81,6 +86,8 @@ def _proportional(runs: MicroRuns) -> Claim:
 
 
 def _windup(runs: MicroRuns) -> Claim:
+    whole("the sequence 0 - 2 - 3 - 2 - 0 mm under PI control", runs.pi)
+    whole("the sequence with anti-windup", runs.antiwindup)
     fall = micro.TIMES[2]
     plain, held = (abs(micro.error_after(r, fall)) for r in (runs.pi, runs.antiwindup))
     low = micro.undershoot(runs.pi, fall)
@@ -93,14 +100,16 @@ def _windup(runs: MicroRuns) -> Claim:
         f"3 to 2 mm: the integral effort falls {low:.2f} V below the value it needs; 1 s after "
         f"the step {plain:.1f} um are left, {held:.1f} um with anti-windup; 50 um are asked for. "
         f"Step to 0 mm: {home[0]:.0f} and {home[1]:.0f} um, the actuator's own return. The "
-        "wind-up is plain, but how much of it is left after a second depends on the minor loop, "
-        "that is, on the bench's assumed relay density. Measured is the largest Ki tried whose "
+        "wind-up is plain; how much of it is left after a second is decided by the heat at a "
+        "CTRL of 5 V, which the first steps ask for and the thesis does not print: a quarter more "
+        "than the bench assumes would meet the 50 um. Measured is the largest Ki tried whose "
         f"integral effort does not overshoot on the 3.8 mm step; 2.25 takes it to {top:.2f} mm, "
         "the stop, before the integral has turned",
     )
 
 
-def _antiwindup(runs: MicroRuns) -> list[Claim]:
+def _settling(runs: MicroRuns) -> list[Claim]:
+    whole("the sequence with anti-windup", runs.antiwindup)
     time = {b: micro.settling(runs.antiwindup, b) for b in (micro.BAND_UM, 5.0, None)}
     names = {micro.BAND_UM: "10 um", 5.0: "5 um", None: "2 % of the step"}
 
@@ -113,27 +122,32 @@ def _antiwindup(runs: MicroRuns) -> list[Claim]:
 
     up, down = slice(0, 2), slice(2, 4)
     contract, extend = (float(np.mean(time[micro.BAND_UM][rows])) for rows in (up, down))
-    worst = micro.worst_hold(runs)
     held = "cooling and heating thresholds of the relays were chosen with it in view"
     return [
         stated(
             "S13a",
             contract,
-            within(contract, 0.3, 0.7),
+            reached(contract, 0.3, 0.7),
             f"0 to 2 and 2 to 3 mm: {said(up)}; {held}",
         ),
         stated(
             "S13b",
             extend,
-            within(extend, 0.7, 1.3),
+            reached(extend, 0.7, 1.3),
             f"3 to 2 and 2 to 0 mm: {said(down)}; {held}. The return to 0 is the long one: "
             "nothing pulls the last micrometres but cooling",
         ),
-        stated(
-            "S13c",
-            worst,
-            within(worst, 0.0, 5.0),
-            f"worst of {len(runs.held) * len(micro.HOLDS)} holds of 2 s from 0.3 to 3.8 mm, by "
-            "the laser's mean over the last half second",
-        ),
     ]
+
+
+def _accuracy(runs: MicroRuns) -> Claim:
+    whole("the sequence of holds", *runs.held)
+    worst = micro.worst_hold(runs)
+    return stated(
+        "S13c",
+        worst,
+        within(worst, 0.0, 5.0),
+        f"worst of {len(runs.held) * len(micro.HOLDS)} holds of 2 s from 0.3 to 3.8 mm, by "
+        "the laser's mean over the last half second. Latent heat, the wires' heat capacity and "
+        "the lags of driver and Hall sensor were changed for it",
+    )

@@ -149,11 +149,12 @@ def integral_overshoot(recording: Recording) -> float:
 
 def chosen_integral_gain(integral: dict[float, Recording]) -> float:
     """The largest Ki whose integral effort rises to its last value without overshoot, that
-    is, by less than a hundredth of it."""
+    is, by less than a hundredth of it. Runs that the guard cut short do not count."""
     calm = [
         k
         for k, r in integral.items()
-        if integral_overshoot(r) <= 0.01 * r["micro_integral"][-1001:-1].mean()
+        if r.attributes.get("finished", 1)
+        and integral_overshoot(r) <= 0.01 * r["micro_integral"][-1001:-1].mean()
     ]
     return max(calm, default=float("nan"))
 
@@ -169,22 +170,29 @@ def unrest(recording: Recording, seconds: float = 3.0) -> float:
 
 
 def error_after(recording: Recording, step: float, seconds: float = 1.0) -> float:
-    """Reference minus laser [um] `seconds` after a step at `step` [s], mean of 21 samples."""
+    """Reference minus laser [um] `seconds` after a step at `step` [s], mean of 21 samples; NaN
+    where the recording ends before."""
     k = round((step + seconds) / recording.dt)
+    if k + _MEAN // 2 >= len(recording):
+        return float("nan")
     seen = float(recording["laser"][k - _MEAN // 2 : k + _MEAN // 2 + 1].mean())
     return 1e3 * float(recording["micro_reference"][k]) - seen
 
 
 def undershoot(recording: Recording, step: float, hold: float = 2.0) -> float:
-    """How far the integral effort [V] falls below its value at the end of a hold."""
+    """How far the integral effort [V] falls below its value at the end of a hold; NaN where
+    the recording ends before."""
     a, b = (round(t / recording.dt) for t in (step, step + hold))
+    if b > len(recording):
+        return float("nan")
     part = recording["micro_integral"][a : b - 1]
     return float(part[-1] - part.min())
 
 
 def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
     """Settling time [s] of each step of the sequence by the laser, into `band` [um], or into
-    2 % of the step where None; NaN where it does not settle within its hold."""
+    2 % of the step where None; NaN where it does not settle within its hold, or the recording
+    ends before."""
     place = smoothed(recording["laser"], _MEAN)
     found = []
     before = 0.0
@@ -192,7 +200,8 @@ def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
         a = round(time / recording.dt)
         error = 1e3 * level - place[a : a + round(2.0 / recording.dt)]
         width = 20.0 * abs(level - before) if band is None else band
-        row = entry(error, width, recording.dt, 0.0)
+        held = len(error) == round(2.0 / recording.dt)
+        row = entry(error, width, recording.dt, 0.0) if held else None
         found.append(float("nan") if row is None else row * recording.dt)
         before = level
     return found

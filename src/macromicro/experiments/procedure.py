@@ -46,16 +46,16 @@ class Lab(NamedTuple):
         return rig._replace(limits=rig.limits or self.settings.guard)
 
     def kiln(self) -> Oven:
-        """The kiln of Section 5.2.1."""
+        """The kiln of Section 5.2.1, with the bench's actuator in it."""
         from macromicro.plant import kiln
 
-        return self.rig("kiln") if self.rigs else kiln.prepare(kiln.KilnBench())
+        return self.rig("kiln") if self.rigs else kiln.prepare(kiln.beside(self.settings.bench))
 
     def cycle(self) -> CycleBed:
-        """The cycle bench of Appendix D."""
+        """The cycle bench of Appendix D, with the bench's actuator on it."""
         from macromicro.plant import cycle
 
-        return self.rig("cycle") if self.rigs else cycle.prepare(cycle.CycleBench())
+        return self.rig("cycle") if self.rigs else cycle.prepare(cycle.beside(self.settings.bench))
 
     def runner(self) -> Runner:
         """What runs programmes on the two-stage bench."""
@@ -99,7 +99,8 @@ class Procedure(NamedTuple):
     `draw` yields; `diagrams`: numbers of the diagrams that belong to it; `seconds`: roughly
     how long it takes, for the order of work and the progress bar.
 
-    `collect` gives recordings, `claims` and `draw` take what it gave.
+    `collect` gives recordings, `claims` and `draw` take what it gave. `arithmetic` gives those
+    of its claims that take no recording, for where `collect` fails.
     """
 
     name: str
@@ -113,3 +114,4 @@ class Procedure(NamedTuple):
     collect: Callable[[Lab], Any]
     claims: Callable[[Any], list[Claim]]
     draw: Callable[[Any], Iterator[Drawn]]
+    arithmetic: Callable[[], list[Claim]] | None = None

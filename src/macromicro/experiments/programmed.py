@@ -50,7 +50,7 @@ def on_twin(
     programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
 ) -> Recording:
     """The programme on the virtual bench of `settings`. If the guard stops the run, the
-    recording ends there, and its attribute `finished` is 0."""
+    recording ends there, its attribute `finished` is 0 and `fault` says why."""
     sink = _Blocks()
     outcome = simulate.simulate(settings, programme, sink, seed=seed, fan=fan)
     attributes: dict[str, str | int | float] = {
@@ -59,6 +59,9 @@ def on_twin(
         "fan": int(fan),
         "finished": int(outcome.finished),
     }
+    fault = describe(outcome.watch)
+    if fault is not None:
+        attributes["fault"] = f"{fault.message} {fault.evidence}"
     return Recording.from_arrays(COLUMNS, np.concatenate(sink.blocks, axis=1), PERIOD, attributes)
 
 

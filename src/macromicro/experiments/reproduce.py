@@ -111,9 +111,12 @@ def _said(error: BaseException) -> str:
 
 
 def failed(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
-    """The result of a procedure that gave nothing: its claims, not measured."""
+    """The result of a procedure that gave nothing: its claims, not measured, but for those
+    that are arithmetic."""
     seconds = 0.0 if began is None else time.perf_counter() - began
-    claims = [lost(name, f"the procedure {procedure.name} failed: {why}") for name in procedure.ids]
+    known = {} if procedure.arithmetic is None else {c.id: c for c in procedure.arithmetic()}
+    reason = f"the procedure {procedure.name} failed: {why}"
+    claims = [known.get(name) or lost(name, reason) for name in procedure.ids]
     return Result(procedure.name, claims, [], seconds, why, trace)
 
 

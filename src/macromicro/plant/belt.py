@@ -34,7 +34,7 @@ class Belt(NamedTuple):
         Par(
             "1",
             "share of the mode in the stage's motion and in the mass",
-            "calibrated to I2",
+            "calibrated to I2, S13c",
             lo=0.0,
             hi=1.0,
         ),

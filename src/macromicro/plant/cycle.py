@@ -7,6 +7,7 @@ from typing import NamedTuple
 from macromicro.kernel import kernel
 from macromicro.plant import amplifier, encoder, micro
 from macromicro.plant.amplifier import Amplifier
+from macromicro.plant.bench import Bench
 from macromicro.plant.driver import Driver
 from macromicro.plant.encoder import Encoder
 from macromicro.plant.flexure import GRAM_FORCE, Bias
@@ -33,7 +34,7 @@ class CycleBench(NamedTuple):
 
 # Where the values come from that are not those of the two-stage bench, or stand for another
 # part: `Par` has the sources of the other bench's.
-_A = "calibrated to A1-A3"
+_A = "calibrated to A1-A4"
 OWN_SOURCES = {
     "driver.supply": "Appendix D",
     "thermal.ambient": "Appendix D",
@@ -44,6 +45,25 @@ OWN_SOURCES = {
     "bias.platform": "bench assumption",
     "encoder.pitch": "Appendix D",
 }
+
+
+def beside(bench: Bench) -> CycleBench:
+    """The fixture with the actuator, driver and spring of `bench`, but for what `OWN_SOURCES`
+    says is its own: supply, room, outer resistances, preload, platform, encoder."""
+    own = CycleBench()
+    return CycleBench(
+        bench.amplifier,
+        bench.driver._replace(supply=own.driver.supply),
+        bench.thermal._replace(
+            ambient=own.thermal.ambient,
+            plate_resistance=own.thermal.plate_resistance,
+            body_resistance=own.thermal.body_resistance,
+        ),
+        bench.phase,
+        bench.wire,
+        bench.bias._replace(preload=own.bias.preload, platform=own.bias.platform),
+        own.encoder,
+    )
 
 
 class CyclePlant(NamedTuple):

@@ -42,9 +42,9 @@ class Driver(NamedTuple):
     map_heat: Annotated[
         tuple[float, ...], Par("W", "heat in the wires at 4 V supply", _MAP, lo=0.0)
     ] = _HEAT
-    lag: Annotated[float, Par("s", "driver's lag", "calibrated to S11", shown="ms", lo=0.0)] = (
-        2.0e-3
-    )
+    lag: Annotated[
+        float, Par("s", "driver's lag", "calibrated to S11, S13c", shown="ms", lo=0.0)
+    ] = 2.0e-3
     contract_on: Annotated[
         float,
         Par(

@@ -41,7 +41,7 @@ class Hall(NamedTuple):
         Par("m", "contraction with the sensor midway between them", "Section 3.2.3", shown="mm"),
     ] = 1.99e-3
     lag: Annotated[
-        float, Par("s", "sensor's and filter's lag", "calibrated to S11", shown="ms", lo=0.0)
+        float, Par("s", "sensor's and filter's lag", "calibrated to S11, S13c", shown="ms", lo=0.0)
     ] = 3.0e-3
     noise: Annotated[
         float, Par("V", "noise before the converter (standard deviation)", shown="mV", lo=0.0)

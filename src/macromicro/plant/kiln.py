@@ -9,6 +9,7 @@ from macromicro.hysteresis import Everett
 from macromicro.kernel import kernel
 from macromicro.parameters import Par
 from macromicro.plant import encoder, micro, wire
+from macromicro.plant.bench import Bench
 from macromicro.plant.encoder import Encoder
 from macromicro.plant.flexure import GRAM_FORCE
 from macromicro.plant.phase import Phase
@@ -62,6 +63,14 @@ class KilnBench(NamedTuple):
 
 # Where the values come from that are not those of the two-stage bench.
 OWN_SOURCES = {"encoder.pitch": "Section 5.2.1"}
+
+
+def beside(bench: Bench) -> KilnBench:
+    """The kiln in the room of `bench`, with the wires of `bench` in it: one actuator is on the
+    stage and in the kiln, so a change of its alloy or length shows in both."""
+    own = KilnBench()
+    oven = own.oven._replace(ambient=bench.thermal.ambient)
+    return KilnBench(oven, bench.phase, bench.wire, own.encoder)
 
 
 class KilnPlant(NamedTuple):

@@ -28,7 +28,11 @@ class Thermal(NamedTuple):
     wire_capacity: Annotated[
         float,
         Par(
-            "J/K", "heat capacity of the wires, latent heat aside", _S7, shown="mJ/K", positive=True
+            "J/K",
+            "heat capacity of the wires, latent heat aside",
+            _S7 + ", S13c",
+            shown="mJ/K",
+            positive=True,
         ),
     ] = 0.70 / 150.0
     wire_resistance: Annotated[float, Par("K/W", "wires to plates", _S7, positive=True)] = (

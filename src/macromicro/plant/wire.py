@@ -28,7 +28,7 @@ class Wire(NamedTuple):
         Par(
             "m",
             "contraction by full transformation, unloaded",
-            "Section 3.2.1 (4 mm)",
+            "calibrated to S3: just above the stop; Section 3.2.1 has 4 mm",
             shown="mm",
             positive=True,
         ),
@@ -56,7 +56,13 @@ class Wire(NamedTuple):
         float, Par("Pa", "modulus of austenite", _LIT, shown="GPa", positive=True)
     ] = 75e9
     latent: Annotated[
-        float, Par("J", "latent heat of the full transformation (12-24 kJ/kg)", _LIT, lo=0.0)
+        float,
+        Par(
+            "J",
+            "latent heat of the full transformation",
+            "calibrated to S7, S13c, within 12-24 kJ/kg of the literature",
+            lo=0.0,
+        ),
     ] = 27.7 / 150.0
     shift: Annotated[
         float, Par("K/N", "rise of all thresholds with load (6.5-10 MPa/K)", _LIT, lo=0.0)

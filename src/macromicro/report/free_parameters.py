@@ -68,8 +68,8 @@ def _all(settings: Settings) -> Iterator[tuple[str, Entry, str | None]]:
     trees: list[tuple[str, Any, dict[str, str]]] = [
         ("two-stage bench", settings.bench, {}),
         ("two-stage bench", settings.sensors, {}),
-        ("kiln", kiln.KilnBench(), kiln.OWN_SOURCES),
-        ("cycle bench", cycle.CycleBench(), cycle.OWN_SOURCES),
+        ("kiln", kiln.beside(settings.bench), kiln.OWN_SOURCES),
+        ("cycle bench", cycle.beside(settings.bench), cycle.OWN_SOURCES),
     ]
     for bench, tree, own in trees:
         for entry in entries(tree):

@@ -12,8 +12,9 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.shades import shades
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.experiments import gain_curve
-from macromicro.experiments.actuator_models import Models
+from macromicro.experiments.actuator_models import Models, Unfitted
 from macromicro.experiments.electrothermal import ABOVE_STOP, BELOW_STOP, HELD_S
+from macromicro.experiments.judging import NotMeasured
 from macromicro.identify import thermal
 from macromicro.identify.actuator import AMBIENT
 from macromicro.identify.inference import full_contraction, on_cooling, on_heating
@@ -33,8 +34,10 @@ LONG_S = 60.0
 POINTS = 500
 
 
-def draw(models: Models) -> Iterator[Drawn]:
-    """Figures 5.10 to 5.17 but 5.12, a diagram."""
+def draw(models: Models | Unfitted) -> Iterator[Drawn]:
+    """Figures 5.10 to 5.17 but 5.12, a diagram. Raises `NotMeasured` without models."""
+    if isinstance(models, Unfitted):
+        raise NotMeasured(f"no model to draw: {models.why}")
     yield _responses(models)
     yield _steady(models)
     yield _linear(models)

@@ -38,7 +38,7 @@ def pid(data: MacroData) -> Drawn:
     finish(axes[0, 0], "(a) controller output; dotted: ±3 V", "", "output [V]")
     finish(axes[1, 0], "(b) response", y="position [counts]")
     axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
-    over, still = macro_drive.overshoot(x, TRAVEL), macro_drive.sticking(x, motor, DEAD_ZONE)
+    over, stuck = macro_drive.overshoot(x, TRAVEL), _stuck(x, motor)
     rise = macro_drive.rise_time(x, TRAVEL)
     return Drawn(
         "4.18",
@@ -46,11 +46,21 @@ def pid(data: MacroData) -> Drawn:
         f"Step of {TRAVEL:.0f} counts under the PID with its printed gains and no compensation, "
         f"{len(run) * run.dt:.0f} s of it. The text's slow stretch is 4 to 10 s, its overshoot "
         f"comes after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
-        "counts at once; then it sticks while the output ramps through zero towards -3 V (longest "
-        f"stretch with the output growing: {still:.1f} s) and creeps back at the edge of motion: "
-        f"the output changes its sign {_times(macro_drive.sign_changes(motor))} in all.",
+        f"counts at once; {stuck}. The output changes its sign "
+        f"{_times(macro_drive.sign_changes(motor))} in all.",
         figure,
         ("M9",),
+    )
+
+
+def _stuck(x: Array, motor: Array) -> str:
+    found = macro_drive.sticking(x, motor, TRAVEL, DEAD_ZONE)
+    if found is None:
+        return "it never sticks off the target while the output ramps"
+    back = " and creeps back at the edge of motion" if found.back else ""
+    return (
+        f"then it sticks for {found.seconds:.1f} s while the output ramps from {found.begin:.2f} "
+        f"to {found.end:.2f} V{back}"
     )
 
 

@@ -3,17 +3,17 @@ claims S5a, S5b, S7 to S10."""
 
 from __future__ import annotations
 
-from macromicro.experiments import actuator_models, electrothermal_claims, kiln
-from macromicro.experiments.actuator_models import Models
+from macromicro.experiments import actuator_models, electrothermal_claims, gain_curve, kiln
+from macromicro.experiments.actuator_models import Models, Unfitted
 from macromicro.experiments.procedure import Lab, Procedure
 from macromicro.experiments.procedures._electrothermal_figures import draw
 from macromicro.identify.kiln import fod_table
 
 
-def collect(lab: Lab) -> Models:
+def collect(lab: Lab) -> Models | Unfitted:
     """The kiln's table, steps of CTRL on the micro-stage, and the models fitted to them."""
     curves = kiln.run(lab.kiln(), kiln.cycles(), lab.seed)
-    return actuator_models.measured(fod_table([curves]), lab.bench(), lab.seed)
+    return actuator_models.attempted(fod_table([curves]), lab.bench(), lab.seed)
 
 
 PROCEDURE = Procedure(
@@ -28,4 +28,5 @@ PROCEDURE = Procedure(
     collect=collect,
     claims=electrothermal_claims.claims,
     draw=draw,
+    arithmetic=gain_curve.claims,
 )

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from macromicro.drawing.exhibit import Drawn
-from macromicro.experiments import macro_control
+from macromicro.experiments import macro_control, macro_design
 from macromicro.experiments.macro_control import MacroData
 from macromicro.experiments.procedure import Lab, Procedure
 from macromicro.experiments.procedures import _macro_responses, _macro_tuning
@@ -39,4 +39,5 @@ PROCEDURE = Procedure(
     collect=collect,
     claims=macro_control.claims,
     draw=draw,
+    arithmetic=macro_design.margins,
 )

@@ -25,7 +25,7 @@ from macromicro.experiments import macro_claims, macro_coulomb, macro_friction
 from macromicro.experiments.claim import Claim
 from macromicro.experiments.macro_coulomb import Coulomb
 from macromicro.experiments.procedure import Lab, Procedure
-from macromicro.identify.deadzone import DeadZone, dead_zone
+from macromicro.identify.deadzone import DeadZone
 from macromicro.models import macro
 from macromicro.recording import Recording
 
@@ -53,10 +53,10 @@ class FrictionData(NamedTuple):
 def collect(lab: Lab) -> FrictionData:
     """The runs at low voltages (Figure 4.8) and a few beyond (Figure 4.4)."""
     plant = lab.bench()
-    runs = macro_friction.collect(plant)
+    runs, zone = macro_friction.probed(plant)
     return FrictionData(
         runs,
-        dead_zone(runs, travel=macro_friction.TRAVEL),
+        zone,
         macro_coulomb.fitted(macro_coulomb.collect(plant)),
         macro_coulomb.at_rest(runs),
     )

@@ -12,8 +12,14 @@ import numpy.typing as npt
 from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
-from macromicro.experiments import macro_claims, macro_identification, macro_validation
+from macromicro.experiments import (
+    macro_claims,
+    macro_friction,
+    macro_identification,
+    macro_validation,
+)
 from macromicro.experiments.claim import Claim
+from macromicro.experiments.judging import judged
 from macromicro.experiments.macro_friction import DT
 from macromicro.experiments.macro_identification import MacroModel
 from macromicro.experiments.macro_validation import Case
@@ -36,16 +42,23 @@ class IdentificationData(NamedTuple):
 
 
 def collect(lab: Lab) -> IdentificationData:
-    """Steps, the model, and its validation."""
+    """Steps beyond this machine's own dead zone, the model, and its validation."""
     plant = lab.bench()
-    steps = macro_identification.collect(plant, lab.seed)
-    found = macro_identification.identified(steps)
+    width = macro_friction.measured(plant).width
+    steps = macro_identification.collect(plant, lab.seed, width)
+    found = macro_identification.identified(steps, width)
     return IdentificationData(steps, found, macro_validation.collect(plant, found))
 
 
 def claims(data: IdentificationData) -> list[Claim]:
     """M2 to M8."""
-    return [*macro_claims.identification(data.found), *macro_validation.claims(data.cases)]
+    first = ("M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b")
+    return judged(
+        [
+            (first, lambda: macro_claims.identification(data.found)),
+            (("M7", "M8"), lambda: macro_validation.claims(data.cases)),
+        ]
+    )
 
 
 def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:

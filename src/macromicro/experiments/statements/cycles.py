@@ -38,7 +38,7 @@ STATEMENTS = (
         "tau1 - tau2, the delay before the actuator answers, stays above zero",
         None,
         "s",
-        PREDICTED,
+        CALIBRATED,
         "above 0",
     ),
     Statement(

@@ -136,6 +136,6 @@ STATEMENTS = (
         "The same controller meets 5 um at rest",
         5.0,
         "um",
-        PREDICTED,
+        CALIBRATED,
     ),
 )

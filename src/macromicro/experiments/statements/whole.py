@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.experiments.claim import CALIBRATED, PREDICTED
+from macromicro.experiments.claim import CALIBRATED, PREDICTED, SET
 from macromicro.experiments.statements.statement import Statement
 
 STATEMENTS = (
@@ -12,7 +12,7 @@ STATEMENTS = (
         "The macro-stage moves, two seconds pass, the laser is reset, the micro-stage runs",
         None,
         "s",
-        PREDICTED,
+        SET,
         "a wait of 2 s",
     ),
     Statement(
@@ -63,6 +63,6 @@ STATEMENTS = (
         "Best accuracy that feedback by the laser can reach, with the integral gain that serves it",
         2.0,
         "um",
-        PREDICTED,
+        CALIBRATED,
     ),
 )
