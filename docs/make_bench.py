@@ -3,7 +3,8 @@
     python docs/make_bench.py
 
 What the bench is stands in docs/bench.template.md. Parameters come from the `Par`
-annotations, figures from the procedures in benchmarks/, which run here (half a minute).
+annotations, claims from the procedures that `macromicro reproduce` runs, and the tables of
+what they hang on from benchmarks/calibration.py; all run here (about two minutes).
 """
 
 from __future__ import annotations
@@ -13,35 +14,39 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from macromicro.experiments.claim import CALIBRATED, KINDS, PREDICTED, REPRODUCED, SET, Claim
+from macromicro.experiments.procedure import Lab
+from macromicro.experiments.procedures import all_procedures
+from macromicro.experiments.statements import in_order
 from macromicro.parameters import Entry, entries
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CycleBench
 from macromicro.plant.kiln import KilnBench
+from macromicro.report import claim_text
 from macromicro.settings import Settings
 from macromicro.units import shown
 
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE, PAGE = ROOT / "docs" / "bench.template.md", ROOT / "docs" / "bench.md"
-README = ROOT / "README.md"
+README, REPRODUCE = ROOT / "README.md", ROOT / "docs" / "reproduce.md"
 # What was measured when the page was made, fenced so that a test can tell it apart.
 MEASURED = re.compile(r"<!-- measured: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
 HEAD = "| parameter | default | meaning | source |\n|---|---|---|---|\n"
-BELTS = (20.0, 21.0, 21.4, 21.8, 22.0, 22.2, 22.6, 23.0, 24.0)
-BODIES = (0.0517, 0.065, 0.08, 0.1)
-# What the README shows of the calibration: (what the figure is, words for it there).
+# Kinds that bench.md shows: those that a bench is needed for.
+SHOWN_KINDS = (CALIBRATED, SET, PREDICTED)
+# What the README shows of the claims: (claim, which of its numbers, unit, words for it there).
 SHORT = (
-    ("2800 counts to within 2 %", "200 mm move, to within 2 %"),
-    ("its overshoot", "its overshoot"),
-    ("worst of 16 holds, 0.3-3.8 mm", "micro-stage, worst error of 16 holds"),
-    ("contraction 0-2, 2-3 mm, settling", "contraction, settling to 10 um"),
-    ("extension 3-2, 2-0 mm, settling", "extension, settling to 10 um"),
-    ("vibration, least of 8 moves", "vibration a macro move leaves, least"),
-    ("vibration, greatest", "vibration a macro move leaves, greatest"),
-    ("down to 2 um, slowest", "its decay to 2 um, slowest"),
-    ("slower in cycle 10 by", "return to zero, cycle 10 slower by"),
-    ("largest bias in cycle 10", "bias in cycle 10"),
-    ("return to zero, cycle 10, fan", "with a fan: return to zero, cycle 10"),
-    ("largest bias in cycle 10, fan", "with a fan: bias in cycle 10"),
+    ("M14", 0, "s", "200 mm move, to within 2 %", "0.75 s"),
+    ("S13c", 0, "um", "micro-stage, worst error of 48 holds", "5 um"),
+    ("S13a", 0, "s", "contraction, settling to 10 um, mean", "0.5 s"),
+    ("S13b", 0, "s", "extension, settling to 10 um, mean", "1 s"),
+    ("I2", 0, "um", "vibration a macro move leaves, mean", "20 um"),
+    ("I2", 1, "s", "its decay to 2 um, mean", "2 s"),
+    ("I3", 0, "%", "return to zero, cycle 10 slower by", "visibly"),
+    ("I3", 1, "um", "mean error in cycle 10", "a bias"),
+    ("I4", 0, "s", "with a fan: return to zero, cycle 10", "1 s"),
+    ("I6", 0, "s", "micro-stage there and back, with a fan", "2 s"),
+    ("S12", 0, "V/(mm*s)", "largest Ki of PI control without overshoot", "2.25 V/(mm*s)"),
 )
 
 
@@ -127,56 +132,107 @@ def blocks(page: Path) -> dict[str, str]:
     return dict(MEASURED.findall(page.read_text(encoding="utf-8")))
 
 
-def number(figure: Any) -> str:
-    """A figure's measured value: three digits, four where it is large or has no unit."""
-    x, unit = figure.measured, figure.unit
+def number(x: float, unit: str = "") -> str:
+    """A measured value: three digits, four where it is large or has no unit."""
+    if abs(x) >= 1000.0:
+        return f"{x:.0f} {unit}".strip()
+    return f"{x:.{4 if abs(x) >= 100.0 or not unit else 3}g} {unit}".strip()
+
+
+def measured_text(claim: Claim) -> str:
+    """What was measured, in the unit of the claim."""
+    if claim.measured is None:
+        return claim_text.NOTHING
+    several = claim.measured if isinstance(claim.measured, list) else [claim.measured]
+    texts = [x if isinstance(x, str) else number(x) for x in several]
+    return claim_text.with_unit(", ".join(texts), claim.unit)
+
+
+def row(claim: Claim) -> str:
+    """A claim as a line of bench.md."""
+    verdict = claim.verdict if claim.verdict == REPRODUCED else f"**{claim.verdict}**"
+    printed = claim_text.with_unit(claim_text.printed(claim), claim.unit)
+    words = claim.claim.replace("|", "/")
     return (
-        f"{x:.0f} {unit}"
-        if abs(x) >= 1000.0
-        else f"{x:.{4 if abs(x) >= 100.0 or not unit else 3}g} {unit}".strip()
+        f"| {claim.id} | {words} | {printed} | {measured_text(claim)} | {verdict} "
+        f"| {claim.kind} |\n"
     )
 
 
-def measure() -> tuple[dict[str, str], str]:
-    """Carry out the procedures: the page's blocks, and the README's table."""
+def table_of(claims: list[Claim]) -> str:
+    """The claims that a bench is needed for."""
+    head = "| claim | what | printed | measured | verdict | kind |\n|---|---|---|---|---|---|\n"
+    return head + "".join(row(c) for c in claims if c.kind in SHOWN_KINDS)
+
+
+def short(claims: list[Claim]) -> str:
+    """The README's table."""
+    by = {c.id: c for c in claims}
+    lines = ["| claim | figure | thesis | here |\n|---|---|---|---|\n"]
+    for name, k, unit, words, printed in SHORT:
+        measured = by[name].measured
+        x = measured[k] if isinstance(measured, list) else measured
+        mark = "" if by[name].verdict == REPRODUCED else f" (claim: {by[name].verdict})"
+        lines.append(f"| {name} | {words} | {printed} | {number(x, unit)}{mark} |\n")
+    return "".join(lines)
+
+
+def claims_now() -> list[Claim]:
+    """Every claim, measured as `macromicro reproduce` does."""
+    lab = Lab()
+    return in_order(c for p in all_procedures() for c in p.claims(p.collect(lab)))
+
+
+def counted(claims: list[Claim]) -> str:
+    """How many are reproduced, in all and by kind, as a sentence."""
+    good = [c for c in claims if c.verdict == REPRODUCED]
+    parts = [
+        f"{sum(c.kind == kind for c in good)} of {sum(c.kind == kind for c in claims)} {kind}"
+        for kind in KINDS
+    ]
+    return f"{len(good)} of the {len(claims)} claims are reproduced: {', '.join(parts)}.\n"
+
+
+def measure() -> tuple[dict[str, str], list[Claim]]:
+    """Carry out the procedures: the page's blocks, and the claims."""
     sys.path.insert(0, str(ROOT / "benchmarks"))
     import calibration
 
-    figures = calibration.figures()
-    head = (
-        "| claim | figure | printed | accepted | measured | within |\n|---|---|---|---|---|---|\n"
-    )
-    lines = [
-        f"| {f.claim} | {f.what} | {f.printed} | {f.accepted} "
-        f"| {number(f)} | {'yes' if f.within else '**no**'} |\n"
-        for f in figures
-    ]
-    by = {f.what: f for f in figures}
-    short = "| figure | thesis | accepted | here |\n|---|---|---|---|\n" + "".join(
-        f"| {words} | {by[what].printed} | {by[what].accepted} | {number(by[what])} |\n"
-        for what, words in SHORT
-    )
+    claims = claims_now()
     belt = "| belt frequency | least of 8 moves | greatest | slowest decay to 2 um |\n"
     belt += "|---|---|---|---|\n" + "".join(
         f"| {b.frequency:g} Hz | {b.least:.1f} um | {b.greatest:.1f} um | {b.slowest:.2f} s |\n"
-        for b in calibration.belt_sensitivity(BELTS)
+        for b in calibration.belt_sensitivity()
     )
-    body = "| R3 | NRMSE against (5.6) | cycle 10 slower by | largest bias in cycle 10 |\n"
+    body = "| R3 | S7: NRMSE against (5.6) | I3: cycle 10 slower by | mean error in cycle 10 |\n"
     body += "|---|---|---|---|\n" + "".join(
         f"| {b.resistance:g} | {b.fit:.2f} % | {b.growth:.0f} % | {b.bias:.1f} um |\n"
-        for b in calibration.body_sensitivity(BODIES)
+        for b in calibration.body_sensitivity()
     )
-    return {"calibration": head + "".join(lines), "belt": belt, "body": body}, short
+    heat = "| heat at 5 V | S12: error 1 s after the step from 3 to 2 mm |\n|---|---|\n" + "".join(
+        f"| {h.heat:.3g} W | {h.error:.1f} um |\n" for h in calibration.heat_sensitivity()
+    )
+    return {"calibration": table_of(claims), "belt": belt, "body": body, "heat": heat}, claims
+
+
+def put(page: Path, **texts: str) -> None:
+    """Write `texts` into a page's fences of these names."""
+    text = page.read_text(encoding="utf-8")
+
+    def filled(match: re.Match[str]) -> str:
+        name = match.group(1)
+        return block(name, texts[name]) if name in texts else match.group(0)
+
+    page.write_text(MEASURED.sub(filled, text), encoding="utf-8")
 
 
 def main() -> None:
     """Measure and write."""
-    measured, short = measure()
+    measured, claims = measure()
     PAGE.write_text(render(measured), encoding="utf-8")
     if README.exists():
-        text = README.read_text(encoding="utf-8")
-        fenced = block("figures", short)
-        README.write_text(MEASURED.sub(lambda _: fenced, text), encoding="utf-8")
+        put(README, figures=short(claims), count=counted(claims))
+    put(REPRODUCE, count=counted(claims))
 
 
 if __name__ == "__main__":

@@ -49,13 +49,6 @@ def test_bench_page_lists_every_parameter(maker: ModuleType) -> None:
         assert f"| `{name}` | {maker.value(entry)} |" in section, entry.path
 
 
-def test_measured_figures_are_within(maker: ModuleType) -> None:
-    """No line of the calibration table is outside what is accepted."""
-    table = maker.blocks(DOCS / "bench.md")["calibration"].splitlines()[2:]
-    assert len(table) >= 40
-    assert all(line.endswith("| yes |") for line in table)
-
-
 def test_recording_page_names_every_column() -> None:
     """With its unit."""
     rows = re.findall(r"^\| (`.*?) \| (.*?) \|", (DOCS / "recording.md").read_text(), re.MULTILINE)

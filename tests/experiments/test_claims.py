@@ -15,13 +15,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from ended import PROCEDURES, ended, measured
 
-from macromicro.experiments.claim import CALIBRATED, COMPUTED, DIFFERS, PREDICTED, REPRODUCED
+from macromicro.experiments.claim import DIFFERS, KINDS, REPRODUCED
 from macromicro.experiments.procedure import Procedure
 from macromicro.experiments.reproduce import as_rows
 from macromicro.experiments.statements import STATEMENTS
 
 # Reported as they are, with the numbers: see the reasons.
-MISSED = {"D7", "S12"}
+MISSED = {"D7", "S6", "S12"}
 
 
 def _each(text: str) -> list[str]:
@@ -47,8 +47,9 @@ def each(*rules: Accept) -> Accept:
 
 ANY: Accept = math.isfinite
 
-# What counts as reproduced, where the measured numbers alone can show it. What else belongs to
-# a rule is in test_claim_rules.py; the remaining claims' own tests hold them to theirs.
+# What counts as reproduced, where the measured numbers alone can show it; for S6, which differs,
+# what is measured. What else belongs to a rule is in test_claim_rules.py; the remaining claims'
+# own tests hold them to theirs.
 ACCEPT: dict[str, Accept] = {
     "D1": near(0.467, 0.005),
     "D2": near(1.22, 0.005),
@@ -78,7 +79,7 @@ ACCEPT: dict[str, Accept] = {
     "M10": lambda m: m[0] >= 1.0 and m[1] >= 2.0,
     "M11": near(4.91, 0.005),
     "M11b": each(near(76.3, 0.005), near(9.91, 0.005)),
-    "M12": each(lambda m: m > 1.05, between(0.0, 0.5), lambda m: m == 0.0),
+    "M12": each(between(0.0, 0.99), lambda m: m == 0.0, between(0.2, 2.0)),
     "M13": between(0.0, 5.0),
     "M14": between(0.6, 0.95),
     "M15": lambda m: m[0] <= m[1] < m[2],
@@ -89,7 +90,7 @@ ACCEPT: dict[str, Accept] = {
     "S4": lambda m: 1.3 < m < 1.5,
     "S5a": between(80.0, 86.0),
     "S5b": near(37.86, 0.3),
-    "S6": between(106.0, 109.0),
+    "S6": between(109.0, 110.0),
     "S8": between(0.8, 1.3),
     "S9": each(*(between(v - 0.1, v + 0.1) for v in (57.67, 82.72, 93.45, 139.1))),
     "S10": lambda m: m[0] < 5.0 and m[1] >= 3.0,
@@ -172,7 +173,7 @@ def test_claim(name: str) -> None:
     assert claim.measured is not None
     assert claim.claim
     assert claim.section
-    assert claim.kind in (CALIBRATED, COMPUTED, PREDICTED)
+    assert claim.kind in KINDS
     if name in ACCEPT:
         assert ACCEPT[name](claim.measured), claim.measured
     if name in MISSED:

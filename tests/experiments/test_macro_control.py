@@ -73,7 +73,8 @@ def test_ratio_of_the_thesis_saturates(claims: dict[str, Claim]) -> None:
     assert printed.first == pytest.approx(0.0124593 * 3000.0 + 3.0)
     assert printed.peak == pytest.approx(6.72, abs=0.01)
     assert printed.saturated > 100
-    assert claims["M12"].measured[0] > 1.5
+    assert macro_design.ratio_below_limit() > 1.5
+    assert claims["M12"].measured == [0.0, 0.0, pytest.approx(0.863, abs=0.05)]
 
 
 def test_sweeps_fall_with_ratio_and_frequency() -> None:
@@ -139,9 +140,57 @@ def test_readings() -> None:
     assert not len(macro_drive.swings(x, 500.0))
     assert math.isnan(macro_drive.rise_time(x, 500.0))
     assert math.isnan(macro_drive.settling_time(x, 500.0))
-    still = np.zeros(6)
-    assert macro_drive.sticking(still, np.array([0.0, 1, 2, 2.5, 3.5, 4]), 3.0) == 3e-3
     assert macro_drive.sign_changes(np.array([1.0, 0.0, 2.0, -1.0, 0.0, 1.0])) == 2
+
+
+def made(over: float, effort: np.ndarray, then: float) -> tuple[np.ndarray, np.ndarray]:
+    """A rise to 2800 + `over` counts in 0.5 s, 4 s there under `effort` [V], then at `then`."""
+    rise = np.linspace(0.0, 2800.0 + over, 501)
+    x = np.concatenate([rise, np.full(4000, 2800.0 + over), np.full(100, then)])
+    motor = np.concatenate([np.full(501, 4.0), effort, np.full(100, effort[-1])])
+    return x, motor
+
+
+DOWN = np.linspace(0.5, -2.5, 4000)
+
+
+@pytest.mark.parametrize(
+    ("over", "effort", "then", "good"),
+    [
+        (50.0, DOWN, 2849.0, True),  # sticks beyond the target until the effort turns it back
+        (0.0, DOWN, 2799.0, False),  # at the target: nothing to wind up for
+        (50.0, np.full(4000, -1.0), 2849.0, False),  # an effort that does not ramp
+        (50.0, -DOWN, 2851.0, False),  # an effort that drives it farther away
+        (50.0, DOWN, 2850.0, False),  # never turned back
+        (50.0, DOWN - 1.0, 2849.0, False),  # beyond 3 V: more than stiction holds it
+        (-50.0, -DOWN, 2751.0, False),  # short of the target: it goes on, it does not turn
+    ],
+)
+def test_m9_asks_for_stiction_that_turns_back(
+    over: float, effort: np.ndarray, then: float, good: bool
+) -> None:
+    """Section 4.3.1: a carriage that settles, or behaves the other way round, fails."""
+    x, motor = made(over, effort, then)
+    names = ("t", "macro_position", "motor")
+    columns = [next(c for c in COLUMNS if c.name == n) for n in names]
+    run = Recording.from_arrays(columns, [np.arange(len(x)) * 1e-3, x, motor], 1e-3, {})
+    assert (macro_control.pid(run).verdict == REPRODUCED) == good
+
+
+def test_a_stuck_carriage_reproduces_nothing() -> None:
+    """M9, M12, M13, M14 and M15 by runs in which nothing moves."""
+    reference = macro_control.decaying()
+    names = ("t", "macro_position", "motor")
+    columns = [next(c for c in COLUMNS if c.name == n) for n in names]
+    n = 5000
+    ramp = np.linspace(0.5, 2.9, n)
+    run = Recording.from_arrays(columns, [np.arange(n) * 1e-3, np.zeros(n), ramp], 1e-3, {})
+    assert macro_control.pid(run).verdict == DIFFERS
+    assert macro_control.full_move(run).verdict == DIFFERS
+    still = np.full(len(reference), 1400.0) + 1e-3 * np.sign(reference - 1400.0)
+    square = Square(reference, dict.fromkeys(macro_control.LAWS, still), still)
+    assert macro_control.tuned_pd(square).verdict == DIFFERS
+    assert macro_control.ranking(square).verdict == DIFFERS
 
 
 def test_ranking_can_fail() -> None:

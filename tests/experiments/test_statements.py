@@ -8,10 +8,11 @@ import pytest
 
 from macromicro.experiments.claim import (
     CALIBRATED,
-    COMPUTED,
+    KINDS,
     NOT_MEASURED,
     PREDICTED,
     REPRODUCED,
+    SET,
     Claim,
 )
 from macromicro.experiments.statements import STATEMENTS, in_order, lost, stated
@@ -19,7 +20,8 @@ from macromicro.report.free_parameters import free_parameters
 from macromicro.settings import Settings
 
 # The D/A board latches a voltage one period late: structure of the bench, not a parameter.
-WITHOUT_PARAMETER = {"M10"}
+# M7 follows from M2 and M3b, whose speeds were chosen; for I7 a gain of the controller was.
+WITHOUT_PARAMETER = {"M10", "M7", "I7"}
 
 
 def named() -> set[str]:
@@ -35,14 +37,22 @@ def named() -> set[str]:
 def test_calibrated_is_what_a_parameter_was_chosen_for() -> None:
     calibrated = {s.id for s in STATEMENTS.values() if s.kind == CALIBRATED}
     assert calibrated - named() == WITHOUT_PARAMETER
-    assert named() - calibrated == set()
+    by_setting = {s.id for s in STATEMENTS.values() if s.kind == SET}
+    assert by_setting == {"M16", "I1"}
+    assert named() - calibrated - by_setting == set()
+
+
+def test_predicted_is_what_nothing_was_chosen_for() -> None:
+    """By the history of the parameter files and of the figures that were to be met."""
+    predicted = {s.id for s in STATEMENTS.values() if s.kind == PREDICTED}
+    assert predicted == {"M8", "M12", "M13", "M15", "S12", "I6", "A5", "A6"}
 
 
 def test_every_statement_is_whole() -> None:
     for name, s in STATEMENTS.items():
         assert s.id == name
         assert s.section and s.claim
-        assert s.kind in (CALIBRATED, COMPUTED, PREDICTED)
+        assert s.kind in KINDS
         assert s.printed is not None or s.printed_text
 
 

@@ -75,10 +75,10 @@ def test_calibrated_parameters_name_claims() -> None:
     assert len(calibrated) == len(here) + len(there)
     assert all(p.claims for p in calibrated)
     by_path = {p.path: p for p in calibrated}
-    assert by_path["friction.coulomb"].claims == ("M1", "M2", "M3", "M6a", "M6b")
+    assert by_path["friction.coulomb"].claims == ("M1", "M9", "M2", "M3", "M6a", "M6b")
     assert by_path["encoder.pitch"].claims == ("M16",)
     for path in ("thermal.plate_resistance", "thermal.body_resistance", "bias.preload"):
-        assert by_path[f"cycle bench: {path}"].claims == ("A1", "A2", "A3")
+        assert by_path[f"cycle bench: {path}"].claims == ("A1", "A2", "A3", "A4")
     assert by_path["driver.map_heat"].claims == ("S3", "S4", "S5", "S6", "S7")
     assert by_path["driver.map_heat"].numbers == len(SETTINGS.bench.driver.map_heat)
 
@@ -92,15 +92,21 @@ def test_values_have_units_and_another_bench_has_its_own() -> None:
     assert by_path["cycle bench: encoder.pitch"].value == "17 um"
     assert by_path["cycle bench: encoder.pitch"].group == free_parameters.THESIS
     assert by_path["driver.map_ctrl"].value.endswith("2.1, 5 V")
-    assert by_path["wire.length"].others == ()
 
 
-def test_a_setting_that_is_changed_shows_what_the_others_keep() -> None:
+def test_a_setting_that_is_changed_is_changed_on_every_bench() -> None:
+    """One actuator: the kiln and the cycle bench have the bench's own, listed once."""
     bench = SETTINGS.bench
     changed = SETTINGS._replace(bench=bench._replace(wire=bench.wire._replace(stop=3.9e-3)))
-    by_path = {p.path: p for p in listed(changed)}
-    assert by_path["wire.stop"].value == "3.9 mm"
-    assert by_path["wire.stop"].others == ("kiln: 3.98 mm", "cycle bench: 3.98 mm")
+    stops = [p for p in listed(changed) if p.meaning == "mechanical stop"]
+    assert [(p.path, p.value) for p in stops] == [("wire.stop", "3.9 mm")]
+
+
+def test_a_chosen_stroke_is_not_told_by_the_thesis() -> None:
+    """Section 3.2.1 has 4 mm, the bench 4.03 mm."""
+    by_path = {p.path: p for p in listed(SETTINGS)}
+    assert by_path["wire.stroke"].group == CALIBRATED
+    assert "S13c" in by_path["wire.latent"].claims
 
 
 def test_an_assumed_value_is_no_fact_of_the_thesis() -> None:

@@ -75,10 +75,10 @@ def collect(
         return electrothermal.run(machine, ctrl, seed, 10 if seconds > 30.0 else 1)
 
     def closed(law: str, levels: Sequence[float], hold: float, **gains: float) -> Recording:
-        return run(micro_steps(levels, hold), _with(base, law, **gains), seed, False)
+        return run(micro_steps(levels, hold), with_law(base, law, **gains), seed, False)
 
     def sequence(law: str, **gains: float) -> Recording:
-        return run(micro_steps(LEVELS, 2.0, TIMES), _with(base, law, **gains), seed, False)
+        return run(micro_steps(LEVELS, 2.0, TIMES), with_law(base, law, **gains), seed, False)
 
     top, best = [TARGET_MM], "pi-antiwindup"
     return MicroRuns(
@@ -91,12 +91,12 @@ def collect(
         pi=sequence("pi"),
         antiwindup=sequence(best),
         gentle={k: sequence(best, ki=k, kaw=k) for k in FIRST_GAINS},
-        held=[run(micro_steps(HOLDS), _with(base, best), seed + k, False) for k in range(3)],
+        held=[run(micro_steps(HOLDS), with_law(base, best), seed + k, False) for k in range(3)],
         settings=base,
     )
 
 
-def _with(settings: Settings, law: str, **gains: float) -> Settings:
+def with_law(settings: Settings, law: str, **gains: float) -> Settings:
     """The settings with one of the micro laws, its gains changed where given."""
     field = law.replace("-", "_")
     changed = getattr(settings.controller, field)._replace(**gains)

@@ -12,15 +12,19 @@ from macromicro.experiments.claim import (
     NOT_MEASURED,
     PREDICTED,
     REPRODUCED,
+    SET,
     Claim,
 )
 from macromicro.experiments.reproduce import Result
 
 KINDS = {
-    CALIBRATED: "a parameter of the bench was chosen so that this claim is met; that it is met "
-    "shows that the bench can behave so, and proves no more",
+    CALIBRATED: "a parameter of the bench or a gain was chosen with this claim in view, or it "
+    "follows from claims for which one was; that it is met shows that the bench can behave so, "
+    "and proves no more",
+    SET: "a setting of bench or controller fixes it; the measurement only gives the setting back",
     COMPUTED: "a formula or a sum of the thesis, worked out anew; no bench is needed",
-    PREDICTED: "measured as the thesis did, on a bench that was not fitted to it",
+    PREDICTED: "measured as the thesis did; by the project's history no parameter was chosen for "
+    "it, though others that were chosen for its neighbours bear on it",
 }
 FAILED = "procedure failed"
 

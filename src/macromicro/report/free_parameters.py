@@ -25,14 +25,12 @@ _DIGITS = 5
 
 class Free(NamedTuple):
     """A parameter. `path`: within its bench, with the bench's name before it where it is the
-    kiln's or the cycle bench's own; `value`: with unit; `others`: the same on other benches,
-    where the settings change it on one only, such as "kiln: 3.98 mm"; `claims`: ids of those
+    kiln's or the cycle bench's own; `value`: with unit; `claims`: ids of those
     that it was chosen for; `numbers`: how many it holds (a table holds several)."""
 
     path: str
     meaning: str
     value: str
-    others: tuple[str, ...]
     source: str
     group: str
     claims: tuple[str, ...]
@@ -49,12 +47,9 @@ def free_parameters(settings: Settings) -> list[Free]:
     for bench, entry, own in _all(settings):
         value = _spoken(entry.par, entry.value)
         key = ("" if own is None else bench, entry.par.meaning)
-        known = found.get(key)
-        if known is None:
+        if key not in found:
             path = entry.path if own is None else f"{bench}: {entry.path}"
             found[key] = _free(path, entry, value, own or entry.par.source)
-        elif value != known.value:
-            found[key] = known._replace(others=(*known.others, f"{bench}: {value}"))
     return list(found.values())
 
 
@@ -79,7 +74,7 @@ def _all(settings: Settings) -> Iterator[tuple[str, Entry, str | None]]:
 def _free(path: str, entry: Entry, value: str, source: str) -> Free:
     count = len(entry.value) if isinstance(entry.value, tuple) else 1
     claims = _named(source) if source.startswith(_TO) else ()
-    return Free(path, entry.par.meaning, value, (), source, _group(source), claims, count)
+    return Free(path, entry.par.meaning, value, source, _group(source), claims, count)
 
 
 def _group(source: str) -> str:

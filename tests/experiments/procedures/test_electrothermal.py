@@ -23,7 +23,7 @@ def test_table_is_that_of_the_kilns_own_procedure(
 ) -> None:
     """Section 5.2.2: the temperatures are inferred by the same data."""
     monkeypatch.setattr(electrothermal, "fod_table", lambda recordings: recordings)
-    monkeypatch.setattr(actuator_models, "measured", lambda table, plant, seed: table)
+    monkeypatch.setattr(actuator_models, "attempted", lambda table, plant, seed: table)
     (curves,) = PROCEDURE.collect(Lab())
     for name in ("thermocouple", "position"):
         np.testing.assert_array_equal(curves[name], heated.curves[name])
