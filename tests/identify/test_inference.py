@@ -93,3 +93,17 @@ def test_turning_points(legs: list[float]) -> None:
     assert len(found) >= len(corners)
     assert len(found) <= len(corners) + 1
     np.testing.assert_allclose(places[: len(corners) - 1], corners[:-1], atol=2.5)
+
+
+def test_band_is_two_standard_errors_of_either_kind() -> None:
+    """On a line of known slope: 2 sigma of position over the slope, and 2 of temperature."""
+    straight = FodTable.from_everett(
+        from_density(lambda up, down: np.where(up - down < 2.0, 1.0, 0.0), 20.0, 0.5, 161), 0.0, 4.0
+    )
+    x = 0.5 * (straight.f_low + straight.span)
+    found = on_heating(straight, [x], Doubt(position=0.02, temperature=0.0))
+    slope = float(found.slope[0])
+    assert found.high[0] - found.temperature[0] == pytest.approx(0.04 / slope, rel=0.05)
+    assert found.temperature[0] - found.low[0] == pytest.approx(0.04 / slope, rel=0.05)
+    found = on_heating(straight, [x], Doubt(position=0.0, temperature=0.3))
+    assert found.high[0] - found.low[0] == pytest.approx(1.2)

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.hysteresis import from_density
-from macromicro.models import actuator, stressed
+from macromicro.models import actuator, heating, stressed
 from macromicro.models.actuator import Actuator, Hysteresis
-from macromicro.models.heating import PRINTED, Ladder, from_transfer
+from macromicro.models.heating import PRINTED, Heat, Ladder, from_transfer
 from macromicro.models.stressed import Stressed
-from macromicro.models.weighted_gain import Weighted
+from macromicro.models.weighted_gain import Weighted, weighted
 
 # Heating thresholds crowd below 110 degC, cooling ones 15 to 50 K lower.
 TABLE = from_density(
@@ -113,3 +113,34 @@ def test_warm_plates_slow_the_cooling() -> None:
         return 0.01 * float(np.argmax(x[hold:] < 0.3))
 
     assert time(20_000) > 1.1 * time(500)
+
+
+@pytest.mark.parametrize("parts", [(30.0, 20.0, 10.0), (10.0, 30.0, 20.0), (20.0, 10.0, 30.0)])
+def test_thesis_model_cools_where_it_is_warmer_than_the_goal(parts: tuple[float, ...]) -> None:
+    """All three parts count: (5.9) at 1 K above what the input asks for, (5.6) at 1 K below."""
+    p = THESIS
+    whole = sum(p.heating[3:])
+    goal = weighted(p.gain, 1.55) * whole
+    for off, law in ((1.0, "cooled"), (-1.0, "heated")):
+        scale = (goal + off) / 60.0
+        heat = Heat(*(scale * x for x in parts))
+        now = actuator.step(p, actuator.cold(p)._replace(heat=heat), 1.55, 0.02).heat
+        if law == "cooled":
+            wanted = heating.cooled(p.heating, heat, goal / whole, p.cool_time, 0.02)
+        else:
+            wanted = heating.heated(p.heating, heat, goal / whole, 0.02)
+        np.testing.assert_allclose(now, wanted, rtol=1e-12)
+
+
+def test_lag_gives_its_mean_heat_to_the_wires() -> None:
+    """What the wires take in during a period is the integral of a heat that lags behind."""
+    p = BETTER._replace(lag=0.05)
+    s = stressed.cold(p)._replace(heat=40.0)
+    goal, dt = stressed.static_heat(p, 1.55), 0.06
+    t = np.linspace(0.0, dt, 20_001)
+    taken = np.trapezoid(goal + (40.0 - goal) * np.exp(-t / p.lag), t)
+    now = stressed.warmed(p, s, 1.55, 0.0, dt)
+    assert now.content == pytest.approx(taken / p.ladder.c1, rel=1e-6)
+    assert now.heat == pytest.approx(goal + (40.0 - goal) * np.exp(-dt / p.lag), rel=1e-12)
+    cut = stressed.warmed(p, s, 1.55, 1.0, dt)
+    assert cut.content == pytest.approx(40.0 * p.lag * (1.0 - np.exp(-dt / p.lag)) / p.ladder.c1)

@@ -81,3 +81,13 @@ def test_what_no_ladder_can_be() -> None:
     for bad in ((1.0, 1.0, 1.0, 1.0), (1.0, 0.1, 1.0)):
         with pytest.raises(InputError, match="negative real poles"):
             from_transfer((1.0,), bad)
+
+
+def test_each_part_cools_towards_its_share_of_the_goal() -> None:
+    """(5.9): all three fall with the one time constant, each to its own end."""
+    p = Modes(1.4, 0.1, 0.01, 0.7, 0.2, 0.11)
+    s = heating.Heat(40.0, 30.0, 20.0)
+    left = np.exp(-0.5 / 1.25)
+    ends = np.array(p[3:]) * 10.0
+    now = heating.cooled(p, s, 10.0, 1.25, 0.5)
+    np.testing.assert_allclose(now, ends + (np.array(s) - ends) * left, rtol=1e-12)

@@ -73,3 +73,17 @@ def test_same_draws_same_bits() -> None:
     heater = np.ones(500)
     assert fire(heater, 4).tobytes() == fire(heater, 4).tobytes()
     assert fire(heater, 4).tobytes() != fire(heater, 5).tobytes()
+
+
+def test_wires_hang_in_air_that_is_a_share_cooler_than_the_top_plate() -> None:
+    """Section 5.2.1: the thermocouple is above them. Held long enough, the wires' excess over
+    the room is the air's less the gradient; a kiln as cold as the room shows none."""
+    spec = SPEC._replace(oven=SPEC.oven._replace(gradient=0.1, spike_rate=0.0))
+    p = kiln.prepare(spec)
+    s = kiln.initial(p)._replace(air=85.0, thermocouple=85.0)
+    held = s
+    for _ in range(6000):
+        held = kiln.advance(p, held._replace(air=85.0), 0.0, 1.0, 1.0, 0.01)
+    assert held.wire.temperature == pytest.approx(25.0 + 0.9 * 60.0, abs=0.05)
+    cold = kiln.advance(p, kiln.initial(p), 0.0, 1.0, 1.0, 0.01)
+    assert cold.wire.temperature == pytest.approx(25.0)
