@@ -8,7 +8,8 @@ import pytest
 from macromicro.experiments import electrothermal_claims
 from macromicro.experiments.actuator_models import Models
 from macromicro.experiments.claim import DIFFERS, REPRODUCED, Claim
-from macromicro.identify import actuator
+from macromicro.identify import actuator, thermal
+from macromicro.identify.actuator import AMBIENT
 from macromicro.models import heating
 
 
@@ -57,3 +58,15 @@ def test_traces_are_what_the_steps_were_judged_by(models: Models) -> None:
         mean = np.mean([r["laser"] for r in trials], axis=0) * 1e-3
         np.testing.assert_allclose(trace.record.position, mean)
         assert len(trace.thesis) == len(trace.better) == len(mean)
+
+
+def test_warm_and_cold_cooling_and_both_identifications_are_told(models: Models) -> None:
+    """Section 5.2.2 identifies (5.6) by MLS and takes (5.9) after a few cycles."""
+    found = {c.id: c for c in electrothermal_claims.claims(models)}
+    assert "by MLS of order three" in found["S7"].reason
+    assert "after 4 cycles" in found["S8"].reason
+    warm = thermal.cooling(models.table, models.data.warm, AMBIENT).time
+    assert f"{warm:.2f} s after" in found["S8"].reason
+    assert warm > models.thesis.cooling.time, "warm plates cool more slowly"
+    assert 0.8 <= warm <= 1.3
+    assert all(len(r) == 30_000 and r["t"][0] == 0.0 for r in models.data.warm)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 
 from macromicro.errors import InputError
+from macromicro.experiments.equations import EQUATIONS
 from macromicro.experiments.procedure import Procedure
 from macromicro.experiments.reproduce import Chosen
 from macromicro.textfile import printable
@@ -57,16 +58,36 @@ def _found(name: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, 
     figure, equation = _FIGURE.fullmatch(name), _EQUATION.fullmatch(name)
     number = figure.group(1) if figure else name
     if equation:
-        number = f"({equation.group(1) or equation.group(2)})"
-    if figure or equation or low.startswith("table"):
+        return _by_equation(str(equation.group(1) or equation.group(2)), procedures)
+    if figure or low.startswith("table"):
         for p in procedures:
             for each in (*p.figures, *p.diagrams):
                 if number.lower() == each.lower():
                     return [(p, "figure", each)]
     found = [(p, "whole", "") for p in procedures if _within(name, p.sections)]
-    if found and not figure and not equation:
+    if found and not figure:
         return found
     raise InputError("--only", printable(name), _accepted(procedures))
+
+
+def _by_equation(number: str, procedures: Sequence[Procedure]) -> list[tuple[Procedure, str, str]]:
+    """What measures an equation of the thesis, or shows it."""
+    wanted = EQUATIONS.get(number)
+    found = [
+        (p, kind, what)
+        for what in wanted or (f"({number})",)
+        for p in procedures
+        for kind, there in (
+            ("whole", (p.name,)),
+            ("claim", p.ids),
+            ("figure", (*p.figures, *p.diagrams)),
+        )
+        if what in there
+    ]
+    if not found:
+        accepted = "an equation of the thesis: " + ", ".join(f"({n})" for n in EQUATIONS)
+        raise InputError("--only", f"({printable(number)})", accepted)
+    return found
 
 
 def _within(name: str, sections: Sequence[str]) -> bool:

@@ -35,6 +35,7 @@ HELD_S = 200.0
 HELD_AT_STOP_S = 20.0
 COOLED = (1.525, 1.55, 1.575, 1.6)
 COOL_AFTER_S, COOL_S = 10.0, 20.0
+WARM, CYCLES_BEFORE = 1.575, 4  # V; "cycled a few times"
 
 _NAMES = ("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
 COLUMNS: tuple[Column, ...] = tuple(
@@ -107,10 +108,22 @@ def staircase(levels: Sequence[float], seconds: float = 3.0) -> Array:
 
 
 class StepData(NamedTuple):
-    """Recordings by voltage [V]: `steps`, one list of trials each, and `cooled`."""
+    """Recordings by voltage [V]: `steps`, one list of trials each, and `cooled`; `warm`: 1.575 V
+    cooled once more after a few cycles of the same."""
 
     steps: dict[float, list[Recording]]
     cooled: dict[float, list[Recording]]
+    warm: tuple[Recording, ...] = ()
+
+
+def last_of(recording: Recording, seconds: float) -> Recording:
+    """The last `seconds` of a recording, its time from 0 on."""
+    rows = slice(-round(seconds / recording.dt), None)
+    arrays = [
+        recording[c.name][rows] - (recording[c.name][rows][0] if c.name == "t" else 0.0)
+        for c in recording.columns
+    ]
+    return Recording.from_arrays(recording.columns, arrays, recording.dt, recording.attributes)
 
 
 def collect(
@@ -135,7 +148,10 @@ def collect(
         for i, v in enumerate(volts)
     }
     down = {v: runs(cooling(v), seed + 5000 + 100 * i) for i, v in enumerate(cooled)}
-    return StepData(steps, down)
+    again = np.tile(cooling(WARM), CYCLES_BEFORE + 1)
+    cycled = [run(machine, again, seed + 9000 + k, 1) for k in range(trials)]
+    warm = tuple(last_of(r, COOL_AFTER_S + COOL_S) for r in cycled)
+    return StepData(steps, down, warm)
 
 
 def for_fit(plant: Machine | None = None, seed: int = 10_000) -> list[Recording]:

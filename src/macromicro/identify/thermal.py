@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +34,7 @@ class StepRecord(NamedTuple):
     error: Array
 
 
-def averaged(trials: list[Recording]) -> tuple[Array, Array]:
+def averaged(trials: Sequence[Recording]) -> tuple[Array, Array]:
     """t [s] and the mean of the trials' laser positions [mm] (solid line of Figure 5.10)."""
     if not trials:
         raise InputError("trials", "none", "one recording or more")
@@ -153,7 +154,7 @@ class CoolingFit(NamedTuple):
     peak: float
 
 
-def cooling(table: FodTable, trials: list[Recording], ambient: float) -> CoolingFit:
+def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> CoolingFit:
     """(5.9) from a step that is held and then set to 0 V (Figure 5.16).
 
     InputError where CTRL never falls to zero or the position does not cover the 63 %.
