@@ -23,6 +23,7 @@ from macromicro.models.macro import MacroModel
 from ..drawing.geometry import check, check_frames, ids_of, nearest, text_of
 
 BLOCKS = [
+    *("2.11", "3.1", "3.5", "D.2"),
     *("4.3", "4.5", "4.6", "4.7", "4.10", "4.12", "4.15", "4.16", "4.19", "4.21"),
     *("5.1", "5.2", "5.12", "5.18", "5.21", "5.24", "6.1"),
 ]

@@ -10,9 +10,9 @@ EQUATIONS: dict[str, tuple[str, ...]] = {
     **{f"2.{k}": (_PREISACH,) for k in range(2, 11)},
     "2.11": ("S2", _PREISACH),
     "3.1": ("D1",),
-    # The motor: no claim measures its constants one by one, the diagram shows what they make.
-    "4.1": ("4.2",),
-    "4.2": ("4.2",),
+    # The motor: no claim measures its constants one by one, the diagrams show what they make.
+    "4.1": ("4.3",),
+    "4.2": ("4.6",),
     "4.3": ("M4a", "M4b"),
     "4.4": ("M5",),
     "4.5": ("M6a", "M6b"),

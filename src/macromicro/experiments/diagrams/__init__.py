@@ -7,11 +7,12 @@ from macromicro.drawing.diagram import Diagram
 from macromicro.drawing.exhibit import Drawn
 from macromicro.experiments.diagrams.charts import CHARTS
 from macromicro.experiments.diagrams.described import Described
+from macromicro.experiments.diagrams.hardware import HARDWARE
 from macromicro.experiments.diagrams.macro import MACRO
 from macromicro.experiments.diagrams.micro import MICRO
 from macromicro.experiments.diagrams.whole import WHOLE
 
-DIAGRAMS: dict[str, Described] = MACRO | MICRO | WHOLE | CHARTS
+DIAGRAMS: dict[str, Described] = HARDWARE | MACRO | MICRO | WHOLE | CHARTS
 
 
 def drawn(number: str) -> Drawn:
