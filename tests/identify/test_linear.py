@@ -172,14 +172,6 @@ def test_whiteness_tells_a_model_that_is_too_simple() -> None:
     assert fit("sriv", u, y, 2, 2, DT).whiteness.white
 
 
-def test_velocity_gain_of_an_integrator() -> None:
-    """Position data of (4.4): one pole at z = 1, slope b / (1 + a) for 1 V (4.6)."""
-    u = PRBS[:600]
-    y = lfilter([0.0, 0.0, DT * B], np.convolve([1.0, -1.0], [1.0, A]), u)
-    found = fit("least_squares", u, y, 2, 1, DT, delay=2)
-    assert found.velocity_gain == pytest.approx(3977.0, rel=1e-3)
-
-
 GOOD = np.ones(100)
 
 

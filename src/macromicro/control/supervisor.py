@@ -22,7 +22,6 @@ from macromicro.parameters import Par
 from macromicro.types import Command, Outputs, Sample
 
 WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)
-PHASES = ("waiting", "macro moving", "settling", "micro", "done", "fault")
 
 
 FARTHEST = 1e6  # counts of any encoder; the strokes say what is sensible (`rules`)

@@ -95,12 +95,6 @@ def _noted(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.nan_to_num(out[:, 0])
 
 
-def unsourced(traced: list[Way]) -> list[Column]:
-    """Columns that no field reaches: states of controller and guard."""
-    reached = {way.column for way in traced}
-    return [column for column in COLUMNS if column not in reached]
-
-
 def channels(settings: Settings) -> list[Channel]:
     """All channels of the rig, inputs first; ranges and steps by the settings."""
     traced = ways()

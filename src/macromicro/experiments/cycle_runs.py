@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro import signals
 from macromicro.errors import MacromicroError
 from macromicro.experiments.machine import CycleBed
 from macromicro.kernel import compiled, kernel
@@ -95,8 +96,7 @@ def _rest(plant: CyclePlant, s: CycleState, periods: int, dt: float) -> CycleSta
 
 def reference(cycles: int) -> Array:
     """The pulse train [counts], a value each ms."""
-    half = round(0.5 * PERIOD_S / DT)
-    return np.tile(np.r_[np.full(half, PEAK), np.zeros(half)], cycles)
+    return signals.pulse_train(signals.times(cycles * PERIOD_S, DT), PEAK, PERIOD_S)
 
 
 class CycleData(NamedTuple):

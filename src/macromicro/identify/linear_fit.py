@@ -79,18 +79,6 @@ class LinearFit:
         slope = np.r_[np.full(len(self.a), -self.gain), np.ones(len(self.b))] / rest
         return float(np.sqrt(slope @ self.covariance @ slope))
 
-    @property
-    def velocity_gain(self) -> float:
-        """Slope of the step response [1/s]: lim (z - 1) / dt G(z); nan without an integrator.
-
-        A pole within 1e-3 of z = 1 counts as an integrator.
-        """
-        distance = np.abs(self.poles - 1.0)
-        if not len(distance) or distance.min() > 1e-3:
-            return float("nan")
-        others = np.delete(self.poles, int(distance.argmin()))
-        return float((self.b.sum() / np.prod(1.0 - others)).real / self.dt)
-
     def simulate(self, u: npt.ArrayLike) -> Array:
         """Free run from rest: y[n] for the input u[n]."""
         from scipy.signal import lfilter

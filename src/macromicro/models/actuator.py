@@ -81,7 +81,7 @@ def _rollout(p: Actuator, s: ActuatorState, ctrl: Array, dt: Array, out: Array) 
     """Contraction [mm] and temperature [degC] into `out` (2, n), before each step."""
     for k in range(len(ctrl)):
         out[0, k] = s.x
-        out[1, k] = p.ambient + s.heat.m1 + s.heat.m2 + s.heat.m3
+        out[1, k] = temperature(p, s)
         s = step(p, s, ctrl[k], dt[k])
     return s
 

@@ -28,7 +28,7 @@ class CycleBench(NamedTuple):
     )
     phase: Phase = Phase()
     wire: Wire = Wire()
-    bias: Bias = Bias(preload=60.0 * GRAM_FORCE, platform=0.005)
+    bias: Bias = Bias(preload=60.0 * GRAM_FORCE)
     encoder: Encoder = Encoder(pitch=17e-6)
 
 
@@ -42,14 +42,13 @@ OWN_SOURCES = {
     "thermal.body_resistance": _A,
     "bias.preload": _A,
     "bias.rate": "bench assumption: the spring of the two-stage bench",
-    "bias.platform": "bench assumption",
     "encoder.pitch": "Appendix D",
 }
 
 
 def beside(bench: Bench) -> CycleBench:
     """The fixture with the actuator, driver and spring of `bench`, but for what `OWN_SOURCES`
-    says is its own: supply, room, outer resistances, preload, platform, encoder."""
+    says is its own: supply, room, outer resistances, preload, encoder."""
     own = CycleBench()
     return CycleBench(
         bench.amplifier,
@@ -61,7 +60,7 @@ def beside(bench: Bench) -> CycleBench:
         ),
         bench.phase,
         bench.wire,
-        bench.bias._replace(preload=own.bias.preload, platform=own.bias.platform),
+        bench.bias._replace(preload=own.bias.preload),
         own.encoder,
     )
 
