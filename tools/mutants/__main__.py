@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import beside
 import running
+import swift
 from operators import Mutant, mutants
 
 _TOO_MANY = 4000
@@ -55,49 +56,56 @@ def chosen(files: Sequence[Path], sample: int | None, seed: int) -> dict[Path, l
     return {f: sorted(ms, key=lambda m: m.line) for f, ms in by_file.items() if ms}
 
 
-def tried(work: dict[Path, list[Mutant]], jobs: int) -> list[Verdict]:
+def tried(work: dict[Path, list[Mutant]], jobs: int, once: bool) -> list[Verdict]:
     """Every mutant's outcome; survivors are printed as each file is done."""
     known = {(e.file, e.before, e.after) for e in beside.equivalents()}
-    tasks = [(source, found, known) for source, found in work.items()]
-    if jobs == 1:
-        return [verdict for task in tasks for verdict in _file(task)]
+    tasks = [(source, found, known, once) for source, found in work.items()]
     with get_context("fork").Pool(jobs, maxtasksperchild=1) as pool:
         results = pool.imap_unordered(_file, tasks, chunksize=1)
         return [verdict for verdicts in results for verdict in verdicts]
 
 
-def _file(task: tuple[Path, list[Mutant], set[tuple[str, str, str]]]) -> list[Verdict]:
+def _file(task: tuple[Path, list[Mutant], set[tuple[str, str, str]], bool]) -> list[Verdict]:
     """One file's mutants, one after the other."""
-    bench = running.Bench()
-    try:
-        return _tried(bench, *task)
-    finally:
-        bench.close()
-
-
-def _tried(
-    bench: running.Bench, source: Path, work: list[Mutant], known: set[tuple[str, str, str]]
-) -> list[Verdict]:
+    source, work, known, once = task
     name, tests = beside.name(source), beside.tests(source)
     left = [m for m in work if (name, m.before, m.after) not in known]
     if not tests:
         print(f"{name}: no test beside it, {len(left)} mutants live", flush=True)
         return [Verdict(name, m, running.SURVIVED) for m in left]
-    first = running.baseline(bench, source, tests)
-    if not first.passed:
-        print(bench.output()[-3000:], file=sys.stderr)
-        raise RuntimeError(f"{name}: its tests fail without a mutation")
-    verdicts = []
-    for mutant in left:
-        outcome = bench.run(source, mutant.text, tests, running.allowed(first.seconds))
-        verdicts.append(Verdict(name, mutant, outcome))
+    text = source.read_text("utf-8")
+    quick = [m for m in left if swift.fitting(text, m)]
+    seconds, found = swift.outcomes(source, quick, tests)
+    outcomes = dict(zip(quick, found, strict=True))
+    again = [m for m in left if m not in outcomes]
+    if not once:
+        again += [m for m in quick if outcomes[m] == running.SURVIVED]
+    if again:
+        outcomes |= _slowly(source, again, tests, seconds)
+    verdicts = [Verdict(name, m, outcomes[m]) for m in left]
+    for _, mutant, outcome in verdicts:
         if outcome == running.SURVIVED:
             print(f"{name}:{mutant.line}: {mutant.kind}", flush=True)
             print(f"    - {mutant.before}\n    + {mutant.after}", flush=True)
     died = sum(v.outcome != running.SURVIVED for v in verdicts)
     print(f"{name}: {died} of {len(verdicts)} killed, {len(work) - len(left)} equivalent; "
-          f"tests take {first.seconds:.1f} s", flush=True)  # fmt: skip
+          f"tests take {seconds:.1f} s", flush=True)  # fmt: skip
     return verdicts
+
+
+def _slowly(
+    source: Path, work: list[Mutant], tests: list[Path], seconds: float
+) -> dict[Mutant, str]:
+    """The same, everything imported anew for each."""
+    bench = running.Bench()
+    try:
+        if not running.baseline(bench, source, tests).passed:
+            print(bench.output()[-3000:], file=sys.stderr)
+            raise RuntimeError(f"{source}: its tests fail without a mutation")
+        limit = running.allowed(seconds)
+        return {m: bench.run(source, m.text, tests, limit) for m in work}
+    finally:
+        bench.close()
 
 
 def judged(verdicts: Sequence[Verdict]) -> int:
@@ -121,6 +129,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--jobs", type=int, default=1, help="files at a time")
     parser.add_argument("--list", action="store_true", help="print the mutants, try none")
+    parser.add_argument("--once", action="store_true", help="try no survivor a second time")
     options = parser.parse_args()
     work = chosen(sources(options.files), options.sample, options.seed)
     total = sum(map(len, work.values()))
@@ -135,7 +144,7 @@ def main() -> int:
         print(f"{total} mutants would take hours: name fewer files, or --sample N", file=sys.stderr)
         return 2
     print(f"{total} mutants in {len(work)} files", flush=True)
-    return judged(tried(work, options.jobs))
+    return judged(tried(work, options.jobs, options.once))
 
 
 def _warm() -> None:

@@ -6,6 +6,7 @@ from a copy in which one file is mutated.
 
 from __future__ import annotations
 
+import compileall
 import contextlib
 import os
 import shutil
@@ -29,6 +30,7 @@ class Bench:
         self._folder = Path(tempfile.mkdtemp(prefix="mutants-"))
         self._package = self._folder / "src" / "macromicro"
         shutil.copytree(PACKAGE, self._package, ignore=shutil.ignore_patterns("__pycache__"))
+        compileall.compile_dir(self._package, quiet=2)
         self._kernels = self._folder / "kernels"
         self._kernels.mkdir()
 
@@ -40,12 +42,15 @@ class Bench:
         """KILLED, SURVIVED or TIMED_OUT: what the tests say of `source` with this text."""
         place = self._package / source.relative_to(PACKAGE)
         original = source.read_text("utf-8")
+        # Two texts of one size within a second look the same to Python.
+        for stale in place.parent.glob(f"__pycache__/{place.stem}.*"):
+            stale.unlink()
         place.write_text(original if text is None else text, "utf-8")
         child = os.fork()
         if child == 0:
             self._child(tests, compiles="@kernel" in original)
         try:
-            return _waited(child, limit)
+            return waited(child, limit)
         finally:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(child, signal.SIGKILL)
@@ -107,7 +112,8 @@ def allowed(seconds: float) -> float:
     return 10.0 * seconds + _SLACK
 
 
-def _waited(child: int, limit: float) -> str:
+def waited(child: int, limit: float) -> str:
+    """What became of a forked process: KILLED if it failed, TIMED_OUT after `limit` [s]."""
     until = time.monotonic() + limit
     while time.monotonic() < until:
         done, status = os.waitpid(child, os.WNOHANG)

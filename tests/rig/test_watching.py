@@ -1,0 +1,46 @@
+"""The guard's state as a row of numbers: every field has a place of its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from macromicro.rig import guard, watching
+from macromicro.rig.guard import Watch
+
+
+def flat(value: Any) -> list[float]:
+    """The numbers of nested tuples, in the order of their fields."""
+    if isinstance(value, tuple):
+        return [number for part in value for number in flat(part)]
+    return [value]
+
+
+def filled(shape: Any, numbers: list[float]) -> Any:
+    """A tuple of the same kind with these numbers in the order of its fields."""
+    if isinstance(shape, tuple):
+        return type(shape)(*(filled(part, numbers) for part in shape))
+    return numbers.pop(0)
+
+
+@given(
+    st.integers(0, 15),
+    st.lists(st.floats(-1e9, 1e9), min_size=watching.FIELDS - 1, max_size=watching.FIELDS - 1),
+)
+def test_what_is_stored_comes_back(fault: int, numbers: list[float]) -> None:
+    watch: Watch = filled(guard.fresh(), [fault, *numbers])
+    row = [0.0] * watching.FIELDS
+    watching.store(watch, row)
+    assert watching.restored(row) == watch
+
+
+def test_the_row_holds_the_fields_in_their_order() -> None:
+    numbers = [float(k) for k in range(1, watching.FIELDS + 1)]
+    watch: Watch = filled(guard.fresh(), [1, *numbers[1:]])
+    row = [0.0] * watching.FIELDS
+    watching.store(watch, row)
+    assert row == numbers
+    assert flat(watching.restored(row)) == numbers
+    assert type(watching.restored(row).fault) is int

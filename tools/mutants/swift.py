@@ -1,0 +1,158 @@
+"""Tries most mutants without importing anything anew: only the code of functions is exchanged.
+
+The tests are collected once; each mutant is tried in a fork of that process, in which every
+function of the mutated file gets its new code, so whoever has imported it calls the new one.
+Mutants outside functions, and tests that start a Python of their own, are not for this way: what
+survives it is tried again by `running`.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import inspect
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import types
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from beside import PACKAGE, ROOT
+from operators import Mutant
+from running import SURVIVED, allowed, waited
+
+
+def fitting(text: str, mutant: Mutant) -> bool:
+    """Is the mutation inside the body of a function, and nowhere else?"""
+    return any(
+        node.body[0].lineno <= mutant.line <= (node.end_lineno or 0)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef) and node.lineno < mutant.line
+    )
+
+
+def _functions(module: types.ModuleType) -> Iterator[tuple[str, types.FunctionType]]:
+    """Every function that a module defines, by name; methods and properties, too."""
+    holders: list[Any] = [module]
+    holders += [v for v in vars(module).values() if inspect.isclass(v)]
+    for holder in holders:
+        if holder is not module and holder.__module__ != module.__name__:
+            continue
+        for value in vars(holder).values():
+            inner = [getattr(value, n, None) for n in ("fget", "fset", "__func__", "__wrapped__")]
+            for found in (value, *inner):
+                if isinstance(found, types.FunctionType) and found.__module__ == module.__name__:
+                    yield found.__qualname__, found
+
+
+def exchange(module: types.ModuleType, text: str) -> None:
+    """Give the functions of a loaded module the code that they have in `text`."""
+    other = types.ModuleType(module.__name__)
+    other.__file__ = module.__file__
+    vars(other)["__package__"] = module.__package__
+    exec(compile(text, str(module.__file__), "exec"), vars(other))  # noqa: S102 own source
+    # Properties have several functions of one name: in the order of their definition.
+    for (name, old), (same, new) in zip(_functions(module), _functions(other), strict=True):
+        if name != same:
+            raise RuntimeError(f"{module.__name__}: {name} is {same} in the mutant")
+        old.__code__, old.__defaults__ = new.__code__, new.__defaults__
+        old.__kwdefaults__ = new.__kwdefaults__
+
+
+class _Plugin:
+    """Takes the place of pytest's loop over the tests."""
+
+    def __init__(self, source: Path, mutants: Sequence[Mutant], folder: Path) -> None:
+        self.text, self.folder, self.mutants = source.read_text("utf-8"), folder, mutants
+        parts = source.relative_to(PACKAGE.parent).with_suffix("").parts
+        self.module = ".".join(parts)
+        self.took: dict[str, float] = {}
+        self.passed, self.seconds = False, 0.0
+        self.outcomes: list[str] = []
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        if report.failed:
+            os._exit(1)
+        name = str(report.nodeid).partition("::")[0]
+        self.took[name] = self.took.get(name, 0.0) + report.duration
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        if session.testsfailed or self.module not in sys.modules:
+            return True  # they cannot be collected, or never import it
+        began = time.monotonic()
+        self.passed = self._forked(session, session.items, None, 900.0) == SURVIVED
+        self.seconds = time.monotonic() - began
+        if not self.passed:
+            return True
+        for line in (self.folder / "took").read_text("utf-8").splitlines():
+            name, _, value = line.partition("\t")
+            self.took[name] = float(value)
+        # The quick files first; within a file the order may matter.
+        items = sorted(session.items, key=lambda i: self.took[i.nodeid.partition("::")[0]])
+        limit = allowed(self.seconds)
+        self.outcomes = [self._forked(session, items, m.text, limit) for m in self.mutants]
+        return True
+
+    def _forked(
+        self, session: pytest.Session, items: list[pytest.Item], text: str | None, limit: float
+    ) -> str:
+        child = os.fork()
+        if child == 0:
+            try:
+                self._tests(session, items, text)
+            finally:
+                os._exit(1)
+        try:
+            return waited(child, limit)
+        finally:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(child, signal.SIGKILL)
+            shutil.rmtree(self.folder / "mutated", ignore_errors=True)
+
+    def _tests(self, session: pytest.Session, items: list[pytest.Item], text: str | None) -> None:
+        os.setpgid(0, 0)
+        from macromicro import kernel
+
+        changed = text is not None and "@kernel" in self.text
+        place = self.folder / ("mutated" if changed else "kernels")
+        kernel.cache_folder = lambda: place
+        if text is not None:
+            exchange(sys.modules[self.module], text)
+        for item, following in zip(items, [*items[1:], None], strict=True):
+            item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+        if text is None:
+            lines = (f"{name}\t{value}" for name, value in self.took.items())
+            (self.folder / "took").write_text("\n".join(lines), "utf-8")
+        os._exit(0)
+
+
+def outcomes(
+    source: Path, mutants: Sequence[Mutant], tests: Sequence[Path]
+) -> tuple[float, list[str]]:
+    """What the tests take [s], and say of each mutant: KILLED, SURVIVED or TIMED_OUT. In this
+    process, which can do so for one file only. Raises RuntimeError if the tests fail as it is."""
+    folder = Path(tempfile.mkdtemp(prefix="mutants-"))
+    plugin = _Plugin(source, mutants, folder)
+    os.chdir(ROOT)
+    sys.path.insert(0, str(ROOT))
+    sys.dont_write_bytecode = True
+    out = os.dup(1)
+    quiet = os.open(folder / "output.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    try:
+        os.dup2(quiet, 1)
+        options = ["-x", "-q", "-s", "-p", "no:cacheprovider", "-p", "no:randomly"]
+        pytest.main([*options, "-m", "not slow", *map(str, tests)], plugins=[plugin])
+        sys.stdout.flush()
+        os.dup2(out, 1)
+        if not plugin.passed:
+            print((folder / "output.txt").read_text("utf-8")[-3000:], file=sys.stderr)
+            raise RuntimeError(f"{source}: its tests fail without a mutation, or do not import it")
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    return plugin.seconds, plugin.outcomes
