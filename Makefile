@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
-MUTATED ?= rig/guard.py rig/limits.py rig/envelope.py rig/sensing.py control/live
+MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/watching.py control/live
 SOAK ?= docs/reliability.md
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 

@@ -324,6 +324,8 @@ def test_a_live_machine_leans_no_longer_than_homing_does() -> None:
     assert watched(still, 3.0, LIVE)[0].fault == codes.STUCK
     tripped = watched(still, 3.0, LIVE)[1] * DT
     assert leaning.longest(Live()) < tripped == pytest.approx(LIVE.leant, abs=2 * DT)
+    pushed = watched(still, 4.0, LIVE)[1] * DT
+    assert pushed == pytest.approx(0.1, abs=2 * DT)
     assert watched(still, 3.0)[1] == -1
     assert watched(still, 2.8, LIVE)[1] == -1
 

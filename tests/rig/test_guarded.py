@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from macromicro.control import calibration
-from macromicro.rig import codes, guard
+from macromicro.rig import codes, guard, guarded
 from macromicro.rig.guarded import CompiledGuarded, Guarded
 from macromicro.rig.limits import Limits
 from macromicro.types import SAFE, Command, Outputs, Sample
@@ -70,13 +70,62 @@ def asked(random: np.random.Generator) -> tuple[Command, Outputs]:
     return command, Outputs(push, heat, fan, 0.0)
 
 
+@pytest.fixture
+def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The coroutine itself, without a compiler."""
+    monkeypatch.setattr(guarded, "compiled", lambda function: function)
+
+
+@pytest.mark.usefixtures("interpreted")
+@pytest.mark.parametrize("seed", range(2))
+def test_the_coroutine_gives_the_bits_of_the_guard(seed: int) -> None:
+    the_same_bits(seed, 700)
+
+
+@pytest.mark.usefixtures("interpreted")
+@pytest.mark.parametrize("channels", [(), ("encoder",), ("hall",), SENSORS])
+def test_the_coroutine_expects_what_is_there(channels: tuple[str, ...]) -> None:
+    limits = guard.prepare(Limits(), calibration.shipped())
+    watched = CompiledGuarded(rig(channels), limits, 1e-3)
+    assert (watched.tripped, watched.temperature) == (False, 25.0)
+    for k in range(100):
+        watched.write(SAFE._replace(ctrl=1.0))
+        silent = watched.watch.seen
+        aged = ((k + 1) * 1e-3 if name in channels else 1e-3 for name in SENSORS)
+        assert (silent.encoder_age, silent.hall_age) == pytest.approx(tuple(aged))
+    assert watched.tripped == bool(channels)
+    doubtful = "the Hall sensor is silent" if "hall" in channels else ""
+    assert watched.doubt == doubtful
+
+
+@pytest.mark.usefixtures("interpreted")
+def test_every_output_comes_back_in_its_place() -> None:
+    limits = guard.prepare(Limits(), calibration.shipped())
+    shown: Any = rig(SENSORS)
+    shown.read = lambda: Sample(0.001, 5.0, 2.5, 7.0, 1.0, 0.0)
+    watched = CompiledGuarded(shown, limits, 1e-3)
+    for outputs in (Outputs(1.25, 1.5, 1.0, 0.0), Outputs(-2.5, 0.5, 0.0, 1.0)):
+        watched.read()
+        watched.expect(Command(6.0, 1.0, 1.7, 1.0, 1.6))
+        watched.write(outputs)
+        assert watched.given == outputs
+    watch = watched.watch
+    assert (watch.seen.encoder, watch.seen.hall, watch.seen.time) == (5.0, 2.5, 0.001)
+    assert (watch.macro.reference, watch.micro.reference) == (6.0, 1.7)
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_the_compiled_guard_gives_the_bits_of_the_guard(seed: int) -> None:
+    the_same_bits(seed, 4000)
+
+
+def the_same_bits(seed: int, periods: int) -> None:
+    """As `Guarded`, with all that can be looked at, and another watch taken on."""
     limits = guard.prepare(Limits(), calibration.shipped())
     plain, fast = (kind(Bench(seed), limits, 1e-3) for kind in (Guarded, CompiledGuarded))
     random = np.random.default_rng(seed + 100)
     tripped = 0
-    for k in range(4000):
+    for k in range(periods):
         command, outputs = asked(random)
         for each in (plain, fast):
             each.read()
@@ -85,6 +134,7 @@ def test_the_compiled_guard_gives_the_bits_of_the_guard(seed: int) -> None:
         assert fast.given == plain.given
         assert fast.tripped == plain.tripped
         assert fast.temperature == plain.temperature
+        assert fast.doubt == plain.doubt
         if k % 50 == 0 or plain.tripped:
             assert repr(fast.watch) == repr(plain.watch)  # NaN equals NaN
         if plain.tripped:  # go on from another watch

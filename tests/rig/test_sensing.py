@@ -35,6 +35,12 @@ def look(s: Seen = SEEN, effort: float = 0.0, t: float = 5.001, **shown: float) 
     return sensing.look(P, s, sample, effort, DT)
 
 
+def test_nothing_is_amiss_before_the_first_reading() -> None:
+    for name, value in UNSEEN._asdict().items():
+        expected = NAN if name in ("encoder", "hall", "before", "time") else 0.0
+        assert repr(value) == repr(expected), name
+
+
 def test_the_first_reading() -> None:
     s = sensing.look(P, UNSEEN, Sample(9.0, 5.0, 2.5, NAN, NAN, NAN), 4.0, DT)
     assert (s.encoder, s.hall, s.time) == (5.0, 2.5, 9.0)
@@ -91,6 +97,8 @@ def test_pushes_without_a_count(sign: float) -> None:
         (2.9, -3.0, 7.0, 10.0),  # against a push upward: they add up
         (2.9, -3.0, -7.0, 3.0),  # those against the other push are forgotten
         (2.9, 3.0, 7.0, 0.0),  # it goes along
+        (2.9, 1.0, 7.0, 0.0),
+        (-2.9, -1.0, -7.0, 0.0),
         (2.9, 0.0, 7.0, 7.0),
         (-2.9, 3.0, -7.0, -10.0),
         (-2.9, 3.0, 7.0, -3.0),
@@ -176,3 +184,13 @@ def test_the_faults_with_more_to_them() -> None:
 def test_a_doubtful_hall_sensor(field: str, fine: float, doubtful: float, word: str) -> None:
     assert sensing.doubt(P, CLEAN._replace(**{field: fine}), DT) == 0
     assert word in sensing.DOUBTS[sensing.doubt(P, CLEAN._replace(**{field: doubtful}), DT)]
+
+
+@pytest.mark.parametrize("encoder", [True, False])
+@pytest.mark.parametrize("hall", [True, False])
+def test_a_sensor_that_is_not_there_has_no_age(encoder: bool, hall: bool) -> None:
+    every = Seen(*(float(k) for k in range(1, len(Seen._fields) + 1)))
+    told = sensing.expecting(every, encoder, hall)
+    assert told.encoder_age == (every.encoder_age if encoder else 0.0)
+    assert told.hall_age == (every.hall_age if hall else 0.0)
+    assert told._replace(encoder_age=2.0, hall_age=4.0) == every

@@ -79,6 +79,15 @@ def test_tables_and_slack_are_left_alone(operators):
     assert found == {("comparison", "return (t < end - 1e-09)")}
 
 
+def test_slack_with_a_name_is_slack(operators):
+    """And its value is what the tool takes it for."""
+    from macromicro.control.live.state import TICK
+
+    assert TICK <= operators._SLACK
+    found = changes(operators, "def late(t, end):\n    return t >= end - TICK\n")
+    assert found == {("comparison", "return (t < end - TICK)")}
+
+
 def test_guard_limits_and_live_core_must_kill_all(beside):
     assert beside.required("rig/guard.py") == 1.0
     assert beside.required("control/live/brake.py") == 1.0

@@ -45,9 +45,12 @@ _SWAPPED = {"min": "max", "max": "min", "any": "all", "all": "any", "floor": "ce
 
 
 _SLACK = 1e-6
+_SLACK_NAMES = ("TICK",)  # constants that are such slack
 
 
 def _slack(node: ast.AST) -> bool:
+    if isinstance(node, ast.Name) and node.id in _SLACK_NAMES:
+        return True
     return isinstance(node, ast.Constant) and _number(node) and 0.0 < abs(node.value) <= _SLACK
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import inspect
+import json
 import os
 import shutil
 import signal
@@ -135,24 +136,38 @@ class _Plugin:
 def outcomes(
     source: Path, mutants: Sequence[Mutant], tests: Sequence[Path]
 ) -> tuple[float, list[str]]:
-    """What the tests take [s], and say of each mutant: KILLED, SURVIVED or TIMED_OUT. In this
-    process, which can do so for one file only. Raises RuntimeError if the tests fail as it is."""
+    """What the tests take [s], and say of each mutant: KILLED, SURVIVED or TIMED_OUT. Raises
+    RuntimeError if the tests fail without a mutation, or never import the file."""
     folder = Path(tempfile.mkdtemp(prefix="mutants-"))
-    plugin = _Plugin(source, mutants, folder)
+    try:
+        child = os.fork()  # nothing of the package stays loaded here
+        if child == 0:
+            try:
+                _collected(_Plugin(source, mutants, folder), tests)
+            finally:
+                os._exit(1)
+        os.waitpid(child, 0)
+        found = folder / "found.json"
+        if not found.exists():
+            print((folder / "output.txt").read_text("utf-8")[-3000:], file=sys.stderr)
+            raise RuntimeError(f"{source}: its tests fail without a mutation, or do not import it")
+        seconds, said = json.loads(found.read_text("utf-8"))
+        return seconds, said
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _collected(plugin: _Plugin, tests: Sequence[Path]) -> None:
+    """The forked process: collects the tests, tries the mutants, writes what was found."""
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
     sys.dont_write_bytecode = True
-    out = os.dup(1)
-    quiet = os.open(folder / "output.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    try:
-        os.dup2(quiet, 1)
-        options = ["-x", "-q", "-s", "-p", "no:cacheprovider", "-p", "no:randomly"]
-        pytest.main([*options, "-m", "not slow", *map(str, tests)], plugins=[plugin])
-        sys.stdout.flush()
-        os.dup2(out, 1)
-        if not plugin.passed:
-            print((folder / "output.txt").read_text("utf-8")[-3000:], file=sys.stderr)
-            raise RuntimeError(f"{source}: its tests fail without a mutation, or do not import it")
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-    return plugin.seconds, plugin.outcomes
+    quiet = os.open(plugin.folder / "output.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(quiet, 1)
+    os.dup2(quiet, 2)
+    options = ["-x", "-q", "-s", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not slow"]
+    pytest.main([*options, *map(str, tests)], plugins=[plugin])
+    if plugin.passed:
+        told = json.dumps([plugin.seconds, plugin.outcomes])
+        (plugin.folder / "found.json").write_text(told, "utf-8")
+    os._exit(0)

@@ -8,6 +8,7 @@ import pytest
 
 from macromicro.control import macro
 from macromicro.control.live import messages as m
+from macromicro.control.live import moves
 from macromicro.control.live.messages import Accepted
 from macromicro.control.macro import MacroMemory
 from macromicro.control.settings import Control
@@ -66,11 +67,12 @@ def test_a_macro_move_out_of_patience_has_stalled() -> None:
     assert machine.mode == "stopped" and machine.out == SAFE
 
 
-def test_a_carriage_that_leaves_while_settling_is_sent_back() -> None:
+@pytest.mark.parametrize("place", [90.0, 110.0])
+def test_a_carriage_that_leaves_while_settling_is_sent_back(place: float) -> None:
     machine = homed()
     machine.ask(m.MoveMacro(100))
     machine.see(100.0, seconds=0.3)
-    machine.see(90.0, seconds=2.0)
+    machine.see(place, seconds=2.0)
     assert machine.mode == "moving-macro"
     assert machine.events[-1].cause == "drifted"
     machine.see(100.0, seconds=2.3)
@@ -237,3 +239,66 @@ def test_a_rest_beyond_the_micro_stages_reach_has_stalled() -> None:
         f.see(target - 55.0)
     assert [e.outcome for e in f.ends] == ["stalled"]
     assert f.out == SAFE
+
+
+def test_a_missing_reading_at_the_waits_end_is_no_arrival() -> None:
+    machine = homed()
+    machine.ask(m.MoveMacro(100))
+    machine.see(100.0, seconds=0.3)
+    machine.see(math.nan, seconds=3.0)
+    assert machine.mode == "settling" and not machine.ends
+    machine.see(100.0)
+    assert [e.outcome for e in machine.ends] == ["done"]
+
+
+def test_a_rest_beyond_the_soft_limit_of_the_micro_stage_has_stalled() -> None:
+    """Though within the band that absolute moves use."""
+    own = QUICK._replace(limits=QUICK.limits._replace(micro_high=1.0), gains_while_moving=1)
+    f = ready(live=own)
+    f.ask(m.MoveTo(0.0201))
+    f.tick()
+    f.ask(m.SetGains((("sequence.tolerance", 30.0),)))
+    target = f.command.macro_reference
+    for _ in range(100):
+        f.see(target - 12.0)
+    (end,) = f.ends
+    assert end.outcome == "stalled" and 1.0 < end.evidence["micro_mm"] < 3.5
+
+
+def test_arrival_waits_for_the_encoder_and_then_for_a_full_window() -> None:
+    f = ready()
+    f.ask(m.MoveMicro(1.0))
+    for _ in range(60):
+        f.tick(missing="e")
+    assert f.mode == "moving-micro" and f.s.work.window.held > 2.0 * QUICK.fine.dwell
+    while f.s.work.window.number != 0:
+        f.tick(missing="e")
+    for _ in range(3):
+        f.tick()
+        assert not f.ends
+    f.tick()
+    assert [e.outcome for e in f.ends] == ["done"]
+
+
+def test_a_contraction_is_reached_wherever_the_carriage_is() -> None:
+    f = ready()
+    f.ask(m.MoveMicro(1.0))
+    f.run(0.005)
+    f.encoder += 1.0
+    f.until("holding")
+    assert f.ends[-1].outcome == "done" and f.command.micro_reference == 1.0
+
+
+@pytest.mark.parametrize("laser", [0.05, -0.05, 0.009, -0.009, math.nan])
+def test_two_witnesses_that_differ_are_told_as_the_reason(laser: float) -> None:
+    machine = homed()
+    machine.ask(m.MoveMicro(1.0))
+    found = {"error_mm": 0.002, "error_by_laser_mm": laser}
+    s, efforts = moves._gives_up(machine.p, machine.s, found)
+    assert efforts[:4] == (0.0, 0.0, 0.0, 0.0) and s.mode == m.STOPPED
+    end = next(n for n in efforts.notices if isinstance(n, m.Finished))
+    reason = end.evidence.get("reason", "")
+    if abs(laser) > 0.01:
+        assert f"2.0 um and the laser {laser * 1e3:.1f} um off, allowed 10 um" in reason
+    else:
+        assert not reason

@@ -54,8 +54,6 @@ def start_micro(
     drive = s.drive._replace(micro_reference=motion.fine)
     if off:
         drive = drive._replace(integral=0.0, reset=True)
-        if s.laws.sequence.park == 1:
-            drive = drive._replace(memory=REST)
         if s.mode != m.SETTLING:
             drive = drive._replace(macro_reference=s.seen.encoder)
     work = Settle(s.time, s.seen.encoder, EMPTY)
@@ -82,11 +80,11 @@ def approach(
     """One period of the coarse part, before arrival."""
     q = s.laws.sequence
     error = _macro_error(s, motion, sample)
-    # A missing reading (NaN) fails the comparison: it is no arrival.
+    # A missing reading (NaN) fails the comparisons: it is no arrival.
     inside = NAN
     if abs(error) <= q.tolerance:
         inside = s.time if math.isnan(work.inside) else work.inside
-    if not math.isnan(inside) and s.time - inside >= q.dwell - TICK:
+    if s.time - inside >= q.dwell - TICK:
         found = {"error_counts": error, "seconds": s.time - motion.began}
         s, event = t.go(s._replace(work=Approach(inside, s.time)), m.SETTLING, t.ARRIVED, found)
         s, efforts = _parked(s, sample, dt)
@@ -148,12 +146,12 @@ def fine(
     q = p.settings.fine
     window = observe(q, work.window, sample.hall, motion.fine - s.seen.fine, dt)
     witness = EMPTY
-    if by_laser(p, s) and not math.isnan(motion.target):
+    if by_laser(p, s):  # of a move without such a target the laser tells nothing (NaN)
         off = (motion.target - s.seen.position) * 1e3
         witness = observe(q, work.witness, sample.laser, off, dt)
     s = s._replace(work=work._replace(window=window, witness=witness))
     found: Evidence = {"error_mm": window.mean, "window_s": q.window}
-    if witness.number or not math.isnan(witness.mean):
+    if not math.isnan(witness.mean):
         found["error_by_laser_mm"] = witness.mean
     # A window in progress is no end: what is reported is what full windows have shown.
     if window.held >= q.dwell - TICK and window.number == 0 and not math.isnan(sample.encoder):
