@@ -25,6 +25,16 @@ def filled(shape: Any, numbers: list[float]) -> Any:
     return numbers.pop(0)
 
 
+def test_the_row_holds_the_fields_in_their_order() -> None:
+    numbers = [float(k) for k in range(1, watching.FIELDS + 1)]
+    watch: Watch = filled(guard.fresh(), [1, *numbers[1:]])
+    row = [0.0] * watching.FIELDS
+    watching.store(watch, row)
+    assert row == numbers
+    assert flat(watching.restored(row)) == numbers
+    assert type(watching.restored(row).fault) is int
+
+
 @given(
     st.integers(0, 15),
     st.lists(st.floats(-1e9, 1e9), min_size=watching.FIELDS - 1, max_size=watching.FIELDS - 1),
@@ -34,13 +44,3 @@ def test_what_is_stored_comes_back(fault: int, numbers: list[float]) -> None:
     row = [0.0] * watching.FIELDS
     watching.store(watch, row)
     assert watching.restored(row) == watch
-
-
-def test_the_row_holds_the_fields_in_their_order() -> None:
-    numbers = [float(k) for k in range(1, watching.FIELDS + 1)]
-    watch: Watch = filled(guard.fresh(), [1, *numbers[1:]])
-    row = [0.0] * watching.FIELDS
-    watching.store(watch, row)
-    assert row == numbers
-    assert flat(watching.restored(row)) == numbers
-    assert type(watching.restored(row).fault) is int

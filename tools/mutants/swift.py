@@ -57,7 +57,7 @@ def exchange(module: types.ModuleType, text: str) -> None:
     other = types.ModuleType(module.__name__)
     other.__file__ = module.__file__
     vars(other)["__package__"] = module.__package__
-    exec(compile(text, str(module.__file__), "exec"), vars(other))  # noqa: S102 own source
+    exec(compile(text, str(module.__file__), "exec"), vars(other))
     # Properties have several functions of one name: in the order of their definition.
     for (name, old), (same, new) in zip(_functions(module), _functions(other), strict=True):
         if name != same:
@@ -76,9 +76,11 @@ class _Plugin:
         self.took: dict[str, float] = {}
         self.passed, self.seconds = False, 0.0
         self.outcomes: list[str] = []
+        self.tell = 0  # where survivors are told at once, if anywhere
 
     def pytest_runtest_logreport(self, report: Any) -> None:
         if report.failed:
+            (self.folder / "killer").write_text(report.nodeid, "utf-8")
             os._exit(1)
         name = str(report.nodeid).partition("::")[0]
         self.took[name] = self.took.get(name, 0.0) + report.duration
@@ -97,8 +99,27 @@ class _Plugin:
         # The quick files first; within a file the order may matter.
         items = sorted(session.items, key=lambda i: self.took[i.nodeid.partition("::")[0]])
         limit = allowed(self.seconds)
-        self.outcomes = [self._forked(session, items, m.text, limit) for m in self.mutants]
+        for mutant in self.mutants:
+            self.outcomes.append(self._forked(session, items, mutant.text, limit))
+            items = self._first(items)
+            if self.outcomes[-1] == SURVIVED and self.tell:
+                told = f"{mutant.line}: - {mutant.before}\n     + {mutant.after}\n"
+                os.write(self.tell, f"{self.module}:{told}".encode())
         return True
+
+    def _first(self, items: list[pytest.Item]) -> list[pytest.Item]:
+        """The test that failed comes first next time, if it stands alone: mistakes of the same
+        lines are noticed by the same tests."""
+        killer = self.folder / "killer"
+        if not killer.exists():
+            return items
+        name = killer.read_text("utf-8")
+        killer.unlink()
+        found = next(i for i in items if i.nodeid == name)
+        parameters = getattr(getattr(found, "callspec", None), "params", {})
+        if set(getattr(found, "fixturenames", ["?"])) - set(parameters):
+            return items
+        return [found, *(i for i in items if i is not found)]
 
     def _forked(
         self, session: pytest.Session, items: list[pytest.Item], text: str | None, limit: float
@@ -123,6 +144,12 @@ class _Plugin:
         changed = text is not None and "@kernel" in self.text
         place = self.folder / ("mutated" if changed else "kernels")
         kernel.cache_folder = lambda: place
+        from hypothesis import Phase, settings
+
+        # Whether an example fails is the question, not which is the simplest.
+        phases = (Phase.explicit, Phase.reuse, Phase.generate)
+        settings.register_profile("mutants", settings.get_profile("macromicro"), phases=phases)
+        settings.load_profile("mutants")
         if text is not None:
             exchange(sys.modules[self.module], text)
         for item, following in zip(items, [*items[1:], None], strict=True):
@@ -162,6 +189,7 @@ def _collected(plugin: _Plugin, tests: Sequence[Path]) -> None:
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
     sys.dont_write_bytecode = True
+    plugin.tell = os.dup(2) if os.environ.get("MUTANTS_TELL") else 0
     quiet = os.open(plugin.folder / "output.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(quiet, 1)
     os.dup2(quiet, 2)

@@ -105,3 +105,11 @@ def test_a_target_is_accepted_exactly_within(low: float, high: float, counts: in
     f = ready()
     assert f.ask(m.SetLimits(OWN._replace(macro_low=low, macro_high=high))) == Accepted()
     assert isinstance(f.ask(m.MoveMacro(counts)), Accepted) == (low <= counts <= high)
+
+
+def test_what_is_no_number_is_shown_in_forty_characters() -> None:
+    f = ready()
+    odd: Any = "x" * 100
+    reply = f.ask(m.SetLimits(f.s.limits._replace(macro_low=odd)))
+    assert isinstance(reply, m.Refused)
+    assert reply.reason.startswith("soft limits of '" + "x" * 36 + "... to ")

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
+from macromicro.control.live import gains
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Change, Refused
+from macromicro.control.supervisor import Plan
+from macromicro.parameters import Par
 
 from .follower import QUICK, QUICK_CONTROL, ready
 
@@ -27,7 +31,7 @@ def test_new_values_are_in_force_and_old_ones_told() -> None:
 
 
 @pytest.mark.parametrize("changes", [
-    (), None, "pd_tuned.now", ("pd_tuned.now", 1.0), (("pd_tuned.now",),), (("nothing", 1.0),),
+    (), None, 5, [("pd_tuned.now", 0.02)], "pd_tuned.now", ("pd_tuned.now", 1.0), (("pd_tuned.now",),), (("nothing", 1.0),),
     ((None, 1.0),), (("pd_tuned.now", math.nan),), (("pd_tuned.now", math.inf),),
     (("pd_tuned.now", "0.01"),), (("pd_tuned.now", True),), (("dead_zone", -0.1),),
     (("dead_zone", 5.1),), (("sequence.patience", 0.0),), (("sequence.park", 0.5),),
@@ -112,3 +116,54 @@ def test_parking_or_not_moves_no_carriage(wanted: int, moving: bool) -> None:
         assert f.tick().motor == 0.0
         assert f.command.macro_reference == there or wanted == 1
     assert f.encoder == there
+
+
+def test_the_tolerance_leaves_what_the_micro_stage_can_make_up_for() -> None:
+    """Twice 3.5 mm, at 14 counts a millimetre."""
+    f = ready()
+    reply = f.ask(m.SetGains((("sequence.tolerance", 98.1),)))
+    assert isinstance(reply, Refused)
+    assert reply.reason == "sequence.tolerance: 98.1 count is above 98 count"
+    assert isinstance(f.ask(m.SetGains((("sequence.tolerance", 97.9),))), Accepted)
+
+
+def test_the_memory_of_a_micro_stage_that_is_off_stays_empty() -> None:
+    f = ready()
+    f.run(0.003)
+    f.ask(m.SetGains((("pi_antiwindup.kp", 1.0),)))
+    assert f.s.drive.integral == 0.0
+
+
+@pytest.mark.parametrize("moving", [True, False])
+def test_parking_concerns_nothing_but_a_carriage_under_the_micro_stage(moving: bool) -> None:
+    f = ready(live=QUICK._replace(gains_while_moving=1))
+    if moving:
+        f.ask(m.Jog("macro", 0.03))
+    f.run(0.02)
+    before = f.s.drive
+    f.encoder += 3.0
+    assert isinstance(f.ask(m.SetGains((("sequence.park", 0),))), Accepted)
+    assert f.s.drive == before
+
+
+def test_a_programme_keeps_its_macro_target_when_parking_is_changed() -> None:
+    f = ready(live=QUICK._replace(gains_while_moving=1))
+    nan = math.nan
+    columns = ([nan, nan], [0, 1], [60.0, 1.0], [0.0, 0.001])
+    f.ask(m.Programme(Plan(*(np.array(c) for c in columns), nan)))
+    while math.isnan(f.s.work.over):
+        f.tick()
+    f.encoder -= 1.0
+    f.tick()
+    f.ask(m.SetGains((("sequence.park", 0),)))
+    f.tick()
+    assert f.command[:2] == (60.0, 1.0) and f.out.motor > 0.0
+
+
+@pytest.mark.parametrize(
+    ("value", "problem"),
+    [(-1.0, "not above zero"), (0.0, "not above zero"), (0.5, ""), (2.0, ""), (3.1, "above 3 V")],
+)
+def test_what_must_be_positive(value: float, problem: str) -> None:
+    assert gains._bound(Par("V", "a voltage", positive=True, hi=3.0), value) == problem
+    assert gains._bound(Par("V", "a voltage", hi=3.0), min(value, 0.0)) == ""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from macromicro.control.live import messages as m
-from macromicro.control.live.transitions import TRANSITIONS
+from macromicro.control.live.state import Drive
+from macromicro.control.live.transitions import TRANSITIONS, idle
+from macromicro.control.macro import MacroMemory
 
 MODES = range(len(m.MODES))
 
@@ -45,3 +47,8 @@ def test_a_fault_is_left_only_by_clearing_it() -> None:
         (m.DISABLED, m.READY, "enable"),
         (m.DISABLED, m.FAULT, "fault"),
     ]
+
+
+def test_idle_is_off_with_empty_memories() -> None:
+    driven = Drive(5.0, 1.0, MacroMemory(2.0, 3.0), 1.4, True)
+    assert idle(driven) == Drive(5.0, 0.0, MacroMemory(0.0, 0.0), 0.0, False)

@@ -78,11 +78,10 @@ def _slow_down(
 ) -> tuple[LiveState, Efforts]:
     """The reference still moves: the law follows it."""
     less = p.settings.brake.deceleration / p.settings.pitch * dt
-    speed = math.copysign(max(abs(work.speed) - less, 0.0), work.speed)
+    left = abs(work.speed) - less
     # A carriage that stands has nothing left to brake.
     stands = s.seen.standing >= p.settings.brake.rest
-    if abs(speed) < less or stands:
-        speed = 0.0
+    speed = 0.0 if left < less or stands else math.copysign(left, work.speed)
     reference = s.drive.macro_reference + speed * dt
     ahead = work.goal - work.origin
     if ahead * work.speed > 0.0:  # what was near its target does not go on beyond it

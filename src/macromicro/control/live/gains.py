@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from macromicro.config import problems
@@ -54,7 +53,7 @@ def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
     laws = settings.prepare(new, False, p.calibration)
     old = s.laws.micro
     integral = s.drive.integral
-    if s.mode in (m.HOLDING, m.MOVING_MICRO) and not math.isnan(s.seen.fine):
+    if s.mode in (m.HOLDING, m.MOVING_MICRO):
         error = s.drive.micro_reference - s.seen.fine
         integral += (old.kp - laws.micro.kp) * error
     if laws.micro.ki == 0.0:  # a law without an integral has no such memory

@@ -1,0 +1,50 @@
+"""Windows of the Hall reading, reading by reading."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from macromicro.control.live.effort import observe
+from macromicro.control.live.parameters import Fine
+from macromicro.control.live.state import EMPTY, Window
+
+DT = 1e-3
+FOUR = Fine(window=0.004, band=0.010)
+
+
+def seen(p: Fine, readings: list[float], error: float = 0.001, w: Window = EMPTY) -> Window:
+    for volts in readings:
+        w = observe(p, w, volts, error, DT)
+    return w
+
+
+@pytest.mark.parametrize("readings", [[1.0, 2.0, 2.0, 2.0], [1.0, 1.0, 1.0, 2.0]])
+def test_one_other_reading_shows_that_the_sensor_lives(readings: list[float]) -> None:
+    w = seen(FOUR, readings)
+    assert (w.held, w.number, w.mean) == (pytest.approx(0.004), 0, pytest.approx(0.001))
+
+
+def test_a_window_of_one_reading_only_tells_nothing() -> None:
+    w = seen(FOUR, [1.0, 1.0, 1.0, 1.0], w=EMPTY._replace(held=0.02, hall=0.0))
+    assert (w.held, w.mean) == (0.0, pytest.approx(0.001))
+    assert seen(Fine(window=0.002), [1.0, 1.0]).held == 0.0
+    assert seen(Fine(window=0.002), [1.0, 2.0]).held == pytest.approx(0.002)
+
+
+def test_where_every_window_has_one_reading_that_one_counts() -> None:
+    w = seen(Fine(window=0.0), [1.0, 1.0, 1.0])
+    assert w.held == pytest.approx(0.003)
+
+
+def test_a_missing_reading_is_left_out() -> None:
+    half = seen(FOUR, [1.0, 2.0])
+    assert observe(FOUR, half, math.nan, 9.0, DT) == half
+
+
+@pytest.mark.parametrize(("error", "counts"), [(0.010, True), (-0.010, True), (0.0101, False)])
+def test_the_band_has_two_sides(error: float, counts: bool) -> None:
+    w = seen(FOUR, [1.0, 2.0, 1.0, 2.0], error, EMPTY._replace(held=0.1))
+    assert w.held == (pytest.approx(0.104) if counts else 0.0)
+    assert w.mean == pytest.approx(error)
