@@ -41,3 +41,12 @@ def test_times_within_the_margin_are_taken(tmp_path: Path) -> None:
     path = tmp_path / "station.toml"
     path.write_text("[live.homing]\nstand = '0.45 s'\n[live.jogging]\npatience = '0.9 s'")
     assert load(path).live.homing.stand == 0.45
+
+
+@pytest.mark.parametrize("leant", [0.7, 2.0])
+def test_a_jogs_patience_is_judged_by_the_guards(leant: float) -> None:
+    """Nine tenths of it may be used up."""
+    for patience, fits in ((0.89 * leant, True), (0.91 * leant, False)):
+        live = Live()._replace(jogging=Live().jogging._replace(patience=patience))
+        paths = [path for path, _, _ in leaning.problems(live, LIVE.lean, leant)]
+        assert ("live.jogging.patience" not in paths) == fits
