@@ -58,6 +58,15 @@ def homing() -> Scripted:
     return f
 
 
+def homing_again() -> Scripted:
+    """Where the frame has the stop not far from where it is."""
+    f = ready(150.0, coordinate=153.0)
+    f.ask(m.Home("a"))
+    f.end(2.0)
+    f.run(0.01)
+    return f
+
+
 def homing_that_fails() -> Scripted:
     f = ready(200.0, control=CONTROL._replace(macro_law="pid"))
     f.ask(m.Home())
@@ -352,7 +361,7 @@ def gains_and_limits() -> Scripted:
 
 
 KINDS: tuple[Callable[[], Scripted], ...] = (
-    homing, homing_that_fails, macro_moves, micro_moves, moves_of_both, moves_that_give_up,
+    homing, homing_again, homing_that_fails, macro_moves, micro_moves, moves_of_both, moves_that_give_up,
     replaced, macro_jogs, micro_jogs, programme, programme_by_time, stops,
     a_stop_that_takes_too_long, faults, laser, gains_and_limits,
 )  # fmt: skip
