@@ -231,5 +231,13 @@ def test_of_two_faults_at_once_the_cause_is_told() -> None:
 
 def test_nothing_is_told_while_all_is_well() -> None:
     assert guard.fresh()[:4] == (codes.OK, 0.0, 0.0, 0.0)
+    assert guard.fresh().heat.idle == 0.0 and math.isnan(guard.fresh().heat.anchor)
     assert run(FINE, 5)[0][:4] == (codes.OK, 0.0, 0.0, 0.0)
     assert guard._heat_fault(LIMITS, Heat(heated(0.0), 0.0, 0.0)) == (codes.OK, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("push", [3.9, -3.9])
+def test_a_carriage_that_is_stuck_is_told_with_the_push_whichever_way(push: float) -> None:
+    watch, given, tripped = run(SAFE._replace(motor=push), 300)
+    assert (watch.fault, watch.value, given) == (codes.STUCK, 3.9, SAFE)
+    assert tripped in (250, 251)

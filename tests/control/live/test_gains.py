@@ -31,7 +31,8 @@ def test_new_values_are_in_force_and_old_ones_told() -> None:
 
 
 @pytest.mark.parametrize("changes", [
-    (), None, 5, [("pd_tuned.now", 0.02)], "pd_tuned.now", ("pd_tuned.now", 1.0), (("pd_tuned.now",),), (("nothing", 1.0),),
+    (), None, 5, [("pd_tuned.now", 0.02)],
+    "pd_tuned.now", ("pd_tuned.now", 1.0), (("pd_tuned.now",),), (("nothing", 1.0),),
     ((None, 1.0),), (("pd_tuned.now", math.nan),), (("pd_tuned.now", math.inf),),
     (("pd_tuned.now", "0.01"),), (("pd_tuned.now", True),), (("dead_zone", -0.1),),
     (("dead_zone", 5.1),), (("sequence.patience", 0.0),), (("sequence.park", 0.5),),

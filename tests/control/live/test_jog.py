@@ -14,7 +14,7 @@ from macromicro.rig.limits import LIVE
 from macromicro.settings import Settings
 from macromicro.types import SAFE
 
-from .bench import DT, PITCH, Bench, homed
+from .bench import DT, PITCH, Bench, Machine, homed
 from .follower import QUICK, hall, ready
 
 
@@ -133,3 +133,53 @@ def test_no_stage_no_speed_no_jog() -> None:
                          ("micro", 0.0006), ("macro", math.nan)):  # fmt: skip
         reply = f.ask(m.Jog(stage, speed))  # type: ignore[arg-type]
         assert isinstance(reply, Refused) and reply.reason and reply.remedy
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("offset", [500.0, -500.0])
+def test_soft_limits_are_those_of_the_homed_frame(sign: float, offset: float) -> None:
+    limits = QUICK.limits._replace(macro_low=-40.0, macro_high=40.0)
+    machine = Machine(live=QUICK._replace(limits=limits), coordinate=0.0, trusted=True)
+    machine.see(offset)
+    machine.ask(m.Enable())
+    machine.ask(m.Jog("macro", sign * 0.05))
+    for _ in range(200):
+        machine.see(math.floor(machine.command.macro_reference or offset))
+    assert [e.outcome for e in machine.ends] == ["limit"]
+    assert machine.s.seen.encoder == offset + sign * 40.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_jog_of_less_than_a_count_a_second_moves(sign: float) -> None:
+    machine = homed(live=QUICK)
+    machine.ask(m.Jog("macro", sign * 0.5 * PITCH))
+    machine.see(0.0, seconds=0.04)
+    assert machine.command.macro_reference == pytest.approx(sign * 0.02, rel=1e-6)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_at_the_limit_the_reference_rests(sign: float) -> None:
+    """And begins to move back from there as from any rest."""
+    limits = QUICK.limits._replace(macro_low=-40.0, macro_high=40.0)
+    machine = homed(live=QUICK._replace(limits=limits))
+    machine.ask(m.Jog("macro", sign * 0.05))
+    for k in range(100):
+        machine.see(sign * 10.0 + k % 2)  # it lags, and does not stand
+    assert machine.command.macro_reference == sign * 40.0
+    machine.ask(m.Jog("macro", -sign * 0.05))
+    machine.see(sign * 10.0)
+    first = machine.p.settings.brake.deceleration / PITCH * DT * DT
+    assert machine.command.macro_reference == pytest.approx(sign * (40.0 - first), abs=1e-9)
+
+
+def test_what_stands_at_its_limit_ends_in_the_period_in_which_the_reference_gets_there() -> None:
+    machine = homed(live=QUICK._replace(limits=QUICK.limits._replace(macro_high=40.0)))
+    machine.see(39.0, seconds=0.02)
+    machine.ask(m.Jog("macro", 0.05))
+    shown = []
+    while machine.mode == "moving-macro":
+        machine.see(39.0)
+        shown.append(machine.command.macro_reference)
+    step = machine.p.settings.brake.deceleration / PITCH * DT * DT  # more in each period
+    assert len(shown) == math.ceil(math.sqrt(0.25 + 2.0 / step) - 0.5)
+    assert machine.events[-1].cause == "limit reached"

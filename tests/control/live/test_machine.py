@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from macromicro.control.live import machine
+from macromicro.control.live import machine, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused
 from macromicro.control.pid import Pid
@@ -176,3 +176,147 @@ def test_a_fault_that_costs_the_trust_tells_so(moving: bool, lost: bool) -> None
     assert [(e.kind, e.cause) for e in f.events] == causes
     if gone:
         assert f.events[0].evidence == {"trusted": False}
+
+
+def test_a_period_lasts_as_long_as_the_samples_say_before_a_leap_and_after_it() -> None:
+    f = ready()
+    f.run(0.3)
+    before = f.s.time
+    f.show(Sample(before + 0.002, 0.0, HALL_OUT, 0.0, 1.0, 0.0))
+    assert f.s.time == pytest.approx(before + 0.002)
+    f.show(Sample(before + 50.0, 0.0, HALL_OUT, 0.0, 1.0, 0.0))
+    assert f.s.time == pytest.approx(before + 0.003)
+    for k in (1, 2):
+        f.show(Sample(before + 50.0 + 0.004 * k, 0.0, HALL_OUT, 0.0, 1.0, 0.0))
+        assert f.s.time == pytest.approx(before + 0.003 + 0.004 * k)
+    f.show(Sample(before + 50.008 + 0.09, 0.0, HALL_OUT, 0.0, 1.0, 0.0))
+    assert f.s.time == pytest.approx(before + 0.101)
+
+
+def test_the_first_sample_sets_the_time() -> None:
+    machine = Machine()
+    machine.show(Sample(1000.0, 0.0, HALL_OUT, 0.0, 1.0, 0.0))
+    assert (machine.s.time, machine.s.shift) == (1000.0, 0.0)
+
+
+DRIVEN = {"homing", "moving-macro", "settling"}
+
+
+@pytest.mark.parametrize("mode", ["disabled", "ready", "holding", "moving-micro", *sorted(DRIVEN)])
+@pytest.mark.parametrize("apart", [0.049, 0.05])
+def test_laser_and_encoder_apart_are_a_fault_while_the_motor_has_its_turn(
+    mode: str, apart: float
+) -> None:
+    f = ready(coordinate=-7.0)
+    requests = {
+        "disabled": m.Disable(), "homing": m.Home(), "moving-macro": m.MoveMacro(60),
+        "settling": m.MoveMacro(60), "moving-micro": m.MoveMicro(1.0), "holding": m.MoveMicro(1.0),
+    }  # fmt: skip
+    if mode in requests:
+        f.ask(requests[mode])
+    f.until(mode)
+    shown = Sample(f.s.time + 1e-3, f.s.seen.encoder, HALL_OUT, 0.0, 1.0, 0.0)
+    told = survey.NOTHING._replace(apart=apart, gap=-3.5)
+    f.s, *_, notices = machine.step(f.p, f.s, shown, 1e-3, lambda *_: told)
+    f.note(notices)
+    assert (f.mode == "fault") == (mode in DRIVEN and apart == 0.05)
+    if f.mode == "fault":
+        facts = f.ends[-1].evidence
+        count = f.s.seen.encoder - f.s.frame.offset
+        assert facts["by_encoder_counts"] == count
+        assert facts["by_laser_counts"] == count - 3.5
+        assert (facts["allowed_counts"], facts["for_s"]) == (2.0, 0.05)
+        assert not f.s.frame.trusted
+
+
+@pytest.mark.parametrize("rested", [False, True])
+def test_and_while_the_carriage_comes_to_rest(rested: bool) -> None:
+    f = ready()
+    f.ask(m.MoveMacro(300))
+    f.run(0.01)
+    f.ask(m.Stop())
+    if rested:
+        f.run(0.5)
+    shown = Sample(f.s.time + 1e-3, f.s.seen.encoder, HALL_OUT, 0.0, 1.0, 0.0)
+    told = survey.NOTHING._replace(apart=0.06, gap=3.0)
+    f.s, *_ = machine.step(f.p, f.s, shown, 1e-3, lambda *_: told)
+    assert (f.mode == "fault") != rested
+
+
+@pytest.mark.parametrize("wrong", [math.inf, -math.inf, math.nan])
+def test_each_reading_alone_that_is_no_number_stops_its_stage(wrong: float) -> None:
+    f = ready()
+    f.ask(m.MoveMacro(300))
+    f.tick()
+    assert f.show(Sample(f.s.time + 1e-3, wrong, HALL_OUT, 0.0, 1.0, 0.0)).motor == 0.0
+    assert f.tick().motor != 0.0
+    f = ready()
+    f.ask(m.MoveMicro(2.0))
+    f.tick()
+    assert f.show(Sample(f.s.time + 1e-3, 0.0, wrong, 0.0, 1.0, 0.0)).ctrl == 0.0
+    assert f.tick().ctrl != 0.0
+
+
+@pytest.mark.parametrize(("dt", "share"), [(0.001, 0.1), (0.005, 0.5), (0.01, 1.0), (0.04, 1.0)])
+def test_the_speed_takes_in_no_more_than_the_new_one(dt: float, share: float) -> None:
+    f = ready()
+    f.s = f.s._replace(seen=f.s.seen._replace(speed=50.0))
+    shown = Sample(f.s.time + dt, 3.0, HALL_OUT, 0.0, 1.0, 0.0)
+    s, *_ = machine.step(f.p, f.s, shown, dt)
+    assert s.seen.speed == pytest.approx(50.0 + (3.0 / dt - 50.0) * share)
+
+
+@pytest.mark.parametrize("moving", [True, False])
+def test_in_a_fault_the_laser_is_followed_while_the_count_is_to_be_relied_on(moving: bool) -> None:
+    f = ready()
+    if moving:
+        f.ask(m.MoveMacro(300))
+        f.run(0.01)
+    f.fault("stuck")
+    shown = Sample(f.s.time + 1e-3, 0.0, HALL_OUT, 0.0, 1.0, 0.0)
+    told = survey.NOTHING._replace(laser=0.25)
+    s, *_ = machine.step(f.p, f.s, shown, 1e-3, lambda *_: told)
+    assert (s.survey == told) != moving
+    assert (s.survey is survey.NOTHING) == moving
+
+
+NOISY = "the Hall sensor is noisy"
+
+
+@pytest.mark.parametrize("laser", [True, False])
+def test_a_doubt_of_the_hall_sensor_costs_what_only_it_tells(laser: bool) -> None:
+    f = ready()
+    if laser:
+        f.s = f.s._replace(survey=f.s.survey._replace(half=9e-6))
+    f.events.clear()
+    known = f.s
+    f.s, notices = machine.doubt(f.p, f.s, NOISY)
+    f.note(notices)
+    assert f.s == known._replace(doubt=NOISY)
+    causes = [] if laser else [(NOISY, {"trusted": False})]
+    assert [(e.cause, e.evidence) for e in f.events] == causes
+    f.s, notices = machine.doubt(f.p, f.s, "")
+    f.note(notices)
+    if laser:  # what the laser has seen is kept
+        assert f.s == known
+    else:
+        assert f.s == known._replace(survey=survey.NOTHING)
+        causes.append(("the Hall sensor is back", {"trusted": True}))
+    assert [(e.kind, e.cause, e.evidence) for e in f.events] == [("trust", *c) for c in causes]
+
+
+def test_what_was_judged_in_doubt_is_not_held_against_the_encoder() -> None:
+    f = ready()
+    apart = f.s.survey._replace(half=9e-6, apart=0.02, laser=0.5)
+    f.s = f.s._replace(survey=apart)
+    f.s, _ = machine.doubt(f.p, f.s, NOISY)
+    assert f.s.survey == apart
+    f.s, _ = machine.doubt(f.p, f.s, "")
+    assert f.s.survey is survey.NOTHING
+
+
+def test_an_untrusted_frame_is_not_trusted_when_a_doubt_ends() -> None:
+    f = ready(trusted=False)
+    for words in (NOISY, ""):
+        f.s, notices = machine.doubt(f.p, f.s, words)
+        assert not notices and f.s.doubt == words

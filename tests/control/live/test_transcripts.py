@@ -361,8 +361,8 @@ def gains_and_limits() -> Scripted:
 
 
 KINDS: tuple[Callable[[], Scripted], ...] = (
-    homing, homing_again, homing_that_fails, macro_moves, micro_moves, moves_of_both, moves_that_give_up,
-    replaced, macro_jogs, micro_jogs, programme, programme_by_time, stops,
+    homing, homing_again, homing_that_fails, macro_moves, micro_moves, moves_of_both,
+    moves_that_give_up, replaced, macro_jogs, micro_jogs, programme, programme_by_time, stops,
     a_stop_that_takes_too_long, faults, laser, gains_and_limits,
 )  # fmt: skip
 

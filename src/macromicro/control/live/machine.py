@@ -73,10 +73,9 @@ def step(
 
 def _work(p: LiveParameters, s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
     """What the machine does just now, by the kind of its work."""
-    work, motion = s.work, s.motion
-    if work is None or motion is None:
+    if s.work is None:  # nor is a motion under way
         return moves.hold(s, sample, dt) if s.mode == m.HOLDING else (s, NONE)
-    return _WORKS[type(work)](p, s, motion, work, sample, dt)
+    return _WORKS[type(s.work)](p, s, s.motion, s.work, sample, dt)
 
 
 _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
@@ -109,10 +108,10 @@ def _look(
     """Readings, speed, standstill and position after this sample; what is no number is missing."""
     encoder, hall = sample.encoder, sample.hall
     time, shift = _time(s, sample.t, dt)
-    if math.isinf(encoder) or math.isinf(hall) or time != sample.t:
+    if math.isinf(encoder) or math.isinf(hall):
         encoder = encoder if math.isfinite(encoder) else math.nan
         hall = hall if math.isfinite(hall) else math.nan
-        sample = sample._replace(t=time, encoder=encoder, hall=hall)
+        sample = sample._replace(encoder=encoder, hall=hall)
     last, speed, standing, fine, position = s.seen
     frame = s.frame
     if not math.isnan(encoder):

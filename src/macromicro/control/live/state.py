@@ -82,6 +82,9 @@ class Window(NamedTuple):
     lives: bool = False
 
 
+EMPTY = Window(0.0, 0, NAN, 0.0)
+
+
 class Settle(NamedTuple):
     """Micro move since `entered`, the encoder then at `base` [raw counts]; errors by the Hall
     sensor, and by the laser of an absolute move."""
@@ -89,7 +92,7 @@ class Settle(NamedTuple):
     entered: float
     base: float
     window: Window
-    witness: Window = Window(0.0, 0, NAN, 0.0)
+    witness: Window = EMPTY
 
 
 class Search(NamedTuple):
@@ -181,7 +184,6 @@ class LiveState(NamedTuple):
     doubt: str = ""
 
 
-EMPTY = Window(0.0, 0, NAN, 0.0)
 REST = MacroMemory(0.0, 0.0)
 
 
@@ -194,8 +196,9 @@ def begin(
     before; the encoder's first count is given that name. `trusted`: is it known to stand
     there still? Without a coordinate the place is not trusted.
     """
-    known = coordinate is not None and math.isfinite(coordinate)
-    first = float(coordinate) if coordinate is not None and known else 0.0
+    kept = NAN if coordinate is None else float(coordinate)
+    known = math.isfinite(kept)
+    first = kept if known else 0.0
     return LiveState(
         DISABLED,
         0.0,
