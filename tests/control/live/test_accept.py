@@ -374,3 +374,16 @@ def test_what_can_be_neither_shown_nor_compared_is_refused(kind: Any, value: Any
         before = f.s
         reply = f.ask(kind(*values))
         assert isinstance(reply, Accepted) or (f.s is before and reply.reason and reply.remedy)
+
+
+def test_a_jog_gives_way_to_a_jog_of_the_same_stage_alone() -> None:
+    f = ready()
+    f.ask(m.Jog("macro", 0.02))
+    f.run(0.01)
+    for other in (m.MoveMacro(50), m.MoveTo(0.01), m.Jog("micro", 1e-4), m.Home()):
+        reply = f.ask(other)
+        assert isinstance(reply, Refused) and reply.reason == "a motion is under way"
+    assert f.ask(m.Jog("macro", 0.01)) == Accepted(1)
+    f.ask(m.Stop())
+    reply = f.ask(m.Jog("macro", 0.01))
+    assert isinstance(reply, Refused) and reply.reason == "the carriage is still coming to rest"

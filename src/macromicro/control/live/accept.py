@@ -118,7 +118,7 @@ def _limits(p: LiveParameters, s: LiveState, request: m.SetLimits) -> Answer:
 
 
 def _clear(p: LiveParameters, s: LiveState, request: m.ClearFault) -> Answer:
-    if s.mode != m.FAULT or s.fault is None:
+    if s.fault is None:
         return s, Refused("there is no fault", "nothing to clear"), ()
     if request.gone is not True:
         return s, Refused(f"the cause is not gone: {s.fault.words}", "remove it, then clear"), ()
@@ -164,7 +164,7 @@ def _begin(
 
 def _home(p: LiveParameters, s: LiveState, request: m.Home) -> Answer:
     motion: Motion | Refused = Motion(s.given + 1, "home", math.nan, math.nan, math.nan, s.time)
-    if s.motion is not None and s.mode in _RUNNING:
+    if s.mode in _RUNNING:
         motion = _BUSY  # homing never replaces a motion
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:

@@ -64,9 +64,8 @@ def macro(
     else:
         reference += speed * dt
     lead = q.homing.lead
-    held_back, ahead = work.held_back, 0.0
-    if not math.isnan(sample.encoder):
-        ahead = reference - sample.encoder
+    held_back, ahead = work.held_back, reference - sample.encoder
+    if not math.isnan(ahead):
         reference = sample.encoder + limited(ahead, lead)
     drive, motor = macro_effort(s, sample.encoder, reference, dt)
     motor = limited(motor, q.homing.volts)
