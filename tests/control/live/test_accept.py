@@ -387,3 +387,26 @@ def test_a_jog_gives_way_to_a_jog_of_the_same_stage_alone() -> None:
     f.ask(m.Stop())
     reply = f.ask(m.Jog("macro", 0.01))
     assert isinstance(reply, Refused) and reply.reason == "the carriage is still coming to rest"
+
+
+def test_targets_are_told_in_the_homed_frame() -> None:
+    f = ready(coordinate=-30.0)
+    f.ask(m.MoveTo(0.01))
+    facts = f.events[-1].evidence
+    assert facts["target_counts"] == f.s.motion.coarse - 30.0 < 140.0
+    assert facts["target_m"] == 0.01
+    f.ask(m.Stop())
+    f.run(0.1)
+    f.ask(m.MoveMacro(44))
+    assert f.events[-1].evidence == {"target_counts": 44.0}
+
+
+def test_what_stands_in_the_way_of_any_move_is_told_before_its_distance() -> None:
+    f = in_mode("disabled")
+    reply = f.ask(m.MoveBy(math.nan))
+    assert isinstance(reply, Refused) and reply.reason == "the positioner is disabled"
+
+
+def test_a_motion_under_way_is_told_before_the_carriage_that_moves() -> None:
+    reply = in_mode("moving-macro").ask(m.MoveMicro(1.0))
+    assert isinstance(reply, Refused) and reply.reason == "a motion is under way"

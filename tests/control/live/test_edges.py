@@ -67,3 +67,7 @@ def test_one_that_belongs_ends_the_row() -> None:
         e = edges.taken(e, 101.0, PITCH, NOISE * NOISE)
     e = edges.taken(e, 102.0, edges.at(e, 102.0), NOISE * NOISE)
     assert e.refused == 0 and edges.sure(e)
+
+
+def test_before_the_first_count_nothing_is_known() -> None:
+    assert edges.unknown() == edges.Phase(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1, 0)

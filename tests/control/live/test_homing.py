@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.control.live import leaning
+from macromicro.control.live import homing, leaning
 from macromicro.control.live import messages as m
 from macromicro.control.live.homing import GIVE, pace
 from macromicro.control.live.leaning import SHARE
 from macromicro.control.live.messages import Accepted
 from macromicro.control.live.parameters import Homing, Live
+from macromicro.control.live.state import Frame
 from macromicro.control.macro import LAWS
 from macromicro.control.settings import Control
 from macromicro.rig.codes import OK, STUCK
@@ -319,3 +320,43 @@ def test_no_false_home_and_no_fault_in_many_places() -> None:
     found = [tried(seed) for seed in range(100, 160)]
     assert [x for x in found if x[1] != "done" and x[0] <= MOVABLE] == []
     assert sum(outcome == "done" for _, outcome in found) >= 50
+
+
+def test_a_stop_is_expected_below_the_place_that_homing_names() -> None:
+    own = QUICK.homing._replace(coordinate=37.0, back_off=145.0)
+    f = Follower(coordinate=50.0, trusted=True, live=QUICK._replace(homing=own))
+    f.tick()
+    f.ask(m.Enable())
+    f.ask(m.Home())
+    assert f.s.work.expected == -50.0 + 37.0 - 145.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("speed", "pace", "volts"), [
+    (699.0, 0.0, 3.0), (701.0, 0.0, 0.0), (2799.0, 2000.0, 3.0), (2801.0, 2000.0, 0.0),
+])  # fmt: skip
+def test_above_its_speed_homing_pushes_no_more(
+    sign: float, speed: float, pace: float, volts: float
+) -> None:
+    """700 count/s, or 1.4 times the wanted speed; and never beyond its own effort."""
+    s = Follower().s
+    s = s._replace(seen=s.seen._replace(speed=sign * speed))
+    q = Homing(fastest=700.0, volts=3.0)
+    assert homing._slow(q, s, 4.0, pace) == volts
+    assert homing._slow(q, s, -4.0, pace) == -volts
+
+
+def test_backed_off_it_is_named_after_the_dwell_within_the_tolerance() -> None:
+    own = QUICK._replace(homing=QUICK.homing._replace(coordinate=37.0, back_off=100.0))
+    f = Follower(coordinate=0.0, trusted=True, live=own)
+    f.tick()
+    f.ask(m.Enable())
+    f.ask(m.Home())
+    search = f.s.work._replace(phase=homing.BACK, since=math.nan, stop=-142.0, sure=True)
+    f.s = f.s._replace(work=search)
+    f.see(-32.0, seconds=0.05)  # beyond the place by ten counts
+    f.see(-52.0, seconds=0.05)
+    assert f.mode == "homing"
+    f.see(-43.0, seconds=0.007)
+    assert f.mode == "ready" and f.ends[-1].outcome == "done"
+    assert f.s.frame == Frame(-79.0, 0.0, True, 0.0, named=True)

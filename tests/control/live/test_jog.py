@@ -216,3 +216,11 @@ def test_a_carriage_that_is_left_behind_by_the_whole_lead_is_leaned_on(sign: flo
         assert abs(machine.out.motor) < 2.0 and periods < 1000
     assert machine.events[-1].cause == "stalled"
     assert periods * DT == pytest.approx(100.0 / 280.0 + 0.05, abs=0.008)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_push_without_a_count_is_leaning_whichever_way(sign: float) -> None:
+    machine = homed(live=QUICK)
+    machine.ask(m.Jog("macro", sign * 0.02))
+    machine.see(0.0, seconds=0.06)
+    assert machine.events[-1].cause == "stalled"

@@ -141,7 +141,8 @@ def _back(
         return s, Efforts(0.0, 0.0, 1.0)
     if abs(goal - sample.encoder) <= sequence.tolerance:
         since = s.time if math.isnan(work.since) else work.since
-    if work.sure and not math.isnan(since) and s.time - since >= sequence.dwell - TICK:
+    # NaN fails the comparison; so it is while the stop is not sure, which has turned back above.
+    if s.time - since >= sequence.dwell - TICK:
         offset = goal - q.coordinate
         shift = offset - s.frame.offset  # counts lost or gained since it was last known
         s = s._replace(

@@ -88,12 +88,12 @@ def micro(
 ) -> tuple[LiveState, Efforts]:
     """One period of a micro jog; at the limit it ends once the stage is there."""
     q = p.settings
-    bound = s.limits.micro_high if work.goal > 0.0 else s.limits.micro_low
-    sign = math.copysign(1.0, work.goal)
+    up = work.goal > 0.0
+    bound = s.limits.micro_high if up else s.limits.micro_low
     reference = s.drive.micro_reference + work.goal * dt
     if not math.isnan(sample.hall):
         reference = s.seen.fine + limited(reference - s.seen.fine, q.jogging.micro_lead)
-    at_limit = sign * (reference - bound) >= 0.0
+    at_limit = reference >= bound if up else reference <= bound
     if at_limit:
         reference = bound
     s, efforts = fine_efforts(s, sample, reference, dt)
