@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -134,3 +135,43 @@ def test_a_file_that_is_not_there_is_bad_input():
     done = tool("plant/no_such.py")
     assert done.returncode == 2
     assert "plant/no_such.py: no file or folder of src/macromicro" in done.stderr
+
+
+@pytest.fixture
+def swift(monkeypatch):
+    monkeypatch.syspath_prepend(str(TOOL))
+    import swift
+
+    yield swift
+    for name in ("swift", "running", "beside", "operators"):
+        sys.modules.pop(name, None)
+
+
+CLASSES = """
+START = {start}
+class Stage:
+    @property
+    def place(self):
+        return {start} + 1.0
+    def move(self, by=2.0):
+        return self.place {sign} by
+def both(stage):
+    return stage.move() + START
+"""
+
+
+def test_functions_get_their_new_code_wherever_they_are_known(swift):
+    module = types.ModuleType("exchanged")
+    module.__file__ = "exchanged.py"
+    exec(compile(CLASSES.format(start=3.0, sign="+"), "exchanged.py", "exec"), vars(module))
+    stage, both = module.Stage(), module.both  # as others that have imported them
+    assert both(stage) == 9.0
+    swift.exchange(module, CLASSES.format(start=5.0, sign="-"))
+    assert (stage.place, stage.move()) == (6.0, 4.0)
+    assert both(stage) == 7.0  # what the module did when it was loaded stays
+
+
+def test_only_what_is_inside_a_function_can_be_exchanged(swift, operators):
+    text = "LIMIT = 2.0\n\n\ndef step(a, b=3.0):\n    return a > 1.0\n"
+    fit = {m.after.strip() for m in operators.mutants(text) if swift.fitting(text, m)}
+    assert fit == {"return a > (1000.0)", "return (a <= 1.0)"}

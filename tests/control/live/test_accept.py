@@ -410,3 +410,19 @@ def test_what_stands_in_the_way_of_any_move_is_told_before_its_distance() -> Non
 def test_a_motion_under_way_is_told_before_the_carriage_that_moves() -> None:
     reply = in_mode("moving-macro").ask(m.MoveMicro(1.0))
     assert isinstance(reply, Refused) and reply.reason == "a motion is under way"
+
+
+def test_a_jog_of_the_other_stage_is_another_motion() -> None:
+    f = ready(live=QUICK._replace(supersede=1))
+    f.ask(m.Jog("micro", 1e-4))
+    f.run(0.01)
+    assert f.ask(m.Jog("macro", 0.02)) == Accepted(2)
+    assert f.ends[-1].outcome == "superseded" and f.s.motion.kind == "jog macro"
+
+
+def test_no_jog_begins_without_a_speed() -> None:
+    f = ready()
+    for stage in m.STAGES:
+        reply = f.ask(m.Jog(stage, 0.0))
+        assert isinstance(reply, Refused) and reply.remedy == "give a speed"
+        assert f.s.motion is None

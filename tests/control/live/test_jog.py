@@ -224,3 +224,10 @@ def test_a_push_without_a_count_is_leaning_whichever_way(sign: float) -> None:
     machine.ask(m.Jog("macro", sign * 0.02))
     machine.see(0.0, seconds=0.06)
     assert machine.events[-1].cause == "stalled"
+
+
+def test_a_micro_jog_on_its_way_does_not_end_however_short_the_windows() -> None:
+    machine = homed(live=QUICK._replace(fine=QUICK.fine._replace(window=0.0, dwell=0.001)))
+    machine.ask(m.Jog("micro", 1e-5))
+    machine.see(0.0, hall(0.0), seconds=0.05)
+    assert machine.mode == "moving-micro" and not machine.ends

@@ -106,7 +106,7 @@ def micro(
         found = {"micro_mm": reference, "error_mm": window.mean}
         s, notices = t.conclude(p, s, m.HOLDING, (m.LIMIT, t.LIMIT), found)
         return s, efforts._replace(notices=notices)
-    if at_limit and s.time - settle.entered >= q.fine.patience - TICK:
+    if s.time - settle.entered >= q.fine.patience - TICK:  # since it came to its limit
         s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), {"micro_mm": reference})
         return s, Efforts(notices=notices)
     return s, efforts
