@@ -426,3 +426,12 @@ def test_no_jog_begins_without_a_speed() -> None:
         reply = f.ask(m.Jog(stage, 0.0))
         assert isinstance(reply, Refused) and reply.remedy == "give a speed"
         assert f.s.motion is None
+
+
+def test_nothing_replaces_homing() -> None:
+    f = ready(live=QUICK._replace(supersede=1))
+    f.ask(m.Home())
+    f.tick()
+    reply = f.ask(m.Jog("macro", 0.01))
+    assert isinstance(reply, Refused) and reply.reason == "a motion is under way"
+    assert f.mode == "homing"

@@ -15,6 +15,7 @@ import pytest
 
 from macromicro.control.live import machine
 from macromicro.control.live import messages as m
+from macromicro.control.live.transitions import TRANSITIONS
 from macromicro.control.supervisor import Plan
 
 from ...frozen.record import frozen
@@ -371,4 +372,6 @@ KINDS: tuple[Callable[[], Scripted], ...] = (
 def test_transcript(kind: Callable[[], Scripted]) -> None:
     f = kind()
     assert f.rows and not math.isnan(f.s.time)
+    table = {(m.MODES[a], m.MODES[b], cause) for a, b, cause in TRANSITIONS}
+    assert {e[2:5] for e in f.events if e.kind == "mode"} <= table
     frozen(f"live-{kind.__name__.replace('_', '-')}", f.told(), rel=1e-9)

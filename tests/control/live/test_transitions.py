@@ -9,6 +9,8 @@ from macromicro.control.live.state import Drive
 from macromicro.control.live.transitions import TRANSITIONS, idle
 from macromicro.control.macro import MacroMemory
 
+from ...frozen.record import frozen
+
 MODES = range(len(m.MODES))
 
 
@@ -52,3 +54,7 @@ def test_a_fault_is_left_only_by_clearing_it() -> None:
 def test_idle_is_off_with_empty_memories() -> None:
     driven = Drive(5.0, 1.0, MacroMemory(2.0, 3.0), 1.4, True)
     assert idle(driven) == Drive(5.0, 0.0, MacroMemory(0.0, 0.0), 0.0, False)
+
+
+def test_the_table_is_what_was_agreed_on() -> None:
+    frozen("live-transitions", sorted(TRANSITIONS))
