@@ -59,8 +59,9 @@ class Scene:
     def tick(self, periods: int) -> None:
         for _ in range(periods):
             real = self.rig.truth()
-            # Coordinate n names the middle of count n.
-            true = real.carriage - 0.5 * self.pitch + real.micro
+            # Coordinate n names the middle of count n. The platform rocks with the belt, as the
+            # laser sees it.
+            true = real.carriage - 0.5 * self.pitch + real.belt + real.micro
             assert self.loop._tick(self.loop._rig.read()) == ""
             row = self.shared.last()
             assert row is not None
