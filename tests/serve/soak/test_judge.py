@@ -76,3 +76,16 @@ def test_faults_are_listed_as_they_began_and_clock_faults_are_no_gaps(tmp_path: 
 
     found = verdict(tmp_path / "a.h5", change)
     assert (found.faults, found.gaps, found.unsafe) == ((3, 14), 0, 0)
+
+
+@pytest.mark.parametrize("what", ["stands", "none"])
+def test_a_clock_that_stands_is_no_gap_and_hides_none(tmp_path: Path, what: str) -> None:
+    def clock(lost: int) -> Change:
+        def change(block: np.ndarray) -> None:
+            block[INDEX["t"], 60:] += lost * 1e-3
+            block[INDEX["t"], 30:50] = block[INDEX["t"], 29] if what == "stands" else np.nan
+
+        return change
+
+    assert verdict(tmp_path / "a.h5", clock(0)).gaps == 0
+    assert verdict(tmp_path / "b.h5", clock(2)).gaps == 1
