@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -104,15 +104,23 @@ def as_toml(tree: Any, only: str | None = None) -> str:
         if not only or not chosen:
             accepted = _nearest(only, [e.path for e in entries(tree)])
             raise InputError(printable(only) or "key", "unknown key", accepted)
-    tables: dict[str, list[str]] = {}
+    lines = []
     for entry in chosen:
         table, _, name = entry.path.rpartition(".")
         text = _text(entry.par, entry.value)
         comment = printable(f"{entry.par.meaning} ({entry.par.source})", 1000)
         mark = "# not set: " if text is None else ""
-        tables.setdefault(table, []).append(f"{mark}{name} = {text or entry.value}  # {comment}")
+        lines.append((table, f"{mark}{name} = {text or entry.value}  # {comment}"))
+    return _in_tables(lines)
+
+
+def _in_tables(lines: Iterable[tuple[str, str]]) -> str:
+    """TOML of (table, line) in any order; "" is the root, whose own keys must come first."""
+    tables: dict[str, list[str]] = {}
+    for table, line in lines:
+        tables.setdefault(table, []).append(line)
     parts = []
-    for table in sorted(tables, key=bool):  # the root's own keys must come first
+    for table in sorted(tables, key=bool):
         head = [f"[{table}]"] if table else []
         parts.append("\n".join([*head, *tables[table]]) + "\n")
     return "\n".join(parts)
@@ -132,16 +140,13 @@ def changed_toml(tree: Any, default: Any) -> str:
     """What `tree` sets otherwise than `default`, as TOML for `load_overrides`; with its meaning
     and its default behind each line."""
     own = {e.path: e for e in entries(default)}
-    tables: dict[str, list[str]] = {}
+    lines = []
     for path, text in difference(tree, default).items():
         table, _, name = path.rpartition(".")
         par, was = own[path].par, own[path].value
         words = printable(f"{par.meaning}; default {_text(par, was) or was}", 1000)
-        tables.setdefault(table, []).append(f"{name} = {text}  # {words}")
-    parts = []
-    for table in sorted(tables, key=bool):
-        parts.append("\n".join([*([f"[{table}]"] if table else []), *tables[table]]) + "\n")
-    return "\n".join(parts) or "# nothing differs from the defaults\n"
+        lines.append((table, f"{name} = {text}  # {words}"))
+    return _in_tables(lines) or "# nothing differs from the defaults\n"
 
 
 def _leaves(
