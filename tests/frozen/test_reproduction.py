@@ -1,0 +1,26 @@
+"""Every claim's measured values and verdict, over the whole reproduction."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from .record import frozen
+
+
+@pytest.mark.slow
+def test_reproduce(tmp_path: Path) -> None:
+    file = tmp_path / "claims.json"
+    subprocess.run(
+        [sys.executable, "-m", "macromicro", "reproduce"]
+        + ["--json", str(file), "--out", str(tmp_path / "page")],
+        check=True,
+        capture_output=True,
+        timeout=900,
+    )
+    rows = json.loads(file.read_text(encoding="utf-8"))
+    frozen("reproduce", {row["id"]: row for row in rows})
