@@ -16,8 +16,7 @@ from .record import frozen
 def test_reproduce(tmp_path: Path) -> None:
     file = tmp_path / "claims.json"
     subprocess.run(
-        [sys.executable, "-m", "macromicro", "reproduce"]
-        + ["--json", str(file), "--out", str(tmp_path / "page")],
+        [sys.executable, "-m", "macromicro", "reproduce", "--json", file, "--out", tmp_path / "p"],
         check=True,
         capture_output=True,
         timeout=900,

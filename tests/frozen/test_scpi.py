@@ -26,9 +26,12 @@ def link(tmp_path: Path) -> Iterator[socket.socket]:
     # Machines that run tests are busy: nothing stops for lateness.
     serve = settings.serve._replace(miss_share=1.0, parent_timeout=5.0)
     station = Station(settings=settings._replace(serve=serve), state=tmp_path / "position.json")
-    with station, Server(station, port=0, folder=tmp_path) as server:
-        with socket.create_connection(server.address, timeout=PATIENCE_S) as link:
-            yield link
+    with (
+        station,
+        Server(station, port=0, folder=tmp_path) as server,
+        socket.create_connection(server.address, timeout=PATIENCE_S) as link,
+    ):
+        yield link
 
 
 def _lines(link: socket.socket) -> Iterator[str]:
