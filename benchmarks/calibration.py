@@ -17,7 +17,7 @@ from macromicro.experiments.actuator_models import Models
 from macromicro.experiments.procedure import Lab
 from macromicro.experiments.procedures import electrothermal
 from macromicro.experiments.programmed import micro_steps, on_twin
-from macromicro.parameters import replaced
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
 BELTS = (20.0, 21.0, 21.4, 21.8, 22.0, 22.2, 22.6, 23.0, 24.0)

@@ -18,11 +18,11 @@ from macromicro.experiments.claim import CALIBRATED, KINDS, PREDICTED, REPRODUCE
 from macromicro.experiments.procedure import Lab
 from macromicro.experiments.procedures import all_procedures
 from macromicro.experiments.statements import in_order
-from macromicro.parameters import Entry, entries
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CycleBench
 from macromicro.plant.kiln import KilnBench
 from macromicro.report import claim_text
+from macromicro.schema.par import Entry, entries
 from macromicro.settings import Settings
 from macromicro.units import shown
 

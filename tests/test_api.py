@@ -12,8 +12,8 @@ import pytest
 from macromicro import api
 from macromicro.design import response
 from macromicro.errors import InputError
-from macromicro.parameters import replaced
 from macromicro.programme import MACRO, MICRO, Limits, Programme, find, load
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
 from .test_loop import QUICK, SHORT, rolled

@@ -17,13 +17,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from macromicro import cli, config
+from macromicro import cli
 from macromicro.commands import identify as command
 from macromicro.control.calibration import shipped
 from macromicro.experiments import catalogue
 from macromicro.hysteresis.table_files import load_table
 from macromicro.identify import Axis, simulate
 from macromicro.recording import Recording
+from macromicro.schema import config
 from macromicro.settings import Settings
 
 DATA = Path(__file__).parent / "data"

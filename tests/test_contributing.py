@@ -20,7 +20,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 
 class Plain(NamedTuple):
@@ -50,7 +50,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 
 class Gentle(NamedTuple):
@@ -70,7 +70,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 
 class Weight(NamedTuple):

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from macromicro import programme
-from macromicro.config import as_toml, load_overrides
 from macromicro.errors import InputError
 from macromicro.experiments.run import load
-from macromicro.parameters import changed, entries, value_at
+from macromicro.schema.config import as_toml, load_overrides
+from macromicro.schema.par import changed, entries, value_at
 from macromicro.serve.settings import LiveSettings
 from macromicro.settings import Settings
 

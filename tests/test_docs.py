@@ -13,9 +13,9 @@ import pytest
 
 from macromicro import api, programme
 from macromicro.columns import COLUMNS
-from macromicro.parameters import entries
 from macromicro.rig import faults
 from macromicro.rig.limits import Limits
+from macromicro.schema.par import entries
 from macromicro.settings import Settings
 
 DOCS = Path(__file__).parents[1] / "docs"

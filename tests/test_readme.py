@@ -72,7 +72,8 @@ def test_links_lead_somewhere(page: str) -> None:
 
 def test_configuration_examples_are_accepted(tmp_path: Path) -> None:
     """The TOML snippets are a programme and a settings file as the package reads them."""
-    from macromicro import config, programme
+    from macromicro import programme
+    from macromicro.schema import config
     from macromicro.settings import Settings
 
     moves, settings = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)

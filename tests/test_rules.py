@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from macromicro.config import load_overrides
 from macromicro.errors import InputError
-from macromicro.parameters import changed
 from macromicro.rules import breakaway
+from macromicro.schema.config import load_overrides
+from macromicro.schema.par import changed
 from macromicro.serve.settings import LiveSettings
 from macromicro.settings import Settings
 

@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 import macromicro
-from macromicro import config, simulate
 from macromicro import programme as programmes
+from macromicro import simulate
 from macromicro.columns import COLUMNS
 from macromicro.design import served
 from macromicro.design import tracking as following
@@ -31,6 +31,7 @@ from macromicro.loop import PERIOD
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
+from macromicro.schema import config
 from macromicro.settings import Settings
 
 PathLike = str | os.PathLike[str]

@@ -203,7 +203,7 @@ def config_show(
 
     `live` and `serve`, the tables that only the live machine has, are printed by their names.
     """
-    from macromicro.config import as_toml
+    from macromicro.schema.config import as_toml
     from macromicro.settings import Settings
 
     if key is not None and key.partition(".")[0] in ("live", "serve"):
@@ -221,7 +221,7 @@ def programmes(
     """List the example programmes, or print one."""
     from macromicro import programme
     from macromicro.errors import InputError
-    from macromicro.textfile import printable
+    from macromicro.schema.text import printable
 
     examples = programme.shipped()
     if name is None:

@@ -13,9 +13,9 @@ from typing import Any
 
 from macromicro import nominal
 from macromicro.control.live.parameters import BELOW, Live
-from macromicro.parameters import value_at
 from macromicro.programme.travel import Travel
 from macromicro.rig.limits import Limits
+from macromicro.schema.par import value_at
 
 Derivation = tuple[str, Callable[[Any], float]]
 

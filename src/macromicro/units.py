@@ -8,22 +8,17 @@ second: "1 Hz" for rad/s is 2 pi.
 
 from __future__ import annotations
 
-import json
 import math
 import re
+from collections import Counter
 from decimal import Decimal
 from functools import cache, lru_cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from macromicro.errors import InputError
 
-if TYPE_CHECKING:
-    from pint import UnitRegistry
-
 MAX_TEXT = 100
 
-# name = definition = aliases; brackets name a dimension of its own. Standard gravity and
+# name = definition = alias; brackets name a dimension of its own. Standard gravity and
 # the SI prefixes are exact, pi has 30 digits.
 _DEFINITIONS = """
 m = [length]; cm = 1e-2 m; mm = 1e-3 m; um = 1e-6 m; nm = 1e-9 m
@@ -32,19 +27,19 @@ kg = [mass]; g = 1e-3 kg; mg = 1e-6 kg
 A = [current]; mA = 1e-3 A; uA = 1e-6 A
 K = [difference]
 degC = [temperature]
-counts = [encoder] = _ = count
-bits = [bit] = _ = bit
+counts = [encoder] = count
+bits = [bit] = bit
 rad = [angle]; deg = 0.0174532925199432957692369076849 rad; rev = 360 deg
 Hz = rev/s; kHz = 1e3 Hz; rpm = rev/min
-N = kg*m/s**2; mN = 1e-3 N; kN = 1e3 N; gf = 9.80665e-3 N; kgf = 9.80665 N
+N = kg*m/s^2; mN = 1e-3 N; kN = 1e3 N; gf = 9.80665e-3 N; kgf = 9.80665 N
 J = N*m; kJ = 1e3 J; mJ = 1e-3 J
 W = J/s; kW = 1e3 W; mW = 1e-3 W
 V = W/A; kV = 1e3 V; mV = 1e-3 V; uV = 1e-6 V
 ohm = V/A; kohm = 1e3 ohm; mohm = 1e-3 ohm
 H = V*s/A; mH = 1e-3 H; uH = 1e-6 H
 F = A*s/V; uF = 1e-6 F
-Pa = N/m**2; kPa = 1e3 Pa; MPa = 1e6 Pa; GPa = 1e9 Pa
-T = V*s/m**2; mT = 1e-3 T
+Pa = N/m^2; kPa = 1e3 Pa; MPa = 1e6 Pa; GPa = 1e9 Pa
+T = V*s/m^2; mT = 1e-3 T
 percent = 1e-2; ppm = 1e-6
 """
 
@@ -54,6 +49,8 @@ _TIMES = r"(?: ?[*/] ?| )"
 _GROUP = rf"(?:1|{_FACTOR}|\({_FACTOR}(?:{_TIMES}{_FACTOR})*\))"
 # Nothing but names, one-digit powers, * and / reaches the parser behind it.
 _UNIT = re.compile(rf"{_GROUP}(?:{_TIMES}{_GROUP})*")
+_TOKEN = re.compile(r"[A-Za-z_]+(?:(?:\*\*|\^)-?[1-9])?|1| ?[*/] ?|[() ]")
+_NUMBER_ALONE = re.compile(r"[0-9.]+(?:e-?[0-9]+)?")
 _TEXT = re.compile(rf"({_NUMBER})(?: ?([A-Za-z(%°µμΩ].*)| (1 ?/.*))?")
 _NONE = ("", "1", "-")  # ways to say that a quantity has no unit
 _SPELLINGS = {
@@ -72,47 +69,57 @@ class _UnknownUnit(ValueError):
     """The text is no unit of the closed list."""
 
 
-@cache
-def _registry() -> UnitRegistry[Any]:
-    """pint with only our units; decimal arithmetic, so that "3 um" is exactly 3e-6."""
-    from pint import UnitRegistry
-
-    registry: UnitRegistry[Any] = UnitRegistry(None, non_int_type=Decimal)
-    for definition in _definitions():
-        registry.define(definition)
-    return registry
+Dimension = tuple[tuple[str, int], ...]
+_Size = tuple[Decimal, Counter[str]]
 
 
 @cache
-def _definitions() -> tuple[str, ...]:
-    return tuple(d.strip() for line in _DEFINITIONS.split("\n") for d in line.split(";") if d)
+def _units() -> dict[str, _Size]:
+    """Every unit's size in base units and the powers of these, in the order of the list.
+
+    Decimal arithmetic, so that "3 um" is exactly 3e-6.
+    """
+    found: dict[str, _Size] = {}
+    for definition in _DEFINITIONS.replace("\n", ";").split(";"):
+        name, *meanings = (part.strip() for part in definition.split("="))
+        for meaning in meanings[:1]:
+            number, _, unit = meaning.partition(" ")
+            if meaning.startswith("["):
+                found[name] = Decimal(1), Counter([meaning])
+            elif _NUMBER_ALONE.fullmatch(number):
+                size, powers = _product(unit or "1", found)
+                found[name] = Decimal(number) * size, powers
+            else:
+                found[name] = _product(meaning, found)
+        for alias in meanings[1:]:
+            found[alias] = found[name]
+    return found
 
 
-@cache
-def _names() -> tuple[str, ...]:
-    """Every unit's name, in the order of the list."""
-    return tuple(d.split(" ", 1)[0] for d in _definitions())
-
-
-Dimension = tuple[tuple[str, float], ...]
-
-
-@cache
-def _shipped() -> dict[str, tuple[Decimal, Dimension]]:
-    """What `by_pint` gives for the units of the package's own parameters, kept in a file
-    (docs/make_units.py writes it): most runs then need not import pint."""
-    text = (Path(__file__).parent / "unit_sizes.json").read_text(encoding="utf-8")
-    return {k: (Decimal(size), tuple(dim.items())) for k, (size, dim) in json.loads(text).items()}
+def _product(text: str, known: dict[str, _Size]) -> _Size:
+    """Size and powers of a product of `known` units: "J/(kg K)", "m*s^2", "1/s"."""
+    size, powers = Decimal(1), Counter[str]()
+    group, sign = 1, 1  # of the open bracket, and of the factor that comes next
+    for token in _TOKEN.findall(text):
+        if token.strip() in ("*", "", "/"):
+            sign = -group if "/" in token else group
+        elif token in "()":
+            group = sign if token == "(" else 1
+        else:
+            name, _, power = token.replace("**", "^").partition("^")
+            if name not in known and name != "1":
+                raise _UnknownUnit(name)
+            exponent = sign * int(power or 1)
+            one, its = known.get(name, (Decimal(1), Counter[str]()))
+            size *= one**exponent
+            for dimension, n in its.items():
+                powers[dimension] += n * exponent
+    return size, powers
 
 
 @lru_cache(maxsize=512)
 def _size(unit: str) -> tuple[Decimal, Dimension]:
     """A unit's size in base units and its dimension; _UnknownUnit if it has none."""
-    return _shipped()[unit] if unit in _shipped() else by_pint(unit)
-
-
-def by_pint(unit: str) -> tuple[Decimal, Dimension]:
-    """The same, worked out by pint."""
     text = unit
     for spelling, name in _SPELLINGS.items():
         text = text.replace(spelling, name)
@@ -120,14 +127,14 @@ def by_pint(unit: str) -> tuple[Decimal, Dimension]:
         text = "1"
     elif _UNIT.fullmatch(text) is None:
         raise _UnknownUnit(unit)
-    known = {*_names(), "count", "bit"}
-    if not set(re.findall(r"[A-Za-z_]+", text)) <= known:
-        raise _UnknownUnit(unit)
-    registry = _registry()
-    base = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()
-    powers = dict(base.dimensionality)
-    dimension = sorted((str(name), float(str(power))) for name, power in powers.items())
-    return Decimal(base.magnitude), tuple(dimension)
+    size, powers = _product(text, _units())
+    return size, tuple(sorted((name, power) for name, power in powers.items() if power))
+
+
+@cache
+def _names() -> tuple[str, ...]:
+    """Every unit that is offered, in the order of the list."""
+    return tuple(name for name in _units() if name not in ("count", "bit"))
 
 
 @cache

@@ -14,8 +14,8 @@ from macromicro.control.settings import Control, prepare
 from macromicro.errors import InputError
 from macromicro.experiments import macro_drive
 from macromicro.kernel import compiled
-from macromicro.parameters import replaced
 from macromicro.plant import bench, carriage
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
 PATHS = ("bench.friction.coulomb", "controller.pd_tuned.now", "reference")

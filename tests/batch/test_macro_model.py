@@ -19,7 +19,7 @@ from macromicro.experiments import macro_drive
 from macromicro.kernel import compiled
 from macromicro.models import macro
 from macromicro.models.macro import MacroModelState
-from macromicro.parameters import entries, replaced
+from macromicro.schema.par import entries, replaced
 
 DT = 1e-3
 RANGES = {

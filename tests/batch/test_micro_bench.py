@@ -11,7 +11,7 @@ from macromicro import batch
 from macromicro.batch import Variants
 from macromicro.batch.micro_bench import LEVELS, TIMES, MicroBenchJob, steps
 from macromicro.experiments import micro_runs, programmed
-from macromicro.parameters import replaced
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
 PATHS = ("controller.pi_antiwindup.kp", "bench.thermal.ambient", "seed")

@@ -17,9 +17,9 @@ from macromicro.design.response import moves
 from macromicro.design.vibration import vibration
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
-from macromicro.parameters import replaced
 from macromicro.recording import Recording
 from macromicro.rig import codes
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
 SHORT = """

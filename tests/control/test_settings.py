@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from macromicro.config import load_overrides
 from macromicro.control import settings
 from macromicro.control.macro import LAWS
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, entries
+from macromicro.schema.config import load_overrides
+from macromicro.schema.par import Entry, entries
 from macromicro.settings import Settings
 
 NUMBERS = [e for e in entries(Control()) if not e.par.choices]

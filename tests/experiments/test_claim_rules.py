@@ -25,11 +25,11 @@ from macromicro.experiments import (
 from macromicro.experiments.claim import DIFFERS, REPRODUCED
 from macromicro.experiments.cycle_runs import CycleData
 from macromicro.models import heating
-from macromicro.parameters import replaced
 from macromicro.plant import bench
 from macromicro.plant.bench import Sensors
 from macromicro.programme import MICRO
 from macromicro.recording import Recording
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
 TRAVEL, HOLD, PERIOD = 2800.0, 1500, 4000

@@ -16,9 +16,9 @@ from macromicro.experiments.procedures import electrothermal, macro_control
 from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.experiments.reproduce import failed
 from macromicro.experiments.statements import stated
-from macromicro.parameters import replaced
 from macromicro.plant import cycle, kiln
 from macromicro.recording import Recording
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
 

@@ -14,10 +14,10 @@ from macromicro.experiments.claim import COMPUTED, DIFFERS, REPRODUCED, Claim
 from macromicro.experiments.macro_control import Square, tracking
 from macromicro.experiments.procedure import Lab
 from macromicro.experiments.procedures import all_procedures
-from macromicro.parameters import replaced
 from macromicro.plant import bench
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from macromicro.columns import COLUMNS
-from macromicro.parameters import entries, replaced
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.plant.steps import Steps
 from macromicro.programme import MACRO, MICRO
+from macromicro.schema.par import entries, replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 from macromicro.types import Outputs

@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from macromicro.parameters import entries
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CycleBench
 from macromicro.plant.kiln import KilnBench
 from macromicro.report import free_parameters
 from macromicro.report.free_parameters import CALIBRATED, GROUPS, grouped
 from macromicro.report.free_parameters import free_parameters as listed
+from macromicro.schema.par import entries
 from macromicro.settings import Settings
 
 SETTINGS = Settings()

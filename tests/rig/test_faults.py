@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.parameters import entries
 from macromicro.rig import codes, guard
 from macromicro.rig.faults import TEXTS, describe
 from macromicro.rig.limits import Limits
+from macromicro.schema.par import entries
 
 
 def test_all_is_well_is_no_fault() -> None:

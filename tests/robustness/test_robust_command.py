@@ -16,11 +16,11 @@ from pathlib import Path
 
 import pytest
 
-from macromicro import config
 from macromicro.experiments import run
 from macromicro.robustness import files
 from macromicro.robustness.metrics import NAMES, measure
 from macromicro.robustness.requirements import DEFAULTS
+from macromicro.schema import config
 from macromicro.settings import Settings
 
 COMMAND = [sys.executable, "-m", "macromicro"]

@@ -8,9 +8,7 @@ from hypothesis import given
 from hypothesis import settings as budget
 from hypothesis import strategies as st
 
-from macromicro import config
 from macromicro.errors import InputError
-from macromicro.parameters import entries, replaced
 from macromicro.plant import phase
 from macromicro.robustness.sampling import centre, latin_hypercube, settings_at
 from macromicro.robustness.uncertain import (
@@ -23,6 +21,8 @@ from macromicro.robustness.uncertain import (
     nominal,
     refusal,
 )
+from macromicro.schema import config
+from macromicro.schema.par import entries, replaced
 from macromicro.settings import Settings
 
 BASE = Settings()

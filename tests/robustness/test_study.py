@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Job, Variants
-from macromicro.parameters import changed, replaced
 from macromicro.robustness import study
 from macromicro.robustness.job import variants
 from macromicro.robustness.metrics import NAMES
 from macromicro.robustness.sampling import latin_hypercube, settings_at
 from macromicro.robustness.study import Request, Study, influences, overall, worst, yields
 from macromicro.robustness.uncertain import UNCERTAIN
+from macromicro.schema.par import changed, replaced
 
 ORDER = [u.name for u in UNCERTAIN]
 

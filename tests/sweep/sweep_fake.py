@@ -19,7 +19,7 @@ import typer
 
 from macromicro.batch import Metric, Variants
 from macromicro.errors import InputError
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 Array = npt.NDArray[np.float64]
 

@@ -119,15 +119,15 @@ CASES = {
     "no metrics": (HEAD + "metrics=[]\n", "s.toml, metrics", "a list of product"),
     "unknown parameter": (
         HEAD + P + "part.mas = ['1 kg']",
-        "s.toml, parameters.part.mas: 'unknown parameter'",
-        "such as part.mass (`macromicro sweep fake --list` lists all)",
+        "s.toml, parameters.part.mas: 'unknown key'",
+        "such as part.mass or part (`macromicro sweep fake --list` lists all)",
     ),
     "parameter in no table": (
         HEAD + P + "force = ['1 N']",
-        "s.toml, parameters.force: 'unknown parameter'",
+        "s.toml, parameters.force: 'unknown key'",
         "such as part.force",
     ),
-    "a set": (HEAD + P + "part = 3", "s.toml, parameters.part: 'unknown parameter'", "part."),
+    "a set": (HEAD + P + "part = 3", "s.toml, parameters.part: '3'", "a table [part]"),
     "parameter twice": (
         HEAD + P + "part.mass=['1 kg']\n'part.mass'=['1 kg']",
         "s.toml, parameters.part.mass: 'stands twice'",
@@ -137,7 +137,7 @@ CASES = {
     "no unit": (HEAD + P + "part.mass=[1]", "parameters.part.mass.values, item 1: '1'", "kg"),
     "wrong unit": (HEAD + P + "part.mass='3 N'", "part.mass.value: '3 N'", "kg"),
     "above its bound": (HEAD + P + "part.mass='11 kg'", "'11 kg'", "above zero and at most 10 kg"),
-    "shown bound": (HEAD + P + "part.force='6 N'", "'6 N'", "at least -5000 mN and at most"),
+    "shown bound": (HEAD + P + "part.force='6 N'", "'6 N'", "from -5000 mN to 5000 mN"),
     "no range": (HEAD + P + "gain={}", "parameters.gain: 'nothing'", "value, values, or low"),
     "two ways": (HEAD + P + "gain={value=1,low=2}", "gain: 'value and low'", "one of value"),
     "no high": (HEAD + P + "gain={low=1}", "parameters.gain.high: 'nothing'", "plain number"),
@@ -163,7 +163,7 @@ CASES = {
     "broken teeth": (GRID + P + "teeth=1.5", "teeth.value: '1.5'", "a whole number"),
     "log of teeth": (HEAD + P + "teeth={low=1,high=4,scale='log'}", "teeth.scale", "'linear'"),
     "option's kind": (HEAD + "[options]\ndelay = true\n", "options.delay: 'True'", "a number"),
-    "no seed to vary": (HEAD + P + "seed=[1]", "parameters.seed: 'unknown parameter'", "gain"),
+    "no seed to vary": (HEAD + P + "seed=[1]", "parameters.seed: 'unknown key'", "gain"),
     "config": (HEAD + "config = 3\n" + P + "gain=[1]", "s.toml, config: '3'", "settings file"),
     "not TOML": ("job =", "s.toml", "TOML"),
 }

@@ -10,7 +10,7 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, Motor
-from macromicro.parameters import entries
+from macromicro.schema.par import entries
 from macromicro.settings import Settings
 from macromicro.tuning.ensemble import SPREADS, draw, fresh
 

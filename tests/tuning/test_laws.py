@@ -8,7 +8,7 @@ import pytest
 from macromicro.control.settings import Control
 from macromicro.design.margins import PdTaps
 from macromicro.errors import InputError
-from macromicro.parameters import entries
+from macromicro.schema.par import entries
 from macromicro.settings import Settings
 from macromicro.tuning import laws
 

@@ -19,7 +19,7 @@ from macromicro.kernel import compiled
 from macromicro.models import macro
 from macromicro.models.macro import TUNED, Linear, MacroModel, MacroModelState
 from macromicro.nominal import COUNTS
-from macromicro.parameters import Par, entries
+from macromicro.schema.par import Par, entries
 
 QUICK = ("overshoot", "iae", "final_error")
 _FIXED_WIDE = 4096  # variants whose parameters are laid out at once

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.config import check
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, Par, changed, entries
-from macromicro.units import shown
+from macromicro.schema.config import check
+from macromicro.schema.par import Entry, changed, entries
 
 Array = npt.NDArray[np.float64]
 
@@ -95,9 +93,9 @@ def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Kno
             continue
         if path not in every:
             raise InputError("variants, paths", path, "the path of one of the job's parameters")
-        value = every[path].value
-        if isinstance(value, bool | str | tuple):
-            raise InputError(f"variants, {path}", str(value), "a path whose value is one number")
+        if not every[path].number:
+            value = str(every[path].value)
+            raise InputError(f"variants, {path}", value, "a path whose value is one number")
         found[path] = every[path]
     return found
 
@@ -113,18 +111,11 @@ def checked(every: Known, variants: Variants, first: int, extra: tuple[str, ...]
         raise InputError("variants, shape of the values", values.shape, accepted)
     for path, entry in _chosen(every, variants.paths, extra).items():
         column = values[:, variants.paths.index(path)]
-        par = entry.par
-        good = np.isfinite(column) & (par.lo <= column) & (column <= par.hi)
-        if par.positive:
-            good &= column > 0.0
-        if isinstance(entry.value, int):
-            good &= column == np.floor(column)
+        good = entry.admits(column)
         if not good.all():
             row = int(np.argmin(good))
-            whole = isinstance(entry.value, int)
-            raise InputError(
-                named(first + row, path), _spoken(par, float(column[row])), _range(par, whole)
-            )
+            spoken = entry.par.spoken(float(column[row]))
+            raise InputError(named(first + row, path), spoken, entry.accepted)
     return values
 
 
@@ -166,19 +157,3 @@ def _typed(tree: Any, path: str, value: float) -> float | int:
     for name in path.split("."):
         tree = getattr(tree, name)
     return int(value) if isinstance(tree, int) else value
-
-
-def _spoken(par: Par, value: float) -> str:
-    return shown(value, par.unit, par.shown, 6) if math.isfinite(value) else str(value)
-
-
-def _range(par: Par, whole: bool) -> str:
-    """The bounds in words."""
-    words = ["a whole number" if whole else "a finite number"]
-    if par.positive:
-        words.append("above 0")
-    elif par.lo > -math.inf:
-        words.append(f"of at least {shown(par.lo, par.unit, par.shown, 6)}")
-    if par.hi < math.inf:
-        words.append(f"of at most {shown(par.hi, par.unit, par.shown, 6)}")
-    return ", ".join(words)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from macromicro.errors import InputError
 from macromicro.identify.picking import Picked, Role, chosen, pick
 from macromicro.identify.reading import is_forc, read
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 _MOST = 500
 

@@ -7,7 +7,7 @@ from typing import Any
 from typer.core import TyperGroup
 
 from macromicro.errors import InputError
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 
 class Group(TyperGroup):

@@ -20,7 +20,7 @@ from macromicro.hysteresis.table import SHAPES
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Role, pick, railed
 from macromicro.identify.reading import is_forc, read
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

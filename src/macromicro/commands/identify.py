@@ -262,7 +262,7 @@ def _quietly(work: Callable[[], Result], files: list[Path]) -> tuple[Result, lis
     import numpy as np
 
     from macromicro.errors import InputError
-    from macromicro.textfile import printable
+    from macromicro.schema.text import printable
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -95,7 +95,7 @@ def latency(
 
 def _check_figure(file: Path) -> None:
     from macromicro.errors import InputError
-    from macromicro.textfile import printable
+    from macromicro.schema.text import printable
 
     if file.suffix.lower() not in PICTURES:
         found = f"suffix {printable(file.suffix)}" if file.suffix else "no suffix"
@@ -107,7 +107,7 @@ def _check_figure(file: Path) -> None:
 def _check(file: Path, option: str) -> None:
     """InputError unless the file can be written; one that is made for the trial is removed."""
     from macromicro.errors import InputError
-    from macromicro.textfile import printable
+    from macromicro.schema.text import printable
 
     where, accepted = f"{option} {printable(file, 300)}", "a file to make in a folder that exists"
     try:

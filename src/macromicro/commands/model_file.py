@@ -14,8 +14,8 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
 
     Values are rounded to six digits. Raises `InputError` when the tree refuses one.
     """
-    from macromicro import config
-    from macromicro.parameters import changed, entries
+    from macromicro.schema import config
+    from macromicro.schema.par import changed, entries
     from macromicro.settings import Settings
     from macromicro.units import shown
 

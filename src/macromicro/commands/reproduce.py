@@ -111,7 +111,7 @@ def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
 def _check_json(file: Path | None, overwrite: bool) -> None:
     """Refuse a JSON file that cannot or must not be written, before anything is computed."""
     from macromicro.errors import InputError
-    from macromicro.textfile import printable
+    from macromicro.schema.text import printable
 
     if file is None or file == STDOUT:
         return

@@ -90,7 +90,6 @@ def _request(
     workers: int | None,
 ) -> tuple[Request, Programme]:
     """Everything that can be wrong is said here, before anything is computed."""
-    from macromicro import config as configs
     from macromicro import programme as programmes
     from macromicro.batch import cores
     from macromicro.errors import InputError
@@ -98,6 +97,7 @@ def _request(
     from macromicro.robustness import requirements as limits
     from macromicro.robustness.sampling import LEAST, MOST
     from macromicro.robustness.study import Request
+    from macromicro.schema import config as configs
     from macromicro.settings import Settings
 
     if not LEAST <= samples <= MOST:
@@ -119,12 +119,12 @@ def _robust(
     out: Path,
     signals: Signals,
 ) -> None:
-    from macromicro.config import difference
     from macromicro.experiments.run import is_compiled
     from macromicro.report.provenance import software
     from macromicro.robustness import files, study, terminal
     from macromicro.robustness.job import RobustJob
     from macromicro.robustness.words import About
+    from macromicro.schema.config import difference
     from macromicro.settings import Settings
 
     programme, fan, as_json = asked

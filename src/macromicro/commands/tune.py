@@ -99,8 +99,8 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = False,
 ) -> None:
     """Find better gains for a control law, and say what they are worth on the bench."""
-    from macromicro.config import load_overrides
     from macromicro.experiments.holding import held
+    from macromicro.schema.config import load_overrides
     from macromicro.settings import Settings
     from macromicro.tuning import files
     from macromicro.tuning.tune import Request, check
@@ -120,7 +120,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
 def _penalties(texts: list[str]) -> tuple[tuple[str, float], ...]:
     """Names and weights of the option --penalty."""
     from macromicro.errors import InputError
-    from macromicro.textfile import printable
+    from macromicro.schema.text import printable
 
     found: dict[str, float] = {}
     for text in texts:

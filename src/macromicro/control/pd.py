@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro.control.pid import STEEPEST
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 PRESENT, PAST = "weight of the present error", "weight of the error one period ago"
 

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
 from macromicro.nominal import FULL_SCALE
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 HIGHEST = 1000.0  # V; beyond any converter: `ctrl_limit` is what counts
 STEEPEST = 1000.0  # V/mm: the D/A's full scale of 5 V at 5 um, half of what counts as on target

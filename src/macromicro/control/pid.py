@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 # An error of one count at 5 V/count, or a change by one count in 1 ms at 5 mV*s/count, is the
 # D/A's full scale: beyond that a law only switches. Twenty times as much is taken.

@@ -12,7 +12,7 @@ from macromicro.control.pi import HIGHEST, Pi, PiAntiWindup, Proportional
 from macromicro.control.pid import Pid
 from macromicro.control.supervisor import Sequence, Supervisor
 from macromicro.nominal import FULL_SCALE
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 MICRO_LAWS = ("p", "pi", "pi-antiwindup")
 GAINS = MacroLaw._fields[MacroLaw._fields.index("limit") + 1 :]

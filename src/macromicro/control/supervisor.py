@@ -18,7 +18,7 @@ from macromicro.control.calibration import Calibration
 from macromicro.control.macro import MacroLaw, MacroMemory
 from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 from macromicro.types import Command, Outputs, Sample
 
 WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)

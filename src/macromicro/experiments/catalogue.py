@@ -14,7 +14,7 @@ import numpy as np
 from macromicro.errors import InputError
 from macromicro.recording import Column, Recording
 from macromicro.recording_format import Attribute
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
     from macromicro.experiments.procedure import Lab

@@ -9,7 +9,7 @@ from macromicro.errors import InputError
 from macromicro.experiments.equations import EQUATIONS
 from macromicro.experiments.procedure import Procedure
 from macromicro.experiments.reproduce import Chosen
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 _FIGURE = re.compile(r"(?:figure|fig\.?)\s*(\S.*)", re.IGNORECASE)
 _APPENDIX = re.compile(r"(?:appendix|app\.?)\s*(\S.*)", re.IGNORECASE)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from macromicro.errors import InputError
 from macromicro.recording import check_space
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 RECORDING = "recording.h5"
 SUMMARY = "summary.json"

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from macromicro.errors import InputError
 from macromicro.experiments import folder
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 _made_here: list[Path] = []  # by this process, for commands under way; innermost first
 ACCEPTED = "another folder, or this one when that has ended"

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 import macromicro
-from macromicro import config, hall_table, kernel, loop, simulate
+from macromicro import hall_table, kernel, loop, simulate
 from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
@@ -31,6 +31,7 @@ from macromicro.rig import faults
 from macromicro.rig.faults import Fault
 from macromicro.rig.opening import TWIN
 from macromicro.rig.replay import SCHEME, Replay, opened
+from macromicro.schema import config
 from macromicro.settings import Settings
 
 DEFAULT = "thesis"

@@ -18,7 +18,7 @@ import numpy as np
 from macromicro.errors import InputError
 from macromicro.hysteresis.curves import CurveWarning
 from macromicro.hysteresis.everett import Array
-from macromicro.textfile import printable, read_text
+from macromicro.schema.text import printable, read_text
 
 _WHAT = "first-order reversal curves in the MicroMag text format"
 _DATA = re.compile(r"[-+.\d]")

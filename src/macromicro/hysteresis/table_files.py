@@ -21,7 +21,7 @@ import numpy.typing as npt
 from macromicro.errors import InputError
 from macromicro.hysteresis.everett import Array
 from macromicro.hysteresis.table import MOST_NODES, FodTable
-from macromicro.textfile import printable, read_text
+from macromicro.schema.text import printable, read_text
 
 FORMAT = "macromicro first-order curves 1"
 _WHAT = "a table of first-order curves (.h5, .hdf5 or .csv)"

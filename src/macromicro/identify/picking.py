@@ -15,7 +15,7 @@ import numpy.typing as npt
 from macromicro.errors import InputError
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
 from macromicro.identify.reading import Table, parted
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 Array = npt.NDArray[np.float64]
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from macromicro.errors import InputError
 from macromicro.recording import Recording
-from macromicro.textfile import printable, read_text
+from macromicro.schema.text import printable, read_text
 
 Array = npt.NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 Array = npt.NDArray[np.float64]
 _LIT = "literature value for NiTi"

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 _DATA = "data sheets of NiTi"
 

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro import nominal
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 
 class Amplifier(NamedTuple):

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro import nominal
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 FASTEST = 0.4 / nominal.PERIOD  # Hz; beyond half the loop's frequency nothing is seen of it
 

@@ -6,11 +6,11 @@ from typing import Annotated, NamedTuple
 
 from macromicro import nominal
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
 from macromicro.plant import belt, friction, motor
 from macromicro.plant.belt import Belt
 from macromicro.plant.friction import Friction
 from macromicro.plant.motor import Motor
+from macromicro.schema.par import Par
 
 # A carriage that stands needs this many times fewer steps than one that slides.
 QUIET = 10

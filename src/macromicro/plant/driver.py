@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 _MAP = "calibrated to S3-S7 ((5.5), (5.8))"
 # CTRL [D/A volts] and heat [W]. Between 1.5 and 1.6 V these are back-solved from (5.5);

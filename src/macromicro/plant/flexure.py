@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 GRAM_FORCE = 9.80665e-3
 

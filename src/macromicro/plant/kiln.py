@@ -7,7 +7,6 @@ from typing import Annotated, NamedTuple
 
 from macromicro.hysteresis import Everett
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
 from macromicro.plant import encoder, micro, wire
 from macromicro.plant.bench import Bench
 from macromicro.plant.encoder import Encoder
@@ -15,6 +14,7 @@ from macromicro.plant.flexure import GRAM_FORCE
 from macromicro.plant.phase import Phase
 from macromicro.plant.phase import table as phase_table
 from macromicro.plant.wire import Load, Wire, WireState
+from macromicro.schema.par import Par
 
 
 class Oven(NamedTuple):

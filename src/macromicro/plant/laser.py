@@ -6,7 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 
 class Laser(NamedTuple):

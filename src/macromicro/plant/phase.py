@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.hysteresis import Everett, from_density
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 _CAL = "calibrated to S2, S4, S6, S8, S13a, S13b, I3"
 

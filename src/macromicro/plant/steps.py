@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 
 class Steps(NamedTuple):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 _S7 = "calibrated to S7 ((5.6))"
 

@@ -12,8 +12,8 @@ from typing import Annotated, NamedTuple
 from macromicro import nominal
 from macromicro.hysteresis import Everett, Memory, advance, peek
 from macromicro.kernel import kernel
-from macromicro.parameters import Par
 from macromicro.plant.flexure import GRAM_FORCE
+from macromicro.schema.par import Par
 
 _LIT = "literature value for NiTi"
 # Secant steps before every other one halves the bracket; all but freak inputs take fewer.

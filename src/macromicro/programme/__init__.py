@@ -21,7 +21,7 @@ from macromicro.programme.moves import (
 )
 from macromicro.programme.scheduled import load_csv
 from macromicro.programme.sequenced import load_toml
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 __all__ = [
     "MACRO",

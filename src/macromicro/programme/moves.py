@@ -16,6 +16,7 @@ from macromicro.units import shown
 MACRO, MICRO = 0, 1
 MAX_HOLD = 3600.0
 MAX_MOVES = 1_000_000
+MAX_TITLE = 200  # characters
 WHAT = "a motion programme (.toml or .csv)"
 
 

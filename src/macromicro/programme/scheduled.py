@@ -21,7 +21,7 @@ from macromicro.programme.moves import (
     admitted,
     programme,
 )
-from macromicro.textfile import printable, read_text
+from macromicro.schema.text import printable, read_text
 
 MAX_END = 24 * 3600.0
 _TIME = -1

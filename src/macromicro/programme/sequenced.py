@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ from macromicro.programme.moves import (
     MACRO,
     MAX_HOLD,
     MAX_MOVES,
+    MAX_TITLE,
     MICRO,
     WHAT,
     Limits,
@@ -22,102 +21,72 @@ from macromicro.programme.moves import (
     admitted,
     programme,
 )
-from macromicro.textfile import printable, read_toml
+from macromicro.schema.keys import found, unknown
+from macromicro.schema.text import printable, read_toml
 from macromicro.units import measured, quantity
 
-_FILE_KEYS = ("title", "moves")
+_KEYS = ("title", "moves")
 _MOVE_KEYS = ("macro", "micro", "hold", "macro_hold")
+_MOVES = "one table [[moves]] or more, each with macro or micro, and hold"
 _TARGETS = "text with a unit such as '1.5 mm', or a list of such texts"
-_ACCEPTED = {
-    "title": "text of at most 200 characters",
-    "moves": "one table [[moves]] or more, each with macro or micro, and hold",
-    "macro": _TARGETS,
-    "micro": _TARGETS,
-    "hold": "text with a unit such as '2 s'",
-    "macro_hold": "text with a unit such as '0 s'",
-}
-
-
-@cache
-def _shape() -> Any:
-    """The keys and types of the file as a pydantic model; units are read afterwards."""
-    from pydantic import BaseModel, ConfigDict, Field
-
-    class Table(BaseModel):
-        model_config = ConfigDict(extra="forbid", strict=True)
-        macro: str | list[str] | None = None
-        micro: str | list[str] | None = None
-        hold: str
-        macro_hold: str | None = None
-
-    class File(BaseModel):
-        model_config = ConfigDict(extra="forbid", strict=True)
-        title: str = Field("", max_length=200)
-        moves: list[Table] = Field(min_length=1)
-
-    return File
-
-
-def _first_problem(problems: list[Any], file: str) -> InputError:
-    """pydantic's findings as one error: an unknown key (often a slip) before all others."""
-    problem = min(problems, key=lambda p: bool(p["type"] != "extra_forbidden"))
-    loc, kind, value = problem["loc"], problem["type"], problem["input"]
-    in_move = len(loc) > 1
-    place = [file, f"move {loc[1] + 1}"] if in_move else [file]  # people count from 1
-    if len(loc) > (2 if in_move else 0):
-        key = str(loc[2] if in_move else loc[0])
-        place.append(printable(key))
-    else:
-        key = "moves"
-    if kind == "extra_forbidden":
-        known = _MOVE_KEYS if in_move else _FILE_KEYS
-        near = difflib.get_close_matches(key, known, 1)
-        hint = f" (nearest: {near[0]})" if near else ""
-        return InputError(", ".join(place), "unknown key", f"{', '.join(known)}{hint}")
-    found = "missing" if kind == "missing" else printable(value, 40)
-    return InputError(", ".join(place), found, _ACCEPTED[key])
 
 
 def load_toml(path: Path, limits: Limits) -> Programme:
     """Read a sequenced programme."""
-    from pydantic import ValidationError
-
-    raw = read_toml(path, WHAT)
-    file = printable(path, 300)
-    try:
-        shape = _shape().model_validate(raw)
-    except ValidationError as error:
-        problems = error.errors(include_url=False, include_context=False)
-        raise _first_problem(list(problems), file) from None
-    if not shape.title.isprintable():
-        raise InputError(f"{file}, title", printable(shape.title), "one line of text")
+    raw, file = read_toml(path, WHAT), printable(path, 300)
+    unknown(raw, _KEYS, f"{file}, ")
+    title, tables = raw.get("title", ""), raw.get("moves")
+    if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
+        accepted = f"one line of text of at most {MAX_TITLE} characters"
+        raise InputError(f"{file}, title", printable(title), accepted)
+    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
+        raise InputError(f"{file}, moves", found(tables), _MOVES)
+    for number, table in enumerate(tables, 1):  # an unknown key, often a slip, before all others
+        unknown(table, _MOVE_KEYS, f"{file}, move {number}, ")
     moves: list[Move] = []
-    for number, table in enumerate(shape.moves, 1):
-        where = f"{file}, move {number}"
-        _check_keys(table, where)
-        macro, micro = _texts(table.macro), _texts(table.micro)
-        size = len(macro) * (1 + len(micro)) or len(micro)
-        if len(moves) + size > MAX_MOVES:
-            raise InputError(where, "too many moves", f"at most {MAX_MOVES} in all")
-        targets = (
-            [_target(text, MACRO, limits, f"{where}, macro") for text in macro],
-            [_target(text, MICRO, limits, f"{where}, micro") for text in micro],
-        )
-        hold = _hold(table.hold, f"{where}, hold")
-        wait = hold
-        if macro and micro:
-            wait = _hold(table.macro_hold or "0 s", f"{where}, macro_hold", zero=True)
-        moves.extend(_expanded(*targets, hold, wait))
-    return programme(shape.title or path.stem, moves, math.nan, path)
+    for number, table in enumerate(tables, 1):
+        moves += _moves(table, limits, f"{file}, move {number}", MAX_MOVES - len(moves))
+    return programme(title or path.stem, moves, math.nan, path)
 
 
-def _texts(value: str | list[str] | None) -> list[str]:
-    return [value] if isinstance(value, str) else (value or [])
+def _moves(table: dict[str, Any], limits: Limits, where: str, most: int) -> Iterator[Move]:
+    """The moves of one table [[moves]], at most `most`."""
+    macro, micro = (_texts(table, key, where) for key in ("macro", "micro"))
+    hold = _text(table, "hold", where)
+    _check_keys(table, where)
+    if len(macro) * (1 + len(micro)) > most or len(micro) > most:
+        raise InputError(where, "too many moves", f"at most {MAX_MOVES} in all")
+    targets = (
+        [_target(text, MACRO, limits, f"{where}, macro") for text in macro],
+        [_target(text, MICRO, limits, f"{where}, micro") for text in micro],
+    )
+    wait = held = _hold(hold, f"{where}, hold")
+    if macro and micro:
+        text = _text({"macro_hold": "0 s"} | table, "macro_hold", where)
+        wait = _hold(text, f"{where}, macro_hold", zero=True)
+    return _expanded(*targets, held, wait)
 
 
-def _check_keys(table: Any, where: str) -> None:
+def _texts(table: dict[str, Any], key: str, where: str) -> list[str]:
+    """The texts at `key`, which holds one or a list of them, or is not there."""
+    value = table.get(key, [])
+    texts = value if isinstance(value, list) else [value]
+    if not all(isinstance(text, str) for text in texts):
+        raise InputError(f"{where}, {key}", printable(value, 40), _TARGETS)
+    return texts
+
+
+def _text(table: dict[str, Any], key: str, where: str) -> str:
+    value = table.get(key)
+    if not isinstance(value, str):
+        missing = "missing" if value is None else printable(value, 40)
+        raise InputError(f"{where}, {key}", missing, "text with a unit such as '2 s'")
+    return value
+
+
+def _check_keys(table: dict[str, Any], where: str) -> None:
     """One of macro and micro, or lists of both; no list is empty; macro_hold only with both."""
-    given = [value for value in (table.macro, table.micro) if value is not None]
+    given = [table[key] for key in ("macro", "micro") if key in table]
     if not given:
         raise InputError(where, "neither macro nor micro", "exactly one of them")
     if [] in given:
@@ -125,9 +94,9 @@ def _check_keys(table: Any, where: str) -> None:
     if len(given) > 1 and not all(isinstance(value, list) for value in given):
         accepted = "exactly one of them, or a list of macro targets and a list of fine steps"
         raise InputError(where, "both macro and micro", accepted)
-    if table.macro_hold is not None and len(given) == 1:
+    if "macro_hold" in table and len(given) == 1:
         accepted = "hold alone; macro_hold goes with lists of both macro and micro"
-        raise InputError(f"{where}, macro_hold", table.macro_hold, accepted)
+        raise InputError(f"{where}, macro_hold", printable(table["macro_hold"]), accepted)
 
 
 def _expanded(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro import nominal
-from macromicro.parameters import Par
 from macromicro.programme.moves import Limits
+from macromicro.schema.par import Par
 
 
 class Travel(NamedTuple):

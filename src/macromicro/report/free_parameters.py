@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from macromicro.parameters import Entry, Par, entries
 from macromicro.plant import cycle, kiln
+from macromicro.schema.par import Entry, Par, entries
 from macromicro.settings import Settings
 from macromicro.units import shown
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import macromicro
-from macromicro import config
 from macromicro.drawing.page import Picture, filled
 from macromicro.experiments.run import Ended
 from macromicro.report import words
 from macromicro.report.provenance import software
+from macromicro.schema import config
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from macromicro import config
 from macromicro.drawing.exhibit import PNG, SVG, Exhibit
 from macromicro.drawing.page import filled
 from macromicro.experiments.claim import DIFFERS, REPRODUCED
@@ -18,6 +17,7 @@ from macromicro.report import claim_text, counting, free_parameters
 from macromicro.report.errata import ERRATA, Erratum, evidence
 from macromicro.report.placing import Anchors, Card, index, placed
 from macromicro.report.provenance import software
+from macromicro.schema import config
 from macromicro.settings import Settings
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro import nominal
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 
 class Limits(NamedTuple):

@@ -14,7 +14,7 @@ from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 T = TypeVar("T")
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import macromicro
-from macromicro import config
 from macromicro.drawing import style
 from macromicro.drawing.page import Picture
 from macromicro.experiments import folder
@@ -22,6 +21,7 @@ from macromicro.robustness.sampling import settings_at
 from macromicro.robustness.statistics import CONFIDENCE, LEVELS, Share, spread
 from macromicro.robustness.study import Study, Worst, influences, overall, worst, yields
 from macromicro.robustness.words import About
+from macromicro.schema import config
 from macromicro.settings import Settings
 
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"

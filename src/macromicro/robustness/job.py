@@ -15,7 +15,8 @@ from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
 from macromicro.programme import Programme
 from macromicro.robustness.metrics import COLUMNS, METRICS, measure
-from macromicro.robustness.uncertain import Uncertain, value_at
+from macromicro.robustness.uncertain import Uncertain
+from macromicro.schema.par import value_at
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
 

@@ -7,7 +7,6 @@ micro_overshoot = false       # none
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +16,8 @@ from numpy.typing import NDArray
 from macromicro.batch import Metric
 from macromicro.errors import InputError
 from macromicro.robustness.metrics import NAMES, QUANTITIES
-from macromicro.textfile import printable, read_toml
+from macromicro.schema.keys import nearest
+from macromicro.schema.text import printable, read_toml
 from macromicro.units import quantity, shown
 
 WHAT = "a requirements file (.toml)"
@@ -71,9 +71,6 @@ def load(path: Path) -> tuple[Requirement, ...]:
     limit below zero, a file that changes nothing or leaves no requirement.
     """
     file = printable(path, 300)
-    if path.suffix.lower() != ".toml" and not path.is_dir():
-        found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
-        raise InputError(file, found, WHAT)
     content = read_toml(path, WHAT)
     if not content:
         raise InputError(file, "sets nothing", f"a limit of {', '.join(_BY_NAME)}")
@@ -81,7 +78,7 @@ def load(path: Path) -> tuple[Requirement, ...]:
     for key, raw in content.items():
         where = f"{file}, {printable(key)}"
         if key not in _BY_NAME:
-            raise InputError(where, "unknown metric", _nearest(key))
+            raise InputError(where, "unknown metric", nearest(key, _BY_NAME))
         if raw is False:
             wanted.pop(key, None)
         else:
@@ -101,9 +98,3 @@ def _limit(raw: object, metric: Metric, where: str) -> float:
     if value < 0.0:
         raise InputError(where, written, "zero or more: all metrics are")
     return value
-
-
-def _nearest(key: str) -> str:
-    near = difflib.get_close_matches(key, list(_BY_NAME), 1, 0.6)
-    others = ", ".join(_BY_NAME)
-    return f"{near[0]}, or another of {others}" if near else f"one of {others}"

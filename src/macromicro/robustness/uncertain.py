@@ -15,9 +15,9 @@ from __future__ import annotations
 from functools import cache
 from typing import NamedTuple
 
-from macromicro import config
 from macromicro.errors import InputError
-from macromicro.parameters import Par, changed, entries
+from macromicro.schema import config
+from macromicro.schema.par import Entry, changed, entries, value_at
 from macromicro.settings import Settings
 
 FACTOR, SHIFT, VALUE = "factor", "shift", "value"
@@ -157,11 +157,9 @@ def applied(settings: Settings, each: Uncertain, amount: float) -> Settings:
 
 def refusal(tree: Settings) -> str | None:
     """Why these settings cannot be a machine, in words; None where they can be."""
-    for path, par in _bounds():
-        value = value_at(tree, path)
-        if not (par.lo <= value <= par.hi and (value > 0.0 or not par.positive)):
-            return f"{path}: {value:g} {par.unit} is out of its bounds"
     try:
+        for entry in _varied():
+            entry.check(value_at(tree, entry.path), entry.path)
         config.check(tree, "these settings", together=False)
     except InputError as error:
         return str(error)
@@ -169,16 +167,7 @@ def refusal(tree: Settings) -> str | None:
 
 
 @cache
-def _bounds() -> tuple[tuple[str, Par], ...]:
-    """The paths that can be varied, with what is accepted there."""
+def _varied() -> tuple[Entry, ...]:
+    """The parameters that can be varied."""
     varied = {path for each in UNCERTAIN for path, _ in each.parts}
-    return tuple((e.path, e.par) for e in entries(Settings()) if e.path in varied)
-
-
-def value_at(settings: Settings, path: str) -> float:
-    """The number at a dotted path."""
-    value: object = settings
-    for name in path.split("."):
-        value = getattr(value, name)
-    assert isinstance(value, float)
-    return value
+    return tuple(e for e in entries(Settings()) if e.path in varied)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from macromicro.control.live.messages import Event
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
-from macromicro.parameters import entries, replaced
 from macromicro.programme import Limits
+from macromicro.schema.par import entries, replaced
 
 
 def gains(control: Control, event: Event, own: Control) -> Control:

@@ -21,7 +21,7 @@ from macromicro.kernel import cache_folder
 from macromicro.serve.shared import Shared
 
 OK, WARN, FAIL = "ok", "warn", "fail"
-NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "pydantic", "pint", "typer")
+NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "typer")
 NEEDED += ("rich", "matplotlib", "jinja2")
 EXTRAS = {  # distribution: what for, and the extra of this package that brings it
     "xarray": ("recordings as xarray datasets", "xarray"),

@@ -7,7 +7,7 @@ import time
 
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import InputError
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 
 class Holders:

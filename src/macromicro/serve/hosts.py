@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from macromicro.errors import InputError
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 HOST, SCPI_PORT, WEB_PORT = "127.0.0.1", 5025, 8080
 LEAST_TOKEN = 16  # characters, where others can connect

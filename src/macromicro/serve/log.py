@@ -13,8 +13,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from macromicro.errors import InputError
+from macromicro.schema.text import printable
 from macromicro.serve.trail import LOG
-from macromicro.textfile import printable
 
 BYTES, FILES = 4_000_000, 5  # of each file, and how many: nothing grows beyond
 WAITING = 10_000  # lines; further ones are dropped: nobody waits for a disk

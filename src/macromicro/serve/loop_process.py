@@ -29,6 +29,7 @@ from macromicro.rig.guarded import CompiledGuarded
 from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.session import BENCH, Session
 from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
+from macromicro.schema.text import printable
 from macromicro.serve import faults, pacing
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.loop_spec import Spec
@@ -38,7 +39,6 @@ from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import PERIOD, Shared
 from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import warm
-from macromicro.textfile import printable
 from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1

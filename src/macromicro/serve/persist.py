@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from macromicro.errors import MacromicroError
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 FORMAT = "macromicro position 1"
 SAME = 50e-6  # m between what the laser said of the carriage and says that is the same place

@@ -9,8 +9,8 @@ from pathlib import Path
 from macromicro.errors import InputError
 from macromicro.recorder import check_space
 from macromicro.recording_format import needed_bytes
+from macromicro.schema.text import printable
 from macromicro.serve.shared import COLUMNS, PERIOD
-from macromicro.textfile import printable
 
 _FILE = "a file in a folder that can be made and written to"
 _FOLDER = "a folder that exists or can be made, and be written to"

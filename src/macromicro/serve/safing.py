@@ -16,7 +16,7 @@ import time
 from typing import NamedTuple
 
 from macromicro.rig.opening import TWIN
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 LIMIT_S = 10.0  # for Python, the rig's module, opening it and its stop
 TERM_S = 0.25  # in which a process that was sent SIGTERM has to end

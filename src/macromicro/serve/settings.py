@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from macromicro import derived, rules
-from macromicro.config import load_overrides
 from macromicro.control.live.parameters import Live
 from macromicro.control.settings import Control
 from macromicro.nominal import PERIOD
-from macromicro.parameters import Par
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
+from macromicro.schema.config import load_overrides
+from macromicro.schema.par import Par
 
 CHOICE = "service choice"
 STOP, HOLD, GO_ON = "stop", "hold", "go on"

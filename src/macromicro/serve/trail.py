@@ -11,8 +11,8 @@ from typing import Any
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished, Refused, Reply
 from macromicro.recording_format import Noted
+from macromicro.schema.text import printable
 from macromicro.serve.bucket import Bucket
-from macromicro.textfile import printable
 
 LOG = logging.getLogger("macromicro.serve")
 LOG.addHandler(logging.NullHandler())

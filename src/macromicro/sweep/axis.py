@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from typing import Any, NamedTuple
 
@@ -10,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, Par
-from macromicro.textfile import printable
-from macromicro.units import quantity, remedy, shown
+from macromicro.schema.keys import only, unknown, whole
+from macromicro.schema.par import Entry
+from macromicro.schema.text import printable
+from macromicro.units import remedy
 
 Array = npt.NDArray[np.float64]
 
@@ -57,11 +57,11 @@ def read(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
     and the key: what is unknown, missing, without its unit or out of the parameter's bounds.
     """
     par = entry.par
-    if isinstance(entry.value, bool | str | tuple):
+    if not entry.number:
         raise InputError(where, printable(entry.value), "a parameter that is one number")
     if not isinstance(table, dict):
         table = {"values" if isinstance(table, list) else "value": table}
-    unknown_key(table, _KEYS, f"{where}.")
+    unknown(table, _KEYS, f"{where}.")
     given = [key for key in ("value", "values", "low") if key in table]
     if given != ["low"] and "high" in table:
         given.append("high")
@@ -70,7 +70,7 @@ def read(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
         raise InputError(where, " and ".join(given) or "nothing", accepted)
     if given == ["value"]:
         only(table, ("value",), where)
-        return Axis(entry.path, par.unit, (_number(table["value"], entry, f"{where}.value"),))
+        return Axis(entry.path, par.unit, (float(entry.read(table["value"], f"{where}.value")),))
     if given == ["values"]:
         only(table, ("values",), where)
         return Axis(entry.path, par.unit, _levels(table["values"], entry, f"{where}.values"))
@@ -80,18 +80,18 @@ def read(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
 def _levels(raw: object, entry: Entry, where: str) -> tuple[float, ...]:
     if not isinstance(raw, list) or not 1 <= len(raw) <= MAX_LEVELS:
         raise InputError(where, printable(raw), f"a list of 1 to {MAX_LEVELS} values")
-    return tuple(_number(x, entry, f"{where}, item {i}") for i, x in enumerate(raw, 1))
+    return tuple(float(entry.read(x, f"{where}, item {i}")) for i, x in enumerate(raw, 1))
 
 
 def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Axis:
-    ends = {}
+    ends, par = {}, entry.par
     for key in ("low", "high"):
         if key not in table:
-            raise InputError(f"{where}.{key}", "nothing", remedy(entry.par.unit))
-        ends[key] = _number(table[key], entry, f"{where}.{key}")
+            raise InputError(f"{where}.{key}", "nothing", remedy(par.unit))
+        ends[key] = float(entry.read(table[key], f"{where}.{key}"))
     low, high = ends["low"], ends["high"]
     if not low < high:
-        above = f"more than low ({shown(low, entry.par.unit, entry.par.shown, 6)})"
+        above = f"more than low ({par.spoken(low)})"
         raise InputError(f"{where}.high", printable(table["high"]), above)
     scale = table.get("scale", "linear")
     if scale not in SCALES:
@@ -105,7 +105,7 @@ def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Ax
                 accepted = "'linear': this parameter takes whole numbers"
                 raise InputError(f"{where}.scale", "log", accepted)
             scale = "whole"
-        return Axis(entry.path, entry.par.unit, (), low, high, scale)
+        return Axis(entry.path, par.unit, (), low, high, scale)
     steps = whole(table.get("steps"), 2, MAX_LEVELS, f"{where}.steps")
     spaced = np.geomspace if scale == "log" else np.linspace
     levels = tuple(spaced(low, high, steps).tolist())
@@ -113,60 +113,4 @@ def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Ax
         if not level.is_integer():
             accepted = "steps that give whole numbers, or values"
             raise InputError(f"{where}.steps", steps, accepted)
-    return Axis(entry.path, entry.par.unit, levels)
-
-
-def _number(raw: object, entry: Entry, where: str) -> float:
-    par = entry.par
-    if isinstance(raw, bool) or not isinstance(raw, int | float | str):
-        raise InputError(where, printable(raw), remedy(par.unit))
-    value = quantity(raw if isinstance(raw, str) else printable(raw), par.unit, where)
-    if isinstance(entry.value, int) and not value.is_integer():
-        raise InputError(where, printable(raw), "a whole number")
-    if not par.lo <= value <= par.hi or (par.positive and value <= 0.0):
-        raise InputError(where, printable(raw), _bounds(par))
-    return value
-
-
-def _bounds(par: Par) -> str:
-    low, high = (shown(x, par.unit, par.shown, 10) for x in (par.lo, par.hi))
-    words = ["above zero"] if par.positive and par.lo <= 0.0 else []
-    if not words and par.lo > -math.inf:
-        words.append(f"at least {low}")
-    if par.hi < math.inf:
-        words.append(f"at most {high}")
-    return " and ".join(words)
-
-
-def whole(raw: object, low: int, high: int, where: str) -> int:
-    """The whole number `raw`; `InputError` for anything else and beyond `low` to `high`."""
-    if isinstance(raw, bool) or not isinstance(raw, int) or not low <= raw <= high:
-        found = "nothing" if raw is None else printable(raw)
-        raise InputError(where, found, f"a whole number from {low} to {high}")
-    return raw
-
-
-def only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
-    """InputError for the first key of `table` that is none of `keys`, which are known ones."""
-    for key, value in table.items():
-        if key not in keys:
-            accepted = f"nothing beside {', '.join(keys)} here"
-            raise InputError(f"{where}.{printable(key)}", printable(value), accepted)
-
-
-def unknown_key(table: dict[str, Any], keys: tuple[str, ...], prefix: str) -> None:
-    """InputError for the first key of `table` that is none of `keys`, with the nearest."""
-    for key in table:
-        if key not in keys:
-            raise InputError(f"{prefix}{printable(key)}", "unknown key", nearest(key, keys))
-
-
-def nearest(name: str, known: tuple[str, ...], hint: str = "") -> str:
-    """What is accepted instead of `name`: the most alike of `known`, or all if they are few."""
-    near = difflib.get_close_matches(name, known, 3, 0.6)
-    if not near:  # the right name in a wrong table, or in none
-        last = name.rpartition(".")[2]
-        near = [k for k in known if last and k.rpartition(".")[2] == last][:3]
-    if near:
-        return f"a known one, such as {' or '.join(near)}{hint}"
-    return f"one of {', '.join(known)}" if len(known) <= 12 else f"a known one{hint}"
+    return Axis(entry.path, par.unit, levels)

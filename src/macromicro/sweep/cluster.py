@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import urlsplit
 
 from macromicro.errors import InputError
+from macromicro.schema.text import printable
 from macromicro.sweep import journal
 from macromicro.sweep.extras import remedy
 from macromicro.sweep.folder import locked, next_number
 from macromicro.sweep.origin import Code, running
 from macromicro.sweep.todo import Chunk, Todo
 from macromicro.sweep.work import Bench, SweepError, Task, foreign, sized, smoothed
-from macromicro.textfile import printable
 
 if TYPE_CHECKING:
     from distributed import Client, Future

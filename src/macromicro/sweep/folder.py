@@ -22,10 +22,10 @@ import numpy as np
 
 from macromicro.errors import InputError
 from macromicro.experiments.holding import ACCEPTED, holder
+from macromicro.schema.text import printable
 from macromicro.sweep import journal
 from macromicro.sweep.origin import Code
 from macromicro.sweep.spec import Spec
-from macromicro.textfile import printable
 
 SPEC = "sweep.toml"
 SUMMARY = "sweep.json"

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.errors import InputError
 from macromicro.recording import check_space
+from macromicro.schema.text import printable
 from macromicro.sweep import cluster, folder, local, results
 from macromicro.sweep.origin import code
 from macromicro.sweep.spec import Spec, load
 from macromicro.sweep.todo import Todo
 from macromicro.sweep.work import FACTORY, Task, factory
-from macromicro.textfile import printable
 
 if TYPE_CHECKING:
     from distributed import Client

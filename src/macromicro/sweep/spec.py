@@ -21,11 +21,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.errors import InputError
-from macromicro.parameters import Entry
+from macromicro.schema.keys import found, leaves, nearest, unknown, whole
+from macromicro.schema.par import Entry
+from macromicro.schema.text import printable, read_text, read_toml
 from macromicro.sweep import subject
-from macromicro.sweep.axis import Axis, nearest, read, unknown_key, whole
+from macromicro.sweep.axis import Axis, read
 from macromicro.sweep.subject import TREES, Factory
-from macromicro.textfile import printable, read_text, read_toml
 
 if TYPE_CHECKING:
     from macromicro.batch import Metric
@@ -90,21 +91,17 @@ def load(path: Path, factory: Factory) -> tuple[Spec, str]:
     with file and key: unknown keys, jobs, options, metrics and parameters (with the nearest
     names), bad values and ranges, a sweep of no variants.
     """
-    file = printable(path, 300)
-    if path.suffix.lower() != ".toml" and not path.is_dir():
-        found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
-        raise InputError(file, found, WHAT)
     raw = read_toml(path, WHAT)
     return _checked(raw, path, factory), read_text(path, WHAT)
 
 
 def _checked(raw: dict[str, Any], path: Path, factory: Factory) -> Spec:
     file = printable(path, 300)
-    unknown_key(raw, _KEYS, f"{file}, ")
+    unknown(raw, _KEYS, f"{file}, ")
     job, options, files, known = subject.read(raw, path, factory)
     method = raw.get("method", "grid" if "samples" not in raw else None)
     if method not in METHODS:
-        raise InputError(f"{file}, method", _found(method), f"one of {', '.join(METHODS)}")
+        raise InputError(f"{file}, method", found(method), f"one of {', '.join(METHODS)}")
     metrics = _metrics(raw.get("metrics"), job.metrics, f"{file}, metrics")
     where, grid = f"{file}, parameters", method == "grid"
     axes = tuple(_axes(raw.get("parameters"), known, job.name, where, grid=grid))
@@ -119,7 +116,7 @@ def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) 
     if method == "grid":
         if "samples" in raw:
             accepted = "no samples: a grid has its steps"
-            raise InputError(f"{file}, samples", _found(raw["samples"]), accepted)
+            raise InputError(f"{file}, samples", found(raw["samples"]), accepted)
         count = math.prod(len(axis.levels) for axis in axes)
         if count > MAX_VARIANTS:
             raise InputError(f"{file}, parameters", f"{count} variants", f"at most {MAX_VARIANTS}")
@@ -136,7 +133,7 @@ def _metrics(raw: object, known: tuple[Metric, ...], where: str) -> tuple[str, .
     if raw is None:
         return names
     if not isinstance(raw, list) or not raw:
-        raise InputError(where, _found(raw), f"a list of {', '.join(names)}")
+        raise InputError(where, found(raw), f"a list of {', '.join(names)}")
     for name in raw:
         if name not in names:
             raise InputError(where, printable(name), nearest(str(name), names))
@@ -149,31 +146,8 @@ def _axes(
     raw: object, known: dict[str, Entry], job: str, where: str, *, grid: bool
 ) -> Iterator[Axis]:
     if not isinstance(raw, dict) or not raw:
-        found = "no parameters" if raw in (None, {}) else printable(raw)
-        raise InputError(where, found, "one table [parameters.NAME] or more")
-    seen: set[str] = set()
-    for path, table in _leaves(raw, "", known, where, job):
-        if path in seen:
-            raise InputError(f"{where}.{path}", "stands twice", "each parameter once")
-        seen.add(path)
+        empty = "no parameters" if raw in (None, {}) else printable(raw)
+        raise InputError(where, empty, "one table [parameters.NAME] or more")
+    hint = f"`macromicro sweep {job} --list` lists all"
+    for path, table in leaves(raw, known, f"{where}.", hint).items():
         yield read(table, known[path], f"{where}.{path}", grid=grid)
-
-
-def _leaves(
-    table: dict[str, Any], prefix: str, known: dict[str, Entry], where: str, job: str
-) -> Iterator[tuple[str, object]]:
-    """Known paths and what the file says of each, in the file's order; nested or dotted."""
-    for key, value in table.items():
-        path = f"{prefix}{key}"
-        if path in known:
-            yield path, value
-        elif any(p.startswith(f"{path}.") for p in known) and isinstance(value, dict):
-            yield from _leaves(value, f"{path}.", known, where, job)
-        else:
-            hint = f" (`macromicro sweep {job} --list` lists all)"
-            accepted = nearest(path, tuple(known), hint)
-            raise InputError(f"{where}.{printable(path)}", "unknown parameter", accepted)
-
-
-def _found(raw: object) -> str:
-    return "nothing" if raw is None else printable(raw)

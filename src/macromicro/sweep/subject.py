@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from macromicro.config import difference, load_overrides
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, Par, entries
-from macromicro.sweep.axis import unknown_key
-from macromicro.textfile import printable
+from macromicro.schema.config import difference, load_overrides
+from macromicro.schema.keys import unknown
+from macromicro.schema.par import Entry, Par, entries
+from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
     from macromicro.batch import Job
@@ -88,7 +88,7 @@ def parameters(job: Job) -> dict[str, Entry]:
 def _options(raw: object, known: dict[str, Any], where: str) -> Options:
     if not isinstance(raw, dict):
         raise InputError(where, printable(raw), "a table [options]")
-    unknown_key(raw, tuple(known), f"{where}.")
+    unknown(raw, tuple(known), f"{where}.")
     for key, value in raw.items():
         kind = type(known[key])
         right = isinstance(value, int | float) if kind is float else isinstance(value, kind)

@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.errors import InputError
-from macromicro.parameters import entries
-from macromicro.textfile import printable
+from macromicro.schema.par import entries
+from macromicro.schema.text import printable
 from macromicro.tuning.evolution import latin
 
 Array = npt.NDArray[np.float64]

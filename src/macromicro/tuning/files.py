@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import macromicro
-from macromicro import config
 from macromicro.experiments import folder
+from macromicro.schema import config
+from macromicro.schema.text import printable
 from macromicro.settings import Settings
-from macromicro.textfile import printable
 from macromicro.tuning import pictures, tables
 from macromicro.tuning.tune import Plan, Tuning
 

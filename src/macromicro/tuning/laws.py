@@ -19,8 +19,8 @@ from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.design.margins import PdTaps
 from macromicro.errors import InputError
 from macromicro.nominal import PERIOD
-from macromicro.parameters import Entry, entries
-from macromicro.textfile import printable
+from macromicro.schema.par import Entry, entries
+from macromicro.schema.text import printable
 
 Array = npt.NDArray[np.float64]
 

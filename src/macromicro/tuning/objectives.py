@@ -38,7 +38,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.errors import InputError
-from macromicro.textfile import printable
+from macromicro.schema.text import printable
 
 Array = npt.NDArray[np.float64]
 Metrics = Mapping[str, Array]

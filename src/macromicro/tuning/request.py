@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from macromicro.errors import InputError
+from macromicro.schema.text import printable
 from macromicro.settings import Settings
-from macromicro.textfile import printable
 from macromicro.tuning import ensemble as ensembles
 from macromicro.tuning import jobs, laws, objectives, thesis
 from macromicro.tuning.ensemble import Ensemble

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from macromicro.parameters import entries
+from macromicro.schema.par import entries
 from macromicro.tuning.loops import LEAST, MOST
 from macromicro.tuning.objectives import described
 from macromicro.tuning.tune import Tuning

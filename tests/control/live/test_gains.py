@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.control.live import gains
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Change, Refused
 from macromicro.control.supervisor import Plan
-from macromicro.parameters import Par
 
 from .follower import QUICK, QUICK_CONTROL, ready
 
@@ -159,12 +157,3 @@ def test_a_programme_keeps_its_macro_target_when_parking_is_changed() -> None:
     f.ask(m.SetGains((("sequence.park", 0),)))
     f.tick()
     assert f.command[:2] == (60.0, 1.0) and f.out.motor > 0.0
-
-
-@pytest.mark.parametrize(
-    ("value", "problem"),
-    [(-1.0, "not above zero"), (0.0, "not above zero"), (0.5, ""), (2.0, ""), (3.1, "above 3 V")],
-)
-def test_what_must_be_positive(value: float, problem: str) -> None:
-    assert gains._bound(Par("V", "a voltage", positive=True, hi=3.0), value) == problem
-    assert gains._bound(Par("V", "a voltage", hi=3.0), min(value, 0.0)) == ""

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from macromicro import config
 from macromicro.control.live.parameters import Live
 from macromicro.errors import InputError
-from macromicro.parameters import entries
 from macromicro.plant.encoder import Encoder
 from macromicro.rig.limits import Limits
+from macromicro.schema import config
+from macromicro.schema.par import entries
 
 
 def test_every_setting_says_what_it_is() -> None:

@@ -2,26 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
-import pytest
 
-from macromicro.control.live.plain import among, finite, shown
-
-
-@pytest.mark.parametrize("value", [0, -3, 1.5, np.float64(2.0), 10**300])
-def test_plain_numbers(value: Any) -> None:
-    assert finite(value)
-
-
-@pytest.mark.parametrize("value", [
-    math.nan, math.inf, -math.inf, 10**400, True, None, "1", 1j, [1.0], np.array(1.0),
-    np.array([1.0]), np.float32(1.0), np.float64(math.nan),
-])  # fmt: skip
-def test_anything_else(value: Any) -> None:
-    assert not finite(value)
+from macromicro.control.live.plain import among, shown
 
 
 def test_what_is_shown_is_short() -> None:

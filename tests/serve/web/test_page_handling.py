@@ -13,8 +13,8 @@ from tests.browser import DESK
 from web_parts import until
 
 from macromicro import programme, simulate
-from macromicro.config import load_overrides
 from macromicro.control.live import messages as m
+from macromicro.schema.config import load_overrides
 from macromicro.serve.following import programme_limits
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web.hub import Hub

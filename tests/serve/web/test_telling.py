@@ -10,7 +10,7 @@ from web_parts import Station
 
 from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
-from macromicro.parameters import entries
+from macromicro.schema.par import entries
 from macromicro.serve.web import telling
 from macromicro.serve.web.hub import KEPT, Hub
 

@@ -7,8 +7,9 @@ from typing import Any
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters, SoftLimits
-from macromicro.control.live.plain import finite, shown
+from macromicro.control.live.plain import shown
 from macromicro.control.live.state import LiveState, busy
+from macromicro.schema.par import finite
 
 # Whose limits they are; the unit that a person reads, and how many of it one stored unit is.
 _WORDS = {

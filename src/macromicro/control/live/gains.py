@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.config import problems
 from macromicro.control import settings
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Change, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.plain import among, finite, shown
+from macromicro.control.live.plain import shown
 from macromicro.control.live.state import REST, LiveState, Running, busy
 from macromicro.control.settings import Control
-from macromicro.parameters import Entry, Par, entries, replaced
+from macromicro.errors import InputError
+from macromicro.schema.config import problems
+from macromicro.schema.par import Entry, entries, replaced
 
 LIST = "`macromicro config show controller` lists all settings and their bounds"
 FIXED = ("motor_limit", "ctrl_limit")  # they belong to the driver and its guard
@@ -80,29 +81,7 @@ def _taken(known: dict[str, Entry], pair: Any) -> Change | Refused:
         return Refused(f"{path} follows from the machine", "set it in the settings file")
     if entry is None:
         return Refused(f"{shown(path)} is no setting of the controller", LIST)
-    problem = _problem(entry, value)
-    if problem:
-        return Refused(f"{path}: {shown(value)} is {problem}", LIST)
-    return Change(path, entry.value, float(value) if isinstance(entry.value, float) else value)
-
-
-def _problem(entry: Entry, value: Any) -> str:
-    """What is wrong with a value, "" if nothing is."""
-    par, kind = entry.par, type(entry.value)
-    if kind is str:
-        return "" if among(value, par.choices) else "none of " + ", ".join(par.choices)
-    if not finite(value):
-        return "no finite number"
-    if kind is int and not isinstance(value, int):
-        return "no whole number"
-    return _bound(par, value)
-
-
-def _bound(par: Par, value: float) -> str:
-    if par.positive and value <= 0.0:
-        return "not above zero"
-    if value < par.lo:
-        return f"below {par.lo:g} {par.unit}"
-    if value > par.hi:
-        return f"above {par.hi:g} {par.unit}"
-    return ""
+    try:
+        return Change(path, entry.value, entry.check(value, path))
+    except InputError as error:
+        return Refused(f"{path}: {shown(value)}", f"accepted: {error.accepted}; {LIST}")

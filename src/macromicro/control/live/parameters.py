@@ -8,7 +8,7 @@ from macromicro import nominal
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
-from macromicro.parameters import Par
+from macromicro.schema.par import Par
 
 CHOICE = "machine choice"
 M16 = "200 mm = 2800 counts (M16)"

@@ -1,21 +1,10 @@
-"""What a client sent may be anything: is it a number, and how is it shown in a refusal?"""
+"""What a client sent may be anything: how is it shown in a refusal, is it one of these words?"""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 _MOST = 80  # characters
-
-
-def finite(value: Any) -> bool:
-    """Is this a plain, finite number? No truth value, no array, no whole number beyond floats."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
 
 
 def shown(value: Any, most: int = _MOST) -> str:

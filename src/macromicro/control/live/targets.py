@@ -10,9 +10,10 @@ import numpy as np
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import Live, LiveParameters, SoftLimits
-from macromicro.control.live.plain import among, finite, shown
+from macromicro.control.live.plain import among, shown
 from macromicro.control.live.state import NAN, LiveState, Motion, by_laser, carriage, coordinate
 from macromicro.control.supervisor import Plan
+from macromicro.schema.par import finite
 
 _LOAD = "load it with macromicro.programme"
 HOME_FIRST = Refused("the position is not known (not homed, or a move was cut off)", "home first")

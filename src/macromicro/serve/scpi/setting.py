@@ -7,8 +7,8 @@ from pathlib import Path
 
 from macromicro.control.live.messages import Programme, SetGains, SetLimits
 from macromicro.errors import InputError
-from macromicro.parameters import Entry, entries
 from macromicro.programme import Limits
+from macromicro.schema.par import Entry, entries
 from macromicro.serve.following import programme_limits
 from macromicro.serve.scpi.answers import number, numbers
 from macromicro.serve.scpi.command import ALWAYS, CHANGE, CONTROL, Answer, Call, Command, Handler
@@ -115,20 +115,13 @@ def _gains(call: Call) -> Answer:
 
 def _set_gain(call: Call) -> Answer:
     session, entry, value = call.session, _entry(call), call.values[1]
-    par = entry.par
-    if isinstance(entry.value, str):
-        if value not in par.choices:
-            raise ScpiError(-224, f"{entry.path}; accepted: {', '.join(par.choices)}")
-    elif isinstance(value, str):
-        raise ScpiError(-104, f"{entry.path}: a number in {par.unit or 'no unit'}")
-    else:
-        low = "above 0" if par.positive and par.lo <= 0.0 else f"{par.lo:g}"
-        if not par.lo <= value <= par.hi or (par.positive and value <= 0.0):
-            raise ScpiError(-222, f"{entry.path}: {value:g}; accepted: {low} to {par.hi:g}")
-        if isinstance(entry.value, int):
-            if value != int(value):
-                raise ScpiError(-222, f"{entry.path}: {value:g}; accepted: a whole number")
-            value = int(value)
+    if isinstance(value, str) and not isinstance(entry.value, str):
+        raise ScpiError(-104, f"{entry.path}: a number in {entry.par.unit or 'no unit'}")
+    try:
+        value = entry.check(value, entry.path)
+    except InputError as error:
+        code = -224 if isinstance(entry.value, str) else -222
+        raise ScpiError(code, f"{entry.path}: {error.value}; accepted: {error.accepted}") from None
     session.order(SetGains(((entry.path, value),), session.client))
     return None
 

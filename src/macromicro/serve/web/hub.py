@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from macromicro.config import changed_toml
 from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
-from macromicro.parameters import entries
+from macromicro.schema.config import changed_toml
+from macromicro.schema.par import entries
 from macromicro.serve import aims, following
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import telling

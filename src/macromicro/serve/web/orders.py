@@ -14,7 +14,7 @@ from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError
-from macromicro.parameters import entries
+from macromicro.schema.par import entries
 from macromicro.serve.following import programme_limits
 from macromicro.serve.settings import LiveSettings
 from macromicro.simulate import plan

@@ -13,7 +13,7 @@ from macromicro.control.live.messages import Event, Finished
 from macromicro.control.live.parameters import Live
 from macromicro.control.live.possible import possible
 from macromicro.control.settings import Control
-from macromicro.parameters import Par, entries
+from macromicro.schema.par import Par, entries
 from macromicro.serve.aims import aim
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Snapshot

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import stat
 from pathlib import Path
+from typing import Any
 
 from macromicro.errors import InputError
 
@@ -52,12 +53,19 @@ def read_text(path: Path, what: str) -> str:
     return text
 
 
-def read_toml(path: Path, what: str) -> dict[str, object]:
-    """The TOML file at `path`; `InputError` with file and line for a slip in its syntax."""
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """The TOML file at `path`; `InputError` as `read_text` and `parsed_toml` raise it, and for
+    another suffix than .toml."""
+    if path.suffix.lower() != ".toml" and not path.is_dir():  # reading says what a directory is
+        found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
+        raise InputError(printable(path, 300), found, what)
+    return parsed_toml(read_text(path, what), printable(path, 300))
+
+
+def parsed_toml(text: str, where: str) -> dict[str, Any]:
+    """The tables of a TOML text; `InputError` with the line for a slip in its syntax."""
     import tomllib
 
-    text = read_text(path, what)
-    where = printable(path, 300)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -74,5 +82,7 @@ def printable(value: object, length: int = 60) -> str:
         text = str(value)
     except ValueError:  # Python prints no whole number of more than 4300 digits
         return "a very long number"
+    except Exception:  # an object of somebody's own
+        return f"<{type(value).__name__}>"
     safe = text if text.isprintable() else ascii(text)[1:-1]
     return safe if len(safe) <= length else f"{safe[:length]}..."

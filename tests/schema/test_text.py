@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from macromicro import textfile
 from macromicro.errors import InputError
-from macromicro.textfile import printable, read_text, read_toml
+from macromicro.schema import text as textfile
+from macromicro.schema.text import printable, read_text, read_toml
 
 
 def refused(path: Path) -> str:

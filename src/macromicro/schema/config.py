@@ -1,0 +1,137 @@
+"""Settings files: a TOML file that overrides some parameters of a tree, with units.
+
+A tree is a parameter set of `macromicro.schema.par`: nested NamedTuples, each leaf
+annotated with a `Par`. Tables of the file are sets of the tree, keys are parameters:
+
+    [bench.friction]
+    coulomb = "11 N"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+from macromicro.errors import InputError
+from macromicro.schema.keys import leaves, nearest
+from macromicro.schema.par import changed, entries, is_set
+from macromicro.schema.text import printable, read_toml
+
+Tree = TypeVar("Tree")
+
+WHAT = "a settings file (.toml)"
+_LIST = "`macromicro config show` lists all"
+
+
+def load_overrides(path: Path, tree: Tree) -> Tree:
+    """A copy of `tree` with the values of the TOML file at `path`, and what derives from them.
+
+    Raises `InputError` that names file and key: an unknown key, a missing or wrong unit,
+    a value out of its bounds, a file that sets nothing; and for the first of the
+    `problems()` that the new tree or one of its sets finds in itself.
+    """
+    path = Path(path)
+    file = printable(path, 300)
+    known = {entry.path: entry for entry in entries(tree)}
+    changes = {
+        key: known[key].read(value, f"{file}, {key}")
+        for key, value in leaves(read_toml(path, WHAT), known, f"{file}, ", _LIST).items()
+    }
+    if not changes:
+        raise InputError(file, "sets nothing", f"one parameter or more ({_LIST})")
+    tree = changed(tree, changes)
+    check(tree, file)
+    return tree
+
+
+def check(tree: Any, where: str, prefix: str = "", *, together: bool = True) -> None:
+    """Raise the first of the `problems()` of the tree's sets, inner sets first.
+
+    A set may have a method ``problems() -> list[tuple[path, value, accepted]]`` for what
+    bounds cannot say (a stop beyond the stroke); paths count from that set. A path in
+    braces within `accepted` becomes that parameter's full path and value. Without `together`
+    the tree's method `together()` is not asked: like `problems()`, but about parts that are
+    possible each, and do not work with one another.
+    """
+    for name in tree._fields:
+        value = getattr(tree, name)
+        if is_set(value):
+            check(value, where, f"{prefix}{name}.")
+    for path, found, accepted in problems(tree, prefix, together=together):
+        raise InputError(f"{where}, {path}", found, accepted)
+
+
+def problems(
+    tree: Any, prefix: str = "", *, together: bool = True
+) -> Iterator[tuple[str, Any, str]]:
+    """The `problems()` that one set finds in itself, in words for a person: (path with
+    `prefix`, value with its unit, what is accepted with the other parameter's value)."""
+    found = list(getattr(tree, "problems", list)())
+    if together:
+        found += getattr(tree, "together", list)()
+    for path, value, accepted in found:
+        mine = {e.path: e for e in entries(tree)}
+        spoken = mine[path].par.spoken(value) if path in mine else value
+        words = accepted
+        for e in mine.values():
+            words = words.replace(f"{{{e.path}}}", f"{prefix}{e.path} ({e.par.spoken(e.value)})")
+        yield f"{prefix}{path}", spoken, words
+
+
+def as_toml(tree: Any, only: str | None = None) -> str:
+    """The tree as TOML that `load_overrides` reads back to the same values, bit for bit.
+
+    Every line ends with the parameter's meaning and source. `only`: one set
+    ("bench.friction") or one parameter by its dotted path. A value that is not a finite
+    number (not set) stands in a comment.
+    """
+    chosen = list(entries(tree))
+    if only is not None:
+        chosen = [e for e in chosen if f"{e.path}.".startswith(f"{only}.")]
+        if not only or not chosen:
+            accepted = nearest(only, [e.path for e in entries(tree)], f" ({_LIST})")
+            raise InputError(printable(only) or "key", "unknown key", accepted)
+    lines = []
+    for entry in chosen:
+        table, _, name = entry.path.rpartition(".")
+        text = entry.text
+        comment = printable(f"{entry.par.meaning} ({entry.par.source})", 1000)
+        mark = "# not set: " if text is None else ""
+        lines.append((table, f"{mark}{name} = {text or entry.value}  # {comment}"))
+    return _in_tables(lines)
+
+
+def _in_tables(lines: Iterable[tuple[str, str]]) -> str:
+    """TOML of (table, line) in any order; "" is the root, whose own keys must come first."""
+    tables: dict[str, list[str]] = {}
+    for table, line in lines:
+        tables.setdefault(table, []).append(line)
+    parts = []
+    for table in sorted(tables, key=bool):
+        head = [f"[{table}]"] if table else []
+        parts.append("\n".join([*head, *tables[table]]) + "\n")
+    return "\n".join(parts)
+
+
+def difference(tree: Any, default: Any) -> dict[str, str]:
+    """What `tree` sets otherwise than `default`: dotted path to text with unit."""
+    found = {}
+    for new, old in zip(entries(tree), entries(default), strict=True):
+        texts = [e.text or str(e.value) for e in (new, old)]
+        if texts[0] != texts[1]:
+            found[new.path] = texts[0]
+    return found
+
+
+def changed_toml(tree: Any, default: Any) -> str:
+    """What `tree` sets otherwise than `default`, as TOML for `load_overrides`; with its meaning
+    and its default behind each line."""
+    own = {e.path: e for e in entries(default)}
+    lines = []
+    for path, text in difference(tree, default).items():
+        table, _, name = path.rpartition(".")
+        was = own[path]
+        words = printable(f"{was.par.meaning}; default {was.text or was.value}", 1000)
+        lines.append((table, f"{name} = {text}  # {words}"))
+    return _in_tables(lines) or "# nothing differs from the defaults\n"

@@ -1,0 +1,91 @@
+"""Tables of a TOML file: their keys, and what is near a key that is not known."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from macromicro.errors import InputError
+from macromicro.schema.par import Entry
+from macromicro.schema.text import printable
+
+_FEW = 12
+
+
+def nearest(name: str, known: Iterable[str], hint: str = "") -> str:
+    """What is accepted instead of `name`: the most alike of `known`, or all if they are few."""
+    known = tuple(known)
+    near = difflib.get_close_matches(name, known, 3, 0.6)
+    if not near:  # the right name in a wrong table, or in none
+        lasts = [k.rpartition(".")[2] for k in known]
+        last = difflib.get_close_matches(name.rpartition(".")[2], lasts, 1, 0.6)
+        near = [k for k, end in zip(known, lasts, strict=True) if end in last][:3]
+    if near:
+        return f"a known one, such as {' or '.join(near)}{hint}"
+    return f"one of {', '.join(known)}" if len(known) <= _FEW else f"a known one{hint}"
+
+
+def found(raw: object) -> str:
+    """What stands at a key, "nothing" if nothing does."""
+    return "nothing" if raw is None else printable(raw)
+
+
+def unknown(table: dict[str, Any], keys: Iterable[str], prefix: str, hint: str = "") -> None:
+    """InputError for the first key of `table` that is none of `keys`, with the nearest."""
+    keys = tuple(keys)
+    for key in table:
+        if key not in keys:
+            raise InputError(f"{prefix}{printable(key)}", "unknown key", nearest(key, keys, hint))
+
+
+def only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
+    """InputError for the first key of `table` that is none of `keys`, which are known ones."""
+    for key, value in table.items():
+        if key not in keys:
+            accepted = f"nothing beside {', '.join(keys)} here"
+            raise InputError(f"{where}.{printable(key)}", printable(value), accepted)
+
+
+def whole(raw: object, low: int, high: int, where: str) -> int:
+    """The whole number `raw`; `InputError` for anything else and beyond `low` to `high`."""
+    if isinstance(raw, bool) or not isinstance(raw, int) or not low <= raw <= high:
+        raise InputError(where, found(raw), f"a whole number from {low} to {high}")
+    return raw
+
+
+def leaves(
+    table: dict[str, Any], known: dict[str, Entry], where: str, hint: str
+) -> dict[str, object]:
+    """Dotted paths and raw values of tables that are sets of `known`, in the file's order.
+
+    `where`: what stands before a path in an error. A path may be dotted or nested. Raises
+    `InputError` for a path that is not known, with the nearest, for one that stands twice,
+    and for a value that stands in a set's place.
+    """
+    raw: dict[str, object] = {}
+    for path, value in _walked(table, known, where, hint, ""):
+        if path in raw:
+            raise InputError(f"{where}{path}", "stands twice", "each parameter once")
+        raw[path] = value
+    return raw
+
+
+def _walked(
+    table: dict[str, Any], known: dict[str, Entry], where: str, hint: str, prefix: str
+) -> Iterator[tuple[str, object]]:
+    for key, value in table.items():
+        path = f"{prefix}{key}"
+        inside = [p[len(path) + 1 :] for p in known if p.startswith(f"{path}.")]
+        if path in known:
+            yield path, value
+        elif not inside:
+            sets = {p.rpartition(".")[0] for p in known} - {""}
+            accepted = nearest(path, (*known, *sorted(sets)), f" ({hint})")
+            raise InputError(f"{where}{printable(path)}", "unknown key", accepted)
+        elif isinstance(value, dict):
+            yield from _walked(value, known, where, hint, f"{path}.")
+        else:
+            names = dict.fromkeys(name.partition(".")[0] for name in inside)
+            accepted = f"a table [{path}] with {', '.join(names)}"
+            raise InputError(f"{where}{printable(path)}", printable(value), accepted)

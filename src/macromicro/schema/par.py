@@ -1,0 +1,230 @@
+"""Parameters that explain themselves, and the one check of a value.
+
+A parameter set is a ``NamedTuple`` whose fields are annotated with `Par`; the value
+itself stays a plain float in SI (encoder counts and deg C are the two exceptions).
+Settings files, sweep axes, batch variants, live gains, SCPI and the page all ask the
+parameter itself what it accepts, so that a bound and its words stand once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, get_type_hints
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.schema.text import printable
+from macromicro.units import quantity, remedy, shown
+
+ASSUMED = "bench assumption"
+NO_UNIT = ("", "1", "-")
+MAX_WORD = 100  # characters
+
+
+@dataclass(frozen=True)
+class Par:
+    """What a parameter is.
+
+    `unit`: the unit the value is stored in; `shown`: the unit a person reads (same
+    dimension); `lo`, `hi`: inclusive bounds in the stored unit, `positive`: strictly
+    above zero; `choices`: accepted words of a text parameter.
+    """
+
+    unit: str
+    meaning: str
+    source: str = ASSUMED
+    shown: str = ""
+    lo: float = -math.inf
+    hi: float = math.inf
+    positive: bool = False
+    choices: tuple[str, ...] = ()
+
+    def spoken(self, value: Any, digits: int = 6) -> str:
+        """A value as a person reads it: a number in `shown`, anything else as it is."""
+        if not finite(value):
+            return printable(value)
+        return shown(value, self.unit, self.shown, digits)
+
+
+class Entry(NamedTuple):
+    """One parameter of a tree: its dotted path, description and value.
+
+    The value's type is the parameter's: true or false, text, a whole number, a number, or
+    a list of numbers.
+    """
+
+    path: str
+    par: Par
+    value: Any
+
+    @property
+    def number(self) -> bool:
+        """Is it one number, as a sweep can vary it?"""
+        return not isinstance(self.value, bool | str | tuple)
+
+    @property
+    def accepted(self) -> str:
+        """What the parameter accepts, in words."""
+        par = self.par
+        if isinstance(self.value, bool):
+            return "true or false"
+        if isinstance(self.value, str):
+            return " or ".join(map(repr, par.choices)) or f"text of at most {MAX_WORD} characters"
+        low, high = par.spoken(par.lo, 10), par.spoken(par.hi, 10)
+        above = "above zero" if par.positive and par.lo <= 0.0 else ""
+        words = [above] if above else []
+        if not above and par.lo > -math.inf:
+            words = [f"from {low} to {high}" if par.hi < math.inf else f"{low} or more"]
+        if par.hi < math.inf and (above or not words):
+            words.append(f"at most {high}")
+        bounds = " and ".join(words)
+        if isinstance(self.value, int):
+            return f"a whole number {bounds}".strip()
+        return bounds or "a finite number"
+
+    def admits(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Which of these stored values the parameter takes; bool, the values' shape."""
+        found = np.asarray(values, dtype=np.float64)
+        good = np.isfinite(found) & (self.par.lo <= found) & (found <= self.par.hi)
+        if self.par.positive:
+            good &= found > 0.0
+        if isinstance(self.value, int):
+            good &= found == np.floor(found)
+        return good
+
+    def check(self, value: Any, where: str) -> Any:
+        """A stored value, as the parameter's type.
+
+        Raises `InputError` with `where`, the value and what is accepted: another type, not
+        a finite number, out of the bounds, none of the choices.
+        """
+        if isinstance(self.value, bool):
+            right = isinstance(value, bool)
+        elif isinstance(self.value, str):
+            right = isinstance(value, str) and (
+                value in self.par.choices
+                if self.par.choices
+                else len(value) <= MAX_WORD and value.isprintable()
+            )
+        else:
+            right = finite(value) and bool(self.admits(value))
+        if not right:
+            raise InputError(where, self.par.spoken(value), self.accepted)
+        return type(self.value)(value)
+
+    def read(self, raw: object, where: str) -> Any:
+        """What a TOML file gave, text with a unit or a plain value, as the stored value.
+
+        Raises `InputError` as `check`, and for a missing or a wrong unit.
+        """
+        if isinstance(self.value, tuple):
+            return self._list(raw, where)
+        if not self.number:
+            return self.check(raw, where)
+        if isinstance(raw, bool) or not isinstance(raw, int | float | str):
+            raise InputError(where, printable(raw), remedy(self.par.unit))
+        written = raw if isinstance(raw, str) else printable(raw)
+        value = quantity(written, self.par.unit, where)
+        if not self.admits(value):
+            raise InputError(where, written, self.accepted)
+        if isinstance(raw, int) and isinstance(self.value, int):
+            return raw  # beyond 2^53 a float is another number
+        return type(self.value)(value)
+
+    def _list(self, raw: object, where: str) -> tuple[Any, ...]:
+        if not isinstance(raw, list) or len(raw) < 2:
+            example = printable(self.text or "a list")
+            accepted = f"a list of two values or more, such as {example}"
+            raise InputError(where, printable(raw), accepted)
+        one = self._replace(value=self.value[0])
+        return tuple(one.read(item, f"{where}, item {i}") for i, item in enumerate(raw, 1))
+
+    @property
+    def text(self) -> str | None:
+        """The value as TOML; None if it cannot be written (NaN: not set)."""
+        par, value = self.par, self.value
+        if isinstance(value, tuple):
+            items = [self._replace(value=item).text for item in value]
+            return None if None in items else f"[{', '.join(str(item) for item in items)}]"
+        if isinstance(value, bool):
+            return str(value).lower()
+        if isinstance(value, str):
+            return _quoted(value)
+        if not isinstance(value, int | float) or not math.isfinite(value):
+            return None
+        plain = (par.shown or par.unit) in NO_UNIT
+        if isinstance(value, int) and plain:
+            return str(value)
+        text = shown(value, par.unit, par.shown)
+        return text if plain else _quoted(text)
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def finite(value: object) -> bool:
+    """Is this a plain, finite number? No truth value, no whole number beyond floats."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def is_set(value: object) -> bool:
+    """True for a parameter set (a NamedTuple with fields)."""
+    return isinstance(value, tuple) and hasattr(value, "_fields")
+
+
+def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
+    """All parameters of a (nested) parameter set, in order, with dotted paths."""
+    hints = get_type_hints(type(tree), include_extras=True)
+    for name in tree._fields:
+        value = getattr(tree, name)
+        path = f"{prefix}{name}"
+        if is_set(value):
+            yield from entries(value, f"{path}.")
+            continue
+        for note in getattr(hints[name], "__metadata__", ()):
+            if isinstance(note, Par):
+                yield Entry(path, note, value)
+
+
+def replaced(tree: Any, path: str, value: Any) -> Any:
+    """A copy of `tree` with the parameter at the dotted `path` set to `value`."""
+    name, _, rest = path.partition(".")
+    if rest:
+        value = replaced(getattr(tree, name), rest, value)
+    return tree._replace(**{name: value})
+
+
+def value_at(tree: Any, path: str) -> Any:
+    """The value at the dotted `path` of `tree`."""
+    for name in path.split("."):
+        tree = getattr(tree, name)
+    return tree
+
+
+def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
+    """A copy of `tree` with the values of `changes`, dotted path to value, and with what is
+    derived from them.
+
+    A tree may have a method ``derived() -> tuple[(path, rule), ...]``; ``rule(tree)`` gives
+    the value that belongs there, and no rule depends on a later one. Only what followed its
+    rule before, and is not among `changes`, follows it now.
+    """
+    new = tree
+    for path, value in changes.items():
+        new = replaced(new, path, value)
+    for path, rule in getattr(tree, "derived", tuple)():
+        if path not in changes and value_at(tree, path) == rule(tree):
+            value = rule(new)
+            new = replaced(new, path, type(value_at(tree, path))(value))
+    return new
