@@ -46,10 +46,11 @@ class Described(Protocol):
 def _open_loop(p: Plant, s: State, ctrl: Array, noise: Array, out: Array, dt: float) -> State:
     """Open loop on the twin: Hall [V] and laser [m] into `out` (2, periods)."""
     for k in range(len(ctrl)):
-        sample = bench.measure(p, s, k * dt, noise[k, 0], noise[k, 1])
+        draw = bench.drawn(noise, k)
+        sample = bench.measure(p, s, k * dt, draw)
         out[0, k] = sample.hall
         out[1, k] = sample.laser
-        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), noise[k, 2], dt)
+        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), draw, dt)
     return s
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import nominal
-from macromicro.columns import COLUMNS
+from macromicro.columns import COLUMNS, Row
 from macromicro.control import supervisor
 from macromicro.control.macro import MacroMemory
 from macromicro.control.supervisor import DONE, FAULT, Plan, Progress, Supervisor
@@ -40,45 +40,53 @@ class Run(NamedTuple):
 
 
 @kernel
-def note(
-    out: npt.NDArray[np.float64],
-    k: int,
+def noted(
     sample: Sample,
     command: Command,
     given: Outputs,
     progress: Progress,
     watch: Watch,
     real: Truth,
-) -> None:
+) -> Row:
+    """What is recorded of one control period."""
+    phase = float(progress.phase if watch.fault == OK else FAULT)
+    return Row(
+        t=sample.t,
+        macro_reference=progress.macro_reference,
+        macro_position=sample.encoder,
+        motor=given.motor,
+        macro_integral=progress.macro.integral,
+        micro_reference=progress.micro_reference,
+        hall_voltage=sample.hall,
+        hall_position=command.micro_position,
+        ctrl=given.ctrl,
+        micro_integral=progress.integral,
+        laser=sample.laser * 1e6,
+        temperature_estimate=guard.temperature(watch),
+        phase=phase,
+        move=float(progress.move),
+        extend=sample.extend,
+        contract=sample.contract,
+        fan=given.fan,
+        laser_reset=given.laser_reset,
+        true_carriage=real.carriage * 1e3,
+        true_speed=real.speed * 1e3,
+        true_belt=real.belt * 1e6,
+        true_micro=real.micro * 1e3,
+        true_current=real.current,
+        true_wire=real.wire,
+        true_plates=real.plates,
+        true_body=real.body,
+        true_austenite=real.austenite,
+        true_heat=real.heat,
+    )
+
+
+@kernel
+def note(out: npt.NDArray[np.float64], k: int, row: Row) -> None:
     """Write one control period into column `k` of a block; rows as in `COLUMNS`."""
-    out[0, k] = sample.t
-    out[1, k] = progress.macro_reference
-    out[2, k] = sample.encoder
-    out[3, k] = given.motor
-    out[4, k] = progress.macro.integral
-    out[5, k] = progress.micro_reference
-    out[6, k] = sample.hall
-    out[7, k] = command.micro_position
-    out[8, k] = given.ctrl
-    out[9, k] = progress.integral
-    out[10, k] = sample.laser * 1e6
-    out[11, k] = guard.temperature(watch)
-    out[12, k] = progress.phase if watch.fault == OK else FAULT
-    out[13, k] = progress.move
-    out[14, k] = sample.extend
-    out[15, k] = sample.contract
-    out[16, k] = given.fan
-    out[17, k] = given.laser_reset
-    out[18, k] = real.carriage * 1e3
-    out[19, k] = real.speed * 1e3
-    out[20, k] = real.belt * 1e6
-    out[21, k] = real.micro * 1e3
-    out[22, k] = real.current
-    out[23, k] = real.wire
-    out[24, k] = real.plates
-    out[25, k] = real.body
-    out[26, k] = real.austenite
-    out[27, k] = real.heat
+    for j in range(len(row)):
+        out[j, k] = row[j]
 
 
 Block = npt.NDArray[np.float64]
@@ -113,7 +121,7 @@ def run(
                 column = np.empty((ROWS, 1))
                 over = controller.finished(state)
                 shown = _shown(state, command, over)
-                note(column, 0, sample, command, rig.given, shown, rig.watch, truth)
+                note(column, 0, noted(sample, command, rig.given, shown, rig.watch, truth))
                 sink(column)
             done += 1
             if controller.finished(state) or rig.tripped:
@@ -166,11 +174,13 @@ def rollout(
     tick, machine, progress, watch = run.tick, run.bench, run.progress, run.watch
     written = 0
     for k in range(noise.shape[0]):
-        sample = bench.measure(plant, machine, tick * dt, noise[k, 0], noise[k, 1])
+        draw = bench.drawn(noise, k)
+        sample = bench.measure(plant, machine, tick * dt, draw)
         progress, command, wanted = supervisor.step(control, plan, progress, sample, dt)
         watch, given = guard.step(watchdog, watch, sample, command, wanted, dt)
-        note(out, k, sample, command, given, progress, watch, bench.truth(plant, machine))
-        machine = bench.advance(plant, machine, given, noise[k, 2], dt)
+        truth = bench.truth(plant, machine)
+        note(out, k, noted(sample, command, given, progress, watch, truth))
+        machine = bench.advance(plant, machine, given, draw, dt)
         tick += 1
         written += 1
         if progress.phase == DONE or watch.fault != OK:

@@ -102,15 +102,13 @@ def longest(settings: Settings, programme: Programme) -> float:
 
 def _switched_off(rolled: Rolled, run: Run, random: np.random.Generator) -> npt.NDArray[np.float64]:
     """The period after a run that was ended from outside: measured, and all outputs safe."""
-    noise = random.standard_normal(NOISES)
-    sample = bench.measure(
-        rolled.plant, run.bench, run.tick * PERIOD, float(noise[0]), float(noise[1])
-    )
+    draw = bench.Noise(*random.standard_normal(NOISES).tolist())
+    sample = bench.measure(rolled.plant, run.bench, run.tick * PERIOD, draw)
     place = calibration.position(rolled.control.calibration, sample.hall)
     command = Command(run.progress.macro_reference, 0.0, run.progress.micro_reference, 0.0, place)
     column = np.empty((loop.ROWS, 1))
     real = bench.truth(rolled.plant, run.bench)
-    loop.note(column, 0, sample, command, SAFE, run.progress, run.watch, real)
+    loop.note(column, 0, loop.noted(sample, command, SAFE, run.progress, run.watch, real))
     return column
 
 

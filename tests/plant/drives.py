@@ -71,11 +71,12 @@ def _tempered(p: KilnPlant, s: WireState, temperature: Array, out: Array) -> Non
 @kernel
 def _kiln(p: KilnPlant, s: KilnState, heater: Array, noise: Array, dt: float, out: Array) -> None:
     for k in range(len(heater)):
-        m = kiln.measure(p, s, k * dt, noise[k, 0])
+        draw = kiln.drawn(noise, k)
+        m = kiln.measure(p, s, k * dt, draw)
         out[0, k] = m.thermocouple
         out[1, k] = m.encoder
         out[2, k] = s.wire.temperature
-        s = kiln.advance(p, s, heater[k], noise[k, 1], noise[k, 2], dt)
+        s = kiln.advance(p, s, heater[k], draw, dt)
 
 
 @kernel
@@ -103,12 +104,13 @@ def _positioner(
     p: Plant, s: bench.State, motor: Array, ctrl: Array, noise: Array, out: Array
 ) -> None:
     for k in range(len(motor)):
-        m = bench.measure(p, s, k * 1e-3, noise[k, 0], noise[k, 1])
+        draw = bench.drawn(noise, k)
+        m = bench.measure(p, s, k * 1e-3, draw)
         out[0, k] = m.encoder
         out[1, k] = m.hall
         out[2, k] = m.laser
         out[3, k] = s.micro.wire.x
-        s = bench.advance(p, s, Outputs(motor[k], ctrl[k], 0.0, 0.0), noise[k, 2], 1e-3)
+        s = bench.advance(p, s, Outputs(motor[k], ctrl[k], 0.0, 0.0), draw, 1e-3)
 
 
 @cache

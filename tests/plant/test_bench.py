@@ -83,18 +83,22 @@ def test_outputs_reach_the_machine_one_period_late() -> None:
     """The D/A board latches: the chatter of Figure 4.20 depends on it."""
     s = bench.initial(PLANT)
     push = Outputs(5.0, 5.0, 0.0, 0.0)
-    first = bench.advance(PLANT, s, push, 0.0, 1e-3)
+    first = bench.advance(PLANT, s, push, bench.Noise(), 1e-3)
     assert first.macro.i == 0.0 and first.micro.power == 0.0
-    second = bench.advance(PLANT, first, push, 0.0, 1e-3)
+    second = bench.advance(PLANT, first, push, bench.Noise(), 1e-3)
     assert second.macro.i > 0.1 and second.micro.power > 0.1
 
 
 def test_ctrl_has_no_negative_side_and_is_rounded_to_a_code() -> None:
     """Sections 3.2.1, 3.3: CTRL is 0-5 V."""
-    s = bench.advance(PLANT, bench.initial(PLANT), Outputs(-9.0, -2.0, 0.0, 0.0), 0.0, 1e-3)
+    s = bench.advance(
+        PLANT, bench.initial(PLANT), Outputs(-9.0, -2.0, 0.0, 0.0), bench.Noise(), 1e-3
+    )
     assert s.ctrl == 0.0
     assert s.motor == -5.0
-    s = bench.advance(PLANT, bench.initial(PLANT), Outputs(0.0, 1.5001, 0.0, 0.0), 0.0, 1e-3)
+    s = bench.advance(
+        PLANT, bench.initial(PLANT), Outputs(0.0, 1.5001, 0.0, 0.0), bench.Noise(), 1e-3
+    )
     assert s.ctrl == pytest.approx(1.5, abs=5.0 / 4096.0)
     assert s.ctrl * 4096.0 / 10.0 == round(s.ctrl * 4096.0 / 10.0)
 
@@ -102,11 +106,11 @@ def test_ctrl_has_no_negative_side_and_is_rounded_to_a_code() -> None:
 def test_a_carriage_at_rest_shows_its_place_and_does_not_move() -> None:
     """The machine starts in the middle of a count, cold, extended."""
     s = bench.initial(PLANT, 0.1)
-    m = bench.measure(PLANT, s, 0.0, 0.0, 0.0)
+    m = bench.measure(PLANT, s, 0.0, bench.Noise())
     assert (m.encoder, m.extend, m.contract) == (1400.0, 1.0, 0.0)
     assert m.laser == 0.0
     for _ in range(50):
-        s = bench.advance(PLANT, s, Outputs(0.0, 0.0, 0.0, 0.0), 0.0, 1e-3)
+        s = bench.advance(PLANT, s, Outputs(0.0, 0.0, 0.0, 0.0), bench.Noise(), 1e-3)
     assert s.macro.x == pytest.approx(0.1 + COUNT / 2, abs=1e-12)
     assert abs(s.micro.wire.x) < 1e-15
 
@@ -116,7 +120,7 @@ def test_an_accelerating_carriage_pulls_on_the_micro_stage() -> None:
     s = bench.initial(PLANT)
     before = bench.stage(PLANT, s) - s.macro.x
     for _ in range(4):
-        s = bench.advance(PLANT, s, Outputs(5.0, 0.0, 0.0, 0.0), 0.0, 1e-3)
+        s = bench.advance(PLANT, s, Outputs(5.0, 0.0, 0.0, 0.0), bench.Noise(), 1e-3)
     assert s.macro.accel > 1.0
     assert abs(s.micro.wire.x - before) > 1e-7
 

@@ -54,7 +54,7 @@ def test_encoder_reads_14_micrometres() -> None:
     s = kiln.initial(p)
     for x, count in ((0.0, 0.0), (20e-6, 1.0), (21.1e-6, 2.0), (140e-6, 10.0)):
         placed = s._replace(wire=s.wire._replace(x=x))
-        assert kiln.measure(p, placed, 0.0, 0.0).encoder == count
+        assert kiln.measure(p, placed, 0.0, kiln.KilnNoise()).encoder == count
 
 
 def test_weight_is_thirty_grams() -> None:
@@ -83,7 +83,7 @@ def test_wires_hang_in_air_that_is_a_share_cooler_than_the_top_plate() -> None:
     s = kiln.initial(p)._replace(air=85.0, thermocouple=85.0)
     held = s
     for _ in range(6000):
-        held = kiln.advance(p, held._replace(air=85.0), 0.0, 1.0, 1.0, 0.01)
+        held = kiln.advance(p, held._replace(air=85.0), 0.0, kiln.KilnNoise(0.0, 1.0, 1.0), 0.01)
     assert held.wire.temperature == pytest.approx(25.0 + 0.9 * 60.0, abs=0.05)
-    cold = kiln.advance(p, kiln.initial(p), 0.0, 1.0, 1.0, 0.01)
+    cold = kiln.advance(p, kiln.initial(p), 0.0, kiln.KilnNoise(0.0, 1.0, 1.0), 0.01)
     assert cold.wire.temperature == pytest.approx(25.0)

@@ -46,9 +46,9 @@ def test_reset_makes_the_present_place_zero() -> None:
     still = PLANT._replace(laser=P._replace(noise=0.0, drift=0.0))
     s = bench.initial(still, 0.1)
     s = s._replace(macro=s.macro._replace(x=0.123), micro=s.micro)
-    away = bench.measure(still, s, 0.0, 0.0, 0.0).laser
+    away = bench.measure(still, s, 0.0, bench.Noise()).laser
     assert away == pytest.approx(0.023, abs=50e-6)
-    held = bench.advance(still, s, Outputs(0.0, 0.0, 0.0, 0.0), 0.0, 1e-3)
-    assert bench.measure(still, held, 0.0, 0.0, 0.0).laser == pytest.approx(away, abs=1e-6)
-    reset = bench.advance(still, s, Outputs(0.0, 0.0, 0.0, 1.0), 0.0, 1e-3)
-    assert abs(bench.measure(still, reset, 0.0, 0.0, 0.0).laser) <= 1e-8
+    held = bench.advance(still, s, Outputs(0.0, 0.0, 0.0, 0.0), bench.Noise(), 1e-3)
+    assert bench.measure(still, held, 0.0, bench.Noise()).laser == pytest.approx(away, abs=1e-6)
+    reset = bench.advance(still, s, Outputs(0.0, 0.0, 0.0, 1.0), bench.Noise(), 1e-3)
+    assert abs(bench.measure(still, reset, 0.0, bench.Noise()).laser) <= 1e-8

@@ -81,10 +81,7 @@ def _noted(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
     def made(part: str, kind: type[Any]) -> Any:
         return kind(*[MARK if marked.get(part) == field else 0.0 for field in kind._fields])
 
-    out = np.zeros((loop.ROWS, 1))
-    loop.note(
-        out,
-        0,
+    row = loop.noted(
         made("sample", Sample),
         made("command", Command),
         made("outputs", Outputs),
@@ -92,7 +89,8 @@ def _noted(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
         guard.fresh(),
         made("bench truth", Truth),
     )
-    return np.nan_to_num(out[:, 0])
+    found: np.ndarray[Any, np.dtype[np.float64]] = np.nan_to_num(np.array(row))
+    return found
 
 
 def channels(settings: Settings) -> list[Channel]:

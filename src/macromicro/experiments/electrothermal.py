@@ -51,14 +51,15 @@ def _open_loop(
     contraction, wire."""
     for k in range(len(ctrl)):
         if k % every == 0:
-            sample = bench.measure(p, s, k * dt, noise[k, 0], noise[k, 1])
+            draw = bench.drawn(noise, k)
+            sample = bench.measure(p, s, k * dt, draw)
             j = k // every
             out[0, j] = sample.laser
             out[1, j] = sample.hall
             out[2, j] = sample.contract
             out[3, j] = s.micro.wire.x
             out[4, j] = s.micro.wire.temperature
-        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), noise[k, 2], dt)
+        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), draw, dt)
     return s
 
 

@@ -18,9 +18,9 @@ from macromicro.errors import InputError, MacromicroError
 from macromicro.experiments.machine import Oven
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import kiln
-from macromicro.plant.kiln import KilnBench, KilnPlant, KilnState
+from macromicro.plant.kiln import KILN_NOISES, KilnBench, KilnPlant, KilnState
 from macromicro.recording import Column, Recording
-from macromicro.rig.fixtures import KILN_NOISES, KILN_PERIOD, KilnOutputs
+from macromicro.rig.fixtures import KILN_PERIOD, KilnOutputs
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
 
@@ -98,7 +98,8 @@ def _rollout(
     without the position by the encoder. Returns the states and the samples written."""
     n = 0
     while n < out.shape[1] and c.leg < len(p.turns):
-        sample = kiln.measure(plant, s, (tick + n) * dt, noise[n, 0])
+        draw = kiln.drawn(noise, n)
+        sample = kiln.measure(plant, s, (tick + n) * dt, draw)
         c, on = command(p, c, sample.thermocouple)
         out[0, n] = sample.t
         out[1, n] = sample.thermocouple
@@ -107,7 +108,7 @@ def _rollout(
         out[4, n] = s.thermocouple
         out[5, n] = s.wire.temperature
         out[6, n] = s.wire.x
-        s = kiln.advance(plant, s, on, noise[n, 1], noise[n, 2], dt)
+        s = kiln.advance(plant, s, on, draw, dt)
         n += 1
     return s, c, n
 

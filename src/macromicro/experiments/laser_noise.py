@@ -54,12 +54,13 @@ def _by_laser(
     into `out` (3, n); `target` [mm]."""
     integral = 0.0
     for k in range(len(noise)):
-        sample = bench.measure(p, s, k * dt, noise[k, 0], noise[k, 1])
+        draw = bench.drawn(noise, k)
+        sample = bench.measure(p, s, k * dt, draw)
         integral, ctrl = pi.step(law, integral, target - 1e3 * sample.laser, dt)
         out[0, k] = ctrl
         out[1, k] = sample.laser
         out[2, k] = s.micro.wire.x
-        s = bench.advance(p, s, Outputs(0.0, ctrl, 0.0, 0.0), noise[k, 2], dt)
+        s = bench.advance(p, s, Outputs(0.0, ctrl, 0.0, 0.0), draw, dt)
 
 
 def controlled(

@@ -9,6 +9,9 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from macromicro.kernel import kernel
 from macromicro.plant import amplifier, carriage, encoder, hall, laser, micro
 from macromicro.plant.amplifier import Amplifier
@@ -27,8 +30,6 @@ from macromicro.plant.steps import Steps
 from macromicro.plant.thermal import Thermal
 from macromicro.plant.wire import Load, Wire
 from macromicro.types import Outputs, Sample
-
-NOISES = 3
 
 
 def _whole(name: str, bits: float) -> tuple[bool, str, Any, str]:
@@ -159,6 +160,17 @@ class Plant(NamedTuple):
     micro_steps: int
 
 
+class Noise(NamedTuple):
+    """Standard normal draws of one period: of the Hall sensor, the laser, the laser's drift."""
+
+    hall: float = 0.0
+    laser: float = 0.0
+    drift: float = 0.0
+
+
+NOISES = len(Noise._fields)
+
+
 class State(NamedTuple):
     """The positioner at one instant; motor, ctrl: latched outputs [V] still to take effect."""
 
@@ -196,27 +208,33 @@ def initial(p: Plant, position: float = 0.0) -> State:
 
 
 @kernel
+def drawn(noise: npt.NDArray[np.float64], k: int) -> Noise:
+    """Row `k` of draws (periods, `NOISES`)."""
+    return Noise(noise[k, 0], noise[k, 1], noise[k, 2])
+
+
+@kernel
 def stage(p: Plant, s: State) -> float:
     """Absolute position [m] of the micro-stage's platform: carriage, rocking, contraction."""
     return s.macro.x + p.macro.belt.participation * s.macro.q + s.micro.wire.x
 
 
 @kernel
-def measure(p: Plant, s: State, t: float, n0: float, n1: float) -> Sample:
-    """What the sensors show at time `t` [s]; n0, n1: standard normal draws (Hall, laser)."""
+def measure(p: Plant, s: State, t: float, draw: Noise) -> Sample:
+    """What the sensors show at time `t` [s]."""
     return Sample(
         t,
         encoder.count(p.encoder, s.macro.x),
-        encoder.sample(p.converter, s.hall + p.hall.noise * n0),
-        laser.reading(p.laser, stage(p, s) - s.zero, n1, s.drift),
+        encoder.sample(p.converter, s.hall + p.hall.noise * draw.hall),
+        laser.reading(p.laser, stage(p, s) - s.zero, draw.laser, s.drift),
         1.0 if s.micro.wire.x <= p.micro.driver.extend_on else 0.0,
         s.micro.cut,
     )
 
 
 @kernel
-def advance(p: Plant, s: State, out: Outputs, n2: float, dt: float) -> State:
-    """The positioner one control period `dt` [s] later, `out` latched now; n2: normal draw."""
+def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
+    """The positioner one control period `dt` [s] later, `out` latched now."""
     # A reset sets the laser's zero to the present reading's place, its noise included.
     zero = s.zero
     if out.laser_reset > 0.5:
@@ -236,7 +254,7 @@ def advance(p: Plant, s: State, out: Outputs, n2: float, dt: float) -> State:
         macro,
         fine,
         level,
-        laser.drifted(p.laser, s.drift, n2, dt),
+        laser.drifted(p.laser, s.drift, draw.drift, dt),
         zero,
         amplifier.convert(p.amplifier, out.motor),
         max(amplifier.convert(p.amplifier, out.ctrl), 0.0),

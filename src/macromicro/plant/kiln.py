@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from macromicro.hysteresis import Everett
 from macromicro.kernel import kernel
 from macromicro.plant import encoder, micro, wire
@@ -118,28 +121,43 @@ def initial(p: KilnPlant) -> KilnState:
     return KilnState(t, t, 0.0, 0.0, micro.cold_wire(p.wire, p.load, p.table, t))
 
 
+class KilnNoise(NamedTuple):
+    """Standard normal draws of one period: of the thermocouple, a spike's onset and height."""
+
+    thermocouple: float = 0.0
+    onset: float = 0.0
+    height: float = 0.0
+
+
+KILN_NOISES = len(KilnNoise._fields)
+
+
 @kernel
-def measure(p: KilnPlant, s: KilnState, t: float, n0: float) -> KilnSample:
-    """What the fixture shows at `t` [s]; n0: standard normal draw (thermocouple)."""
-    shown = s.thermocouple + s.spike + p.oven.thermocouple_noise * n0
+def drawn(noise: npt.NDArray[np.float64], k: int) -> KilnNoise:
+    """Row `k` of draws (periods, `KILN_NOISES`)."""
+    return KilnNoise(noise[k, 0], noise[k, 1], noise[k, 2])
+
+
+@kernel
+def measure(p: KilnPlant, s: KilnState, t: float, draw: KilnNoise) -> KilnSample:
+    """What the fixture shows at `t` [s]."""
+    shown = s.thermocouple + s.spike + p.oven.thermocouple_noise * draw.thermocouple
     return KilnSample(t, shown, encoder.count(p.encoder, s.wire.x + 0.5 * p.encoder.pitch))
 
 
 @kernel
-def advance(
-    p: KilnPlant, s: KilnState, heater: float, n1: float, n2: float, dt: float
-) -> KilnState:
-    """The fixture after `dt` [s], the heater's relay at `heater` (0 or 1); n1, n2: draws."""
+def advance(p: KilnPlant, s: KilnState, heater: float, draw: KilnNoise, dt: float) -> KilnState:
+    """The fixture after `dt` [s], the heater's relay at `heater` (0 or 1)."""
     oven = p.oven
     air = s.air + dt * (oven.power * heater - (s.air - oven.ambient) / oven.loss_time)
     couple = s.thermocouple + (air - s.thermocouple) * (1.0 - math.exp(-dt / oven.thermocouple_lag))
     there = air - oven.gradient * (air - oven.ambient)
     hot = s.wire.temperature + (there - s.wire.temperature) * (1.0 - math.exp(-dt / oven.wire_lag))
     # A spike begins when a uniform number, made from the draw, falls below rate * dt.
-    spike, left = s.spike, s.left - dt
+    spike, left, height = s.spike, s.left - dt, draw.height
     if left <= 0.0:
         spike, left = 0.0, 0.0
-        if 0.5 * math.erfc(n1 / math.sqrt(2.0)) < oven.spike_rate * dt:
-            spike = oven.spike * (0.7 + 0.4 * abs(n2)) * (1.0 if n2 > 0.0 else -1.0)
-            left = 1.0 + abs(n2)
+        if 0.5 * math.erfc(draw.onset / math.sqrt(2.0)) < oven.spike_rate * dt:
+            spike = oven.spike * (0.7 + 0.4 * abs(height)) * (1.0 if height > 0.0 else -1.0)
+            left = 1.0 + abs(height)
     return KilnState(air, couple, spike, left, wire.tempered(p.wire, p.load, p.table, s.wire, hot))

@@ -9,18 +9,13 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Any, Generic, NamedTuple, Self, TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
 from macromicro.nominal import PERIOD
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CyclePlant, CycleSample, CycleState
-from macromicro.plant.kiln import KilnPlant, KilnSample, KilnState
+from macromicro.plant.kiln import KILN_NOISES, KilnNoise, KilnPlant, KilnSample, KilnState
 from macromicro.rig.twin import VirtualClock, noise_source
 
 _BLOCK = 1000
-# Standard normal draws per period: thermocouple noise, spike's onset, spike's height.
-KILN_NOISES = 3
 KILN_PERIOD = 0.2
 CYCLE_PERIOD = PERIOD
 
@@ -104,28 +99,22 @@ class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
         self.state = kiln.initial(plant) if state is None else state
         self._measure, self._advance = measure, advance
         self._random = noise_source(seed)
-        self._noise: npt.NDArray[np.float64] = np.empty((0, KILN_NOISES))
-
-    def _draw(self) -> npt.NDArray[np.float64]:
-        """The normal draws of the present period."""
-        if self.tick % _BLOCK == 0 or not len(self._noise):
-            self._noise = self._random.standard_normal((_BLOCK, KILN_NOISES))
-        row: npt.NDArray[np.float64] = self._noise[self.tick % _BLOCK]
-        return row
+        self._noise: list[KilnNoise] = []
 
     def read(self) -> KilnSample:
         """Thermocouple [degC] and contraction [encoder counts] now; once a period."""
-        n0 = float(self._draw()[0])
-        sample: KilnSample = self._measure(self.plant, self.state, self.tick * self.dt, n0)
+        if self.tick % _BLOCK == 0 or not self._noise:
+            rows = self._random.standard_normal((_BLOCK, KILN_NOISES)).tolist()
+            self._noise = [KilnNoise(*row) for row in rows]
+        draw = self._noise[self.tick % _BLOCK]
+        sample: KilnSample = self._measure(self.plant, self.state, self.tick * self.dt, draw)
         return sample
 
     def advance(self) -> None:
         """Let one period pass."""
         draw = self._noise[self.tick % _BLOCK]
         heater = self._outputs.heater
-        self.state = self._advance(
-            self.plant, self.state, heater, float(draw[1]), float(draw[2]), self.dt
-        )
+        self.state = self._advance(self.plant, self.state, heater, draw, self.dt)
         self.tick += 1
 
 

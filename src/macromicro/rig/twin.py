@@ -12,7 +12,7 @@ import numpy.typing as npt
 from macromicro.kernel import compiled
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
-from macromicro.plant.bench import NOISES, Plant, State, Truth
+from macromicro.plant.bench import NOISES, Noise, Plant, State, Truth
 from macromicro.types import SAFE, Outputs, Sample
 
 _BLOCK = 1000
@@ -75,14 +75,14 @@ class Twin:
         self.clock = VirtualClock(self)
         self._measure, self._advance = measure, advance
         self._random = noise_source(seed)
-        self._noise: list[list[float]] = []
+        self._noise: list[Noise] = []
         self._drawn = -1  # block of periods that the noise was drawn for
         self._outputs = SAFE
 
     def read(self) -> Sample:
         """Measure all channels now."""
         draw = self._draws()
-        return self._measured(self.tick * self.dt, draw[0], draw[1])
+        return self._measured(self.tick * self.dt, draw)
 
     def write(self, outputs: Outputs) -> None:
         """Set the outputs for the coming control period."""
@@ -91,25 +91,26 @@ class Twin:
     def advance(self) -> None:
         """Let one control period pass."""
         draw = self._draws()
-        self._advanced(self._outputs, draw[2])
+        self._advanced(self._outputs, draw)
         self.tick += 1
         if self._outputs.laser_reset != 0.0:
             self._outputs = self._outputs._replace(laser_reset=0.0)
 
-    def _draws(self) -> list[float]:
+    def _draws(self) -> Noise:
         """This period's standard normal numbers, however often and by whom they are used."""
         block, row = divmod(self.tick, _BLOCK)
         if block != self._drawn:
-            self._noise = self._random.standard_normal((_BLOCK, NOISES)).tolist()
+            rows = self._random.standard_normal((_BLOCK, NOISES)).tolist()
+            self._noise = [Noise(*row) for row in rows]
             self._drawn = block
         return self._noise[row]
 
-    def _measured(self, t: float, n0: float, n1: float) -> Sample:
-        sample: Sample = self._measure(self.plant, self.state, t, n0, n1)
+    def _measured(self, t: float, draw: Noise) -> Sample:
+        sample: Sample = self._measure(self.plant, self.state, t, draw)
         return sample
 
-    def _advanced(self, outputs: Outputs, n2: float) -> None:
-        self.state = self._advance(self.plant, self.state, outputs, n2, self.dt)
+    def _advanced(self, outputs: Outputs, draw: Noise) -> None:
+        self.state = self._advance(self.plant, self.state, outputs, draw, self.dt)
 
     def truth(self) -> Truth:
         """The bench's true quantities (a real rig has no such thing)."""
@@ -132,8 +133,8 @@ class Twin:
 
 
 _ADVANCE, _MEASURE, _TRUTH = 0.0, 1.0, 2.0
-_ORDER, _TIME, _N0, _N1, _N2 = range(5)
-_OUT = 5  # first of the outputs
+_ORDER, _TIME, _DRAW = range(3)  # where what is asked begins
+_OUT = _DRAW + NOISES
 
 
 def _bench(
@@ -141,29 +142,18 @@ def _bench(
 ) -> Iterator[int]:
     """The bench as a coroutine: each `next` does what `asked` orders, and fills `shown`."""
     while True:
+        draw = Noise(asked[_DRAW], asked[_DRAW + 1], asked[_DRAW + 2])
         if asked[_ORDER] == _ADVANCE:
             outputs = Outputs(asked[_OUT], asked[_OUT + 1], asked[_OUT + 2], asked[_OUT + 3])
-            s = bench.advance(p, s, outputs, asked[_N2], dt)
+            s = bench.advance(p, s, outputs, draw, dt)
         elif asked[_ORDER] == _MEASURE:
-            sample = bench.measure(p, s, asked[_TIME], asked[_N0], asked[_N1])
-            shown[0] = sample.t
-            shown[1] = sample.encoder
-            shown[2] = sample.hall
-            shown[3] = sample.laser
-            shown[4] = sample.extend
-            shown[5] = sample.contract
+            sample = bench.measure(p, s, asked[_TIME], draw)
+            for j in range(len(sample)):
+                shown[j] = sample[j]
         else:
             true = bench.truth(p, s)
-            shown[0] = true.carriage
-            shown[1] = true.speed
-            shown[2] = true.belt
-            shown[3] = true.micro
-            shown[4] = true.current
-            shown[5] = true.wire
-            shown[6] = true.plates
-            shown[7] = true.body
-            shown[8] = true.austenite
-            shown[9] = true.heat
+            for j in range(len(true)):
+                shown[j] = true[j]
         yield 0
 
 
@@ -190,12 +180,12 @@ class CompiledTwin(Twin):
         shown: list[float] = self._shown.tolist()
         return shown
 
-    def _measured(self, t: float, n0: float, n1: float) -> Sample:
-        self._asked[_TIME : _N1 + 1] = (t, n0, n1)
+    def _measured(self, t: float, draw: Noise) -> Sample:
+        self._asked[_TIME:_OUT] = (t, *draw)
         return Sample(*self._ask(_MEASURE)[: len(Sample._fields)])
 
-    def _advanced(self, outputs: Outputs, n2: float) -> None:
-        self._asked[_N2:] = (n2, *outputs)
+    def _advanced(self, outputs: Outputs, draw: Noise) -> None:
+        self._asked[_DRAW:] = (*draw, *outputs)
         self._ask(_ADVANCE)
 
     def truth(self) -> Truth:
