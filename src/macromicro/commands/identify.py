@@ -14,8 +14,8 @@ from macromicro.commands.group import Group
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
-    from macromicro.commands.files import Picking
-    from macromicro.commands.result import Result
+    from macromicro.identify.kinds.loading import Picking
+    from macromicro.identify.result import Result
 
 app = typer.Typer(
     cls=Group,
@@ -72,7 +72,7 @@ def drive(
     """Mass and friction of a motor-driven axis (columns t, u, x)."""
 
     def work(picking: Picking) -> Result:
-        from macromicro.commands import drive as kind
+        from macromicro.identify.kinds import drive as kind
 
         return kind.identify(picking, kind.Options(gain, structure, limit, delay))
 
@@ -96,7 +96,7 @@ def linear(
     """A discrete linear model (columns t, u and y; or a position x, differentiated)."""
 
     def work(picking: Picking) -> Result:
-        from macromicro.commands import linear as kind
+        from macromicro.identify.kinds import linear as kind
 
         return kind.identify(picking, kind.Options(method, order, start, width))
 
@@ -124,7 +124,7 @@ def deadzone(
     """Lowest voltages with steady motion, from runs at constant ones (columns t, u, x)."""
 
     def work(picking: Picking) -> Result:
-        from macromicro.commands import deadzone as kind
+        from macromicro.identify.kinds import deadzone as kind
 
         return kind.identify(picking, kind.Options(travel, pause, gain, width))
 
@@ -148,7 +148,7 @@ def hysteresis(
     """A Preisach table from first-order curves (columns u, f, and curve; or over time t)."""
 
     def work(picking: Picking) -> Result:
-        from macromicro.commands import hysteresis as kind
+        from macromicro.identify.kinds import hysteresis as kind
 
         return kind.identify(picking, kind.Options(curves, shape, smooth, tuple(test or ())))
 
@@ -175,7 +175,7 @@ def thermal(
     """Gain and dynamics of heating, from steps (columns t, u, T; or x with --table)."""
 
     def work(picking: Picking) -> Result:
-        from macromicro.commands import thermal as kind
+        from macromicro.identify.kinds import thermal as kind
 
         return kind.identify(picking, kind.Options(table, ambient, step))
 
@@ -196,7 +196,7 @@ def hall(
     """A position sensor's table, from slow sweeps both ways (columns v, x)."""
 
     def work(picking: Picking) -> Result:
-        from macromicro.commands import hall as kind
+        from macromicro.identify.kinds import hall as kind
 
         return kind.identify(picking, kind.Options(low, high, points))
 
@@ -212,9 +212,9 @@ def _identify(
     as_json: bool,
 ) -> None:
     """Read, identify, print, and write to `out` if there is one: all of it or nothing."""
-    from macromicro.commands.files import picking
     from macromicro.experiments import folder
     from macromicro.experiments.holding import held
+    from macromicro.identify.kinds.loading import picking
 
     what = picking(files, columns or [])
     if out is None:
@@ -228,7 +228,6 @@ def _identify(
 def _work(
     work: Callable[[Picking], Result], what: Picking, out: Path | None, as_json: bool
 ) -> None:
-    from macromicro.commands import result as results
     from macromicro.experiments import folder
 
     # Nothing is open while it computes: a signal then ends the process, compiler and all.
@@ -236,22 +235,14 @@ def _work(
         found, said = _quietly(lambda: work(what), what.files)
     for text in said:
         print(f"macromicro: {text}", file=sys.stderr)
-    names = [str(file) for file in what.files]
-    text = results.as_json(found, names, said)
+    found.files, found.warnings = tuple(map(str, what.files)), tuple(said)
     if out is not None:
-        from macromicro.drawing.style import png
-
         with folder.staged(out, NAMES) as place:
-            (place / results.RESULT).write_text(text, encoding="utf-8")
-            (place / results.MODEL).write_text(found.model, encoding="utf-8")
-            for name, figure in found.draw().items():
-                (place / f"{name}.png").write_bytes(png(figure))
-            for name, write in found.files.items():
-                write(place / name)
+            found.save(place)
     if as_json:
-        print(text, end="")
+        print(found.to_json(), end="")
         return
-    results.show(found)
+    show(found)
     if out is not None:
         print(f"results: {out}")
 
@@ -283,3 +274,29 @@ def _texts(caught: list[Any]) -> list[str]:
     """Name and message of each warning, once, those of the numbers' library left out."""
     kinds = [w for w in caught if issubclass(w.category, UserWarning)]
     return list(dict.fromkeys(f"{w.category.__name__}: {w.message}" for w in kinds))
+
+
+def show(result: Result) -> None:
+    """The table and the remarks, on stdout."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from macromicro.identify.result import rounded
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=120)
+    console.print(Text(result.title), soft_wrap=True)
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for heading, side in (("", "left"), ("value", "right"), ("+-", "right"), ("unit", "left")):
+        table.add_column(heading, justify="right" if side == "right" else "left")
+    noted = any(line.note for line in result.lines)
+    if noted:
+        table.add_column("")
+    for line in result.lines:
+        cells = [line.name, *rounded(line.value, line.error), line.unit]
+        table.add_row(*(Text(c) for c in [*cells, line.note][: 5 if noted else 4]))
+    console.print(table)
+    for name, text in result.remarks:
+        console.print(Text(f"{name}: {text}"), soft_wrap=True)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from macromicro.identify.equation_error import gls as gls
     from macromicro.identify.equation_error import least_squares as least_squares
     from macromicro.identify.hall import calibrate as calibrate
+    from macromicro.identify.kinds import KINDS as KINDS
+    from macromicro.identify.kinds import from_files as from_files
     from macromicro.identify.linear_fit import LinearFit as LinearFit
     from macromicro.identify.linear_fit import Whiteness as Whiteness
     from macromicro.identify.notices import ConvergenceWarning as ConvergenceWarning
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from macromicro.identify.records import lowpassed as lowpassed
     from macromicro.identify.refined import mls as mls
     from macromicro.identify.refined import sriv as sriv
+    from macromicro.identify.result import Result as Result
     from macromicro.identify.runs import Run as Run
     from macromicro.identify.simulation_error import output_error as output_error
 
@@ -51,7 +54,9 @@ _HOMES = {
     "DriveFit": "axis_fit",
     "Estimate": "axis_inverse",
     "Filtering": "axis_fit",
+    "KINDS": "kinds",
     "LinearFit": "linear_fit",
+    "Result": "result",
     "ResampledWarning": "notices",
     "RestWarning": "notices",
     "Run": "runs",
@@ -67,6 +72,7 @@ _HOMES = {
     "differentiated": "records",
     "discontinuous_dead_zone": "deadzone",
     "drive": "axis_fit",
+    "from_files": "kinds",
     "gls": "equation_error",
     "integrated": "records",
     "least_squares": "equation_error",

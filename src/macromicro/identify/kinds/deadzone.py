@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.commands import model_file
-from macromicro.commands.files import Picking, loaded
-from macromicro.commands.result import Line, Result
 from macromicro.errors import InputError
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, runs
+from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 from macromicro.nominal import FULL_SCALE
 
@@ -84,7 +84,7 @@ def identify(picking: Picking, options: Options) -> Result:
         lines += jump(records, options.gain, options.width or zone.width, remarks)
 
     def draw() -> dict[str, Figure]:
-        from macromicro.commands import pictures
+        from macromicro.identify.kinds import pictures
 
         series = []
         for sign, name in ((1, "forwards"), (-1, "backwards")):
@@ -108,7 +108,7 @@ def identify(picking: Picking, options: Options) -> Result:
         }
 
     title = "Dead zone: the lowest voltage that moves the axis without a pause from every start"
-    return Result("deadzone", title, lines, remarks, model(zone), draw, data)
+    return Result("deadzone", title, zone, lines, remarks, settings(zone), draw, data)
 
 
 def constant(table: Picked) -> list[Run]:
@@ -170,7 +170,7 @@ def jump(
     return lines
 
 
-def model(zone: DeadZone) -> str:
+def settings(zone: DeadZone) -> str:
     """The controller's dead zone."""
     head = "The dead zone that the controller's inverse compensates (Section 4.2.3).\n"
     head += "Use: macromicro run --config model.toml"

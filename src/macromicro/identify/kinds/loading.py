@@ -34,14 +34,19 @@ def picking(arguments: Sequence[str], columns: Sequence[str]) -> Picking:
             pairs.append(argument)
         else:
             files.append(place)
-    if not files:
+    return Picking(there(files), chosen(pairs))
+
+
+def there(names: Sequence[str | Path]) -> list[Path]:
+    """The files of these names; `InputError` for none, too many, or one that is not there."""
+    if not names:
         raise InputError("FILE", "none", "one file or more to identify from")
-    if len(files) > _MOST:
-        raise InputError("FILE", f"{len(files)} files", f"at most {_MOST}")
-    for file in files:
-        if "\0" in str(file) or not _there(file):
-            raise InputError(printable(file, 300), "no such file", "a file that is there")
-    return Picking(files, chosen(pairs))
+    if len(names) > _MOST:
+        raise InputError("FILE", f"{len(names)} files", f"at most {_MOST}")
+    for name in names:
+        if "\0" in str(name) or not _there(Path(name)):
+            raise InputError(printable(name, 300), "no such file", "a file that is there")
+    return [Path(name) for name in names]
 
 
 def _there(path: Path) -> bool:

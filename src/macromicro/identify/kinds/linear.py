@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.commands import model_file
-from macromicro.commands.files import Picking, loaded
-from macromicro.commands.result import Line, Result
 from macromicro.errors import InputError
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
+from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("dead zone", f"{options.width:g} {in_unit} taken off the input"))
 
     def draw() -> dict[str, Figure]:
-        from macromicro.commands import pictures
+        from macromicro.identify.kinds import pictures
 
         times = [np.asarray(np.arange(len(one)) * dt, np.float64) for one in y]
         label = f"output [{out_unit}]"
@@ -98,7 +98,8 @@ def identify(picking: Picking, options: Options) -> Result:
 
     title = "y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u"
     title += f", {delay - 1} samples later" if delay > 1 else ""
-    return Result("linear", title, lines, remarks, model(fit, in_unit, out_unit), draw, data(fit))
+    toml = coefficients_toml(fit, in_unit, out_unit)
+    return Result("linear", title, fit, lines, remarks, toml, draw, data(fit))
 
 
 def _travel(fit: LinearFit, y: list[Array]) -> str:
@@ -200,7 +201,7 @@ def data(fit: LinearFit) -> dict[str, Any]:
     }
 
 
-def model(fit: LinearFit, in_unit: str, out_unit: str) -> str:
+def coefficients_toml(fit: LinearFit, in_unit: str, out_unit: str) -> str:
     """The coefficients, for other programs."""
     head = "A linear model y = (b1 z^-1 + ...) / (1 + a1 z^-1 + ...) u, for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is no linear model."

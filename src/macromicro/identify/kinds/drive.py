@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from macromicro.commands import model_file
-from macromicro.commands.files import Picking, loaded
-from macromicro.commands.result import Line, Result, rounded
 from macromicro.errors import InputError
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import RUN, Role, railed, runs
+from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import checked
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def identify(picking: Picking, options: Options) -> Result:
     }
 
     def draw() -> dict[str, Figure]:
-        from macromicro.commands import pictures
+        from macromicro.identify.kinds import pictures
 
         t = [r.t for r in records]
         label = f"position [{x_unit}]"
@@ -127,7 +127,8 @@ def identify(picking: Picking, options: Options) -> Result:
         }
 
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
-    return Result("drive", title, lines, remarks, model(fit, force, x_unit, units), draw, data)
+    toml = settings(fit, force, x_unit, units)
+    return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
 
 
 def units_of(force: str, x: str) -> dict[str, str]:
@@ -153,7 +154,7 @@ def structure(fit: DriveFit) -> str:
     return f"{fit.structure}; force error on held-out data: {tried}"
 
 
-def model(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
+def settings(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
     """Settings of the bench for an axis in counts and volts, else the parameters as they are."""
     errors = dict(zip(fit.refined.names, fit.refined.std, strict=True))
     if (force, x) == ("V", "counts"):
@@ -175,12 +176,12 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
     """
     from macromicro.settings import Settings
 
-    settings = Settings()
-    motor, amplifier = settings.bench.motor, settings.bench.amplifier
+    nominal = Settings()
+    motor, amplifier = nominal.bench.motor, nominal.bench.amplifier
     pull = motor.constant / motor.pulley
     volts = amplifier.supply * amplifier.motor_duty / amplifier.full_scale
     g = pull * volts / motor.resistance
-    per_count = g / settings.sensors.encoder.pitch
+    per_count = g / nominal.sensors.encoder.pitch
     axis = fit.axis
     viscous = axis.viscous * per_count - pull**2 / motor.resistance
     head = (
@@ -202,7 +203,7 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
     else:
         head += f"\nViscous friction would be {viscous:.3g} N*s/m without back-EMF: left out."
     if "stribeck" in errors and axis.stribeck > 2.0 * errors["stribeck"]:
-        pitch = settings.sensors.encoder.pitch
+        pitch = nominal.sensors.encoder.pitch
         values["bench.friction.stribeck"] = (
             axis.stribeck * g,
             f"+- {errors['stribeck'] * g:.2g} N",

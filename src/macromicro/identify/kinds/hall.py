@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.commands import model_file
-from macromicro.commands.files import Picking, loaded
-from macromicro.commands.result import Line, Result
 from macromicro.errors import InputError
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
+from macromicro.identify.result import Line, Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,7 +80,7 @@ def identify(picking: Picking, options: Options) -> Result:
     ]
 
     def draw() -> dict[str, Figure]:
-        from macromicro.commands import pictures
+        from macromicro.identify.kinds import pictures
 
         every = [(v[:: max(len(v) // 300, 1)], x[:: max(len(v) // 300, 1)]) for v, x in sweeps]
         vs, xs = (np.concatenate([e[k] for e in every]) for k in (0, 1))
@@ -110,7 +110,7 @@ def identify(picking: Picking, options: Options) -> Result:
     data = {"volts": fit.volts, "position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
     title = "Sensor volts to millimetres: mean of runs both ways, monotone"
     files = {FILE: lambda path: _write(path, fit)}
-    return Result("hall", title, lines, remarks, toml, draw, data, files)
+    return Result("hall", title, fit.calibration, lines, remarks, toml, draw, data, files)
 
 
 def one_way(table: Picked) -> list[tuple[Array, Array]]:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.commands import heating as steps
-from macromicro.commands import model_file
-from macromicro.commands.files import Picking, loaded
-from macromicro.commands.heating import Source
-from macromicro.commands.result import Line, Result
 from macromicro.errors import InputError
+from macromicro.identify.kinds import heating as steps
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.heating import Source
+from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Role
+from macromicro.identify.result import Line, Result
 from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
 
 if TYPE_CHECKING:
@@ -86,9 +86,8 @@ def identify(picking: Picking, options: Options) -> Result:
     )
     title = "Heating: T / T_d = sum of share rate / (s + rate); steady T_d by voltage"
     data = {"steady_K": rises, "chosen_V": chosen, "nrmse": fit.nrmse}
-    return Result(
-        "thermal", title, _lines(found), remarks, _model(found), lambda: _draw(found), data
-    )
+    toml = _toml(found)
+    return Result("thermal", title, found, _lines(found), remarks, toml, lambda: _draw(found), data)
 
 
 def _steady(
@@ -198,7 +197,7 @@ def _doubt(step: StepRecord) -> float:
 
 
 def _draw(found: Found) -> dict[str, Figure]:
-    from macromicro.commands import pictures
+    from macromicro.identify.kinds import pictures
     from macromicro.models.heating import step_response
     from macromicro.models.weighted_gain import exponential
 
@@ -221,7 +220,7 @@ def _draw(found: Found) -> dict[str, Figure]:
     return drawn
 
 
-def _model(found: Found) -> str:
+def _toml(found: Found) -> str:
     """All numbers, for other programs."""
     modes, ladder = found.heating.modes, found.heating.ladder
     tables: dict[str, dict[str, Any]] = {

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.commands import curves as cutting
-from macromicro.commands import model_file
-from macromicro.commands.curves import Found
-from macromicro.commands.files import Picking, loaded
-from macromicro.commands.result import Line, Result
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.table import SHAPES
+from macromicro.identify.kinds import curves as cutting
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.curves import Found
+from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Role, pick, railed
 from macromicro.identify.reading import is_forc, read
+from macromicro.identify.result import Line, Result
 from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
@@ -98,8 +98,8 @@ def identify(picking: Picking, options: Options) -> Result:
     remarks += [_tested(table, test, picking.columns) for test in options.tests]
 
     def draw() -> dict[str, Figure]:
-        from macromicro.commands import pictures
         from macromicro.hysteresis.pictures import draw_curves, draw_density
+        from macromicro.identify.kinds import pictures
 
         drawn = {
             "curves": draw_curves(table, u_unit, f_unit),
@@ -135,7 +135,7 @@ def identify(picking: Picking, options: Options) -> Result:
     }  # fmt: skip
     title = "First-order curves: f = f_M,m for every maximum M and minimum m of the input"
     files = {TABLE: lambda path: _save(table, path), SHEET: lambda path: _save(table, path)}
-    return Result("hysteresis", title, lines, remarks, toml, draw, data, files)
+    return Result("hysteresis", title, table, lines, remarks, toml, draw, data, files)
 
 
 def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:

@@ -1,0 +1,134 @@
+"""What an identification gives a person: lines with uncertainties, pictures, a model file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+import macromicro
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RESULT, MODEL = "result.json", "model.toml"
+
+
+class Line(NamedTuple):
+    """One quantity: `error` is its standard error, NaN where there is none."""
+
+    name: str
+    value: float
+    error: float = math.nan
+    unit: str = ""
+    note: str = ""
+
+
+@dataclass
+class Result:
+    """What one identification found.
+
+    `model`: the fitted object (an `Axis`, a `LinearFit`, a `DeadZone`, a `FodTable`, heating
+    and cooling, a `Calibration`); `lines`: its quantities with standard errors; `remarks`: fit
+    and whatever else fits no line, as (name, text); `data`: more for result.json; `toml`,
+    `draw`, `extra`: what `to_toml`, `plot` and `save` give; `warnings`: what was noticed in
+    the data.
+    """
+
+    kind: str
+    title: str
+    model: Any
+    lines: list[Line]
+    remarks: list[tuple[str, str]]
+    toml: str
+    draw: Callable[[], dict[str, Figure]]
+    data: dict[str, Any] = field(default_factory=dict)
+    extra: dict[str, Callable[[Path], None]] = field(default_factory=dict)
+    files: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def uncertainty(self) -> dict[str, float]:
+        """Standard errors by quantity, in its unit; those that have one."""
+        return {line.name: line.error for line in self.lines if math.isfinite(line.error)}
+
+    def to_toml(self) -> str:
+        """The text of model.toml: settings for a run where the bench has such, else notes."""
+        return self.toml
+
+    def to_json(self) -> str:
+        """Everything but the pictures; NaN and infinity as null."""
+        content = {
+            "kind": self.kind,
+            "title": self.title,
+            "files": self.files,
+            "values": [line._asdict() for line in self.lines],
+            "remarks": dict(self.remarks),
+            "data": self.data,
+            "warnings": self.warnings,
+            "version": macromicro.__version__,
+        }
+        return json.dumps(_plain(content), indent=2, allow_nan=False) + "\n"
+
+    def plot(self) -> dict[str, Figure]:
+        """The figures, by name: measured against model, residuals, and what the kind has more."""
+        return self.draw()
+
+    def save(self, folder: str | PathLike[str]) -> None:
+        """Write model.toml, result.json, the figures and the kind's tables into `folder`, which
+        is made if it is not there; files of these names are replaced. Raises OSError."""
+        from macromicro.drawing.style import png
+
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        (place / RESULT).write_text(self.to_json(), encoding="utf-8")
+        (place / MODEL).write_text(self.to_toml(), encoding="utf-8")
+        for name, figure in self.plot().items():
+            (place / f"{name}.png").write_bytes(png(figure))
+        for name, write in self.extra.items():
+            write(place / name)
+
+    def __str__(self) -> str:
+        """Title, a line for each quantity, and the remarks."""
+        rows = [(x.name, *rounded(x.value, x.error), x.unit, x.note) for x in self.lines]
+        wide = [max(len(row[k]) for row in rows) for k in range(4)]
+        texts = [
+            f"{name:<{wide[0]}}  {value:>{wide[1]}}  {error:>{wide[2]}}  {unit:<{wide[3]}}  {note}"
+            for name, value, error, unit, note in rows
+        ]
+        remarks = [f"{name}: {text}" for name, text in self.remarks]
+        return "\n".join([self.title, *(text.rstrip() for text in texts), *remarks])
+
+
+def _plain(value: Any) -> Any:
+    """`value` with arrays as lists and numbers as JSON has them."""
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [_plain(v) for v in value]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def rounded(value: float, error: float = math.nan) -> tuple[str, str]:
+    """Value and error as text: the error to two digits, the value to the same place."""
+    if not math.isfinite(value):
+        return ("-" if math.isnan(value) else str(value)), ""
+    if not math.isfinite(error):
+        return f"{value:.5g}", ""
+    if error <= 0.0:
+        return f"{value:.6g}", "0"
+    # An error far above its value must not cost the value all its digits.
+    digits = 2 if value == 0.0 else math.floor(math.log10(abs(value) / error)) + 2
+    return f"{value:#.{min(max(digits, 2), 9)}g}".rstrip("."), f"{error:.2g}"
