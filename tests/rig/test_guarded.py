@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from macromicro.control import calibration
+from macromicro.models.electrothermal import Heating
 from macromicro.rig import codes, guard, guarded
 from macromicro.rig.guarded import CompiledGuarded, Guarded
 from macromicro.rig.limits import Limits
@@ -112,6 +113,113 @@ def test_every_output_comes_back_in_its_place() -> None:
     watch = watched.watch
     assert (watch.seen.encoder, watch.seen.hall, watch.seen.time) == (5.0, 2.5, 0.001)
     assert (watch.macro.reference, watch.micro.reference) == (6.0, 1.7)
+
+
+Shown = tuple[guard.Watch, Sample, Command, Outputs, float]
+KINDS = (Guarded, CompiledGuarded)
+
+
+@pytest.fixture
+def shown(monkeypatch: pytest.MonkeyPatch, interpreted: None) -> list[Shown]:
+    """What the guard is shown, period by period."""
+    seen: list[Shown] = []
+    step = guard.step
+
+    def kept(p: guard.Guard, *rest: Any) -> tuple[guard.Watch, Outputs]:
+        seen.append(rest)
+        return step(p, *rest)
+
+    monkeypatch.setattr(guard, "step", kept)
+    return seen
+
+
+def counting(channels: tuple[str, ...] = SENSORS) -> Any:
+    """A rig whose k-th sample is told by its time; it keeps what it is given."""
+    kept = SimpleNamespace(channels=channels, reads=0, given=[])
+
+    def read() -> Sample:
+        kept.reads += 1
+        return Sample(1e-3 * kept.reads, 5.0, 2.5, 0.007, 1.0, 0.25)
+
+    kept.read, kept.write = read, kept.given.append
+    kept.stop = lambda: kept.given.append("stop")
+    return kept
+
+
+LIMITS = guard.prepare(Limits(), calibration.shipped())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_guard_is_shown_all_that_was_read_that_is_asked_for_and_that_is_to_be_written(
+    shown: list[Shown], kind: type[Guarded]
+) -> None:
+    watched = kind(counting(), LIMITS, 2e-3)
+    command, outputs = Command(6.0, 1.0, 1.7, 0.0, 1.6), Outputs(1.25, 1.5, 1.0, 0.0)
+    sample = watched.read()
+    watched.expect(command)
+    watched.write(outputs)
+    assert [tuple(s[1:]) for s in shown] == [(sample, command, outputs, 2e-3)]
+    other = Command(-6.5, 0.0, 0.3, 1.0, 0.4)
+    sample = watched.read()
+    watched.expect(other)
+    watched.write(SAFE)
+    assert tuple(shown[1][1:]) == (sample, other, SAFE, 2e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_write_is_judged_by_its_own_sample_and_by_its_own_order(
+    shown: list[Shown], kind: type[Guarded]
+) -> None:
+    """Where nothing was read it is measured; where nothing was ordered nothing is under control."""
+    inside = counting()
+    watched = kind(inside, LIMITS, 1e-3)
+    watched.expect(Command(6.0, 1.0, 1.7, 1.0, 1.6))
+    watched.read()
+    watched.write(SAFE)
+    watched.write(SAFE)
+    watched.read()
+    watched.read()
+    watched.write(SAFE)
+    assert inside.reads == 4
+    assert [s[1].t for s in shown] == [1e-3, 2e-3, 4e-3]
+    assert [s[2] for s in shown[1:]] == [Command(0.0, 0.0, 0.0, 0.0, 0.0)] * 2
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.usefixtures("interpreted")
+def test_what_has_passed_is_written_and_a_stop_is_safe(kind: type[Guarded]) -> None:
+    inside = counting()
+    watched = kind(inside, LIMITS, 1e-3)
+    assert watched.given == SAFE and watched.channels == SENSORS
+    outputs = Outputs(1.25, 1.5, 1.0, 0.0)
+    watched.write(outputs)
+    assert watched.given == outputs and inside.given == [outputs]
+    watched.stop()
+    assert watched.given == SAFE and inside.given == [outputs, "stop"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.usefixtures("interpreted")
+def test_an_illegal_output_trips_it_for_good_until_another_watch_is_taken_on(
+    kind: type[Guarded],
+) -> None:
+    inside = counting()
+    watched = kind(inside, LIMITS, 1e-3)
+    assert not watched.tripped and watched.temperature == guard.temperature(guard.fresh())
+    for volts in (99.0, 1.0):
+        watched.write(SAFE._replace(motor=volts))
+        assert watched.tripped and watched.watch.fault == codes.ILLEGAL
+    assert inside.given == [SAFE, SAFE]
+    warm = guard.fresh()._replace(heat=guard.Heat(Heating(30.0, 1.0, 2.0), 0.5, 0.0))
+    watched.watch = warm
+    assert not watched.tripped and repr(watched.watch) == repr(warm)  # NaN equals NaN
+    assert watched.temperature == guard.temperature(warm) != guard.ROOM
+    watched.watch = warm._replace(fault=codes.ILLEGAL)
+    assert watched.tripped
+    watched.watch = warm
+    watched.write(SAFE._replace(motor=1.0))
+    assert inside.given[-1] == SAFE._replace(motor=1.0) and not watched.tripped
+    assert watched.temperature == guard.temperature(watched.watch) != guard.temperature(warm)
 
 
 @pytest.mark.parametrize("seed", range(8))

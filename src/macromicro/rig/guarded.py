@@ -119,9 +119,9 @@ _ASKED = _OUTPUTS + len(Outputs._fields)
 
 
 def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) -> Iterator[int]:
-    """The guard as a coroutine: each `next` does what `asked` orders. Judging fills `told` with
-    outputs, fault, temperature and doubt; `state` is the whole watch, to be looked at or
-    replaced."""
+    """The guard as a coroutine: each `next` does what `asked` orders and gives the fault that
+    is latched, if any. Judging fills `told` with outputs, temperature and doubt; `state` is the
+    whole watch, to be looked at or replaced."""
     while True:
         if asked[0] == _JUDGE:
             a, c, o = _SAMPLE, _COMMAND, _OUTPUTS
@@ -137,14 +137,13 @@ def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) 
             told[1] = given.ctrl
             told[2] = given.fan
             told[3] = given.laser_reset
-            told[4] = float(s.fault)
-            told[5] = guard.temperature(s)
-            told[6] = float(sensing.doubt(p.limits, s.seen, dt))
+            told[4] = guard.temperature(s)
+            told[5] = float(sensing.doubt(p.limits, s.seen, dt))
         elif asked[0] == _SHOW:
             watching.store(s, state)
         else:
             s = watching.restored(state)
-        yield 0
+        yield s.fault
 
 
 class CompiledGuarded(Guarded):
@@ -155,7 +154,7 @@ class CompiledGuarded(Guarded):
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self._asked = np.zeros(_ASKED)
-        self._told = np.zeros(7)
+        self._told = np.zeros(6)
         self._state = np.zeros(watching.FIELDS)
         # The coroutine refers to the arrays inside, and does not own them.
         self._start = guard.fresh()
@@ -177,8 +176,8 @@ class CompiledGuarded(Guarded):
     def watch(self, watch: Watch) -> None:
         watching.store(watch, self._state)
         self._asked[0] = _TAKE
-        next(self._guard)
-        self._fault, self._temperature = watch.fault, guard.temperature(watch)
+        self._fault = next(self._guard)
+        self._temperature = guard.temperature(watch)
 
     @property
     def tripped(self) -> bool:
@@ -191,13 +190,12 @@ class CompiledGuarded(Guarded):
         return self._temperature
 
     def _doubted(self) -> int:
-        return int(self._told[6])
+        return int(self._told[5])
 
     def _judged(self, sample: Sample, command: Command, outputs: Outputs) -> Outputs:
         asked = self._asked
         asked[0] = _JUDGE
         asked[_SAMPLE:] = (*sample, *command, *outputs)
-        next(self._guard)
-        motor, ctrl, fan, reset, fault, self._temperature, _ = self._told.tolist()
-        self._fault = int(fault)
+        self._fault = next(self._guard)
+        motor, ctrl, fan, reset, self._temperature, _ = self._told.tolist()
         return Outputs(motor, ctrl, fan, reset)

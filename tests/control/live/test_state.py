@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
-from macromicro.control.live import state
-from macromicro.control.live.state import REST, Drive, Frame
+from macromicro.control.live import edges, state
+from macromicro.control.live import messages as m
+from macromicro.control.live.state import REST, Drive, Frame, LiveState, Seen
+from macromicro.control.live.survey import Survey
 
 from .bench import PITCH, Machine, homed
+
+MACHINE = homed()
+P = MACHINE.p
 
 
 @pytest.mark.parametrize("kept", [None, math.nan, math.inf, -math.inf])
@@ -37,3 +43,75 @@ def test_a_doubtful_hall_sensor_leaves_no_certainty_without_the_laser() -> None:
     assert state.uncertainty(machine.p, by_laser) == 7e-6
     lost = machine.s._replace(frame=machine.s.frame._replace(trusted=False))
     assert state.uncertainty(machine.p, lost) == math.inf
+
+
+def test_before_its_first_sample_it_is_off_and_knows_nothing() -> None:
+    s = Machine().s
+    assert (s.mode, s.time, s.shift, s.fan, s.given) == (m.DISABLED, 0.0, 0.0, 0.0, 0)
+    assert (s.motion, s.work, s.fault, s.doubt) == (None, None, None, "")
+    assert repr(s.seen) == "Seen(encoder=nan, speed=0.0, standing=0.0, fine=nan, position=nan)"
+    assert s.survey == Survey() and math.isnan(s.target)
+    assert state.REST == (0.0, 0.0)
+    assert state.EMPTY[:2] == (0.0, 0) and (state.EMPTY.held, state.EMPTY.lives) == (0.0, False)
+
+
+def placed(half: float = math.inf, trusted: bool = True, **changed: Any) -> LiveState:
+    """At 100 counts of the homed frame, raw 60, with 2 mm; the laser has it 3 um off."""
+    s = MACHINE.s
+    frame = s.frame._replace(offset=-40.0, trusted=trusted)
+    laser = 100 * PITCH + 2e-3 + 3e-6
+    phase = edges.begin(-40.0, 0.0, PITCH, 2e-4)._replace(aa=1e-12, bb=0.0)
+    survey = Survey(phase=phase, laser=laser, base=-40 * PITCH, counts=60.0, half=half)
+    whole = laser if half < math.inf else 100 * PITCH + 2e-3
+    seen = Seen(60.0, 0.0, 1.0, 2.0, whole)
+    return s._replace(frame=frame, seen=seen, survey=survey, **changed)
+
+
+NEAR = pytest.approx
+
+
+def test_the_place_is_count_and_contraction_or_the_lasers() -> None:
+    s = placed()
+    assert state.coordinate(s) == 100.0
+    assert not state.by_laser(P, s)
+    assert state.position(P, s) == NEAR(100 * PITCH + 2e-3, abs=1e-12)
+    assert state.carriage(P, s) == NEAR(100 * PITCH, abs=1e-12)
+    s = placed(half=9e-6)
+    assert state.by_laser(P, s)
+    assert state.position(P, s) == NEAR(100 * PITCH + 2e-3 + 3e-6, abs=1e-12)
+    assert state.carriage(P, s) == NEAR(100 * PITCH + 3e-6, abs=1e-12)
+
+
+def test_the_laser_tells_the_place_where_it_does_better_than_half_a_count() -> None:
+    assert state.by_laser(P, placed(half=0.499 * PITCH))
+    assert not state.by_laser(P, placed(half=0.5 * PITCH))
+    assert not state.by_laser(P, placed(half=9e-6, trusted=False))
+    assert state.uncertainty(P, placed(half=9e-6)) == 9e-6
+    assert state.uncertainty(P, placed(half=9e-6, trusted=False)) == math.inf
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_on_a_fast_way_the_place_is_less_certain(sign: float) -> None:
+    """By what the slack wire bounces unseen, beside half a count."""
+    q = P.settings.edges
+    for speed, more in ((q.fastest, 0.0), (1.01 * q.fastest, q.bounce)):
+        s = placed()
+        s = s._replace(seen=s.seen._replace(speed=sign * speed))
+        assert state.uncertainty(P, s) == NEAR(0.5 * PITCH + more, abs=1e-15)
+
+
+def test_a_laser_that_has_the_stage_elsewhere_is_within_what_is_told() -> None:
+    s = placed()
+    s = s._replace(survey=s.survey._replace(laser=s.survey.laser + 1e-3))
+    assert state.uncertainty(P, s) == NEAR(1e-3 + 3e-6 + PITCH, abs=1e-12)
+
+
+def test_times_are_told_as_the_samples_have_them() -> None:
+    assert state.now(placed(time=5.0, shift=2.0)) == 7.0
+
+
+def test_it_is_busy_while_a_motion_is_under_way() -> None:
+    machine = homed()
+    assert not state.busy(machine.s)
+    machine.ask(m.MoveMicro(1.0))
+    assert state.busy(machine.s)

@@ -140,7 +140,7 @@ def _column(values: Any) -> bool:
     """Is this one number per move, of a kind that floats hold?"""
     if type(values) is not np.ndarray:
         return False
-    return values.ndim == 1 and values.dtype.kind in "iuf" and values.dtype.itemsize <= 8
+    return values.ndim == 1 and values.dtype.kind in "iuf" and np.can_cast(values.dtype, float)
 
 
 def _unset(time: Any) -> bool:
