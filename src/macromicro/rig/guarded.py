@@ -152,6 +152,9 @@ class CompiledGuarded(Guarded):
     The bits are those of `Guarded`. `watch` is fetched where somebody looks at it.
     """
 
+    _fault: int
+    _temperature: float
+
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self._asked = np.zeros(_ASKED)
         self._told = np.zeros(6)
@@ -163,7 +166,6 @@ class CompiledGuarded(Guarded):
         )
         super().__init__(rig, limits, dt)
         self._asked[_ENCODER : _HALL + 1] = self._there
-        self._fault, self._temperature = OK, guard.temperature(self._start)
 
     @property
     def watch(self) -> Watch:

@@ -201,6 +201,27 @@ def test_zero_resets_the_laser_once_and_leaves_the_coordinates() -> None:
     assert [f.tick().laser_reset for _ in range(3)] == [1.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize("name", ["move macro", "jog", "home", "programme", "disable"])
+def test_what_follows_a_zero_at_once_leaves_it_its_reset(name: str) -> None:
+    """Both may come within one period."""
+    f = ready()
+    f.ask(m.Zero())
+    assert isinstance(f.ask(REQUESTS[name]), Accepted)
+    f.ask(m.Stop())
+    assert [f.tick().laser_reset for _ in range(3)] == [1.0, 0.0, 0.0]
+
+
+def test_an_emergency_stop_and_a_fault_reset_nothing_any_more() -> None:
+    f = ready()
+    f.ask(m.Zero())
+    f.ask(m.EmergencyStop())
+    assert f.tick() == f.tick() == SAFE
+    f.ask(m.Zero())
+    f.fault()
+    f.ask(m.ClearFault(True))
+    assert f.tick() == f.tick() == SAFE
+
+
 def test_the_fan_runs_as_told_until_an_emergency() -> None:
     f = ready()
     f.ask(m.Fan(True))

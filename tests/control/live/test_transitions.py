@@ -53,7 +53,7 @@ def test_a_fault_is_left_only_by_clearing_it() -> None:
 
 def test_idle_is_off_with_empty_memories() -> None:
     driven = Drive(5.0, 1.0, MacroMemory(2.0, 3.0), 1.4, True)
-    assert idle(driven) == Drive(5.0, 0.0, MacroMemory(0.0, 0.0), 0.0, False)
+    assert idle(driven) == Drive(5.0, 0.0, MacroMemory(0.0, 0.0), 0.0, True)
 
 
 def test_the_table_is_what_was_agreed_on() -> None:

@@ -48,7 +48,7 @@ def _disable(p: LiveParameters, s: LiveState, request: m.Disable) -> Answer:
 
 
 def _emergency(p: LiveParameters, s: LiveState, request: m.EmergencyStop) -> Answer:
-    s = s._replace(fan=0.0, drive=t.idle(s.drive))
+    s = s._replace(fan=0.0, drive=t.idle(s.drive)._replace(reset=False))
     told: tuple[Notice, ...] = ()
     if s.motion is not None:
         s, told = t.untrusted(s, t.EMERGENCY + " on the way")

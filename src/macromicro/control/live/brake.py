@@ -47,7 +47,7 @@ def start(
     here = s.seen.encoder
     work = Braking(s.time, until, speed, outcome, cause, here, allowed, found or {}, goal)
     drive = s.drive._replace(
-        macro_reference=s.seen.encoder, micro_reference=0.0, memory=REST, integral=0.0, reset=False
+        macro_reference=s.seen.encoder, micro_reference=0.0, memory=REST, integral=0.0
     )
     evidence = {"speed_counts_per_s": speed, "allowed_counts": allowed}
     s, event = go(s._replace(work=work, drive=drive), m.STOPPED, cause, evidence)

@@ -174,7 +174,8 @@ def fault(
     told: tuple[Notice, ...] = ()
     if s.motion is not None or position_lost:
         s, told = t.untrusted(s, f"fault: {words}")
-    s = s._replace(fault=Trouble(now(s), words, evidence), fan=0.0, drive=t.idle(s.drive))
+    drive = t.idle(s.drive)._replace(reset=False)
+    s = s._replace(fault=Trouble(now(s), words, evidence), fan=0.0, drive=drive)
     facts = {"words": words, **evidence}
     s, notices = t.conclude(p, s, m.FAULT, (m.FAULTED, t.FAULT), facts)
     return s, (*told, *notices)

@@ -98,7 +98,7 @@ class Settle(NamedTuple):
 class Search(NamedTuple):
     """Homing: phase, since when, where it began [raw counts] and the stop, once felt; `sure`: at
     the same place for the second time; where the stop is `expected` [raw counts], or NaN, and the
-    speed of the search [count/s]."""
+    speed of the search [count/s], NaN before its first period."""
 
     phase: int
     since: float
@@ -106,7 +106,7 @@ class Search(NamedTuple):
     stop: float
     sure: bool = False
     expected: float = NAN
-    pace: float = 0.0
+    pace: float = NAN
 
 
 class Jogged(NamedTuple):

@@ -99,8 +99,8 @@ def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
 
 
 def idle(d: Drive) -> Drive:
-    """Both stages off, memories empty."""
-    return Drive(d.macro_reference, 0.0, REST, 0.0, False)
+    """Both stages off, memories empty; a reset of the laser that was asked for is still to give."""
+    return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset)
 
 
 def finished(
