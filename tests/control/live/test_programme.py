@@ -180,3 +180,57 @@ def test_a_schedule_that_ends_too_early_is_not_done(start: float, end: float) ->
     f.run(0.5)
     assert [e.outcome for e in f.ends] == ["stalled"]
     assert f.mode == "stopped" and f.out == SAFE
+
+
+def scheduled(*starts: float, end: float = math.nan) -> Plan:
+    """Macro moves at these times [s], each in the other direction: far, near, far, ..."""
+    moves = plan(*((0, 2000.0 if k % 2 else 20.0, 0.0) for k in range(len(starts))), end=end)
+    return moves._replace(start=np.array(starts))
+
+
+def test_the_patience_with_a_move_begins_with_that_move() -> None:
+    """The second one begins long after the first one's patience and is cut off within its own."""
+    f = ready()
+    f.ask(m.Programme(scheduled(0.0, 0.5, 0.6, end=1.0)))
+    f.run(0.7)
+    assert [e.evidence["move"] for e in f.events if e.cause == "cut off"] == [1]
+    assert not f.ends and f.mode != "stopped"
+
+
+def test_of_several_moves_that_were_cut_off_the_first_is_told() -> None:
+    f = ready()
+    f.ask(m.Programme(scheduled(0.0, 0.15, 0.18, 0.21, 0.24, end=0.6)))
+    f.run(0.7)
+    cut = [e.evidence["move"] for e in f.events if e.cause == "cut off"]
+    assert len(cut) > 1 and f.ends[-1].evidence["cut_off_move"] == cut[0]
+
+
+def test_a_reset_that_was_asked_for_just_before_is_given() -> None:
+    f = ready()
+    f.ask(m.Zero())
+    f.ask(m.Programme(plan((0, 60.0, 0.0))))
+    assert [f.tick().laser_reset for _ in range(3)] == [1.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(("off", "outcome"), [(2.0, "done"), (-2.0, "done"), (3.0, "stalled"),
+                                              (-3.0, "stalled")])  # fmt: skip
+def test_a_carriage_that_leaves_its_last_target_has_not_done_it(off: float, outcome: str) -> None:
+    f = ready()
+    f.ask(m.Programme(plan((0, 20.0, 0.2))))
+    f.until("settling")
+    f.encoder = 20.0 + off
+    f.run(0.5)
+    assert [e.outcome for e in f.ends] == [outcome]
+    assert f.ends[-1].evidence["error_counts"] == -off
+
+
+def test_the_end_waits_for_the_window_that_is_under_way() -> None:
+    """Windows of 4 ms: where a hold ends within one, what is reported is the full one."""
+    seconds = []
+    for hold in (0.0485, 0.0495, 0.0505):
+        f = ready()
+        f.ask(m.Programme(plan((1, 1.0, hold))))
+        f.run(0.1)
+        assert f.ends[-1].outcome == "done"
+        seconds.append(f.ends[-1].evidence["seconds"])
+    assert seconds == [pytest.approx(seconds[0])] * 3 and seconds[0] > 0.0505

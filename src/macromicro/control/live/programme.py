@@ -21,7 +21,7 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, fine_efforts, observe
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, NAN, REST, TICK, LiveState, Motion, Running
+from macromicro.control.live.state import EMPTY, NAN, TICK, LiveState, Motion, Running
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, Plan, Progress
 from macromicro.types import Sample
 
@@ -181,6 +181,5 @@ def _stalled(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveStat
     if s.mode == m.MOVING_MICRO:
         s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found)
     else:
-        s = s._replace(drive=s.drive._replace(memory=REST))
         s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
     return s, Efforts(notices=notices)
