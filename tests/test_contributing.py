@@ -13,33 +13,53 @@ import pytest
 
 import macromicro
 
-LAW = '''"""A proportional law of the error alone."""
+LAW = '''"""A sliding mode with a filtered error and a switching level: two states."""
 
 from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.control.law import Law
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
 
-class Plain(NamedTuple):
+class Sliding(NamedTuple):
     """Gains."""
 
-    kp: Annotated[float, Par("V/count", "proportional gain", lo=0.0, hi=1.0)] = 0.004
+    kp: Annotated[float, Par("V/count", "slope of the surface", lo=0.0, hi=1.0)] = 0.004
+    width: Annotated[float, Par("count", "boundary layer", positive=True)] = 20.0
+
+
+class SlidingMemory(NamedTuple):
+    """Filtered error [counts] and switching level [V]."""
+
+    filtered: float
+    level: float
 
 
 @kernel
-def step(p: Plain, error: float) -> float:
-    """Effort [V] for an error [counts]."""
-    return p.kp * error
+def start(error: float) -> SlidingMemory:
+    """Before the first period."""
+    return SlidingMemory(error, 0.0)
+
+
+@kernel
+def step(p: Sliding, s: SlidingMemory, error: float, dt: float) -> tuple[SlidingMemory, float]:
+    """New memory and effort [V] for an error [counts]."""
+    filtered = s.filtered + dt / 0.01 * (error - s.filtered)
+    level = min(max(filtered / p.width, -1.0), 1.0)
+    return SlidingMemory(filtered, level), p.kp * error + 0.2 * (level + s.level)
+
+
+LAWS = (Law("sliding", Sliding, start, step),)
 '''
 
 BATCH = """
 import numpy as np
 from macromicro import batch
 job = batch.job("macro-bench", settings=__import__("macromicro").load_settings("mine.toml"))
-found = job.evaluate(batch.Variants(("controller.plain.kp",), np.array([[0.002], [0.004]])))
+found = job.evaluate(batch.Variants(("controller.sliding.kp",), np.array([[0.002], [0.004]])))
 assert found.shape[0] == 2 and not (found[0] == found[1]).all(), found
 """
 
@@ -130,35 +150,14 @@ def edit(path: Path, *pairs: tuple[str, str]) -> None:
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The package with one more law: a file, and the lines that list it."""
+    """The package with one more law: a file, and its name in a list."""
     place = tmp_path_factory.mktemp("copy")
     package = place / "macromicro"
     source = Path(macromicro.__file__).parent
     shutil.copytree(source, package, ignore=shutil.ignore_patterns("__pycache__"))
-    (package / "control" / "plain.py").write_text(LAW)
-    edit(
-        package / "control" / "macro.py",
-        ('"pd-tuned")', '"pd-tuned", "plain")'),
-        ("    pd_tuned: PdTuned\n", "    pd_tuned: PdTuned\n    plain: Plain\n"),
-        (
-            "    else:\n        effort = pd.step(p.pd_tuned",
-            "    elif p.law == 3:\n        effort = plain.step(p.plain, error)\n"
-            "    else:\n        effort = pd.step(p.pd_tuned",
-        ),
-        (
-            "from macromicro.kernel import kernel\n",
-            "from macromicro.control import plain\nfrom macromicro.control.plain import Plain\n"
-            "from macromicro.kernel import kernel\n",
-        ),
-    )
-    edit(
-        package / "control" / "settings.py",
-        ("    pd_tuned: PdTuned = PdTuned()\n",
-         "    pd_tuned: PdTuned = PdTuned()\n    plain: Plain = Plain()\n"),
-        ("from macromicro.control.pid import Pid\n",
-         "from macromicro.control.pid import Pid\nfrom macromicro.control.plain import Plain\n"),
-    )  # fmt: skip
-    (place / "mine.toml").write_text('[controller]\nmacro_law = "plain"\n')
+    (package / "control" / "sliding.py").write_text(LAW)
+    edit(package / "control" / "macro.py", ('("pid", "pd")', '("pid", "pd", "sliding")'))
+    (place / "mine.toml").write_text('[controller]\nmacro_law = "sliding"\n')
     (place / "use.py").write_text(BATCH)
     return place
 
@@ -202,8 +201,8 @@ def test_micro_gains_added_by_the_book_work(copy: Path) -> None:
         control / "settings.py",
         ('("p", "pi", "pi-antiwindup")', '("p", "pi", "pi-antiwindup", "gentle")'),
         ("    pi: Pi = Pi()\n", "    pi: Pi = Pi()\n    gentle: Gentle = Gentle()\n"),
-        ("from macromicro.control.macro import",
-         "from macromicro.control.gentle import Gentle\nfrom macromicro.control.macro import"),
+        ("from macromicro.control.pd import",
+         "from macromicro.control.gentle import Gentle\nfrom macromicro.control.pd import"),
     )  # fmt: skip
     (copy / "gentle.toml").write_text('[controller]\nmicro_law = "gentle"\n')
     done = run(copy, "run", "staircase", "--config", "gentle.toml", "--out", "gentle")

@@ -116,7 +116,7 @@ def test_without_an_encoder_the_law_sees_the_position_itself(peers: dict[str, Mo
     x, volts = macro.closed_loop(model, law, aim)
     error = aim - x
     for k in (0, 1, 500, 1999):
-        memory = control.MacroMemory(0.0, error[k - 1] if k else 0.0)
+        memory = control.rest(error[k - 1] if k else 0.0)
         assert control.step(law, memory, error[k], job.dt)[1] == volts[k]
     assert not np.array_equal(x, np.floor(x))
 

@@ -50,7 +50,7 @@ def default() -> Job:
     law = settings.prepare(Control(macro_law="pd-tuned")).macro
     model = MacroModel()
     return Job(
-        *law.pd_tuned, law.dead_zone, law.limit, *model.linear, model.a0, model.delta, model.width,
+        *law.own, law.dead_zone, law.limit, *model.linear, model.a0, model.delta, model.width,
         model.limit,
     )  # fmt: skip
 

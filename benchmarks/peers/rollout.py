@@ -19,7 +19,7 @@ def parts(job: Job) -> tuple[MacroModel, MacroLaw]:
     model = MacroModel(Linear(job.a, job.b, job.dt), TUNED, job.zone, job.a0, job.delta, job.rail)
     law = settings.prepare(Control(macro_law="pd-tuned")).macro
     tuned = PdTuned(job.now, job.before)
-    return model, law._replace(dead_zone=job.width, limit=job.limit, pd_tuned=tuned)
+    return model, law.with_gains(tuned)._replace(dead_zone=job.width, limit=job.limit)
 
 
 def arguments(job: Job) -> tuple[Any, ...]:

@@ -14,8 +14,7 @@ import numpy.typing as npt
 
 from macromicro import nominal
 from macromicro.columns import COLUMNS, Row
-from macromicro.control import supervisor
-from macromicro.control.macro import MacroMemory
+from macromicro.control import macro, supervisor
 from macromicro.control.supervisor import DONE, FAULT, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
@@ -55,7 +54,7 @@ def noted(
         macro_reference=progress.macro_reference,
         macro_position=sample.encoder,
         motor=given.motor,
-        macro_integral=progress.macro.integral,
+        macro_integral=macro.integral(progress.macro),
         micro_reference=progress.micro_reference,
         hall_voltage=sample.hall,
         hall_position=command.micro_position,
@@ -147,11 +146,13 @@ def _shown(state: Any, command: Command, over: bool) -> Progress:
         phase=phase,
         macro_reference=command.macro_reference,
         micro_reference=command.micro_reference,
-        macro=MacroMemory(nan, nan),
+        macro=_UNKNOWN_MEMORY,
         integral=nan,
     )
 
 
+# Every field of every law: none of them is known.
+_UNKNOWN_MEMORY = tuple(type(m)(*[float("nan")] * len(m)) for m in macro.rest(0.0))
 _UNKNOWN = Truth(*[float("nan")] * len(Truth._fields))
 
 

@@ -13,7 +13,6 @@ from macromicro import batch
 from macromicro.batch import Variants, course, lanes
 from macromicro.batch.macro_model import MacroLoop, MacroModelJob, single
 from macromicro.control import macro as control
-from macromicro.control.macro import MacroMemory
 from macromicro.errors import InputError
 from macromicro.experiments import macro_drive
 from macromicro.kernel import compiled
@@ -65,7 +64,7 @@ def from_samples(loop: MacroLoop, x: np.ndarray) -> tuple[float, ...]:
     free = law._replace(limit=math.inf)
     asked = np.abs(
         [
-            control.step(free, MacroMemory(0.0, b), e, DT)[1]
+            control.step(free, control.rest(b), e, DT)[1]
             for b, e in zip(before.tolist(), errors.tolist(), strict=True)
         ][1:]
     )

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.control import pd
-from macromicro.control.pd import PdInitial, PdTuned
+from macromicro.control.pd import PdInitial, PdMemory, PdTuned
 
 errors = st.floats(-3000.0, 3000.0)
 
@@ -19,7 +19,9 @@ errors = st.floats(-3000.0, 3000.0)
 def test_effort_is_the_sum_of_two_taps(now: float, before: float) -> None:
     """(4.9): D(z) = (now z + before) / z."""
     p = PdInitial()
-    assert pd.step(p.now, p.before, now, before) == p.now * now + p.before * before
+    memory, effort = pd.step(p, PdMemory(before), now, 1e-3)
+    assert effort == p.now * now + p.before * before
+    assert memory == PdMemory(now) and pd.start(now) == PdMemory(now)
 
 
 def loop_gain(now: float, before: float, w: float, dt: float = 1e-3) -> complex:
@@ -50,5 +52,6 @@ def test_crossover_and_phase_margin(
 def test_a_3000_count_step_under_4_10_asks_for_37_volts_then_3_72() -> None:
     """Section 4.3.3 (M12), erratum 7: it does saturate."""
     p = PdTuned()
-    assert pd.step(p.now, p.before, 3000.0, 0.0) == pytest.approx(37.4, abs=0.1)
-    assert pd.step(p.now, p.before, 3000.0, 3000.0) == pytest.approx(3.72, abs=0.01)
+    first, effort = pd.step(p, pd.start(0.0), 3000.0, 1e-3)
+    assert effort == pytest.approx(37.4, abs=0.1)
+    assert pd.step(p, first, 3000.0, 1e-3)[1] == pytest.approx(3.72, abs=0.01)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from macromicro.control import settings
-from macromicro.control.macro import LAWS
+from macromicro.control.macro import NAMES
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.errors import InputError
@@ -33,7 +33,7 @@ NUMBERS = [e for e in entries(Control()) if not e.par.choices]
 def test_every_macro_law_with_and_without_the_inverse(law: str, switch: str, lift: float) -> None:
     """Section 4.3: the PID is the benchmark without compensation."""
     made = settings.prepare(Control(macro_law=law, dead_zone_inverse=switch))
-    assert made.macro.law == LAWS.index(law)
+    assert made.macro.law == NAMES.index(law)
     assert made.macro.dead_zone == lift
     assert made.macro.limit == 5.0
 

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from macromicro.control import settings, supervisor
-from macromicro.control.macro import MacroMemory
+from macromicro.control import macro, settings, supervisor
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import (
     DONE,
@@ -269,12 +268,15 @@ def test_a_missing_reading_gives_no_effort_and_is_forgotten() -> None:
     assert all(math.isfinite(v) and v > 0.0 for v in efforts[3:])
 
 
+LEFT = tuple(type(memory)(*[3.0] * len(memory)) for memory in macro.rest(0.0))
+
+
 def in_phase(phase: int, park: int, move: int = 0) -> tuple[float, Progress]:
     """Motor [V] and state after one period in this phase, 50 counts from the macro target."""
     base = made()
     p = base._replace(sequence=base.sequence._replace(park=park))
     s = supervisor.begin(0.0)._replace(
-        phase=phase, move=move, macro_reference=100.0, macro=MacroMemory(3.0, 0.0), entered=1.0
+        phase=phase, move=move, macro_reference=100.0, macro=LEFT, entered=1.0
     )
     what = plan((99.0 if move < 0 else NAN, 1, 1.0, 90.0), (NAN, 1, 1.5, 90.0))
     s, _, out = supervisor.step(p, what, s, Sample(1.0, 50.0, 2.0, NAN, 0.0, 0.0), 1e-3)
@@ -289,7 +291,7 @@ def test_the_motor_is_on_in_its_turn_and_behind_it_only_where_it_is_not_parked(
     motor, s = in_phase(phase, park)
     on = phase == MACRO or (park == 0 and phase != DONE)
     assert (motor != 0.0) == on
-    assert (s.macro != MacroMemory(3.0, 0.0)) == on
+    assert (s.macro != LEFT) == on
 
 
 def test_before_the_first_move_nothing_is_held() -> None:
@@ -302,13 +304,12 @@ def test_before_the_first_move_nothing_is_held() -> None:
 def test_a_macro_move_behind_a_parked_carriage_begins_without_memory(phase: int, park: int) -> None:
     base = made()
     p = base._replace(sequence=base.sequence._replace(park=park))
-    left = MacroMemory(3.0, 7.0)
     s = supervisor.begin(0.0)._replace(
-        phase=phase, move=0, entered=1.0, macro=left, zeroed=1, integral=1.4
+        phase=phase, move=0, entered=1.0, macro=LEFT, zeroed=1, integral=1.4
     )
     what = plan((NAN, 1, 1.0, 0.5), (NAN, 0, 90.0, 0.0))
     # The law itself is left out: a missing reading gives no effort and leaves the memory.
     s, _, out = supervisor.step(p, what, s, Sample(9.0, NAN, 2.0, NAN, 0.0, 0.0), 1e-3)
     assert (s.phase, s.move, s.macro_reference, s.integral) == (MACRO, 1, 90.0, 0.0)
-    assert s.macro == (MacroMemory(0.0, 0.0) if park == 1 else left)
+    assert s.macro == (macro.rest(0.0) if park == 1 else LEFT)
     assert out.motor == 0.0

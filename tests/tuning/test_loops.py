@@ -9,7 +9,6 @@ import pytest
 
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
-from macromicro.control.macro import MacroMemory
 from macromicro.control.settings import Control
 from macromicro.models.macro import LINEAR, MacroModel, MacroModelState, step
 from macromicro.settings import Settings
@@ -26,7 +25,7 @@ def test_the_polynomials_are_the_loop_that_runs(name: str) -> None:
     num, den = loops.macro_loop(chosen)
     w, dt = 2.0 * math.pi / 0.2, model.linear.dt
     count = 4000
-    memory, state, seen = MacroMemory(0.0, 0.0), MacroModelState(0.0, 0.0), np.empty(count)
+    memory, state, seen = control.rest(0.0), MacroModelState(0.0, 0.0), np.empty(count)
     for k in range(count):
         seen[k] = state.x
         memory, volts = control.step(law, memory, math.sin(w * k * dt), dt)

@@ -64,7 +64,7 @@ def _period(s: Array, j: int) -> tuple[float, float, float, float]:
     state = MacroModelState(s[X + j], s[V + j])
     seen = counted(state.x)
     error = s[TARGET + j] - seen
-    effort = pd.step(s[NOW + j], s[BEFORE + j], error, s[ERROR + j])
+    effort = pd.effort(s[NOW + j], s[BEFORE + j], error, s[ERROR + j])
     sent = control.sent(effort, s[ZONE + j], s[LIMIT + j])
     asked = control.sent(effort, s[ZONE + j], math.inf)
     state = macro.step(model, state, sent)

@@ -21,7 +21,7 @@ from macromicro.batch.variants import (
 )
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
-from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.control.macro import MacroLaw
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.loop import PERIOD
@@ -57,17 +57,17 @@ def run(
     """
     law = p.law
     so_far = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    memory = MacroMemory(0.0, 0.0)
-    latched, error = 0.0, 0.0
+    memory = control.rest(0.0)
+    latched, error, before = 0.0, 0.0, 0.0
     for k in range(samples):
         seen = encoder.count(p.encoder, s.x)
         error = target - seen
         _, asked = control.step(p.free, memory, error, dt)
         now, sent = control.step(law, memory, error, dt)
-        so_far = course.follow(judged, so_far, k + 1.0, seen, error, memory.error, asked, sent)
+        so_far = course.follow(judged, so_far, k + 1.0, seen, error, before, asked, sent)
         if k == 0:
             so_far = course.first(so_far)
-        memory = now
+        memory, before = now, error
         if k < out.shape[1]:
             out[0, k], out[1, k] = seen, sent
         drive = amplifier.motor_volts(p.amplifier, latched)

@@ -30,12 +30,10 @@ _model = MacroModel()
 class Pd(NamedTuple):
     """(4.10) with the dead-zone inverse and the saturation of the D/A board."""
 
-    now: Annotated[float, Par("V/count", "weight of the present error", "(4.10)")] = (
-        _law.pd_tuned.now
-    )
+    now: Annotated[float, Par("V/count", "weight of the present error", "(4.10)")] = _law.own.now
     before: Annotated[
         float, Par("V/count", "weight of the error one period ago", "(4.10), sign corrected")
-    ] = _law.pd_tuned.before
+    ] = _law.own.before
     dead_zone: Annotated[
         float, Par("V", "width that the inverse lifts by", "Section 4.2.3", lo=0.0)
     ] = _law.dead_zone
@@ -167,7 +165,8 @@ def single(tree: MacroLoop) -> tuple[MacroModel, MacroLaw]:
     """The model and the law of a single run of the loop."""
     m, c = tree.model, tree.controller
     model = MacroModel(Linear(m.a, m.b, tree.dt), TUNED, m.width, m.a0, m.delta, m.limit)
-    law = _law._replace(dead_zone=c.dead_zone, limit=c.limit, pd_tuned=PdTuned(c.now, c.before))
+    law = _law.with_gains(PdTuned(c.now, c.before))
+    law = law._replace(dead_zone=c.dead_zone, limit=c.limit)
     return model, law
 
 

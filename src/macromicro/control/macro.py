@@ -1,49 +1,134 @@
-"""The macro-stage's control laws, chosen by number: a new one is one file and one line here."""
+"""The macro-stage's control laws: a new one is one file and its name in `FILES`.
+
+Every law keeps its own memory. All gains and all memories travel together, because compiled
+code needs types that do not depend on the law that was chosen; `step` goes to the chosen one.
+The laws are put into a chain of closures, one link a law, in which gains and memory have
+constant places: that compiles to as many comparisons, and no function is passed around.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, NamedTuple
 
-from macromicro.control import deadzone, pd, pid
-from macromicro.control.pd import PdInitial, PdTuned
-from macromicro.control.pid import Pid
+from macromicro.control import deadzone
+from macromicro.control.law import Law
 from macromicro.kernel import kernel
 
-LAWS = ("pid", "pd-initial", "pd-tuned")
-UNCOMPENSATED = ("pid",)  # as the thesis runs them; a new law has the dead-zone inverse
-COMPENSATED = tuple(law not in UNCOMPENSATED for law in LAWS)
+FILES = ("pid", "pd")  # modules of this folder, each with a tuple `LAWS`
+LAWS: tuple[Law, ...] = tuple(
+    law for file in FILES for law in import_module(f"macromicro.control.{file}").LAWS
+)
+NAMES = tuple(law.name for law in LAWS)
+
+Memory = tuple[Any, ...]  # one of each law, in the order of `LAWS`
 
 
 class MacroLaw(NamedTuple):
-    """Which law; dead_zone [V] 0 leaves the friction uncompensated. Then the gains of each law,
-    in the order and under the names of `settings.Control`."""
+    """Which law, by its place; dead_zone [V] 0 leaves the friction uncompensated; limit [V];
+    the gains of every law, in the order of `LAWS`."""
 
     law: int
     dead_zone: float
     limit: float
-    pid: Pid
-    pd_initial: PdInitial
-    pd_tuned: PdTuned
+    gains: tuple[Any, ...]
+
+    @property
+    def own(self) -> Any:
+        """The gains of the chosen law."""
+        return self.gains[self.law]
+
+    def with_gains(self, gains: Any) -> MacroLaw:
+        """The same law with other gains."""
+        every = list(self.gains)
+        every[self.law] = gains
+        return self._replace(gains=tuple(every))
 
 
-class MacroMemory(NamedTuple):
-    """Integral effort [V] and last error [counts]."""
+def _starts(k: int) -> Callable[[float], Memory]:
+    """The memories of the laws from `k` on."""
+    start = LAWS[k].start
+    if k + 1 == len(LAWS):
 
-    integral: float
-    error: float
+        @kernel
+        def last(error: float) -> Memory:
+            return (start(error),)
+
+        return last
+    rest = _starts(k + 1)
+
+    @kernel
+    def more(error: float) -> Memory:
+        return (start(error), *rest(error))
+
+    return more
+
+
+def _steps(k: int) -> Callable[[MacroLaw, Memory, float, float], tuple[Memory, float]]:
+    """A step of the chosen law, which is that at `k` or a later one."""
+    step, after = LAWS[k].step, k + 1
+    if after == len(LAWS):
+
+        @kernel
+        def last(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
+            memory, effort = step(p.gains[k], s[k], error, dt)
+            return (*s[:k], memory), effort
+
+        return last
+    rest = _steps(after)
+
+    @kernel
+    def more(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
+        if p.law == k:
+            memory, effort = step(p.gains[k], s[k], error, dt)
+            return (*s[:k], memory, *s[after:]), effort
+        return rest(p, s, error, dt)
+
+    return more
+
+
+_started, _stepped = _starts(0), _steps(0)
 
 
 @kernel
-def step(p: MacroLaw, s: MacroMemory, error: float, dt: float) -> tuple[MacroMemory, float]:
+def rest(error: float) -> Memory:
+    """The memories of all laws before the first period, as if `error` [counts] had been there."""
+    return _started(error)
+
+
+@kernel
+def step(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
     """Effort [V at the D/A] for an error [counts], saturated at `limit`."""
-    integral = s.integral
-    if p.law == 0:
-        integral, effort = pid.step(p.pid, s.integral, error, s.error, dt)
-    elif p.law == 1:
-        effort = pd.step(p.pd_initial.now, p.pd_initial.before, error, s.error)
-    else:
-        effort = pd.step(p.pd_tuned.now, p.pd_tuned.before, error, s.error)
-    return MacroMemory(integral, error), sent(effort, p.dead_zone, p.limit)
+    memory, effort = _stepped(p, s, error, dt)
+    return memory, sent(effort, p.dead_zone, p.limit)
+
+
+def _integrals(k: int) -> Callable[[Memory], float]:
+    """The sum of what the laws from `k` on have integrated; all but the chosen one rest."""
+    rest = _integrals(k + 1) if k + 1 < len(LAWS) else _nothing
+    if not hasattr(LAWS[k].start(0.0), "integral"):
+        return rest
+
+    @kernel
+    def more(s: Memory) -> float:
+        return float(s[k].integral) + rest(s)
+
+    return more
+
+
+@kernel
+def _nothing(s: Memory) -> float:
+    return 0.0
+
+
+_integrated = _integrals(0)
+
+
+@kernel
+def integral(s: Memory) -> float:
+    """Integral effort [V], for the recording: of a law whose memory has a field `integral`."""
+    return _integrated(s)
 
 
 @kernel

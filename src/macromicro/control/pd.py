@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.control.law import Law
 from macromicro.control.pid import STEEPEST
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
@@ -30,7 +31,31 @@ class PdTuned(NamedTuple):
     before: Annotated[float, _tap(PAST, "(4.10), sign corrected")] = -0.0112178
 
 
+class PdMemory(NamedTuple):
+    """Last error [counts]."""
+
+    error: float
+
+
 @kernel
-def step(now: float, before: float, error: float, error_before: float) -> float:
+def start(error: float) -> PdMemory:
+    """Before the first period, `error` [counts] as the last one."""
+    return PdMemory(error)
+
+
+@kernel
+def effort(now: float, before: float, error: float, past: float) -> float:
     """Effort [V] from this and the last error [counts]: (4.9), (4.10)."""
-    return now * error + before * error_before
+    return now * error + before * past
+
+
+@kernel
+def step(p: PdInitial | PdTuned, s: PdMemory, error: float, dt: float) -> tuple[PdMemory, float]:
+    """New memory and effort [V] for an error [counts]."""
+    return PdMemory(error), effort(p.now, p.before, error, s.error)
+
+
+LAWS = (
+    Law("pd-initial", PdInitial, start, step),
+    Law("pd-tuned", PdTuned, start, step),
+)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.control.law import Law
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
@@ -29,10 +30,25 @@ class Pid(NamedTuple):
     ] = 0.0025
 
 
+class PidMemory(NamedTuple):
+    """Integral effort [V] and last error [counts]."""
+
+    integral: float
+    error: float
+
+
 @kernel
-def step(
-    p: Pid, integral: float, error: float, error_before: float, dt: float
-) -> tuple[float, float]:
-    """New integral effort [V] and effort [V] from this and the last error [counts]."""
-    integral = integral + p.ki * error * dt
-    return integral, p.kp * error + integral + p.kd * (error - error_before) / dt
+def start(error: float) -> PidMemory:
+    """Before the first period, `error` [counts] as the last one."""
+    return PidMemory(0.0, error)
+
+
+@kernel
+def step(p: Pid, s: PidMemory, error: float, dt: float) -> tuple[PidMemory, float]:
+    """New memory and effort [V] for an error [counts]."""
+    integral = s.integral + p.ki * error * dt
+    effort = p.kp * error + integral + p.kd * (error - s.error) / dt
+    return PidMemory(integral, error), effort
+
+
+LAWS = (Law("pid", Pid, start, step, compensated=False),)  # as the thesis runs it

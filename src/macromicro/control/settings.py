@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from macromicro.control import calibration
+from macromicro.control import calibration, macro
 from macromicro.control.calibration import Calibration
-from macromicro.control.macro import COMPENSATED, LAWS, MacroLaw
+from macromicro.control.macro import LAWS, MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import HIGHEST, Pi, PiAntiWindup, Proportional
 from macromicro.control.pid import Pid
 from macromicro.control.supervisor import Sequence, Supervisor
 from macromicro.nominal import FULL_SCALE
-from macromicro.schema.par import Par
+from macromicro.schema.par import Par, with_sets
 
 MICRO_LAWS = ("p", "pi", "pi-antiwindup")
-GAINS = MacroLaw._fields[MacroLaw._fields.index("limit") + 1 :]
 SWITCH = ("as designed", "on", "off")
 
 
+@with_sets({law.field: law.gains() for law in LAWS}, before="p")
 class Control(NamedTuple):
     """Choice of laws, their gains and the sequence of Figure 6.1."""
 
     macro_law: Annotated[
-        str, Par("", "control law of the macro-stage", "Section 4.3", choices=LAWS)
+        str, Par("", "control law of the macro-stage", "Section 4.3", choices=macro.NAMES)
     ] = "pd-tuned"
     dead_zone_inverse: Annotated[
         str,
@@ -71,9 +71,9 @@ class Control(NamedTuple):
 
 def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) -> Supervisor:
     """The supervisor's runtime parameters; `table`: Hall calibration, else the shipped one."""
-    law = LAWS.index(spec.macro_law)
+    law = macro.NAMES.index(spec.macro_law)
     lifted = spec.dead_zone_inverse == "on" or (
-        spec.dead_zone_inverse == "as designed" and COMPENSATED[law]
+        spec.dead_zone_inverse == "as designed" and LAWS[law].compensated
     )
     fine = getattr(spec, spec.micro_law.replace("-", "_"))
     return Supervisor(
@@ -81,7 +81,7 @@ def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) 
             law,
             spec.dead_zone if lifted else 0.0,
             spec.motor_limit,
-            *(getattr(spec, name) for name in GAINS),
+            tuple(getattr(spec, each.field) for each in LAWS),
         ),
         PiAntiWindup(*fine),
         spec.sequence,

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from macromicro.control import calibration, macro, pi
 from macromicro.control.calibration import Calibration
-from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.control.macro import MacroLaw, Memory
 from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
@@ -95,15 +95,13 @@ class Progress(NamedTuple):
     zeroed: int
     macro_reference: float
     micro_reference: float
-    macro: MacroMemory
+    macro: Memory
     integral: float
 
 
 def begin(position: float) -> Progress:
     """Before the first move, the macro-stage standing at `position` [counts]."""
-    return Progress(
-        -1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, MacroMemory(0.0, 0.0), 0.0
-    )
+    return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, macro.rest(0.0), 0.0)
 
 
 @kernel
@@ -185,7 +183,7 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
         move, began, entered = move + 1, t, t
         if plan.stage[move] == 0:
             if p.sequence.park == 1 and phase != MACRO:
-                memory = MacroMemory(0.0, 0.0)
+                memory = macro.rest(0.0)
             phase, inside = MACRO, math.nan
             macro_reference, micro_reference, integral = plan.target[move], 0.0, 0.0
         else:

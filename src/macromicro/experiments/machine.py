@@ -12,7 +12,6 @@ import numpy.typing as npt
 from macromicro.columns import COLUMNS
 from macromicro.control import calibration, macro, settings
 from macromicro.control.calibration import Calibration
-from macromicro.control.macro import MacroMemory
 from macromicro.control.settings import Control
 from macromicro.errors import MacromicroError
 from macromicro.plant.bench import Plant
@@ -67,7 +66,7 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
     what = f"{fixture.name}, on the way to {place:.0f} counts"
     rig = Guarded(session, watchdog(fixture.limits, fixture.table), dt)
     law = settings.prepare(Control()).macro
-    memory, last, quiet = MacroMemory(0.0, 0.0), math.nan, 0
+    memory, last, quiet = macro.rest(0.0), math.nan, 0
     for k in range(round(PATIENCE_S / dt)):
         x = rig.read().encoder
         near = abs(place - x) <= NEAR
@@ -78,7 +77,7 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
         quiet = quiet + 1 if near and x == last else 0
         last = x
         if near:
-            memory = MacroMemory(0.0, place - x)
+            memory = macro.rest(place - x)
         elif not math.isnan(x):
             memory, motor = macro.step(law, memory, place - x, dt)
         rig.expect(Command(place, 1.0, 0.0, 0.0, 0.0))

@@ -118,7 +118,7 @@ def crossover(taps: PdTaps, linear: Linear = Linear()) -> Crossover:  # noqa: B0
 
 def with_taps(taps: PdTaps, limit: float = LIMIT, dead_zone: float = DEAD_ZONE) -> MacroLaw:
     """The tuned controller with other taps; `limit`, `dead_zone` [V] of its inverse."""
-    return law("pd-tuned")._replace(pd_tuned=PdTuned(*taps), limit=limit, dead_zone=dead_zone)
+    return law("pd-tuned").with_gains(PdTuned(*taps))._replace(limit=limit, dead_zone=dead_zone)
 
 
 def trial(

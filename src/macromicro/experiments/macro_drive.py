@@ -16,7 +16,7 @@ import numpy.typing as npt
 from macromicro.columns import COLUMNS
 from macromicro.control import macro as control
 from macromicro.control import settings
-from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.control.macro import MacroLaw
 from macromicro.control.settings import Control
 from macromicro.experiments.machine import Machine, play, recorded
 from macromicro.experiments.macro_friction import DT
@@ -43,11 +43,11 @@ def _closed_loop(
 ) -> None:
     """Counts, D/A volts and integral effort into the rows of `out`, the law always at work."""
     latched = 0.0
-    memory = MacroMemory(0.0, 0.0)
+    memory = control.rest(0.0)
     for k in range(len(reference)):
         x = encoder.count(p.encoder, s.x)
         memory, motor = control.step(law, memory, reference[k] - x, dt)
-        out[0, k], out[1, k], out[2, k] = x, motor, memory.integral
+        out[0, k], out[1, k], out[2, k] = x, motor, control.integral(memory)
         drive = amplifier.motor_volts(p.amplifier, latched)
         s = carriage.advance(p.macro, s, drive, dt, p.macro_steps)
         latched = amplifier.convert(p.amplifier, motor)
@@ -78,7 +78,7 @@ def closed_loop(
 def _on_rig(rig: Fixture, controller: MacroLaw, aim: Array, start: float) -> Recording:
     """The same on any rig."""
     rig.need("the macro-stage under control", "encoder")
-    memory = MacroMemory(0.0, 0.0)
+    memory = control.rest(0.0)
     integral = np.empty_like(aim)
 
     def follow(k: int, sample: Sample) -> tuple[Command, Outputs]:
@@ -87,7 +87,7 @@ def _on_rig(rig: Fixture, controller: MacroLaw, aim: Array, start: float) -> Rec
         # A missing reading gives no effort and leaves the memory: the guard counts how long.
         if not math.isnan(sample.encoder):
             memory, motor = control.step(controller, memory, float(aim[k]) - sample.encoder, DT)
-        integral[k] = memory.integral
+        integral[k] = control.integral(memory)
         return Command(float(aim[k]), 1.0, 0.0, 0.0, 0.0), Outputs(motor, 0.0, 0.0, 0.0)
 
     done = play(rig, "the macro-stage under control", len(aim), follow, start=start)

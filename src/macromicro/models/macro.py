@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.control import macro as control
-from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.control.macro import MacroLaw
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import FULL_SCALE, PERIOD
@@ -168,7 +168,7 @@ def rollout(
     p: MacroModel, law: MacroLaw, s: MacroModelState, reference: Array, counted: bool, out: Array
 ) -> MacroModelState:
     """The loop of `closed_loop` from `s` on; positions and volts into the rows of `out`."""
-    memory = MacroMemory(0.0, 0.0)
+    memory = control.rest(0.0)
     seen = math.nan
     for k in range(len(reference)):
         if not counted:

@@ -9,9 +9,10 @@ parameter itself what it accepts, so that a bound and its words stand once.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple, TypeVar, cast, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,7 @@ from macromicro.schema.text import printable
 from macromicro.units import quantity, remedy, shown
 
 ASSUMED = "bench assumption"
+S = TypeVar("S")
 NO_UNIT = ("", "1", "-")
 MAX_WORD = 100  # characters
 
@@ -195,6 +197,31 @@ def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
         for note in getattr(hints[name], "__metadata__", ()):
             if isinstance(note, Par):
                 yield Entry(path, note, value)
+
+
+def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[S]]:
+    """Decorator of a parameter set (all its fields have defaults): the same set with those of
+    `sets`, field name to default, that it has not, in front of its field `before`."""
+
+    def extended(base: type[S]) -> type[S]:
+        fields: dict[str, Any] = dict(getattr(base, "__annotations__", {}))
+        defaults = dict(getattr(base, "_field_defaults", {}))
+        new = [name for name in sets if name not in fields]
+        names = list(fields)
+        at = names.index(before)
+        names[at:at] = new
+        every = {**defaults, **sets}
+        made: Any = namedtuple(  # type: ignore[misc]
+            base.__name__, names, defaults=[*map(every.get, names)], module=base.__module__
+        )
+        made.__annotations__ = {n: fields.get(n, type(every[n])) for n in names}
+        made.__doc__ = base.__doc__
+        for name, value in vars(base).items():
+            if callable(value) and name not in vars(made):
+                setattr(made, name, value)
+        return cast("type[S]", made)
+
+    return extended
 
 
 def replaced(tree: Any, path: str, value: Any) -> Any:

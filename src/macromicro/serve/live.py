@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from macromicro.control import macro
 from macromicro.control.calibration import Calibration
 from macromicro.control.live import accept, machine, state
 from macromicro.control.live.messages import Notice, Refused, Reply
@@ -80,7 +81,7 @@ class Live:
         return View(
             s.mode,
             s.motion.id if s.motion is not None else 0,
-            s.drive.memory.integral,
+            macro.integral(s.drive.memory),
             s.drive.integral,
             s.seen.position,
             half,

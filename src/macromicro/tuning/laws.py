@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.control.macro import LAWS as MACRO_LAWS
+from macromicro.control.macro import NAMES as MACRO_LAWS
 from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.design.margins import PdTaps
 from macromicro.errors import InputError

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
-from macromicro.control.macro import MacroLaw, MacroMemory
+from macromicro.control.macro import MacroLaw
 from macromicro.design.response import smoothed
 from macromicro.experiments import macro_drive, micro_runs
 from macromicro.experiments.programmed import micro_steps, on_twin
@@ -68,7 +68,7 @@ def macro(settings: Settings) -> Shown:
 
 @kernel
 def _asked(law: MacroLaw, errors: Array, out: Array, dt: float) -> None:
-    memory = MacroMemory(0.0, 0.0)
+    memory = control.rest(0.0)
     for k in range(len(errors)):
         memory, out[k] = control.step(law, memory, errors[k], dt)
 

@@ -21,7 +21,7 @@ def test_new_values_are_in_force_and_old_ones_told() -> None:
     assert reply == Accepted(
         0, (Change("pd_tuned.now", 0.0124593, 0.02), Change("sequence.wait", 0.01, 1.0))
     )
-    assert f.s.laws.macro.pd_tuned.now == 0.02 and f.s.laws.sequence.wait == 1.0
+    assert f.s.laws.macro.own.now == 0.02 and f.s.laws.sequence.wait == 1.0
     assert f.s.control.pd_tuned.now == 0.02
     assert f.events[-1].evidence["pd_tuned.now"] == {"old": 0.0124593, "new": 0.02}
     f.ask(m.MoveMacro(100))

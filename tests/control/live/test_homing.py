@@ -15,7 +15,7 @@ from macromicro.control.live.leaning import SHARE
 from macromicro.control.live.messages import Accepted
 from macromicro.control.live.parameters import Homing, Live
 from macromicro.control.live.state import Frame
-from macromicro.control.macro import LAWS
+from macromicro.control.macro import NAMES
 from macromicro.control.settings import Control
 from macromicro.rig.codes import OK, STUCK
 from macromicro.rig.limits import LIVE
@@ -94,7 +94,7 @@ def test_a_stop_needs_the_push_and_the_time() -> None:
     assert pushed * DT >= QUICK.homing.stand - 1.5 * DT
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", NAMES)
 @pytest.mark.parametrize("rested", [0.0, 5.0])
 def test_a_stop_is_leaned_on_for_as_long_as_is_told(law: str, rested: float) -> None:
     """However long it has stood before, and whichever the law: softly first, then the push."""

@@ -126,7 +126,7 @@ def test_a_time_that_leaps_ends_no_wait(leap: float) -> None:
 def test_what_a_law_cannot_compute_is_left_to_the_guard() -> None:
     """Gains beyond all bounds: inf - inf is no number, and no motion could explain it."""
     f = ready()
-    macro = f.s.laws.macro._replace(law=0, dead_zone=0.0, pid=Pid(1e308, 0.0, -1e308))
+    macro = f.s.laws.macro._replace(law=0, dead_zone=0.0).with_gains(Pid(1e308, 0.0, -1e308))
     f.s = f.s._replace(laws=f.s.laws._replace(macro=macro))
     f.ask(m.MoveMacro(300))
     assert math.isnan(f.tick().motor)

@@ -10,7 +10,6 @@ from macromicro.control import macro
 from macromicro.control.live import messages as m
 from macromicro.control.live import moves
 from macromicro.control.live.messages import Accepted
-from macromicro.control.macro import MacroMemory
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Sequence
 from macromicro.types import SAFE, Sample
@@ -43,7 +42,7 @@ def test_a_macro_move_is_done_after_dwell_and_wait() -> None:
 def test_the_effort_is_the_macro_laws() -> None:
     machine = homed()
     machine.ask(m.MoveMacro(100))
-    memory = MacroMemory(0.0, 0.0)
+    memory = macro.rest(0.0)
     for encoder in (0.0, 3.0, 10.0, 30.0):
         memory, volts = macro.step(machine.s.laws.macro, memory, 100.0 - encoder, 1e-3)
         assert machine.see(encoder).motor == volts

@@ -51,7 +51,7 @@ def test_before_its_first_sample_it_is_off_and_knows_nothing() -> None:
     assert (s.motion, s.work, s.fault, s.doubt) == (None, None, None, "")
     assert repr(s.seen) == "Seen(encoder=nan, speed=0.0, standing=0.0, fine=nan, position=nan)"
     assert s.survey == Survey() and math.isnan(s.target)
-    assert state.REST == (0.0, 0.0)
+    assert all(value == 0.0 for memory in state.REST for value in memory)
     assert state.EMPTY[:2] == (0.0, 0) and (state.EMPTY.held, state.EMPTY.lives) == (0.0, False)
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from macromicro.control import macro
 from macromicro.control.live import messages as m
 from macromicro.control.live.state import Drive
 from macromicro.control.live.transitions import TRANSITIONS, idle
-from macromicro.control.macro import MacroMemory
 
 from ...frozen.record import frozen
 
@@ -52,8 +52,9 @@ def test_a_fault_is_left_only_by_clearing_it() -> None:
 
 
 def test_idle_is_off_with_empty_memories() -> None:
-    driven = Drive(5.0, 1.0, MacroMemory(2.0, 3.0), 1.4, True)
-    assert idle(driven) == Drive(5.0, 0.0, MacroMemory(0.0, 0.0), 0.0, True)
+    left = tuple(type(memory)(*[3.0] * len(memory)) for memory in macro.rest(0.0))
+    driven = Drive(5.0, 1.0, left, 1.4, True)
+    assert idle(driven) == Drive(5.0, 0.0, macro.rest(0.0), 0.0, True)
 
 
 def test_the_table_is_what_was_agreed_on() -> None:

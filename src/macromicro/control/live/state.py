@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from macromicro.control import settings
+from macromicro.control import macro, settings
 from macromicro.control.live import survey
 from macromicro.control.live.messages import DISABLED, Evidence
 from macromicro.control.live.parameters import LiveParameters, SoftLimits
 from macromicro.control.live.survey import NOTHING, Survey
-from macromicro.control.macro import MacroMemory
+from macromicro.control.macro import Memory
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 
@@ -46,7 +46,7 @@ class Drive(NamedTuple):
 
     macro_reference: float
     micro_reference: float
-    memory: MacroMemory
+    memory: Memory
     integral: float
     reset: bool
 
@@ -184,7 +184,7 @@ class LiveState(NamedTuple):
     doubt: str = ""
 
 
-REST = MacroMemory(0.0, 0.0)
+REST = macro.rest(0.0)
 
 
 def begin(
