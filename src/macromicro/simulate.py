@@ -18,7 +18,7 @@ from macromicro.kernel import compiled
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant
-from macromicro.programme import Programme
+from macromicro.programme import Programme, moves
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
@@ -58,7 +58,7 @@ class Rolled(NamedTuple):
 
 def plan(programme: Programme) -> Plan:
     """The programme as the supervisor takes it: macro targets in counts, micro in mm."""
-    fine = programme.stage == 1
+    fine = programme.stage == moves.MICRO
     target = np.where(fine, programme.target * 1e3, programme.target)
     return Plan(
         np.ascontiguousarray(programme.start, dtype=float),
@@ -93,10 +93,10 @@ def longest(settings: Settings, programme: Programme) -> float:
     if not np.isnan(programme.end):
         return float(programme.end) + 1.0
     sequence = settings.controller.sequence
-    moves = int((programme.stage == 0).sum())
+    macro_moves = int((programme.stage == moves.MACRO).sum())
     # A move begins at a whole period, so a hold may last up to two periods longer than it says.
     rounding = 2.0 * PERIOD * len(programme.hold)
-    waits = moves * (sequence.patience + sequence.wait)
+    waits = macro_moves * (sequence.patience + sequence.wait)
     return float(programme.hold.sum()) + waits + rounding + 1.0
 
 

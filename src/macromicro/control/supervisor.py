@@ -18,6 +18,7 @@ from macromicro.control.calibration import Calibration
 from macromicro.control.macro import MacroLaw, Memory
 from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
+from macromicro.programme import moves
 from macromicro.schema.par import Par
 from macromicro.types import Command, Outputs, Sample
 
@@ -109,7 +110,7 @@ def _complete(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
     """Is the present move over, its hold included?"""
     if s.move < 0:
         return True
-    if plan.stage[s.move] == 0:
+    if plan.stage[s.move] == moves.MACRO:
         return s.phase == SETTLING and t - s.entered >= p.sequence.wait + plan.hold[s.move] - 1e-9
     return bool(t - s.began >= plan.hold[s.move] - 1e-9)
 
@@ -126,7 +127,7 @@ def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
         return False
     # A macro move may cut in; a micro move waits until the carriage has settled.
     settled = s.phase == SETTLING and t - s.entered >= p.sequence.wait - 1e-9
-    return bool(plan.stage[following] == 0) or s.phase in (WAITING, MICRO) or settled
+    return bool(plan.stage[following] == moves.MACRO) or s.phase in (WAITING, MICRO) or settled
 
 
 @kernel
@@ -140,7 +141,7 @@ def _over(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
 @kernel
 def _overtaken(plan: Plan, move: int, t: float) -> bool:
     """Is the next move a fine one whose successor's scheduled time has come as well?"""
-    if move + 2 >= len(plan.stage) or plan.stage[move + 1] == 0:
+    if move + 2 >= len(plan.stage) or plan.stage[move + 1] == moves.MACRO:
         return False
     after = plan.start[move + 2]
     return not math.isnan(after) and t >= after - 1e-9
@@ -181,7 +182,7 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
         phase, entered = DONE, t
     elif phase != DONE and _due(p, plan, now, t):
         move, began, entered = move + 1, t, t
-        if plan.stage[move] == 0:
+        if plan.stage[move] == moves.MACRO:
             if p.sequence.park == 1 and phase != MACRO:
                 memory = macro.rest(0.0)
             phase, inside = MACRO, math.nan

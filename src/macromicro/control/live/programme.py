@@ -23,6 +23,7 @@ from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import EMPTY, NAN, TICK, LiveState, Motion, Running
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, Plan, Progress
+from macromicro.programme import moves
 from macromicro.types import Sample
 
 MODES = {MACRO: m.MOVING_MACRO, SETTLING: m.SETTLING, MICRO: m.MOVING_MICRO}
@@ -41,7 +42,7 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
 
 def _raw(plan: Plan, offset: float) -> Plan:
     """The plan with raw counts, as plain numbers: interpreted, they are faster than arrays."""
-    target = plan.target + (plan.stage == 0) * offset
+    target = plan.target + (plan.stage == moves.MACRO) * offset
     listed: Any = [a.tolist() for a in (plan.start, plan.stage, target, plan.hold)]
     start, stage, goal, hold = listed
     return Plan(start, stage, goal, hold, float(plan.end))
@@ -97,7 +98,7 @@ def step(
 
 def _left(plan: Plan, before: Progress, progress: Progress) -> bool:
     """Is the macro move that was under way over? Moves passed over do not end it."""
-    fresh = progress.move != before.move and plan.stage[progress.move] == 0
+    fresh = progress.move != before.move and plan.stage[progress.move] == moves.MACRO
     return progress.phase != MACRO or fresh
 
 
@@ -114,7 +115,7 @@ def _arrived(s: LiveState, before: Progress, sample: Sample) -> bool:
 def _way(s: LiveState, work: Running) -> Evidence:
     """The macro move under way, and what it lacks [counts]."""
     move = work.progress.move
-    while work.plan.stage[move] != 0:  # passed over on its way
+    while work.plan.stage[move] != moves.MACRO:  # passed over on its way
         move -= 1
     return {"move": move, "error_counts": work.progress.macro_reference - s.seen.encoder}
 
@@ -122,7 +123,7 @@ def _way(s: LiveState, work: Running) -> Evidence:
 def _told(s: LiveState, work: Running, progress: Progress) -> m.Event:
     """The event of a move's beginning, with how the one before ended."""
     k = progress.move
-    coarse = work.plan.stage[k] == 0
+    coarse = work.plan.stage[k] == moves.MACRO
     target = work.plan.target[k] - (s.frame.offset if coarse else 0.0)
     unit = "counts" if coarse else "mm"
     facts: Evidence = {"move": k, "stage": m.STAGES[work.plan.stage[k]]}
@@ -134,7 +135,7 @@ def _told(s: LiveState, work: Running, progress: Progress) -> m.Event:
 
 def _result(s: LiveState, work: Running) -> Evidence:
     """Error at the end of the present move: counts, or the last full window's mean in mm."""
-    if work.plan.stage[work.progress.move] == 0:
+    if work.plan.stage[work.progress.move] == moves.MACRO:
         return {"error_counts": work.progress.macro_reference - s.seen.encoder}
     return {"error_mm": work.window.mean}
 
@@ -151,7 +152,7 @@ def _end(
         if work.cut_off is not None:
             found |= {f"cut_off_{name}": value for name, value in work.cut_off.items()}
         return _stalled(p, s, found)
-    if plan.stage[move] == 1:
+    if plan.stage[move] == moves.MICRO:
         return _settle(p, s, work, sample, dt)
     if abs(found["error_counts"]) > s.laws.sequence.tolerance:
         return _stalled(p, s, found)
