@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 import pytest
 
+from macromicro.control.arrival import Sequence
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import Pi, PiAntiWindup
-from macromicro.control.supervisor import Sequence
 from macromicro.drawing import diagram, flow
 from macromicro.drawing.diagram import Diagram
 from macromicro.drawing.exhibit import SVG, rendered

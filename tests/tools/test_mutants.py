@@ -82,7 +82,7 @@ def test_tables_and_slack_are_left_alone(operators):
 
 def test_slack_with_a_name_is_slack(operators):
     """And its value is what the tool takes it for."""
-    from macromicro.control.live.state import TICK
+    from macromicro.control.arrival import TICK
 
     assert TICK <= operators._SLACK
     found = changes(operators, "def late(t, end):\n    return t >= end - TICK\n")

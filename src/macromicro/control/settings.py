@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.control import calibration, macro
+from macromicro.control.arrival import Sequence
 from macromicro.control.calibration import Calibration
 from macromicro.control.macro import LAWS, MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import HIGHEST, Pi, PiAntiWindup, Proportional
 from macromicro.control.pid import Pid
-from macromicro.control.supervisor import Sequence, Supervisor
+from macromicro.control.supervisor import Supervisor
 from macromicro.nominal import FULL_SCALE
 from macromicro.schema.par import Par, with_sets
 

@@ -8,60 +8,21 @@ move disables the micro-stage again (0 V).
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.control import calibration, macro, pi
+from macromicro.control import arrival, calibration, macro, pi
+from macromicro.control.arrival import TICK, Sequence
 from macromicro.control.calibration import Calibration
 from macromicro.control.macro import MacroLaw, Memory
 from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
 from macromicro.programme import moves
-from macromicro.schema.par import Par
 from macromicro.types import Command, Outputs, Sample
 
 WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)
-
-
-FARTHEST = 1e6  # counts of any encoder; the strokes say what is sensible (`rules`)
-LONGEST = 600.0  # s; the whole travel at 0.3 mm/s
-
-
-class Sequence(NamedTuple):
-    """When a macro move counts as arrived, and what follows."""
-
-    tolerance: Annotated[
-        float,
-        Par("count", "macro error that counts as arrived", "Section 4.3", lo=0.0, hi=FARTHEST),
-    ] = 2.0
-    dwell: Annotated[
-        float, Par("s", "time within the tolerance before arrival is declared", lo=0.0, hi=60.0)
-    ] = 0.2
-    patience: Annotated[
-        float,
-        Par(
-            "s",
-            "longest wait for an arrival; the move is then reported as not arrived",
-            lo=0.1,
-            hi=LONGEST,
-        ),
-    ] = 15.0
-    wait: Annotated[
-        float,
-        Par("s", "wait between arrival and the micro-stage", "Section 6.1", lo=0.0, hi=LONGEST),
-    ] = 2.0
-    park: Annotated[
-        int,
-        Par(
-            "",
-            "1: motor off once arrived, so that a flickering count does not kick the "
-            "carriage under the micro-stage; 0: macro control stays on",
-            lo=0,
-            hi=1,
-        ),
-    ] = 1
 
 
 class Supervisor(NamedTuple):
@@ -111,8 +72,8 @@ def _complete(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
     if s.move < 0:
         return True
     if plan.stage[s.move] == moves.MACRO:
-        return s.phase == SETTLING and t - s.entered >= p.sequence.wait + plan.hold[s.move] - 1e-9
-    return bool(t - s.began >= plan.hold[s.move] - 1e-9)
+        return s.phase == SETTLING and t - s.entered >= p.sequence.wait + plan.hold[s.move] - TICK
+    return bool(t - s.began >= plan.hold[s.move] - TICK)
 
 
 @kernel
@@ -123,10 +84,10 @@ def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
         return False
     if math.isnan(plan.start[following]):
         return _complete(p, plan, s, t)
-    if t < plan.start[following] - 1e-9:
+    if t < plan.start[following] - TICK:
         return False
     # A macro move may cut in; a micro move waits until the carriage has settled.
-    settled = s.phase == SETTLING and t - s.entered >= p.sequence.wait - 1e-9
+    settled = s.phase == SETTLING and t - s.entered >= p.sequence.wait - TICK
     return bool(plan.stage[following] == moves.MACRO) or s.phase in (WAITING, MICRO) or settled
 
 
@@ -134,7 +95,7 @@ def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
 def _over(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
     """Has the programme ended? By the clock if it is scheduled, else with its last hold."""
     if not math.isnan(plan.end):
-        return t >= plan.end - 1e-9
+        return t >= plan.end - TICK
     return s.move + 1 >= len(plan.stage) and _complete(p, plan, s, t)
 
 
@@ -144,7 +105,7 @@ def _overtaken(plan: Plan, move: int, t: float) -> bool:
     if move + 2 >= len(plan.stage) or plan.stage[move + 1] == moves.MACRO:
         return False
     after = plan.start[move + 2]
-    return not math.isnan(after) and t >= after - 1e-9
+    return not math.isnan(after) and t >= after - TICK
 
 
 @kernel
@@ -155,15 +116,10 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
     macro_reference, micro_reference = s.macro_reference, s.micro_reference
     memory, integral = s.macro, s.integral
     if phase == MACRO:
-        # A reading that is missing (NaN) fails the comparison: it is no arrival.
-        if abs(macro_reference - position) <= p.sequence.tolerance:
-            inside = t if math.isnan(inside) else inside
-        else:
-            inside = math.nan
-        arrived = not math.isnan(inside) and t - inside >= p.sequence.dwell - 1e-9
-        if arrived or t - began >= p.sequence.patience:
+        inside = arrival.since(p.sequence, macro_reference - position, inside, t)
+        if arrival.arrived(p.sequence, inside, t) or t - began >= p.sequence.patience:
             phase, entered, zeroed = SETTLING, t, 0
-    waiting = phase == MACRO or (phase == SETTLING and t - entered < p.sequence.wait - 1e-9)
+    waiting = phase == MACRO or (phase == SETTLING and t - entered < p.sequence.wait - TICK)
     while waiting and _overtaken(plan, move, t):
         move += 1
     now = Progress(
@@ -228,7 +184,7 @@ def step(
         integral, ctrl = pi.step(p.micro, integral, s.micro_reference - fine, dt)
     reset = 0.0
     if zeroed == 0 and (
-        s.phase == MICRO or (s.phase == SETTLING and t - s.entered >= p.sequence.wait - 1e-9)
+        s.phase == MICRO or (s.phase == SETTLING and t - s.entered >= p.sequence.wait - TICK)
     ):
         reset, zeroed = 1.0, 1
     s = Progress(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.control import calibration
+from macromicro.control.arrival import Sequence
 from macromicro.control.live.messages import Enable
 from macromicro.control.live.parameters import Brake, Fine, Homing, Jogging, Live
 from macromicro.control.settings import Control
-from macromicro.control.supervisor import Sequence
 from macromicro.types import Outputs, Sample
 
 from .bench import DT, Machine

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from macromicro.control.arrival import Sequence
 from macromicro.control.live import messages, state
 from macromicro.control.live.parameters import Edges
 from macromicro.control.settings import Control
-from macromicro.control.supervisor import Sequence
 from macromicro.types import Outputs, Sample
 
 from .bench import DT, PITCH, Machine

@@ -7,11 +7,11 @@ import math
 import pytest
 
 from macromicro.control import macro
+from macromicro.control.arrival import Sequence
 from macromicro.control.live import messages as m
 from macromicro.control.live import moves
 from macromicro.control.live.messages import Accepted
 from macromicro.control.settings import Control
-from macromicro.control.supervisor import Sequence
 from macromicro.types import SAFE, Sample
 
 from .bench import DT, PITCH, homed

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 
+from macromicro.control.arrival import TICK
 from macromicro.control.live import messages as m
 from macromicro.control.live.effort import Efforts, macro_effort
 from macromicro.control.live.messages import Evidence, Notice
@@ -17,7 +18,6 @@ from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import (
     NAN,
     REST,
-    TICK,
     Approach,
     Braking,
     LiveState,

@@ -6,9 +6,10 @@ import math
 from typing import NamedTuple
 
 from macromicro.control import macro, pi
+from macromicro.control.arrival import TICK
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Fine
-from macromicro.control.live.state import EMPTY, TICK, Drive, LiveState, Window
+from macromicro.control.live.state import EMPTY, Drive, LiveState, Window
 from macromicro.types import Sample
 
 

@@ -18,6 +18,8 @@ from __future__ import annotations
 
 import math
 
+from macromicro.control import arrival
+from macromicro.control.arrival import TICK
 from macromicro.control.live import brake, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
@@ -27,7 +29,6 @@ from macromicro.control.live.parameters import Homing, LiveParameters
 from macromicro.control.live.state import (
     NAN,
     REST,
-    TICK,
     Frame,
     LiveState,
     Motion,
@@ -134,15 +135,13 @@ def _back(
     q, sequence = p.settings.homing, s.laws.sequence
     goal = work.stop + (q.back_off if work.sure else AGAIN)
     reference = min(s.drive.macro_reference + q.speed * dt, goal, sample.encoder + q.lead)
-    since = NAN
     if not work.sure and sample.encoder >= goal - sequence.tolerance:
         drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
         s = s._replace(work=work._replace(phase=SEARCH, since=s.time, origin=NAN), drive=drive)
         return s, Efforts(0.0, 0.0, 1.0)
-    if abs(goal - sample.encoder) <= sequence.tolerance:
-        since = s.time if math.isnan(work.since) else work.since
-    # NaN fails the comparison; so it is while the stop is not sure, which has turned back above.
-    if s.time - since >= sequence.dwell - TICK:
+    since = arrival.since(sequence, goal - sample.encoder, work.since, s.time)
+    # Not while the stop is not sure, which has turned back above.
+    if arrival.arrived(sequence, since, s.time):
         offset = goal - q.coordinate
         shift = offset - s.frame.offset  # counts lost or gained since it was last known
         s = s._replace(

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
+from macromicro.control import arrival
+from macromicro.control.arrival import TICK
 from macromicro.control.live import brake, moves
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, fine_efforts, limited, macro_effort, observe
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, TICK, Jogged, LiveState, Motion, Settle
+from macromicro.control.live.state import EMPTY, Jogged, LiveState, Motion, Settle
 from macromicro.types import Sample
 
 
@@ -76,7 +78,7 @@ def macro(
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, Efforts(notices=notices)
     s = s._replace(drive=drive, work=work._replace(speed=speed, held_back=held_back))
-    arrived = abs(reference - sample.encoder) <= s.laws.sequence.tolerance
+    arrived = arrival.within(s.laws.sequence, reference - sample.encoder)
     if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
         s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
         return s, Efforts(notices=notices)

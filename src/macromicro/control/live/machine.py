@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 
 from macromicro.control import calibration
+from macromicro.control.arrival import TICK
 from macromicro.control.live import brake, homing, jog, moves, programme, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
@@ -18,7 +19,6 @@ from macromicro.control.live.effort import NONE, Efforts
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import Edges, LiveParameters
 from macromicro.control.live.state import (
-    TICK,
     Approach,
     Braking,
     Jogged,

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+from macromicro.control import arrival
+from macromicro.control.arrival import TICK
 from macromicro.control.live import brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
@@ -25,7 +27,6 @@ from macromicro.control.live.state import (
     EMPTY,
     NAN,
     REST,
-    TICK,
     Approach,
     LiveState,
     Motion,
@@ -80,11 +81,8 @@ def approach(
     """One period of the coarse part, before arrival."""
     q = s.laws.sequence
     error = _macro_error(s, motion, sample)
-    # A missing reading (NaN) fails the comparisons: it is no arrival.
-    inside = NAN
-    if abs(error) <= q.tolerance:
-        inside = s.time if math.isnan(work.inside) else work.inside
-    if s.time - inside >= q.dwell - TICK:
+    inside = arrival.since(q, error, work.inside, s.time)
+    if arrival.arrived(q, inside, s.time):
         found = {"error_counts": error, "seconds": s.time - motion.began}
         s, event = t.go(s._replace(work=Approach(inside, s.time)), m.SETTLING, t.ARRIVED, found)
         s, efforts = _parked(s, sample, dt)
@@ -112,7 +110,7 @@ def settle(
         return s, efforts
     error = _macro_error(s, motion, sample)
     found: Evidence = {"error_counts": error}
-    if abs(error) > q.tolerance:
+    if not arrival.within(q, error):
         if s.time - motion.began >= q.patience - TICK:
             s, notices = brake.start(p, s, m.STALLED, t.STALLED)
             return s, Efforts(notices=notices)

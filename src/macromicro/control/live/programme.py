@@ -14,14 +14,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from macromicro.control import supervisor
+from macromicro.control import arrival, supervisor
+from macromicro.control.arrival import TICK
 from macromicro.control.live import brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, fine_efforts, observe
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, NAN, TICK, LiveState, Motion, Running
+from macromicro.control.live.state import EMPTY, NAN, LiveState, Motion, Running
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, Plan, Progress
 from macromicro.programme import moves
 from macromicro.types import Sample
@@ -106,10 +107,9 @@ def _arrived(s: LiveState, before: Progress, sample: Sample) -> bool:
     """Has the macro move that was under way arrived by now, as the supervisor judges it? With
     no wait behind it, the supervisor's own state is that of the next move already."""
     q = s.laws.sequence
-    if not abs(before.macro_reference - sample.encoder) <= q.tolerance:
-        return False
-    inside = sample.t if math.isnan(before.inside) else before.inside
-    return sample.t - inside >= q.dwell - TICK
+    error = before.macro_reference - sample.encoder
+    inside = arrival.since(q, error, before.inside, sample.t)
+    return arrival.arrived(q, inside, sample.t)
 
 
 def _way(s: LiveState, work: Running) -> Evidence:
@@ -154,7 +154,7 @@ def _end(
         return _stalled(p, s, found)
     if plan.stage[move] == moves.MICRO:
         return _settle(p, s, work, sample, dt)
-    if abs(found["error_counts"]) > s.laws.sequence.tolerance:
+    if not arrival.within(s.laws.sequence, found["error_counts"]):
         return _stalled(p, s, found)
     s, notices = t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)
     return s, Efforts(notices=notices)

@@ -15,7 +15,6 @@ from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 
 NAN = math.nan
-TICK = 1e-9  # slack of comparisons of times
 
 
 class Seen(NamedTuple):

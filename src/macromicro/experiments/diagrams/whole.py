@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.control.supervisor import Sequence
+from macromicro.control.arrival import Sequence
 from macromicro.drawing.diagram import Diagram, block, quantiser, saturation
 from macromicro.experiments.diagrams.described import Described, number
 from macromicro.models.macro import MacroModel

@@ -1,0 +1,69 @@
+"""When a macro move has arrived: one meaning, for programmes, live moves and live programmes."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+TICK = 1e-9  # s; slack of comparisons of times
+FARTHEST = 1e6  # counts of any encoder; the strokes say what is sensible (`rules`)
+LONGEST = 600.0  # s; the whole travel at 0.3 mm/s
+
+
+class Sequence(NamedTuple):
+    """When a macro move counts as arrived, and what follows."""
+
+    tolerance: Annotated[
+        float,
+        Par("count", "macro error that counts as arrived", "Section 4.3", lo=0.0, hi=FARTHEST),
+    ] = 2.0
+    dwell: Annotated[
+        float, Par("s", "time within the tolerance before arrival is declared", lo=0.0, hi=60.0)
+    ] = 0.2
+    patience: Annotated[
+        float,
+        Par(
+            "s",
+            "longest wait for an arrival; the move is then reported as not arrived",
+            lo=0.1,
+            hi=LONGEST,
+        ),
+    ] = 15.0
+    wait: Annotated[
+        float,
+        Par("s", "wait between arrival and the micro-stage", "Section 6.1", lo=0.0, hi=LONGEST),
+    ] = 2.0
+    park: Annotated[
+        int,
+        Par(
+            "",
+            "1: motor off once arrived, so that a flickering count does not kick the "
+            "carriage under the micro-stage; 0: macro control stays on",
+            lo=0,
+            hi=1,
+        ),
+    ] = 1
+
+
+@kernel
+def within(p: Sequence, error: float) -> bool:
+    """Is the error [counts] within the tolerance? A missing reading (NaN) is not."""
+    return abs(error) <= p.tolerance
+
+
+@kernel
+def since(p: Sequence, error: float, before: float, t: float) -> float:
+    """Since when [s] the error [counts] is within the tolerance, NaN where it is not; `before`:
+    the same of the last period."""
+    if not within(p, error):
+        return math.nan
+    return t if math.isnan(before) else before
+
+
+@kernel
+def arrived(p: Sequence, inside: float, t: float) -> bool:
+    """Has it been within since `inside` [s] for the dwell? NaN fails the comparison."""
+    return t - inside >= p.dwell - TICK
