@@ -20,8 +20,9 @@ from macromicro.report.free_parameters import free_parameters
 from macromicro.settings import Settings
 
 # The D/A board latches a voltage one period late: structure of the bench, not a parameter.
-# M7 follows from M2 and M3b, whose speeds were chosen; for I7 a gain of the controller was.
-WITHOUT_PARAMETER = {"M10", "M7", "I7"}
+# M7 follows from M2 and M3b, whose speeds were chosen; for I7 a gain of the controller was. M9,
+# M14 and A4 had to be met from the first sketch on, by parameters that nothing records.
+WITHOUT_PARAMETER = {"M10", "M7", "I7", "M9", "M14", "A4"}
 
 
 def named() -> set[str]:

@@ -75,10 +75,10 @@ def test_calibrated_parameters_name_claims() -> None:
     assert len(calibrated) == len(here) + len(there)
     assert all(p.claims for p in calibrated)
     by_path = {p.path: p for p in calibrated}
-    assert by_path["friction.coulomb"].claims == ("M1", "M9", "M2", "M3", "M6a", "M6b")
+    assert by_path["friction.coulomb"].claims == ("M1", "M2", "M3", "M6a", "M6b")
     assert by_path["encoder.pitch"].claims == ("M16",)
     for path in ("thermal.plate_resistance", "thermal.body_resistance", "bias.preload"):
-        assert by_path[f"cycle bench: {path}"].claims == ("A1", "A2", "A3", "A4")
+        assert by_path[f"cycle bench: {path}"].claims == ("A1", "A2", "A3")
     assert by_path["driver.map_heat"].claims == ("S3", "S4", "S5", "S6", "S7")
     assert by_path["driver.map_heat"].numbers == len(SETTINGS.bench.driver.map_heat)
 

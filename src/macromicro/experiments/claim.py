@@ -8,6 +8,11 @@ from typing import NamedTuple
 REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
 CALIBRATED, COMPUTED, PREDICTED = "calibrated", "computed", "predicted"
 SET = "set"
+# What the history tells of M9, M14 and A4, for which no parameter is named.
+MET = (
+    "the bench was made to meet it from its first sketch on; which parameter was turned for it "
+    "is not recorded"
+)
 KINDS = (CALIBRATED, SET, COMPUTED, PREDICTED)
 
 Number = float | list[float] | list[str] | None
@@ -18,10 +23,10 @@ class Claim(NamedTuple):
 
     `printed` and `measured` are numbers, lists of numbers or names, or None where the claim
     has none; `printed_text` is what the thesis prints in words. `kind`: `calibrated` (a
-    parameter of the bench or a gain was chosen with it in view, or it follows from claims for
-    which one was), `set` (a setting fixes it, and the measurement gives the setting back),
-    `computed` (arithmetic) or `predicted` (none of these). `reason`
-    says why it differs, or what the agreement rests on.
+    parameter of the bench or a gain was chosen with it in view, the bench was made to meet it, or
+    it follows from claims for which that was so), `set` (a setting fixes it, and the
+    measurement gives the setting back), `computed` (arithmetic) or `predicted` (none of these).
+    `reason` says why it differs, or what the agreement rests on.
     """
 
     id: str

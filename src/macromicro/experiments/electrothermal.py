@@ -114,7 +114,7 @@ class StepData(NamedTuple):
 
     steps: dict[float, list[Recording]]
     cooled: dict[float, list[Recording]]
-    warm: tuple[Recording, ...] = ()
+    warm: tuple[Recording, ...]
 
 
 def last_of(recording: Recording, seconds: float) -> Recording:

@@ -131,11 +131,10 @@ def _moves(runs: IntegratedRuns, recording: Recording) -> list[MoveResult]:
 
 class Bias(NamedTuple):
     """Tenth cycle against the first: `cycles`; `worst` [um]: largest final error by the laser
-    in the last cycle; `true_worst`: the same by the bench's truth, None if not recorded."""
+    in the last cycle."""
 
     cycles: list[Cycle]
     worst: float
-    true_worst: float | None
 
 
 def cycled(runs: IntegratedRuns, recording: Recording) -> Bias:
@@ -144,9 +143,8 @@ def cycled(runs: IntegratedRuns, recording: Recording) -> Bias:
     each = per_cycle(done, extension(recording), len(runs.single.target))
     last = [m for m in done if m.stage == "micro"][-int(np.sum(runs.single.stage != MACRO)) :]
     seen = [abs(m.final_error) for m in last if m.final_error is not None]
-    true = [abs(m.true_error) for m in last if m.true_error is not None]
     whole = len(each) == CYCLES and len(seen) == len(last)
-    return Bias(each, max(seen) if whole else float("nan"), max(true) if true else None)
+    return Bias(each, max(seen) if whole else float("nan"))
 
 
 class CycleTime(NamedTuple):

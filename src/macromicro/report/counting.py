@@ -18,9 +18,9 @@ from macromicro.experiments.claim import (
 from macromicro.experiments.reproduce import Result
 
 KINDS = {
-    CALIBRATED: "a parameter of the bench or a gain was chosen with this claim in view, or it "
-    "follows from claims for which one was; that it is met shows that the bench can behave so, "
-    "and proves no more",
+    CALIBRATED: "a parameter of the bench or a gain was chosen with this claim in view, the bench "
+    "was made to meet it, or it follows from claims for which that was so; that it is "
+    "met shows that the bench can behave so, and proves no more",
     SET: "a setting of bench or controller fixes it; the measurement only gives the setting back",
     COMPUTED: "a formula or a sum of the thesis, worked out anew; no bench is needed",
     PREDICTED: "measured as the thesis did; by the project's history no parameter was chosen for "

@@ -13,7 +13,13 @@ from macromicro.drawing.shades import shades
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.experiments import gain_curve
 from macromicro.experiments.actuator_models import Models, Unfitted
-from macromicro.experiments.electrothermal import ABOVE_STOP, BELOW_STOP, HELD_S
+from macromicro.experiments.electrothermal import (
+    ABOVE_STOP,
+    BELOW_STOP,
+    CYCLES_BEFORE,
+    HELD_S,
+    WARM,
+)
 from macromicro.experiments.judging import NotMeasured
 from macromicro.identify import thermal
 from macromicro.identify.actuator import AMBIENT
@@ -222,11 +228,11 @@ def _cooling(models: Models) -> Drawn:
     figure, axes = new(3.8, 1)
     ax = axes[0, 0]
     seconds = 2.5
-    table, fit = models.table, models.thesis.cooling
+    table, fit = models.table, thermal.cooling(models.table, models.data.warm, AMBIENT)
     times = []
-    for (v, trials), color in zip(
-        models.data.cooled.items(), shades(len(models.data.cooled)), strict=True
-    ):
+    cold = [(f"{v:g} V to 0 V", trials) for v, trials in models.data.cooled.items()]
+    warm = (f"{WARM:g} V to 0 V, cycled", models.data.warm)
+    for (name, trials), color in zip((*cold, warm), (*shades(len(cold)), BLUE), strict=True):
         found = thermal.cooling(table, trials, AMBIENT)
         times.append(found.time)
         t, x = thermal.averaged(trials)
@@ -235,7 +241,7 @@ def _cooling(models: Models) -> Drawn:
         fall = on_cooling(table, x[rows], found.peak)
         known = (fall.slope > 0.0) & (fall.high - fall.low <= thermal.WIDEST_BAND)
         shown = np.where(known, fall.temperature, np.nan)
-        line(ax, t[rows] - t[begin], shown, color, f"{v:g} V to 0 V")
+        line(ax, t[rows] - t[begin], shown, color, name)
     t = np.linspace(0.0, seconds, 200)
     for time, color, label in ((1.0, BLACK, "(5.9)"), (fit.time, RED, "first order, identified")):
         model = AMBIENT + (fit.peak - AMBIENT) * np.exp(-t / time)
@@ -247,8 +253,9 @@ def _cooling(models: Models) -> Drawn:
         "5.16",
         "Cooling after a step of CTRL",
         "Temperature inferred from the position, by the descending curve that begins where each "
-        "step ended after 10 s, as long as the position tells it. Models of first order for "
-        f"1.575 V to 0 V (broken). All fall by 63 % in {min(times):.2f} to {max(times):.2f} s.",
+        "step ended after 10 s, as long as the position tells it: from cold, and at 1.575 V once "
+        f"more after {CYCLES_BEFORE} cycles of the same, as the thesis took it. Models of first "
+        f"order for that (broken). All fall by 63 % in {min(times):.2f} to {max(times):.2f} s.",
         figure,
         ("S8",),
     )

@@ -16,13 +16,14 @@ from macromicro.design.margins import (
     pd_by_time,
 )
 from macromicro.experiments.macro_design import trial
-from macromicro.models.macro import Linear, jump, position_transfer
+from macromicro.models.macro import Linear, Motor, discretised, jump, position_transfer, transfer
 from macromicro.report.errata.entry import Erratum, Figure, Formula, Quote
 
 INITIAL = (0.00245865, 0.0000998447)  # (4.9)
 TUNED = (0.0124593, 0.0112178)  # (4.10) as printed
 STEP = 3000.0  # counts
 DEAD_ZONE = 3.0  # V
+ONES = Motor(*[1.0] * 7)
 
 
 def loop(now: float, before: float) -> Crossover:
@@ -38,15 +39,17 @@ def _state_space() -> tuple[Figure, ...]:
     return (
         Figure("slower pole of (4.1) as printed, all constants 1", float(printed), "rad/s"),
         Figure("with -K_b/L", float(right), "rad/s"),
+        Figure("pole of (4.2), whose sign is that, without inductance", transfer(ONES)[1], "rad/s"),
     )
 
 
 def _pole() -> tuple[Figure, ...]:
-    a = Linear().a
+    a, held = Linear().a, discretised(*transfer(ONES), 1.0)
     return (
         Figure("pole of (4.3) in z, a as printed (positive)", a),
         Figure("pole with a identified", -a),
         Figure("its speed", -math.log(-a) / Linear().dt, "rad/s"),
+        Figure("pole that (4.3) has from (4.2), all constants 1, 1 s", -held.a),
     )
 
 

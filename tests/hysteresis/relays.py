@@ -1,4 +1,4 @@
-"""The slow reference: every relay of (2.2) by itself. For tests and pictures."""
+"""The slow reference: every relay of (2.2) by itself."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.errors import InputError
 from macromicro.hysteresis.everett import Array
 
 
@@ -60,19 +59,10 @@ def refined(weights: Array) -> Array:
 def relay_start(
     relays: Relays, start: str = "negative", swing: Iterable[float] = ()
 ) -> npt.NDArray[np.bool_]:
-    """Which relays are up at the start: none, all, or what a decaying swing leaves.
-
-    `start`: "negative", "positive" or "demagnetised"; the last takes the turning points of
-    the `swing`, such as those of `preisach.demagnetising`. Raises InputError for another
-    start, or a demagnetised one without a swing.
-    """
-    turns = list(swing)
-    if start not in ("negative", "positive", "demagnetised"):
-        raise InputError("relays, start", start, "'negative', 'positive' or 'demagnetised'")
-    if start == "demagnetised" and not turns:
-        raise InputError("relays, swing", "empty", "the turning points of a decaying swing")
+    """Which relays are up at the start: "negative" none, "positive" all, "demagnetised" what
+    the turning points of a decaying `swing` leave."""
     on = np.full(relays.up.shape, start == "positive")
-    for u in turns if start == "demagnetised" else ():
+    for u in swing if start == "demagnetised" else ():
         on, _ = relay_step(relays, on, u)
     return on
 
