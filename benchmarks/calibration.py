@@ -16,7 +16,9 @@ from macromicro.experiments import electrothermal_claims, integrated, micro_runs
 from macromicro.experiments.actuator_models import Models
 from macromicro.experiments.procedure import Lab
 from macromicro.experiments.procedures import electrothermal
-from macromicro.experiments.programmed import micro_steps, on_twin
+from macromicro.runs import sequence
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
@@ -91,9 +93,9 @@ def heat_sensitivity(factors: tuple[float, ...] = HEATS) -> list[HeatLine]:
         base = Settings()
         *others, top = base.bench.driver.map_heat
         settings = replaced(base, "bench.driver.map_heat", (*others, factor * top))
-        sequence = micro_steps(micro_runs.LEVELS, 2.0, micro_runs.TIMES)
-        run = on_twin(sequence, micro_runs.with_law(settings, "pi"))
-        lines.append(HeatLine(factor * top, micro_runs.error_after(run, micro_runs.TIMES[2])))
+        steps = micro_steps(sequence.LEVELS, 2.0, sequence.TIMES)
+        run = on_twin(steps, micro_runs.with_law(settings, "pi"))
+        lines.append(HeatLine(factor * top, micro_runs.error_after(run, sequence.TIMES[2])))
     return lines
 
 

@@ -14,6 +14,7 @@ from macromicro.models import heating
 from macromicro.models.heating import from_transfer, step_response
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
+from macromicro.runs import drives
 
 PRINTED = from_transfer(*heating.PRINTED)
 
@@ -128,4 +129,4 @@ def test_better_model_is_a_physical_one(models: Models) -> None:
 
 def test_profiles_that_are_none_are_refused() -> None:
     with pytest.raises(InputError, match="CTRL profile"):
-        electrothermal.run(bench.prepare(Bench(), Sensors()), [1.5, np.nan])
+        drives.heated(bench.prepare(Bench(), Sensors()), [1.5, np.nan])

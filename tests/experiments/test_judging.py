@@ -10,14 +10,14 @@ from macromicro.experiments import electrothermal_claims, integrated, micro_cont
 from macromicro.experiments.actuator_models import Unfitted
 from macromicro.experiments.claim import DIFFERS, NOT_MEASURED, REPRODUCED, Claim, reached
 from macromicro.experiments.judging import NotMeasured, judged, whole
-from macromicro.experiments.micro_runs import LEVELS, TIMES
 from macromicro.experiments.procedure import Lab
 from macromicro.experiments.procedures import electrothermal, macro_control
-from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.experiments.reproduce import failed
 from macromicro.experiments.statements import stated
 from macromicro.plant import cycle, kiln
 from macromicro.recording import Recording
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 

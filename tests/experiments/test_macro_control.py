@@ -9,7 +9,8 @@ import pytest
 
 from macromicro import loop
 from macromicro.columns import COLUMNS
-from macromicro.experiments import macro_control, macro_design, macro_drive
+from macromicro.design import steps
+from macromicro.experiments import macro_control, macro_drive
 from macromicro.experiments.claim import COMPUTED, DIFFERS, REPRODUCED, Claim
 from macromicro.experiments.macro_control import Square, tracking
 from macromicro.experiments.procedure import Lab
@@ -17,9 +18,11 @@ from macromicro.experiments.procedures import all_procedures
 from macromicro.plant import bench
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.runs import drives
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
+from macromicro.tuning import thesis
 
 IDS = (
     *("M1", "M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b", "M7", "M8", "M9"),
@@ -68,23 +71,23 @@ def test_measured_numbers(claims: dict[str, Claim]) -> None:
 
 def test_ratio_of_the_thesis_saturates(claims: dict[str, Claim]) -> None:
     """Section 4.3.3 against itself: 1.05 asks for about 10 V; (4.10) for 37 + 3, then 6.72 V."""
-    assert macro_design.trial(macro_design.at_ratio(1.05)).peak == pytest.approx(9.96, abs=0.05)
-    printed = macro_design.trial(macro_design.TUNED_TAPS)
+    assert thesis.trial(thesis.at_ratio(1.05)).peak == pytest.approx(9.96, abs=0.05)
+    printed = thesis.trial(thesis.TUNED_TAPS)
     assert printed.first == pytest.approx(0.0124593 * 3000.0 + 3.0)
     assert printed.peak == pytest.approx(6.72, abs=0.01)
     assert printed.saturated > 100
-    assert macro_design.ratio_below_limit() > 1.5
+    assert thesis.ratio_below_limit() > 1.5
     assert claims["M12"].measured == [0.0, 0.0, pytest.approx(0.863, abs=0.05)]
 
 
 def test_sweeps_fall_with_ratio_and_frequency() -> None:
     """Figures 4.22, 4.23: peak effort falls along both; derivative time keeps overshoot off."""
-    for sweep in (macro_design.sweep_ratios(), macro_design.sweep_frequencies()):
+    for sweep in (thesis.sweep_ratios(), thesis.sweep_frequencies()):
         peaks = [t.peak for t in sweep.values()]
         assert peaks == sorted(peaks, reverse=True)
-    assert all(t.overshoot < 0.5 for t in macro_design.sweep_frequencies().values())
-    assert all(t.overshoot > 5.0 for t in macro_design.sweep_frequencies(0.0).values())
-    for w, t in macro_design.sweep_frequencies().items():
+    assert all(t.overshoot < 0.5 for t in thesis.sweep_frequencies().values())
+    assert all(t.overshoot > 5.0 for t in thesis.sweep_frequencies(0.0).values())
+    for w, t in thesis.sweep_frequencies().items():
         assert t.crossover.frequency == pytest.approx(w, rel=1e-6)
 
 
@@ -105,7 +108,7 @@ def test_drive_is_the_control_loop(name: str) -> None:
     rows = dict(zip((c.name for c in COLUMNS), np.hstack(blocks), strict=True))
     plant = bench.prepare(settings.bench, settings.sensors)
     n = 900
-    run = macro_drive.closed_loop(plant, macro_drive.law(name), np.full(n, 1500.0))
+    run = drives.closed_loop(plant, drives.law(name), np.full(n, 1500.0))
     assert len(rows["t"]) >= n
     assert run.dt == loop.PERIOD
     for column in ("macro_position", "motor", "macro_integral", "macro_reference"):
@@ -132,14 +135,14 @@ def test_full_travel_runs_where_it_is_told() -> None:
 def test_readings() -> None:
     """Rise, settling, overshoot, swings, sticking and sign changes of a made-up move."""
     x = np.array([0.0, 50.0, 98.0, 103.0, 101.0, 99.0, 99.0, 100.0, 100.0, 100.0])
-    assert macro_drive.rise_time(x, 100.0) == pytest.approx(2e-3)
-    assert macro_drive.settling_time(x, 100.0) == pytest.approx(4e-3)
-    assert macro_drive.overshoot(x, 100.0) == 3.0
-    np.testing.assert_array_equal(macro_drive.swings(x, 100.0), [4.0, 1.0])
-    np.testing.assert_array_equal(macro_drive.swings(-x, -100.0), [4.0, 1.0])
-    assert not len(macro_drive.swings(x, 500.0))
-    assert math.isnan(macro_drive.rise_time(x, 500.0))
-    assert math.isnan(macro_drive.settling_time(x, 500.0))
+    assert steps.rise_time(x, 100.0) == pytest.approx(2e-3)
+    assert steps.settling_time(x, 100.0) == pytest.approx(4e-3)
+    assert steps.overshoot(x, 100.0) == 3.0
+    np.testing.assert_array_equal(steps.swings(x, 100.0), [4.0, 1.0])
+    np.testing.assert_array_equal(steps.swings(-x, -100.0), [4.0, 1.0])
+    assert not len(steps.swings(x, 500.0))
+    assert math.isnan(steps.rise_time(x, 500.0))
+    assert math.isnan(steps.settling_time(x, 500.0))
     assert macro_drive.sign_changes(np.array([1.0, 0.0, 2.0, -1.0, 0.0, 1.0])) == 2
 
 

@@ -10,8 +10,10 @@ from macromicro.errors import InputError
 from macromicro.experiments import micro_control, micro_runs
 from macromicro.experiments.claim import DIFFERS, REPRODUCED, Claim
 from macromicro.experiments.micro_runs import MicroRuns
-from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.recording import Recording
+from macromicro.runs import sequence
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
 
 
@@ -63,7 +65,7 @@ def test_proportional_control(runs: MicroRuns, claims: dict[str, Claim]) -> None
 def test_windup(runs: MicroRuns, claims: dict[str, Claim]) -> None:
     """Claim S12: wind-up is there, but less of it is left after a second than asked for."""
     assert claims["S12"].verdict == DIFFERS
-    fall = micro_runs.TIMES[2]
+    fall = sequence.TIMES[2]
     plain = abs(micro_runs.error_after(runs.pi, fall))
     assert 30.0 < plain < 50.0
     assert abs(micro_runs.error_after(runs.antiwindup, fall)) < 3.0
@@ -76,8 +78,8 @@ def test_more_windup_is_seen_on_a_longer_fall(runs: MicroRuns) -> None:
     """The same controller leaves over 50 um when the stage falls by 1.5 mm."""
     controller = runs.settings.controller._replace(micro_law="pi")
     settings = runs.settings._replace(controller=controller)
-    r = on_twin(micro_steps((2.0, 3.0, 1.5, 0.0), 2.0, micro_runs.TIMES), settings)
-    assert abs(micro_runs.error_after(r, micro_runs.TIMES[2])) > 80.0
+    r = on_twin(micro_steps((2.0, 3.0, 1.5, 0.0), 2.0, sequence.TIMES), settings)
+    assert abs(micro_runs.error_after(r, sequence.TIMES[2])) > 80.0
 
 
 def test_controllers_exchanged_turn_the_verdicts(runs: MicroRuns) -> None:

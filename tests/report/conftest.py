@@ -8,12 +8,13 @@ from typing import NamedTuple
 import pytest
 
 from macromicro.drawing.exhibit import rendered
-from macromicro.experiments import diagrams, reproduce, run
+from macromicro.experiments import diagrams, reproduce
 from macromicro.experiments.claim import CALIBRATED, DIFFERS, REPRODUCED, Claim
 from macromicro.experiments.procedure import Lab, Procedure
 from macromicro.experiments.procedures import all_procedures
 from macromicro.experiments.reproduce import Result
-from macromicro.experiments.run import Ended
+from macromicro.runs import job as run
+from macromicro.runs.job import Ended
 
 PROGRAMME = """
 title = "Short <b>& quick</b>"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.experiments.micro_runs import LEVELS, TIMES, error_after
-from macromicro.experiments.programmed import micro_steps, on_twin
+from macromicro.experiments.micro_runs import error_after
 from macromicro.report.errata import ERRATA, Erratum, Formula, Quote, evidence
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings
 
 BY_NUMBER = {e.number: e for e in ERRATA}

@@ -10,9 +10,9 @@ import pytest
 
 import macromicro
 from macromicro.errors import InputError
-from macromicro.experiments import run as experiment
 from macromicro.recording import Column, Recording
 from macromicro.rig.replay import Replay, opened
+from macromicro.runs import job as experiment
 from macromicro.types import SAFE
 
 PROGRAMME = """

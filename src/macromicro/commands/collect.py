@@ -35,10 +35,11 @@ def collect(
 ) -> None:
     """Run a laboratory procedure and save the recordings that `identify` needs."""
     from macromicro.errors import InputError
-    from macromicro.experiments import catalogue, folder
-    from macromicro.experiments.holding import held
+    from macromicro.experiments import catalogue
     from macromicro.experiments.procedure import Lab
     from macromicro.rig.opening import TWIN, open_rig
+    from macromicro.runs import folder
+    from macromicro.runs.folder import held
 
     if listed:
         for one in catalogue.PROCEDURES:

@@ -68,9 +68,10 @@ def reproduce(
     ] = False,
 ) -> None:
     """Measure every claim of the thesis, draw its figures, and say where they differ."""
-    from macromicro.experiments import choosing, folder
-    from macromicro.experiments.holding import held
+    from macromicro.experiments import choosing
     from macromicro.experiments.procedures import all_procedures
+    from macromicro.runs import folder
+    from macromicro.runs.folder import held
 
     procedures = all_procedures()
     if listed:

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from macromicro.errors import InputError
 from macromicro.experiments import electrothermal
 from macromicro.experiments.electrothermal import StepData
-from macromicro.experiments.machine import Machine
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import actuator, stressed, thermal
 from macromicro.identify.actuator import AMBIENT, Judgement, ThesisFit
@@ -24,6 +23,7 @@ from macromicro.models import actuator as full_model
 from macromicro.models import stressed as better_model
 from macromicro.models.weighted_gain import Weighted
 from macromicro.recording import Recording
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 

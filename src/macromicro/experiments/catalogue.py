@@ -92,7 +92,7 @@ def _electrothermal(lab: Lab) -> Recordings:
 def _hall(lab: Lab) -> Recordings:
     from macromicro import hall_table
     from macromicro.columns import COLUMNS
-    from macromicro.experiments import hall_calibration as hall
+    from macromicro.runs import hall
 
     columns = [next(c for c in COLUMNS if c.name == n) for n in ("t", "hall_voltage", "laser")]
     runs = [

@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from macromicro import signals
 from macromicro.errors import MacromicroError
-from macromicro.experiments.machine import CycleBed
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import cycle
 from macromicro.plant.cycle import CycleBench, CyclePlant, CycleState
 from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs
 from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import noise_source
+from macromicro.runs.machine import CycleBed
 
 Array = npt.NDArray[np.float64]
 

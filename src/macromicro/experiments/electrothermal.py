@@ -12,21 +12,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.columns import COLUMNS as RUN_COLUMNS
-from macromicro.errors import InputError
-from macromicro.experiments.machine import Machine, idle_law, play, recorded
-from macromicro.kernel import compiled, kernel
-from macromicro.nominal import PERIOD
 from macromicro.plant import bench
-from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
-from macromicro.recording import Column, Recording
-from macromicro.rig.session import Fixture
-from macromicro.rig.twin import noise_source
-from macromicro.types import Outputs
+from macromicro.plant.bench import Bench, Sensors
+from macromicro.recording import Recording
+from macromicro.runs.drives import DT, heated
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 
-DT = PERIOD
 BELOW_STOP = (1.5, 1.525, 1.55, 1.575, 1.6)
 ABOVE_STOP = (1.65, 1.7, 1.8)
 UNSEEN = (1.625, 1.675, 1.75)
@@ -36,61 +29,6 @@ HELD_AT_STOP_S = 20.0
 COOLED = (1.525, 1.55, 1.575, 1.6)
 COOL_AFTER_S, COOL_S = 10.0, 20.0
 WARM, CYCLES_BEFORE = 1.575, 4  # V; "cycled a few times"
-
-_NAMES = ("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
-COLUMNS: tuple[Column, ...] = tuple(
-    next(c for c in RUN_COLUMNS if c.name == name) for name in _NAMES
-)
-
-
-@kernel
-def _open_loop(
-    p: Plant, s: State, ctrl: Array, noise: Array, out: Array, every: int, dt: float
-) -> State:
-    """Every `every`-th sample of an open-loop run into `out` (5, n): laser, hall, contract,
-    contraction, wire."""
-    for k in range(len(ctrl)):
-        if k % every == 0:
-            draw = bench.drawn(noise, k)
-            sample = bench.measure(p, s, k * dt, draw)
-            j = k // every
-            out[0, j] = sample.laser
-            out[1, j] = sample.hall
-            out[2, j] = sample.contract
-            out[3, j] = s.micro.wire.x
-            out[4, j] = s.micro.wire.temperature
-        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), draw, dt)
-    return s
-
-
-def run(plant: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1) -> Recording:
-    """`ctrl` [V], a value each ms, from cold and fully extended; every `every`-th is recorded."""
-    sent = np.ascontiguousarray(ctrl, dtype=np.float64)
-    if sent.ndim != 1 or len(sent) < 2 * every or not np.isfinite(sent).all() or every < 1:
-        raise InputError("CTRL profile", f"shape {sent.shape}", "a list of voltages, one each ms")
-    if isinstance(plant, Fixture):
-        return _on_rig(plant, sent, seed, every)
-    noise = noise_source(seed).standard_normal((len(sent), NOISES))
-    out = np.empty((5, -(-len(sent) // every)))
-    compiled(_open_loop)(plant, bench.initial(plant), sent, noise, out, every, DT)
-    laser, hall, contract, micro, wire = out
-    t = np.arange(out.shape[1]) * every * DT
-    arrays = [t, sent[::every], laser * 1e6, hall, contract, micro * 1e3, wire]
-    return Recording.from_arrays(COLUMNS, arrays, every * DT, {"seed": seed})
-
-
-def _on_rig(rig: Fixture, sent: Array, seed: int, every: int) -> Recording:
-    """The same on any rig."""
-    rig.need("an open-loop run of the micro-stage", "laser")
-    done = play(rig, "open loop of the micro-stage", len(sent), idle_law(None, sent), seed=seed)
-    values = {
-        "t": done["t"][::every],
-        "ctrl": done["ctrl"][::every],
-        "laser": done["laser"][::every] * 1e6,
-        "hall_voltage": done["hall"][::every],
-        "contract": done["contract"][::every],
-    }
-    return recorded(rig, COLUMNS, values, every * DT, seed)
 
 
 def step(volts: float, seconds: float) -> Array:
@@ -142,7 +80,7 @@ def collect(
 
     def runs(ctrl: Array, first: int) -> list[Recording]:
         every = 10 if len(ctrl) > 60_000 else 1
-        return [run(machine, ctrl, first + k, every) for k in range(trials)]
+        return [heated(machine, ctrl, first + k, every) for k in range(trials)]
 
     steps = {
         v: runs(step(v, HELD_S if v < 1.625 else HELD_AT_STOP_S), seed + 100 * i)
@@ -150,7 +88,7 @@ def collect(
     }
     down = {v: runs(cooling(v), seed + 5000 + 100 * i) for i, v in enumerate(cooled)}
     again = np.tile(cooling(WARM), CYCLES_BEFORE + 1)
-    cycled = [run(machine, again, seed + 9000 + k, 1) for k in range(trials)]
+    cycled = [heated(machine, again, seed + 9000 + k, 1) for k in range(trials)]
     warm = tuple(last_of(r, COOL_AFTER_S + COOL_S) for r in cycled)
     return StepData(steps, down, warm)
 
@@ -164,7 +102,7 @@ def for_fit(plant: Machine | None = None, seed: int = 10_000) -> list[Recording]
     levels = (1.55, 1.7, 1.45, 1.6, 1.3, 1.65, 1.5, 0.0, 1.8, 1.4, 1.575, 0.0)
     profiles.append(staircase(levels))
     return [
-        run(machine, ctrl, seed + k, 10 if len(ctrl) > 60_000 else 1)
+        heated(machine, ctrl, seed + k, 10 if len(ctrl) > 60_000 else 1)
         for k, ctrl in enumerate(profiles)
     ]
 
@@ -179,4 +117,4 @@ def for_judgement(plant: Machine | None = None, seed: int = 20_000) -> dict[str,
     wild = (1.8, 1.35, 1.62, 0.0, 1.7, 1.5, 1.58, 1.45, 1.66, 1.2, 1.56, 0.0)
     profiles["staircase"] = staircase(up, 4.0)
     profiles["minor loops"] = staircase(wild, 2.0)
-    return {name: run(machine, c, seed + k) for k, (name, c) in enumerate(profiles.items())}
+    return {name: heated(machine, c, seed + k) for k, (name, c) in enumerate(profiles.items())}

@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.design import resolution
-from macromicro.experiments import hall_calibration
 from macromicro.experiments.claim import Claim, within
-from macromicro.experiments.machine import Machine
 from macromicro.experiments.sensor_design import SENSITIVITY, SPAN
 from macromicro.experiments.statements import stated
 from macromicro.identify.hall import HallFit, calibrated
+from macromicro.runs import hall as hall_calibration
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 

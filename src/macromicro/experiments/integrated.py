@@ -20,11 +20,12 @@ from macromicro.design.response import MoveResult
 from macromicro.design.vibration import CREEP, Vibration, vibration
 from macromicro.experiments.claim import Claim, holds, reached
 from macromicro.experiments.judging import NotMeasured, judged, whole
-from macromicro.experiments.programmed import Runner, micro_steps, moves_of, on_twin
-from macromicro.experiments.run import load
 from macromicro.experiments.statements import stated
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.runs.job import load
+from macromicro.runs.programmed import Runner, moves_of, on_twin
+from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
 
 CYCLES = 10

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.errors import InputError, MacromicroError
-from macromicro.experiments.machine import Oven
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import kiln
 from macromicro.plant.kiln import KILN_NOISES, KilnBench, KilnPlant, KilnState
@@ -23,6 +22,7 @@ from macromicro.recording import Column, Recording
 from macromicro.rig.fixtures import KILN_PERIOD, KilnOutputs
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
+from macromicro.runs.machine import Oven
 
 Array = npt.NDArray[np.float64]
 

@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.columns import COLUMNS as RUN_COLUMNS
-from macromicro.control import pi
 from macromicro.control.pi import PiAntiWindup
 from macromicro.experiments import electrothermal
 from macromicro.experiments.claim import REPRODUCED, Claim, holds, within
 from macromicro.experiments.judging import judged
-from macromicro.experiments.machine import Machine, play, recorded
 from macromicro.experiments.statements import stated
-from macromicro.kernel import compiled, kernel
 from macromicro.plant import bench
-from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
-from macromicro.recording import Column, Recording
-from macromicro.rig.session import Fixture
-from macromicro.rig.twin import noise_source
-from macromicro.types import Command, Outputs, Sample
+from macromicro.plant.bench import Bench, Sensors
+from macromicro.recording import Recording
+from macromicro.runs.drives import by_laser, heated
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 
-DT = electrothermal.DT
 WINDOW_S = 10.0
 RECORDS = 5
 SETTLE_S = 30.0
@@ -40,65 +33,12 @@ TRIED = 11
 PRINTED = PiAntiWindup()
 CALMER = PiAntiWindup(ki=10.0)
 
-_NAMES = ("t", "micro_reference", "ctrl", "laser", "true_micro")
-COLUMNS: tuple[Column, ...] = tuple(
-    next(c for c in RUN_COLUMNS if c.name == name) for name in _NAMES
-)
-
-
-@kernel
-def _by_laser(
-    p: Plant, s: State, law: PiAntiWindup, target: float, noise: Array, out: Array, dt: float
-) -> None:
-    """`law` on the laser's reading in place of the Hall sensor's: CTRL, laser, contraction
-    into `out` (3, n); `target` [mm]."""
-    integral = 0.0
-    for k in range(len(noise)):
-        draw = bench.drawn(noise, k)
-        sample = bench.measure(p, s, k * dt, draw)
-        integral, ctrl = pi.step(law, integral, target - 1e3 * sample.laser, dt)
-        out[0, k] = ctrl
-        out[1, k] = sample.laser
-        out[2, k] = s.micro.wire.x
-        s = bench.advance(p, s, Outputs(0.0, ctrl, 0.0, 0.0), draw, dt)
-
 
 def controlled(
     plant: Machine, target: float, law: PiAntiWindup = CALMER, seed: int = 0
 ) -> Recording:
     """A step to `target` [mm] by the laser's reading, held for 40 s."""
-    n = round((SETTLE_S + WINDOW_S) / DT)
-    if isinstance(plant, Fixture):
-        return _on_rig(plant, target, law, seed, n)
-    out = np.empty((3, n))
-    noise = noise_source(seed).standard_normal((n, NOISES))
-    compiled(_by_laser)(plant, bench.initial(plant), law, target, noise, out, DT)
-    ctrl, laser, micro = out
-    arrays = [np.arange(n) * DT, np.full(n, target), ctrl, laser * 1e6, micro * 1e3]
-    return Recording.from_arrays(COLUMNS, arrays, DT, {"seed": seed})
-
-
-def _on_rig(rig: Fixture, target: float, law: PiAntiWindup, seed: int, n: int) -> Recording:
-    """The same on any rig. The guard follows it by the Hall sensor, where there is one."""
-    rig.need("control by the laser", "laser")
-    integral = 0.0
-    command = Command(0.0, 0.0, target, 1.0 if rig.has("hall") else 0.0, math.nan)
-
-    def hold(k: int, sample: Sample) -> tuple[Command, Outputs]:
-        nonlocal integral
-        ctrl = 0.0
-        if not math.isnan(sample.laser):
-            integral, ctrl = pi.step(law, integral, target - 1e3 * sample.laser, DT)
-        return command, Outputs(0.0, ctrl, 0.0, 0.0)
-
-    done = play(rig, "control by the laser", n, hold, seed=seed)
-    values = {
-        "t": done["t"],
-        "micro_reference": np.full(n, target),
-        "ctrl": done["ctrl"],
-        "laser": done["laser"] * 1e6,
-    }
-    return recorded(rig, COLUMNS, values, DT, seed)
+    return by_laser(plant, target, law, SETTLE_S + WINDOW_S, seed)
 
 
 class LaserRuns(NamedTuple):
@@ -122,7 +62,7 @@ def collect(plant: Machine | None = None, seed: int = 0) -> LaserRuns:
             for k in range(SEEDS)
         ]
 
-    return LaserRuns(electrothermal.run(machine, still, seed), held(PRINTED), held(CALMER))
+    return LaserRuns(heated(machine, still, seed), held(PRINTED), held(CALMER))
 
 
 def amplitude(laser: npt.ArrayLike) -> float:

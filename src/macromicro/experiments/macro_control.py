@@ -12,36 +12,22 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import signals
+from macromicro.design.steps import ARRIVED, overshoot, rise_time, settling_time, swings
 from macromicro.errors import InputError
-from macromicro.experiments import (
-    macro_design,
-    macro_identification,
-    macro_validation,
-    programmed,
-)
+from macromicro.experiments import macro_design, macro_identification, macro_validation
 from macromicro.experiments.claim import MET, Claim, holds, reached, within
 from macromicro.experiments.judging import NotMeasured, judged
-from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_design import Design
-from macromicro.experiments.macro_drive import (
-    ARRIVED,
-    closed_loop,
-    law,
-    nrmse,
-    overshoot,
-    rise_time,
-    settling_time,
-    sign_changes,
-    sticking,
-    swings,
-)
-from macromicro.experiments.macro_friction import DT
-from macromicro.experiments.programmed import Runner
+from macromicro.experiments.macro_drive import nrmse, sign_changes, sticking
 from macromicro.experiments.statements import stated
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, MacroModel
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.runs import programmed
+from macromicro.runs.drives import DT, closed_loop, law
+from macromicro.runs.machine import Machine
+from macromicro.runs.programmed import Runner
 from macromicro.settings import Settings
 
 Array = npt.NDArray[np.float64]

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.errors import InputError
-from macromicro.experiments.machine import Machine
-from macromicro.experiments.macro_friction import DT, TRAVEL, open_loop
+from macromicro.experiments.macro_friction import TRAVEL
 from macromicro.recording import Recording
+from macromicro.runs.drives import DT, open_loop
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 

@@ -13,14 +13,15 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.experiments import macro_friction
-from macromicro.experiments.machine import Machine
-from macromicro.experiments.macro_friction import DT, TRAVEL, open_loop
+from macromicro.experiments.macro_friction import TRAVEL
 from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.records import average_runs, differentiated
 from macromicro.identify.refined import mls
 from macromicro.recording import Recording
 from macromicro.rig.twin import noise_source
+from macromicro.runs.drives import DT, open_loop
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 

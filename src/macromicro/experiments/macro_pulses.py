@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.experiments.machine import Machine
-from macromicro.experiments.macro_friction import TRAVEL, open_loop
+from macromicro.experiments.macro_friction import TRAVEL
 from macromicro.recording import Recording
+from macromicro.runs.drives import open_loop
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 

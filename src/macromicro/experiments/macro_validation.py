@@ -13,13 +13,13 @@ import numpy.typing as npt
 
 from macromicro import signals
 from macromicro.experiments.claim import Claim, holds
-from macromicro.experiments.machine import Machine
 from macromicro.experiments.macro_drive import nrmse
-from macromicro.experiments.macro_friction import DT, open_loop
 from macromicro.experiments.macro_identification import MacroModel as Found
 from macromicro.experiments.statements import stated
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, TUNED, Linear, MacroModel
+from macromicro.runs.drives import DT, open_loop
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from macromicro.experiments.claim import Claim, holds, reached, within
 from macromicro.experiments.judging import judged, whole
 from macromicro.experiments.micro_runs import MicroRuns, Swing
 from macromicro.experiments.statements import stated
+from macromicro.runs import sequence
 
 LASER_NOISE_UM = 2.0
 
@@ -88,11 +89,11 @@ def _proportional(runs: MicroRuns) -> Claim:
 def _windup(runs: MicroRuns) -> Claim:
     whole("the sequence 0 - 2 - 3 - 2 - 0 mm under PI control", runs.pi)
     whole("the sequence with anti-windup", runs.antiwindup)
-    fall = micro.TIMES[2]
+    fall = sequence.TIMES[2]
     plain, held = (abs(micro.error_after(r, fall)) for r in (runs.pi, runs.antiwindup))
     low = micro.undershoot(runs.pi, fall)
     top = micro.highest(runs.integral[2.25])
-    home = [abs(micro.error_after(r, micro.TIMES[3])) for r in (runs.pi, runs.antiwindup)]
+    home = [abs(micro.error_after(r, sequence.TIMES[3])) for r in (runs.pi, runs.antiwindup)]
     return stated(
         "S12",
         micro.chosen_integral_gain(runs.integral),
@@ -110,8 +111,8 @@ def _windup(runs: MicroRuns) -> Claim:
 
 def _settling(runs: MicroRuns) -> list[Claim]:
     whole("the sequence with anti-windup", runs.antiwindup)
-    time = {b: micro.settling(runs.antiwindup, b) for b in (micro.BAND_UM, 5.0, None)}
-    names = {micro.BAND_UM: "10 um", 5.0: "5 um", None: "2 % of the step"}
+    time = {b: sequence.settling(runs.antiwindup, b) for b in (sequence.BAND_UM, 5.0, None)}
+    names = {sequence.BAND_UM: "10 um", 5.0: "5 um", None: "2 % of the step"}
 
     def said(rows: slice) -> str:
         parts = [
@@ -121,7 +122,7 @@ def _settling(runs: MicroRuns) -> list[Claim]:
         return "; ".join(parts)
 
     up, down = slice(0, 2), slice(2, 4)
-    contract, extend = (float(np.mean(time[micro.BAND_UM][rows])) for rows in (up, down))
+    contract, extend = (float(np.mean(time[sequence.BAND_UM][rows])) for rows in (up, down))
     held = "cooling and heating thresholds of the relays were chosen with it in view"
     return [
         stated(

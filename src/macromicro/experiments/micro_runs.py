@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.design.response import entry, smoothed
+from macromicro.design.response import smoothed
 from macromicro.experiments import electrothermal
-from macromicro.experiments.machine import Machine
-from macromicro.experiments.programmed import Runner, micro_steps, moves_of, on_twin
 from macromicro.plant import bench
 from macromicro.recording import Recording
+from macromicro.runs.drives import heated
+from macromicro.runs.machine import Machine
+from macromicro.runs.programmed import Runner, moves_of, on_twin
+from macromicro.runs.sequence import BAND_UM, LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings
 
 Array = npt.NDArray[np.float64]
@@ -33,9 +35,7 @@ INTEGRAL_GAINS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.25, 3.0, 4.5)
 FIRST_GAINS = (2.25, 10.0)
 HELD_BACK_GAINS = (5.0, 10.0, 20.0, 30.0, 40.0, 60.0, 100.0)
 TARGET_MM = 3.8
-LEVELS, TIMES = (2.0, 3.0, 2.0, 0.0), (1.0, 3.0, 5.0, 7.0)
 HOLDS = (0.3, 0.8, 1.3, 1.8, 2.3, 2.8, 3.3, 3.8, 3.1, 2.4, 1.7, 1.0, 0.3, 2.0, 3.8, 0.5)
-BAND_UM = 10.0
 _MEAN = 21  # samples of the centred mean that takes the laser's fast noise
 
 
@@ -72,7 +72,7 @@ def collect(
 
     def opened(volts: float, seconds: float) -> Recording:
         ctrl = electrothermal.step(volts, seconds)
-        return electrothermal.run(machine, ctrl, seed, 10 if seconds > 30.0 else 1)
+        return heated(machine, ctrl, seed, 10 if seconds > 30.0 else 1)
 
     def closed(law: str, levels: Sequence[float], hold: float, **gains: float) -> Recording:
         return run(micro_steps(levels, hold), with_law(base, law, **gains), seed, False)
@@ -187,24 +187,6 @@ def undershoot(recording: Recording, step: float, hold: float = 2.0) -> float:
         return float("nan")
     part = recording["micro_integral"][a : b - 1]
     return float(part[-1] - part.min())
-
-
-def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
-    """Settling time [s] of each step of the sequence by the laser, into `band` [um], or into
-    2 % of the step where None; NaN where it does not settle within its hold, or the recording
-    ends before."""
-    place = smoothed(recording["laser"], _MEAN)
-    found = []
-    before = 0.0
-    for time, level in zip(TIMES, LEVELS, strict=True):
-        a = round(time / recording.dt)
-        error = 1e3 * level - place[a : a + round(2.0 / recording.dt)]
-        width = 20.0 * abs(level - before) if band is None else band
-        held = len(error) == round(2.0 / recording.dt)
-        row = entry(error, width, recording.dt, 0.0) if held else None
-        found.append(float("nan") if row is None else row * recording.dt)
-        before = level
-    return found
 
 
 def hold_errors(runs: MicroRuns) -> Array:

@@ -11,9 +11,9 @@ from macromicro.experiments.claim import Claim
 from macromicro.settings import Settings
 
 if TYPE_CHECKING:
-    from macromicro.experiments.machine import CycleBed, Machine, Oven
-    from macromicro.experiments.programmed import Runner
     from macromicro.rig.session import Fixture
+    from macromicro.runs.machine import CycleBed, Machine, Oven
+    from macromicro.runs.programmed import Runner
 
 
 class Needs(Protocol):
@@ -59,7 +59,7 @@ class Lab(NamedTuple):
 
     def runner(self) -> Runner:
         """What runs programmes on the two-stage bench."""
-        from macromicro.experiments.programmed import on_rig, on_twin
+        from macromicro.runs.programmed import on_rig, on_twin
 
         return on_rig(self.rig("bench")) if self.rigs else on_twin
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from macromicro.drawing.exhibit import PNG, SVG, TABLE, Exhibit, Grid
-from macromicro.experiments import folder
 from macromicro.experiments.procedure import Procedure
 from macromicro.experiments.reproduce import Result, as_rows
 from macromicro.report.placing import Anchors
 from macromicro.report.reproduction import About, page
+from macromicro.runs import folder
 
 PAGE, JSON, CSV = "reproduction.html", "claims.json", "claims.csv"
 FIGURES = "figures"

@@ -7,12 +7,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from macromicro.design import steps
 from macromicro.experiments import macro_control as runs
-from macromicro.experiments import macro_drive
 from macromicro.experiments.macro_control import TRAVEL, MacroData
-from macromicro.experiments.macro_design import STEP
 from macromicro.experiments.procedure import Lab
 from macromicro.experiments.procedures import macro_control as control
+from macromicro.tuning.thesis import STEP
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +57,8 @@ def test_initial_pd_overshoots_in_the_zoom(data: MacroData, figures: dict[str, l
     full, zoom = figures["4.20"]
     t, x = curve(zoom, "bench")
     seen = x[visible(zoom, t, x)]
-    swings = macro_drive.swings(data.steps["pd-initial"]["macro_position"], TRAVEL)
-    shown = seen[np.argmax(seen >= TRAVEL - macro_drive.ARRIVED) :]
+    swings = steps.swings(data.steps["pd-initial"]["macro_position"], TRAVEL)
+    shown = seen[np.argmax(seen >= TRAVEL - steps.ARRIVED) :]
     turns = np.diff(np.sign(np.diff(shown)[np.diff(shown) != 0.0]))
     assert np.count_nonzero(turns) == len(swings) >= 2
     assert seen.max() > TRAVEL
@@ -132,7 +132,7 @@ def test_comparison_shows_the_chatter(data: MacroData, figures: dict[str, list[A
     level = data.square.bench["pd-initial"][: runs.HOLD]
     t, x = curve(zoom, "initial PD")
     seen = x[visible(zoom, t, x)]
-    np.testing.assert_array_equal(macro_drive.swings(seen, aim), macro_drive.swings(level, aim))
+    np.testing.assert_array_equal(steps.swings(seen, aim), steps.swings(level, aim))
     assert seen.max() == level.max() > aim
     t, x = curve(zoom, "tuned PD")
-    assert not len(macro_drive.swings(x[visible(zoom, t, x)], aim))
+    assert not len(steps.swings(x[visible(zoom, t, x)], aim))

@@ -11,6 +11,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.experiments import micro_runs
 from macromicro.experiments.micro_runs import MicroRuns
 from macromicro.experiments.procedures.micro_control import PROCEDURE
+from macromicro.runs import sequence
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +89,7 @@ def test_unrest_of_a_run_cut_short_is_unknown(runs: MicroRuns) -> None:
 
 def test_anti_windup_does_not_wind_up(runs: MicroRuns) -> None:
     """Figure 5.25: with the same Ki, the integral effort rises where that of PI falls."""
-    fall = round(micro_runs.TIMES[2] / runs.pi.dt)
+    fall = round(sequence.TIMES[2] / runs.pi.dt)
     rows = slice(fall, fall + 100)
     assert np.diff(runs.pi["micro_integral"][rows]).max() < 0.0
     assert np.diff(runs.gentle[2.25]["micro_integral"][rows]).min() > 0.0
@@ -105,7 +106,7 @@ def test_final_zoom_shows_the_band_and_every_hold(runs: MicroRuns, drawn: dict[s
         late = error[round((end - 0.5) / dt) : round(end / dt) - 1]
         assert np.abs(late).max() < 5.0
     shown = labelled(settling, "10 um").get_ydata()
-    np.testing.assert_array_equal(shown, micro_runs.settling(runs.antiwindup))
+    np.testing.assert_array_equal(shown, sequence.settling(runs.antiwindup))
     levels, errors = micro_runs.hold_errors(runs)
     assert len(errors) == 3 * len(micro_runs.HOLDS)
     assert set(np.round(levels, 9)) == set(micro_runs.HOLDS)

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.design import steps
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.experiments import macro_control, macro_drive
 from macromicro.experiments.macro_control import HOLD, TRAVEL, MacroData, Square
-from macromicro.experiments.macro_friction import DT
 from macromicro.experiments.procedures._macro_lines import smooth
 from macromicro.recording import Recording
+from macromicro.runs.drives import DT
 
 Array = npt.NDArray[np.float64]
 
@@ -38,8 +39,8 @@ def pid(data: MacroData) -> Drawn:
     finish(axes[0, 0], "(a) controller output; dotted: ±3 V", "", "output [V]")
     finish(axes[1, 0], "(b) response", y="position [counts]")
     axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
-    over, stuck = macro_drive.overshoot(x, TRAVEL), _stuck(x, motor)
-    rise = macro_drive.rise_time(x, TRAVEL)
+    over, stuck = steps.overshoot(x, TRAVEL), _stuck(x, motor)
+    rise = steps.rise_time(x, TRAVEL)
     return Drawn(
         "4.18",
         "The benchmark PID",
@@ -82,14 +83,14 @@ def initial_pd(data: MacroData) -> Drawn:
     finish(axes[0, 1], "(b) zoom")
     axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
     axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
-    backs, model_backs = (len(macro_drive.swings(y, TRAVEL)) for y in (x, data.initial_model))
+    backs, model_backs = (len(steps.swings(y, TRAVEL)) for y in (x, data.initial_model))
     return Drawn(
         "4.20",
         "Initial nonlinear controller: bench and model",
         f"Step of {TRAVEL:.0f} counts under the initial PD with the dead-zone inverse. The bench "
-        f"goes {macro_drive.overshoot(x, TRAVEL):.0f} counts over and reverses {backs} times after "
+        f"goes {steps.overshoot(x, TRAVEL):.0f} counts over and reverses {backs} times after "
         "arrival; the initial model, whose friction the inverse cancels, goes "
-        f"{macro_drive.overshoot(data.initial_model, TRAVEL):.2f} counts over and reverses "
+        f"{steps.overshoot(data.initial_model, TRAVEL):.2f} counts over and reverses "
         f"{model_backs} times.",
         figure,
         ("M10",),
@@ -98,7 +99,7 @@ def initial_pd(data: MacroData) -> Drawn:
 
 def arrival(x: Array, target: float) -> int:
     """Row at which `x` first comes within the tolerance of `target` [counts]."""
-    return int((np.abs(x - target) <= macro_drive.ARRIVED).argmax())
+    return int((np.abs(x - target) <= steps.ARRIVED).argmax())
 
 
 def zoomed(square: Square, law: str) -> slice:
@@ -147,7 +148,7 @@ def _full_move(ax: Any, run: Recording) -> float:
     """Figure 4.24 (c); settling time [s]."""
     x = run["macro_position"]
     rows = slice(0, round(1.5 / run.dt))
-    settled = macro_drive.settling_time(x, TRAVEL, BAND)
+    settled = steps.settling_time(x, TRAVEL, BAND)
     ax.axhspan(TRAVEL * (1.0 - BAND), TRAVEL * (1.0 + BAND), color=BLACK, alpha=0.12, linewidth=0)
     line(ax, run["t"][rows], x[rows], RED, "bench")
     ax.axvline(settled, color=BLACK, linestyle=":", linewidth=0.9)

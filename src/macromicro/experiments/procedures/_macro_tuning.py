@@ -10,21 +10,12 @@ import numpy.typing as npt
 
 from macromicro.design.margins import PdTaps, open_loop
 from macromicro.drawing.exhibit import Drawn
-from macromicro.drawing.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    finish,
-    line,
-    new,
-)
-from macromicro.experiments import macro_design
-from macromicro.experiments.macro_design import LIMIT, STEP, Design, Trial
-from macromicro.experiments.macro_friction import DT
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.experiments.macro_design import Design
 from macromicro.models.macro import Linear, position_transfer
+from macromicro.runs.drives import DT
+from macromicro.tuning import thesis
+from macromicro.tuning.thesis import LIMIT, STEP, Trial
 
 Array = npt.NDArray[np.float64]
 
@@ -103,10 +94,7 @@ def frequencies(design: Design) -> Drawn:
     finish(axes[0, 1], "(b) zoom", y="position [counts]")
     axes[0, 1].set_xlim(*ZOOMED)
     _margins(axes[1, 0], axes[1, 1])
-    tuned, initial = (
-        macro_design.crossover(taps)
-        for taps in (macro_design.TUNED_TAPS, macro_design.INITIAL_TAPS)
-    )
+    tuned, initial = (thesis.crossover(taps) for taps in (thesis.TUNED_TAPS, thesis.INITIAL_TAPS))
     return Drawn(
         "4.23",
         "Tuning by the crossover frequency",
@@ -123,10 +111,10 @@ def frequencies(design: Design) -> Drawn:
 
 
 def _margins(gains: Any, phases: Any) -> None:
-    plus = PdTaps(macro_design.TUNED_TAPS.now, -macro_design.TUNED_TAPS.before)
+    plus = PdTaps(thesis.TUNED_TAPS.now, -thesis.TUNED_TAPS.before)
     loops = (
-        (macro_design.INITIAL_TAPS, ORANGE, "(4.9)", "-"),
-        (macro_design.TUNED_TAPS, BLUE, "(4.10), minus", "-"),
+        (thesis.INITIAL_TAPS, ORANGE, "(4.9)", "-"),
+        (thesis.TUNED_TAPS, BLUE, "(4.10), minus", "-"),
         (plus, RED, "(4.10) as printed", "--"),
     )
     w = np.geomspace(*MARGINS, 300)
@@ -134,7 +122,7 @@ def _margins(gains: Any, phases: Any) -> None:
     for taps, color, label, style in loops:
         num, den = open_loop(taps, *position_transfer(Linear()))
         values = np.polyval(num, z) / np.polyval(den, z)
-        at = macro_design.crossover(taps)
+        at = thesis.crossover(taps)
         phase = np.degrees(np.unwrap(np.angle(values)))
         # The first frequency lies where the loop is an integrator, about -90 deg.
         phase -= 360.0 * round((float(phase[0]) + 90.0) / 360.0)

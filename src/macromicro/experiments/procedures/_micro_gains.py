@@ -14,6 +14,7 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.experiments import micro_runs as micro
 from macromicro.experiments.micro_runs import MicroRuns, Swing
 from macromicro.recording import Recording
+from macromicro.runs import sequence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -160,7 +161,7 @@ def proportional(runs: MicroRuns) -> Drawn:
         ("overshoot of the rest", RED, "^", [s.overshoot for s in swings.values()]),
     ):
         left.semilogy(list(swings), values, color=colour, marker=marker, ms=4, lw=1.0, label=name)
-    left.axhline(micro.BAND_UM, color=GREEN, linestyle=":", linewidth=1.2)
+    left.axhline(sequence.BAND_UM, color=GREEN, linestyle=":", linewidth=1.2)
     key(left)
     finish(left, "(b) error and overshoot [um]", "Kp [V/mm]")
     left.margins(x=0.04)

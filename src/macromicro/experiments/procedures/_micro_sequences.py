@@ -13,6 +13,7 @@ from macromicro.experiments import micro_runs as micro
 from macromicro.experiments.micro_runs import MicroRuns
 from macromicro.experiments.procedures._micro_gains import column, millimetres
 from macromicro.recording import Recording
+from macromicro.runs import sequence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,7 +44,7 @@ def _three(laws: Laws) -> tuple[Figure, tuple[Axes, Axes, Axes]]:
 def windup(runs: MicroRuns) -> Drawn:
     """Figure 5.23: PI control winds up."""
     figure, (work, integral, _) = _three([(runs.pi, BLUE, "PI, Ki 2.25")])
-    fall = micro.TIMES[2]
+    fall = sequence.TIMES[2]
     saturated = _saturated(runs.pi, fall)
     for ax in (work, integral):
         for begin, end in saturated:
@@ -134,15 +135,15 @@ def final(runs: MicroRuns) -> Drawn:
 
 def _settling(ax: Axes, runs: MicroRuns) -> None:
     """Settling times of the four steps, into three bands."""
-    starts = (0.0, *micro.LEVELS[:-1])
-    names = [f"{a:g} to {b:g}" for a, b in zip(starts, micro.LEVELS, strict=True)]
+    starts = (0.0, *sequence.LEVELS[:-1])
+    names = [f"{a:g} to {b:g}" for a, b in zip(starts, sequence.LEVELS, strict=True)]
     place = np.arange(len(names))
     for band, colour, marker, label in (
         (None, GREEN, "s", "2 % of the step"),
-        (micro.BAND_UM, BLUE, "o", "10 um"),
+        (sequence.BAND_UM, BLUE, "o", "10 um"),
         (GOAL_UM, RED, "^", "5 um"),
     ):
-        times = micro.settling(runs.antiwindup, band)
+        times = sequence.settling(runs.antiwindup, band)
         ax.plot(place, times, color=colour, marker=marker, ms=5, linestyle="", label=label)
     for value, left in ((0.5, -0.4), (1.0, 1.6)):
         ax.plot([left, left + 1.8], [value, value], color="0.4", linestyle="--", linewidth=1.0)

@@ -20,7 +20,6 @@ from macromicro.experiments import (
 )
 from macromicro.experiments.claim import Claim
 from macromicro.experiments.judging import judged
-from macromicro.experiments.macro_friction import DT
 from macromicro.experiments.macro_identification import MacroModel
 from macromicro.experiments.macro_validation import Case
 from macromicro.experiments.procedure import Lab, Procedure
@@ -28,6 +27,7 @@ from macromicro.experiments.procedures._macro_lines import smooth
 from macromicro.identify.records import average_runs, differentiated
 from macromicro.models import macro
 from macromicro.recording import Recording
+from macromicro.runs.drives import DT
 
 Array = npt.NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from macromicro.design.margins import (
     pd_by_margin,
     pd_by_time,
 )
-from macromicro.experiments.macro_design import trial
 from macromicro.models.macro import Linear, Motor, discretised, jump, position_transfer, transfer
 from macromicro.report.errata.entry import Erratum, Figure, Formula, Quote
+from macromicro.tuning.thesis import trial
 
 INITIAL = (0.00245865, 0.0000998447)  # (4.9)
 TUNED = (0.0124593, 0.0112178)  # (4.10) as printed

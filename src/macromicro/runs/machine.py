@@ -21,7 +21,7 @@ from macromicro.recording import Column, Recording
 from macromicro.rig import guard
 from macromicro.rig.faults import describe
 from macromicro.rig.guard import Guard
-from macromicro.rig.guarded import IDLE, Guarded
+from macromicro.rig.guarded import Guarded
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import Fixture, Session
 from macromicro.types import Command, Outputs, Sample
@@ -143,17 +143,6 @@ def play(
         if start is not None:  # so that the next run finds the carriage at rest
             session.idle(SETTLE_S)
     return Played(samples, given)
-
-
-def idle_law(motor: Array | None, ctrl: Array | None) -> Law:
-    """Open loop: these voltages [V at the D/A], a value each period."""
-
-    def law(k: int, sample: Sample) -> tuple[Command, Outputs]:
-        volts = 0.0 if motor is None else float(motor[k])
-        heat = 0.0 if ctrl is None else float(ctrl[k])
-        return IDLE, Outputs(volts, heat, 0.0, 0.0)
-
-    return law
 
 
 def known(flag: Array) -> Array:

@@ -9,20 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro import loop, simulate
+from macromicro import hall_table, loop, simulate
 from macromicro.columns import COLUMNS
 from macromicro.control import settings as control_settings
 from macromicro.control import supervisor
-from macromicro.control.calibration import Calibration
 from macromicro.control.two_stage import TwoStage
 from macromicro.errors import InputError
-from macromicro.experiments.machine import watchdog
 from macromicro.loop import PERIOD
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.recording_format import Column
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.replay import Replay
+from macromicro.runs.machine import watchdog
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome, Sink
 
@@ -48,7 +47,6 @@ def replay(
     sink: Sink,
     *,
     fan: bool = False,
-    table: Calibration | None = None,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
     """`programme` under `settings` on the sensors of `source`, until either is at its end.
@@ -60,7 +58,7 @@ def replay(
     """
     if abs(source.dt - PERIOD) > 1e-9:
         raise InputError("replay, sample time of the recording", source.dt, f"{PERIOD:g} s")
-    control = control_settings.prepare(settings.controller, fan, table)
+    control = control_settings.prepare(settings.controller, fan, hall_table.of_bench(settings))
     player = Replay(source)
     rig = Guarded(player, watchdog(settings.guard, control.calibration), PERIOD)
     kept = [source[c.name] for c in source.columns if c.name in _BESIDE]

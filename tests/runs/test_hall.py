@@ -7,10 +7,10 @@ import pytest
 
 from macromicro.control import calibration
 from macromicro.errors import InputError
-from macromicro.experiments import hall_calibration
 from macromicro.identify.hall import calibrate
 from macromicro.plant import bench, hall
 from macromicro.plant.bench import Bench, Sensors
+from macromicro.runs import hall as hall_calibration
 
 
 def test_shipped_table_is_what_the_procedure_gives() -> None:

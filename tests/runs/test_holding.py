@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.experiments.holding import held
+from macromicro.runs.folder import held
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from macromicro.experiments.holding import held
+from macromicro.runs.folder import held
 with held(Path(sys.argv[1]), overwrite=True):
     print("held", flush=True)
     time.sleep(60)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.experiments import folder
+from macromicro.runs import folder
 
 
 def test_new_and_empty_folders_are_free(tmp_path: Path) -> None:

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-import macromicro
-from macromicro import hall_table, kernel, loop, simulate
+from macromicro import hall_table, simulate
 from macromicro import programme as programmes
 from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
@@ -21,9 +17,7 @@ from macromicro.design.served import timetable
 from macromicro.design.tracking import Tracking, followed, tracking
 from macromicro.design.vibration import Vibration, vibration
 from macromicro.errors import InputError
-from macromicro.experiments import folder, replaying
 from macromicro.loop import PERIOD
-from macromicro.plant.bench import NOISES
 from macromicro.programme import MACRO, Programme
 from macromicro.programme.travel import limits
 from macromicro.recording import Recorder, Recording, needed_bytes
@@ -31,6 +25,7 @@ from macromicro.rig import faults
 from macromicro.rig.faults import Fault
 from macromicro.rig.opening import TWIN
 from macromicro.rig.replay import SCHEME, Replay, opened
+from macromicro.runs import folder, programmed
 from macromicro.schema import config
 from macromicro.settings import Settings
 
@@ -131,17 +126,12 @@ def check(request: Request) -> Job:
         settings=settings,
         programme=programme,
         per_cycle=len(single.target),
-        overrides=_unquoted(config.difference(settings, Settings())),
+        overrides=programmed.overridden(settings),
         out=out,
         expected=_expected(settings, programme),
         recalibrate=hall_table.needed(settings),
         source=source,
     )
-
-
-def _unquoted(overrides: dict[str, str]) -> dict[str, str]:
-    """Texts as a person writes them, not as TOML does."""
-    return {k: v[1:-1] if v[:1] == v[-1:] == '"' else v for k, v in overrides.items()}
 
 
 def _capacity(settings: Settings, programme: Programme) -> int:
@@ -157,18 +147,6 @@ def _expected(settings: Settings, programme: Programme) -> float:
     return float(programme.hold.sum()) + each * int((programme.stage == MACRO).sum())
 
 
-def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold the bench already."""
-    return any(kernel.cache_folder().rglob("loop.rollout*.nbi"))
-
-
-def compile_bench(job: Job) -> None:
-    """Compile the bench, or load it from the cache, so that a run need not wait for it."""
-    rolled = simulate.prepare(job.settings, job.programme, job.request.fan)
-    nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
-    kernel.compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
-
-
 def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:
     """Run the job into its folder's recording and measure what it shows.
 
@@ -177,51 +155,34 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     """
     request = job.request
     folder.make(job.out)
-    attributes: dict[str, str | int | float] = {
-        "version": macromicro.__version__,
-        "programme": job.programme.title,
-        "seed": request.seed,
-        "cycles": request.cycles,
-        "fan": int(request.fan),
-        "overrides": json.dumps(job.overrides),
-        "settings": config.as_toml(job.settings),
-    }
+    attributes = programmed.about(
+        job.programme.title,
+        job.settings,
+        seed=request.seed,
+        fan=request.fan,
+        cycles=request.cycles,
+    )
     if job.source is not None:
         attributes["rig"] = request.rig
-    table = hall_table.of_bench(job.settings)
     place = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()
+    rows = programmed.columns(job.source)
     with (
         Recorder(
-            place,
-            COLUMNS if job.source is None else replaying.columns(job.source),
-            _capacity(job.settings, job.programme),
-            PERIOD,
-            attributes,
+            place, rows, _capacity(job.settings, job.programme), PERIOD, attributes
         ) as recorder,
         contextlib.suppress(Stop),
     ):
-        if job.source is not None:
-            outcome = replaying.replay(
-                job.source,
-                job.programme,
-                job.settings,
-                recorder,
-                fan=request.fan,
-                table=table,
-                progress=progress,
-            )
-        else:
-            outcome = simulate.simulate(
-                job.settings,
-                job.programme,
-                recorder,
-                seed=request.seed,
-                fan=request.fan,
-                table=table,
-                progress=progress,
-            )
+        outcome = programmed.perform(
+            job.programme,
+            job.settings,
+            recorder,
+            on=job.source,
+            seed=request.seed,
+            fan=request.fan,
+            progress=progress,
+        )
     wall = time.perf_counter() - began
     return measure(job, Recording.load(place), outcome, wall)
 

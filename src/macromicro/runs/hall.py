@@ -1,6 +1,6 @@
 """Hall calibration (Section 3.2.3, Figure 3.9): slow ramps of CTRL, Hall against the laser.
 
-``python -m macromicro.experiments.hall_calibration FILE`` runs it on the default twin
+``python -m macromicro.runs.hall FILE`` runs it on the default twin
 and writes the table that the controller uses, as ``hall_V,position_mm``.
 """
 
@@ -12,26 +12,22 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from macromicro import hall_table
 from macromicro.control.calibration import Calibration
-from macromicro.experiments.machine import Machine, idle_law, play
 from macromicro.hall_table import profile
 from macromicro.identify.hall import calibrate
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
-from macromicro.rig.session import Fixture
+from macromicro.runs import drives
+from macromicro.runs.machine import Machine
 
 Array = npt.NDArray[np.float64]
 
 
 def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
     """Runs of (Hall [V], laser [mm]), up and down in turn."""
-    if not isinstance(plant, Fixture):
-        return hall_table.ramps(plant, seed, runs)
     ctrl, parts = profile(runs)
-    plant.need("the Hall calibration", "hall", "laser")
-    done = play(plant, "Hall calibration", len(ctrl), idle_law(None, ctrl), seed=seed)
-    return [(done["hall"][part], done["laser"][part] * 1e3) for part in parts]
+    found = drives.stage(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
+    return [(found["hall"][part], found["laser"][part] * 1e3) for part in parts]
 
 
 def table(plant: Machine | None = None, seed: int = 0) -> Calibration:
