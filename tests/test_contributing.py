@@ -112,7 +112,7 @@ from __future__ import annotations
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import finish, new
 from macromicro.thesis.procedure import Lab, Procedure
-from macromicro.runs.programmed import micro_steps
+from macromicro.runs.sequence import micro_steps
 
 
 def collect(lab: Lab):

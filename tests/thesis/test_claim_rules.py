@@ -17,7 +17,7 @@ from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 from macromicro.thesis.appendix_d import cycle_claims, cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import CycleData
-from macromicro.thesis.chapter4 import control, validation
+from macromicro.thesis.chapter4 import control_claims, validation
 from macromicro.thesis.chapter4 import design as macro_design
 from macromicro.thesis.chapter6 import laser_noise
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
@@ -70,7 +70,7 @@ def test_m10_its_own_simulation_is_silent() -> None:
     assert model.max() - TRAVEL < 1.0
     assert turns_after_arrival(model, TRAVEL) == 0
     chattering = data.steps["pd-initial"]["macro_position"]
-    noisy = control.initial_pd(data.steps["pd-initial"], chattering)
+    noisy = control_claims.initial_pd(data.steps["pd-initial"], chattering)
     assert noisy.verdict == DIFFERS
 
 
@@ -135,7 +135,7 @@ def test_m13_m15_reversals() -> None:
     assert turns("pd-tuned") == 0
     assert turns("pd-initial") > turns("pd-tuned")
     same = square._replace(bench={**square.bench, "pd-initial": square.bench["pd-tuned"]})
-    assert control.ranking(same).verdict == DIFFERS
+    assert control_claims.ranking(same).verdict == DIFFERS
 
 
 def test_s7_step_responses() -> None:

@@ -12,7 +12,7 @@ from macromicro.runs.programmed import on_twin
 from macromicro.runs.sequence import LEVELS, TIMES, micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
-from macromicro.thesis.chapter4 import control_figures
+from macromicro.thesis.chapter4 import control
 from macromicro.thesis.chapter5 import electrothermal, electrothermal_claims, micro_claims
 from macromicro.thesis.chapter5.actuator_models import Unfitted
 from macromicro.thesis.chapter6 import integrated_runs
@@ -110,7 +110,7 @@ def test_arithmetic_survives_its_procedure() -> None:
     """S9, M11 and M11b need no bench."""
     for procedure, names in (
         (electrothermal.PROCEDURE, {"S9"}),
-        (control_figures.PROCEDURE, {"M11", "M11b"}),
+        (control.PROCEDURE, {"M11", "M11b"}),
     ):
         claims = failed(procedure, "no power").claims
         assert [c.id for c in claims] == list(procedure.ids)

@@ -12,14 +12,14 @@ from macromicro.thesis.procedure import Procedure
 
 NAMES = (
     "chapter2.technologies",
-    "chapter2.actuator_procedure",
-    "chapter2.preisach_figures",
-    "chapter3.sensor_figures",
+    "chapter2.actuator_principle",
+    "chapter2.preisach_geometry",
+    "chapter3.sensor_design",
     "chapter3.hall_calibration",
     "appendix_c.channels",
     "chapter4.friction",
     "chapter4.identification",
-    "chapter4.control_figures",
+    "chapter4.control",
     "chapter5.kiln",
     "chapter5.electrothermal",
     "chapter5.micro_control",

@@ -141,7 +141,7 @@ PROCEDURES = (
     Procedure(
         "kiln",
         _kiln,
-        ("kiln_runs.thermocouple", "kiln_runs.encoder"),
+        ("kiln.thermocouple", "kiln.encoder"),
         "the actuator in the kiln, half a day",
         "heating cycles with falling maxima, and three profiles to test the table",
         "macromicro identify hysteresis {out}/cycles.h5 --shape nonnegative --out KILN",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro.drawing.exhibit import Drawn, Grid
-from macromicro.thesis.chapter3.sensor_figures import PROCEDURE
+from macromicro.thesis.chapter3.sensor_design import PROCEDURE
 from macromicro.thesis.procedure import Lab
 
 

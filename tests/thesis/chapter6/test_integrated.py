@@ -10,8 +10,7 @@ import pytest
 from macromicro.control.supervisor import MICRO
 from macromicro.drawing.exhibit import Drawn
 from macromicro.recording import Recording
-from macromicro.thesis.chapter6 import integrated as figures
-from macromicro.thesis.chapter6 import integrated_runs
+from macromicro.thesis.chapter6 import integrated, integrated_runs
 from macromicro.thesis.chapter6.cycling_figures import cycling, part
 from macromicro.thesis.chapter6.integrated import PROCEDURE
 from macromicro.thesis.chapter6.integrated_runs import IntegratedRuns
@@ -75,7 +74,7 @@ def test_vibration_shows_every_move(runs: IntegratedRuns, drawn: dict[str, Drawn
 
 def test_a_laser_that_shows_no_vibration_gets_no_decay(runs: IntegratedRuns) -> None:
     still = runs._replace(warm=changed(runs.warm, laser=0.0))
-    full = axes_of(figures.vibration(still))[0]
+    full = axes_of(integrated.vibration(still))[0]
     assert "fitted decay" not in labels(full)
     assert "laser" in labels(full)
 

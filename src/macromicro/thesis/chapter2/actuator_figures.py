@@ -12,9 +12,9 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.models import joule
 from macromicro.models.joule import Filament
 from macromicro.models.shape_memory import Alloy
-from macromicro.thesis.chapter2 import actuator_principle as principle
+from macromicro.thesis.chapter2 import actuator_runs as principle
 from macromicro.thesis.chapter2 import calorimetry
-from macromicro.thesis.chapter2.actuator_principle import Cycle, Principle
+from macromicro.thesis.chapter2.actuator_runs import Cycle, Principle
 
 if TYPE_CHECKING:
     from macromicro.thesis.chapter2.wire_tests import Readings

@@ -14,7 +14,7 @@ from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
 from macromicro.identify.hall import HallFit, calibrated
 from macromicro.runs import hall as hall_calibration
 from macromicro.runs.machine import Machine
-from macromicro.thesis.chapter3.sensor_design import SENSITIVITY, SPAN
+from macromicro.thesis.chapter3.sensor_claims import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, measured_by, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
 
