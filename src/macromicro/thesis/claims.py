@@ -10,7 +10,7 @@ import math
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recording import Recording
@@ -90,6 +90,20 @@ _PLACE = {name: k for k, name in enumerate(STATEMENTS)}
 def measured_by(procedure: str) -> tuple[str, ...]:
     """Ids of the claims that a procedure measures, in the order of the list."""
     return tuple(s.id for s in STATEMENTS.values() if s.procedure == procedure)
+
+
+def printed(name: str) -> float:
+    """The number that the thesis prints for a claim."""
+    value = STATEMENTS[name].printed
+    assert isinstance(value, float), name
+    return value
+
+
+def printed_list(name: str) -> list[Any]:
+    """The numbers or names that the thesis prints for a claim."""
+    value = STATEMENTS[name].printed
+    assert isinstance(value, list), name
+    return value
 
 
 def band(name: str, k: int = 0) -> Band:

@@ -12,7 +12,7 @@ from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
 from macromicro.thesis.appendix_d import cycle_claims, cycle_runs
 from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
-from macromicro.thesis.claims import measured_by
+from macromicro.thesis.claims import measured_by, printed
 from macromicro.thesis.procedure import Lab, Procedure
 
 if TYPE_CHECKING:
@@ -31,9 +31,9 @@ def collect(lab: Lab) -> CycleData:
 def draw(data: CycleData) -> Iterator[Drawn]:
     """Figures D.9 to D.14."""
     runs = Cycles(*np.stack([cycle_runs.measured(c) for c in data.counts], axis=1))
-    yield _time("D.9", "Rise time tau1", "from the step to 149 counts", runs.tau1, 0.23, "A1")
+    yield _time("D.9", "Rise time tau1", "from the step to 149 counts", runs.tau1, "A1")
     yield _rise(runs)
-    yield _time("D.11", "Fall time", "from 150 counts to 0", runs.fall, 1.2, "A3")
+    yield _time("D.11", "Fall time", "from 150 counts to 0", runs.fall, "A3")
     yield _total(runs, data.room)
     both = shares(data.counts)
     n = cycle_runs.WINDOW
@@ -60,12 +60,12 @@ def _light(ax: Axes, values: Array) -> None:
     ax.plot(cycle, values.mean(axis=0), color=BLUE, linewidth=2.2, label="mean")
 
 
-def _time(number: str, name: str, meaning: str, values: Array, printed: float, claim: str) -> Drawn:
+def _time(number: str, name: str, meaning: str, values: Array, claim: str) -> Drawn:
     """One time over the cycles."""
     figure, axes = new(3.4, 1)
     ax = axes[0, 0]
     _light(ax, values)
-    _printed(ax, printed)
+    _printed(ax, printed(claim))
     finish(ax, "", "cycle", f"{name.lower()} [s]", legend=True)
     return Drawn(
         number,
@@ -87,7 +87,7 @@ def _rise(runs: Cycles) -> Drawn:
     figure, axes = new(3.4, 1, 2)
     rise, delay = axes[0]
     _light(rise, runs.tau2)
-    _printed(rise, 0.18)
+    _printed(rise, printed("A2"))
     finish(rise, "(a) tau2", "cycle", "tau2 [s]", legend=True)
     _light(delay, 1e3 * (runs.tau1 - runs.tau2))
     delay.set_ylim(bottom=0.0)

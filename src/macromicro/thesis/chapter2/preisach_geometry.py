@@ -18,6 +18,17 @@ if TYPE_CHECKING:
 
 QS = (ORANGE, GREEN, PURPLE)
 
+_MOVES = (
+    "Negative saturation, u = -beta_0: every relay is off. T is the limiting triangle; a relay is "
+    "a point (alpha, beta) above the diagonal.",
+    "The input has risen to u1: the relays with alpha below it are on, and L(t) is a level line.",
+    "The input has fallen to u2: the relays with beta above it are off again. L(t) has the corner "
+    "(alpha, beta) = (u1, u2).",
+    "The input has risen again, to u3 below u1: a second level link.",
+    "The input has fallen to u4 above u2: a second corner, (u3, u4). The corners are the input's "
+    "past extremes, which the model remembers.",
+)
+
 
 def plane(ax: Any, title: str) -> None:
     """Axes of the half-plane with the triangle T, marked with its corner."""
@@ -152,18 +163,6 @@ def trapezoid(ax: Any, q: Trapezoid, colour: str) -> None:
     beta, alpha = [q.before, q.before, q.low, q.low], [q.before, q.top, q.top, q.low]
     ax.fill(beta, alpha, color="1.0", linewidth=0)
     ax.fill(beta, alpha, color=colour, alpha=0.55, linewidth=0)
-
-
-_MOVES = (
-    "Negative saturation, u = -beta_0: every relay is off. T is the limiting triangle; a relay is "
-    "a point (alpha, beta) above the diagonal.",
-    "The input has risen to u1: the relays with alpha below it are on, and L(t) is a level line.",
-    "The input has fallen to u2: the relays with beta above it are off again. L(t) has the corner "
-    "(alpha, beta) = (u1, u2).",
-    "The input has risen again, to u3 below u1: a second level link.",
-    "The input has fallen to u4 above u2: a second corner, (u3, u4). The corners are the input's "
-    "past extremes, which the model remembers.",
-)
 
 
 def collect(lab: Lab) -> Geometry:

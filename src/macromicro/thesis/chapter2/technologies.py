@@ -16,6 +16,9 @@ from macromicro.thesis.procedure import Lab, Procedure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# What "below 1 nm" is drawn down to; the table gives no lower end.
+LOWEST = 0.1e-9
+
 
 def measured() -> list[Claim]:
     """D9 and D10. The parts' and the rivals' prices are the thesis' tables; sums are ours."""
@@ -78,10 +81,6 @@ def _accuracy(accuracy: tuple[float, float]) -> str:
     if best == worst:
         return f"{worst:g} nm"
     return f"below {worst:g} nm" if best == 0.0 else f"{best:g}-{worst:g} nm"
-
-
-# What "below 1 nm" is drawn down to; the table gives no lower end.
-LOWEST = 0.1e-9
 
 
 def collect(lab: Lab) -> None:

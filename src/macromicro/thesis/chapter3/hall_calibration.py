@@ -23,6 +23,9 @@ Array = npt.NDArray[np.float64]
 # Left out at either end, and the length of an end [mm].
 MARGIN, END = 0.05, 0.2
 
+# Points at which the runs' distance from the table is shown, each a mean over as many readings.
+MEANS = 240
+
 
 class Slopes(NamedTuple):
     """Slopes [um/mV] over the travel and at its two ends, the converter's step [V] as the
@@ -86,10 +89,6 @@ def claims(data: HallRuns) -> list[Claim]:
             f"mean; its full 5 V would be +-{reach:.0f} G, beyond the +-670 G of the SS94B1.",
         )
     ]
-
-
-# Points at which the runs' distance from the table is shown, each a mean over as many readings.
-MEANS = 240
 
 
 def collect(lab: Lab) -> HallRuns:

@@ -5,27 +5,15 @@ The design sheets with the thesis' numbers; the calibration (D6) is in `hall_slo
 
 from __future__ import annotations
 
-from typing import cast
-
 from macromicro.design import flexure_sheet, hall_sensors, magnets, resolution
 from macromicro.design.flexure_sheet import GRAM_FORCE, Beam
 from macromicro.design.resolution import INCH
-from macromicro.thesis.claims import STATEMENTS, Claim, band, holds, stated, within
+from macromicro.thesis.claims import Claim, band, holds, printed_list, stated, within
 
 SPAN, BITS = 5.0, 12  # V, beside the sign bit
 SENSITIVITY = 3.125e-3  # V/G, SS94B1
 SLOPE = 5000.0 / INCH  # G/m at the ends of travel, read off Figure 3.7
 MILLIMETRE = 1e-3
-
-
-def printed_changes() -> list[float]:
-    """Table 3.1: largest change of flux [G] of each magnet, as printed."""
-    return cast(list[float], STATEMENTS["D7"].printed)
-
-
-def printed_names() -> list[str]:
-    """Table 3.2: the sensors that suit."""
-    return cast(list[str], STATEMENTS["D8"].printed)
 
 
 def claims() -> list[Claim]:
@@ -74,7 +62,7 @@ def _magnet() -> Claim:
     off = [
         f"{m.name} {value:.0f} G against {printed:g} G"
         for k, (m, value, printed) in enumerate(
-            zip(magnets.TABLE_3_1, found, printed_changes(), strict=True)
+            zip(magnets.TABLE_3_1, found, printed_list("D7"), strict=True)
         )
         if not band("D7", k)[0] <= value <= band("D7", k)[1]
     ]
@@ -101,7 +89,7 @@ def _sensor() -> list[Claim]:
         stated(
             "D8",
             names,
-            holds(set(names) == set(printed_names()) and "SS94B1" in cheap),
+            holds(set(names) == set(printed_list("D8")) and "SS94B1" in cheap),
             f"Below 100 USD: {' '.join(cheap)}; these have equal rows, "
             "so the SS94B1 rests on tolerances that the thesis mentions but does not print.",
         ),

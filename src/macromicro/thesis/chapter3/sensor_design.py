@@ -15,8 +15,8 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
 from macromicro.thesis.chapter3 import sensor_claims
-from macromicro.thesis.chapter3.sensor_claims import MILLIMETRE, SENSITIVITY, SLOPE, printed_changes
-from macromicro.thesis.claims import Claim, measured_by
+from macromicro.thesis.chapter3.sensor_claims import MILLIMETRE, SENSITIVITY, SLOPE
+from macromicro.thesis.claims import Claim, measured_by, printed_list
 from macromicro.thesis.procedure import Lab, Procedure
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ CHOSEN = 0.45e-3  # m, Section 3.2.2
 LOADS = (17.5, 35.0)  # gf a beam: half of the stated load, and the stated load
 HALF_STROKE, STROKE = 2e-3, 4e-3
 _COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, BLACK, "0.55")
+
+BUDGET = ("D2", "D3", "D4", "D5", "D11")
 
 
 def flexure() -> Drawn:
@@ -148,9 +150,6 @@ def end_slope(sensor: Hall, place: float) -> float:
     return float((high - low) / (place - inside))
 
 
-BUDGET = ("D2", "D3", "D4", "D5", "D11")
-
-
 class Sheets(NamedTuple):
     """The claims, and the bench's sensor with its magnets."""
 
@@ -200,7 +199,7 @@ def _magnets(claim: Claim) -> Drawn:
     ]
     assert isinstance(claim.measured, list)
     rows.append(("most over 1 mm, computed", *(f"{v:.0f}" for v in claim.measured)))
-    rows.append(("most over 1 mm, printed", *(f"{v:g}" for v in printed_changes())))
+    rows.append(("most over 1 mm, printed", *(f"{v:g}" for v in printed_list("D7"))))
     return Drawn(
         "Table 3.1",
         "Flux of seven magnets, head-on",

@@ -1,4 +1,5 @@
-"""Dead zone of the macro-stage (Section 4.2.3, Figure 4.8): low voltages from many places.
+"""Open-loop runs of the macro-stage: low voltages from many places for the dead zone (Section
+4.2.3, Figure 4.8), higher ones for the Coulomb level (Figure 4.4), pulses for the drive.
 
 Only what a rig shows is used: commanded volts and encoder counts.
 """
@@ -24,6 +25,17 @@ VOLTAGES = tuple(float(v) for v in np.round(np.arange(2.6, 3.301, 0.05), 2))
 STARTS = tuple(float(x) for x in range(0, 2601, 200))
 SECONDS = 2.5
 HIGHEST, STEP, MORE = 4.5, 0.05, 6  # V, V, further voltages at a time
+
+# Volts, and seconds in which the carriage stays within its travel at the thesis' speeds.
+PUSHES = {3.1: 1.3, 3.25: 1.0, 3.5: 0.8, 4.0: 0.6, 4.5: 0.5, 5.0: 0.4}
+START = 20.0  # counts, from the end it leaves
+BEGUN = 0.15  # s, six time constants of the drive
+PULSES = (3.3, 3.6, 4.0, 4.4, 4.8, 5.0)  # V
+REST_MS = 100
+# What a pulse may take the carriage, about: a quarter of its travel [counts] at the thesis'
+# speeds, 1700 counts/s at 3.1 V and 3977 counts/s at 4 V.
+_WAY = 700.0
+_GAIN, _ZONE = 2530.0, 2.43
 
 
 def collect(
@@ -61,12 +73,6 @@ def probed(plant: Machine) -> tuple[list[Recording], DeadZone]:
 def measured(plant: Machine) -> DeadZone:
     """Dead zone of a bench by the whole procedure (M1)."""
     return probed(plant)[1]
-
-
-# Volts, and seconds in which the carriage stays within its travel at the thesis' speeds.
-PUSHES = {3.1: 1.3, 3.25: 1.0, 3.5: 0.8, 4.0: 0.6, 4.5: 0.5, 5.0: 0.4}
-START = 20.0  # counts, from the end it leaves
-BEGUN = 0.15  # s, six time constants of the drive
 
 
 class Coulomb(NamedTuple):
@@ -125,14 +131,6 @@ def at_rest(runs: Sequence[Recording], seconds: float = 0.5) -> Array:
         if not np.ptp(x) and TRAVEL[0] < x[-1] < TRAVEL[1]:
             held.add(float(r["motor"][-1]))
     return np.array(sorted(held))
-
-
-PULSES = (3.3, 3.6, 4.0, 4.4, 4.8, 5.0)  # V
-REST_MS = 100
-# What a pulse may take the carriage, about: a quarter of its travel [counts] at the thesis'
-# speeds, 1700 counts/s at 3.1 V and 3977 counts/s at 4 V.
-_WAY = 700.0
-_GAIN, _ZONE = 2530.0, 2.43
 
 
 def pulses(repeats: int = 2) -> Array:

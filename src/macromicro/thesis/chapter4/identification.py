@@ -19,10 +19,12 @@ from macromicro.runs.drives import DT
 from macromicro.thesis.chapter4 import friction_runs, identification_runs, validation
 from macromicro.thesis.chapter4.identification_runs import MacroModel
 from macromicro.thesis.chapter4.validation import Case
-from macromicro.thesis.claims import Claim, holds, judged, measured_by, stated, within
+from macromicro.thesis.claims import Claim, holds, judged, measured_by, printed, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
 
 Array = npt.NDArray[np.float64]
+
+_FROM = "follows from the parameters that were chosen for M3 and M4a"
 
 
 class IdentificationData(NamedTuple):
@@ -182,9 +184,6 @@ def _friction_model(found: MacroModel) -> Drawn:
     )
 
 
-_FROM = "follows from the parameters that were chosen for M3 and M4a"
-
-
 def open_loop(found: MacroModel) -> list[Claim]:
     """M2 to M6 from the averaged steps beyond the dead zone."""
     return [*_speeds(found), *_linear(found), *_jump(found)]
@@ -211,7 +210,7 @@ def _linear(found: MacroModel) -> list[Claim]:
     a, b, gain = float(found.linear.a[0]), float(found.linear.b[0]), found.linear.gain
     den, num = found.linear.with_integrator()
     pole = within("M4a", a)
-    size = within("M4b", b) if abs(gain / 3977.0 - 1.0) <= 0.03 else holds(False)
+    size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else holds(False)
     return [
         stated("M4a", a, pole, "(4.3) prints a without its minus sign; the pole is z = -a"),
         stated("M4b", b, size, f"{_FROM}; b/(1 + a) = {gain:.0f} counts/s/V against 3977"),

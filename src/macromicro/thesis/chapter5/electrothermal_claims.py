@@ -19,9 +19,21 @@ from macromicro.models.weighted_gain import Weighted, exponential, weighted
 from macromicro.thesis.chapter5 import electrothermal_runs
 from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
 from macromicro.thesis.chapter5.electrothermal_runs import CYCLES_BEFORE, WARM, StepData
-from macromicro.thesis.claims import Claim, NotMeasured, accepts, holds, judged, stated, within
+from macromicro.thesis.claims import (
+    Claim,
+    NotMeasured,
+    accepts,
+    holds,
+    judged,
+    printed,
+    stated,
+    within,
+)
 
-PRINTED_A = 37.86  # 1/V, (5.5)
+PRINTED_A = printed("S5b")  # 1/V, (5.5)
+
+Array = npt.NDArray[np.float64]
+VOLTS = (1.5, 1.6, 1.7, 1.8)
 
 
 def against_5_6(modes: heating.Modes) -> float:
@@ -154,11 +166,6 @@ def _whole(models: Models) -> Claim:
         f"{100.0 * steps[1.575].dynamic:.2f} %). The kiln's 30 g and the stage's load shift the "
         "thresholds against each other; the load was chosen with it in view",
     )
-
-
-Array = npt.NDArray[np.float64]
-
-VOLTS = (1.5, 1.6, 1.7, 1.8)
 
 
 def curve(low: float = 1.4, high: float = 1.9, points: int = 251) -> tuple[Array, Array]:

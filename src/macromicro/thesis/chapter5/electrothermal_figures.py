@@ -39,6 +39,11 @@ FAST_S = 6.0
 LONG_S = 60.0
 POINTS = 500
 
+_READ = (
+    "Solid: temperature inferred from the position, where the position tells it; broken: the "
+    "model; dotted line: full contraction, where the mechanical stop hides what follows. "
+)
+
 
 def draw(models: Models | Unfitted) -> Iterator[Drawn]:
     """Figures 5.10 to 5.17 but 5.12, a diagram. Raises `NotMeasured` without models."""
@@ -158,12 +163,6 @@ def _against_heating(models: Models, axes: Any, goal: Callable[[float], float]) 
         ax.set_ylim(AMBIENT, full + 17.5)
         finish(ax, title, y=HOT if ax is axes[0] else "")
         _legend(ax, "lower right")
-
-
-_READ = (
-    "Solid: temperature inferred from the position, where the position tells it; broken: the "
-    "model; dotted line: full contraction, where the mechanical stop hides what follows. "
-)
 
 
 def _linear(models: Models) -> Drawn:

@@ -48,6 +48,8 @@ TRIED = 11
 PRINTED = PiAntiWindup()
 CALMER = PiAntiWindup(ki=10.0)
 
+PRINTED_UM = 2.0
+
 
 def controlled(
     plant: Machine, target: float, law: PiAntiWindup = CALMER, seed: int = 0
@@ -133,9 +135,6 @@ def _accuracy(seen: LaserRuns) -> Claim:
         f"{fails} of {len(printed)} holds are beyond {ACCURACY_UM:g} um, "
         f"{'so the claim fails with it' if fails else 'so the claim holds with it, too'}",
     )
-
-
-PRINTED_UM = 2.0
 
 
 def collect(lab: Lab) -> LaserRuns:
