@@ -67,6 +67,7 @@ soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60
 
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py
+	$(BIN)/python docs/make_errata.py
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_figures.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \

@@ -12,13 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from macromicro.experiments import electrothermal_claims, integrated, micro_runs
-from macromicro.experiments.actuator_models import Models
-from macromicro.experiments.procedure import Lab
-from macromicro.experiments.procedures import electrothermal
-from macromicro.experiments.programmed import micro_steps, on_twin
+from macromicro.runs import sequence
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import micro_steps
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
+from macromicro.thesis.chapter5 import electrothermal, electrothermal_claims, micro_runs
+from macromicro.thesis.chapter5.actuator_models import Models
+from macromicro.thesis.chapter6 import integrated_runs
+from macromicro.thesis.procedure import Lab
 
 BELTS = (20.0, 21.0, 21.4, 21.8, 22.0, 22.2, 22.6, 23.0, 24.0)
 BODIES = (0.0517, 0.065, 0.08, 0.1)
@@ -39,8 +41,8 @@ def belt_sensitivity(frequencies: tuple[float, ...] = BELTS) -> list[BeltLine]:
     lines = []
     for frequency in frequencies:
         settings = replaced(Settings(), "bench.belt.frequency", frequency)
-        single = integrated.thesis_input(settings)
-        found = integrated.vibrations(on_twin(single, settings), single, settings)
+        single = integrated_runs.thesis_input(settings)
+        found = integrated_runs.vibrations(on_twin(single, settings), single, settings)
         size = [v.amplitude_um for v in found]
         decay = [np.nan if v.decay_s is None else v.decay_s for v in found]
         lines.append(BeltLine(frequency, min(size), max(size), float(np.nanmax(decay))))
@@ -66,10 +68,10 @@ def body_sensitivity(resistances: tuple[float, ...] = BODIES) -> list[BodyLine]:
         fit = np.nan
         if isinstance(models, Models):
             fit = electrothermal_claims.against_5_6(models.thesis.heating.modes)
-        single = integrated.thesis_input(settings)
-        warm = on_twin(single.repeated(integrated.CYCLES), settings)
-        found = integrated.IntegratedRuns(settings, single, warm, warm, warm)
-        cycles = integrated.cycled(found, warm).cycles
+        single = integrated_runs.thesis_input(settings)
+        warm = on_twin(single.repeated(integrated_runs.CYCLES), settings)
+        found = integrated_runs.IntegratedRuns(settings, single, warm, warm, warm)
+        cycles = integrated_runs.cycled(found, warm).cycles
         first, last = cycles[0].extension_s or np.nan, cycles[-1].extension_s or np.nan
         growth, bias = 100.0 * (last / first - 1.0), cycles[-1].bias_um or np.nan
         lines.append(BodyLine(value, fit, growth, bias))
@@ -91,9 +93,9 @@ def heat_sensitivity(factors: tuple[float, ...] = HEATS) -> list[HeatLine]:
         base = Settings()
         *others, top = base.bench.driver.map_heat
         settings = replaced(base, "bench.driver.map_heat", (*others, factor * top))
-        sequence = micro_steps(micro_runs.LEVELS, 2.0, micro_runs.TIMES)
-        run = on_twin(sequence, micro_runs.with_law(settings, "pi"))
-        lines.append(HeatLine(factor * top, micro_runs.error_after(run, micro_runs.TIMES[2])))
+        steps = micro_steps(sequence.LEVELS, 2.0, sequence.TIMES)
+        run = on_twin(steps, micro_runs.with_law(settings, "pi"))
+        lines.append(HeatLine(factor * top, micro_runs.error_after(run, sequence.TIMES[2])))
     return lines
 
 

@@ -14,16 +14,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from macromicro.experiments.claim import CALIBRATED, KINDS, PREDICTED, REPRODUCED, SET, Claim
-from macromicro.experiments.procedure import Lab
-from macromicro.experiments.procedures import all_procedures
-from macromicro.experiments.statements import in_order
 from macromicro.plant import cycle, kiln
 from macromicro.plant.cycle import CycleBench
 from macromicro.plant.kiln import KilnBench
-from macromicro.report import claim_text
 from macromicro.schema.par import Entry, entries
 from macromicro.settings import Settings
+from macromicro.thesis import all_procedures
+from macromicro.thesis.claims import CALIBRATED, KINDS, PREDICTED, REPRODUCED, SET, Claim, in_order
+from macromicro.thesis.page import claim_text
+from macromicro.thesis.procedure import Lab
 from macromicro.units import shown
 
 ROOT = Path(__file__).resolve().parents[1]

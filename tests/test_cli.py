@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from macromicro import cli
-from macromicro.experiments.folder import FILES, PAGE, RECORDING, SUMMARY
 from macromicro.recording import Recording
+from macromicro.runs.folder import FILES, PAGE, RECORDING, SUMMARY
 
 COMMAND = [sys.executable, "-m", "macromicro"]
 SHORT = '[[moves]]\nmacro = ["20 mm"]\nmicro = ["1 mm"]\nhold = "1.2 s"\n'

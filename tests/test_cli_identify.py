@@ -20,12 +20,12 @@ import pytest
 from macromicro import cli
 from macromicro.commands import identify as command
 from macromicro.control.calibration import shipped
-from macromicro.experiments import catalogue
 from macromicro.hysteresis.table_files import load_table
 from macromicro.identify import Axis, simulate
 from macromicro.recording import Recording
 from macromicro.schema import config
 from macromicro.settings import Settings
+from macromicro.thesis import collecting
 
 DATA = Path(__file__).parent / "data"
 DOCS = Path(__file__).parents[1] / "docs"
@@ -448,7 +448,7 @@ def test_what_was_mended_is_said(macromicro: Macromicro, tmp_path: Path) -> None
 def test_list_names_every_procedure(macromicro: Macromicro) -> None:
     done = macromicro("collect", "--list")
     assert done.status == 0
-    for procedure in catalogue.PROCEDURES:
+    for procedure in collecting.PROCEDURES:
         assert procedure.gives in done.out
         words = procedure.then.split()
         assert words[:2] == ["macromicro", "identify"]
@@ -517,7 +517,7 @@ def test_document_s_commands_exist(macromicro: Macromicro) -> None:
     helps: dict[str, str] = {}
     for words in lines:
         if words[0] == "collect":
-            catalogue.find(words[1])
+            collecting.find(words[1])
             continue
         key = " ".join(words[: 2 if words[0] == "identify" else 1])
         if key not in helps:

@@ -162,7 +162,7 @@ def test_a_rig_without_the_channel_is_refused(tmp_path: Path) -> None:
 FIGURE_FAILS = """
 import sys
 from macromicro.drawing import style
-from macromicro.experiments import reproduce
+from macromicro.thesis import reproduce
 
 def run(chosen, lab, jobs, progress, stopped):
     def broken(figure):

@@ -111,8 +111,8 @@ from __future__ import annotations
 
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import finish, new
-from macromicro.experiments.procedure import Lab, Procedure
-from macromicro.experiments.programmed import micro_steps
+from macromicro.thesis.procedure import Lab, Procedure
+from macromicro.runs.sequence import micro_steps
 
 
 def collect(lab: Lab):
@@ -230,11 +230,11 @@ def test_a_part_added_by_the_book_is_shown_and_set(copy: Path) -> None:
 
 @pytest.mark.slow
 def test_an_experiment_added_by_the_book_is_listed_and_runs(copy: Path) -> None:
-    procedures = copy / "macromicro" / "experiments" / "procedures"
-    (procedures / "own_step.py").write_text(EXPERIMENT)
+    thesis = copy / "macromicro" / "thesis"
+    (thesis / "chapter5" / "own_step.py").write_text(EXPERIMENT)
     edit(
-        procedures / "__init__.py",
-        ('    "cycle_testing",\n', '    "cycle_testing",\n    "own_step",\n'),
+        thesis / "__init__.py",
+        ('    "chapter5.kiln",\n', '    "chapter5.kiln",\n    "chapter5.own_step",\n'),
     )
     assert "own_step" in run(copy, "reproduce", "--list").stdout
     done = run(copy, "reproduce", "--only", "own_step", "--out", "own")

@@ -11,7 +11,8 @@ import pytest
 from macromicro import hall_table, simulate
 from macromicro.control import calibration
 from macromicro.errors import InputError
-from macromicro.experiments.programmed import micro_steps, on_twin
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import micro_steps
 from macromicro.serve import loop_process
 from macromicro.serve.loop_spec import LIVE, Spec
 from macromicro.serve.settings import LiveSettings

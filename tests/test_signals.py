@@ -9,7 +9,6 @@ from macromicro.errors import InputError
 from macromicro.signals import (
     decaying_square,
     pulse_train,
-    sequential_step,
     sine,
     square,
     step,
@@ -60,11 +59,6 @@ def test_sine_in_hertz() -> None:
     assert np.allclose(sine(t, 3.0, 1.0, phase=np.pi / 2), [3, 0, -3, 0], atol=1e-12)
 
 
-def test_sequential_step_holds_each_level_and_keeps_the_last() -> None:
-    x = sequential_step(times(0.9, 0.1), [0.0, 1.5e-3, 3e-3], hold=0.2)
-    assert x.tolist() == [0, 0, 1.5e-3, 1.5e-3, 3e-3, 3e-3, 3e-3, 3e-3, 3e-3]
-
-
 def test_pulse_train_of_appendix_d() -> None:
     """Appendix D: peak 150 encoder steps, period 4 s, duty 50 %, sampled at 0.01 s."""
     x = pulse_train(times(400.0, 0.01), 150.0, 4.0).reshape(100, 400)
@@ -83,8 +77,6 @@ def test_pulse_train_with_base_and_duty() -> None:
         lambda t: decaying_square(t, 1.0, 1.0, -0.1),
         lambda t: decaying_square(t, 1.0, 1.0, float("nan")),
         lambda t: sine(t, 1.0, float("nan")),
-        lambda t: sequential_step(t, [], 1.0),
-        lambda t: sequential_step(t, [1.0], float("inf")),
         lambda t: pulse_train(t, 1.0, 1.0, duty=1.0),
         lambda t: times(1.0, 0.0),
     ],

@@ -8,29 +8,21 @@ print(run["laser"], macromicro.moves(run))
 
 from __future__ import annotations
 
-import json
 import os
 import warnings
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
-import macromicro
 from macromicro import programme as programmes
-from macromicro import simulate
-from macromicro.columns import COLUMNS
 from macromicro.design import served
 from macromicro.design import tracking as following
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
 from macromicro.errors import InputError
-from macromicro.experiments import programmed
-from macromicro.experiments.run import DEFAULT, MAX_SEED, load
-from macromicro.loop import PERIOD
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
+from macromicro.runs import programmed
+from macromicro.runs.job import DEFAULT, MAX_SEED, load
 from macromicro.schema import config
 from macromicro.settings import Settings
 
@@ -66,35 +58,12 @@ def run(
     config.check(settings, "settings")
     if not isinstance(programme, Programme):
         programme = load(programmes.find(os.fspath(programme)), settings)
-    what = programme.repeated(cycles)
-    blocks: list[npt.NDArray[np.float64]] = []
-    outcome = simulate.simulate(settings, what, _Blocks(blocks), seed=seed, fan=fan)
-    fault = faults.describe(outcome.watch)
+    done = programmed.record(programme, settings, seed=seed, fan=fan, cycles=cycles)
+    fault = faults.describe(done.outcome.watch)
     if fault is not None:
         text = f"{fault.message} {fault.evidence}. {fault.remedy}"
         warnings.warn(f"the run was stopped: {text}", stacklevel=2)
-    attributes: dict[str, str | int | float] = {
-        "version": macromicro.__version__,
-        "programme": what.title,
-        "seed": seed,
-        "cycles": cycles,
-        "fan": int(fan),
-        "overrides": json.dumps(config.difference(settings, Settings())),
-        "settings": config.as_toml(settings),
-        "finished": int(outcome.finished),
-    }
-    return Recording.from_arrays(COLUMNS, np.concatenate(blocks, axis=1), PERIOD, attributes)
-
-
-class _Blocks:
-    """A sink in memory."""
-
-    def __init__(self, blocks: list[npt.NDArray[np.float64]]) -> None:
-        self._blocks = blocks
-
-    def append(self, block: npt.NDArray[np.float64]) -> None:
-        """Keep the block."""
-        self._blocks.append(block)
+    return done.recording
 
 
 def moves(recording: Recording, settings: Settings | None = None) -> list[MoveResult]:

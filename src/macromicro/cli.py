@@ -23,7 +23,7 @@ from macromicro.commands.tune import tune
 from macromicro.errors import MacromicroError
 
 if TYPE_CHECKING:
-    from macromicro.experiments.run import Job
+    from macromicro.runs.job import Job
 
 app = typer.Typer(
     name="macromicro",
@@ -143,8 +143,8 @@ def run(
 
 
 def _run(given: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
-    from macromicro.experiments import run as experiment
-    from macromicro.experiments.holding import held
+    from macromicro.runs import job as experiment
+    from macromicro.runs.folder import held
 
     request = experiment.Request(*given)
     job = experiment.check(request)
@@ -155,15 +155,16 @@ def _run(given: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
 def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
-    from macromicro.experiments import run as experiment
+    from macromicro import simulate
     from macromicro.report import terminal, words
     from macromicro.report.summary import as_json as to_json
     from macromicro.report.write import write
+    from macromicro.runs import job as experiment
 
     if job.source is None:
-        if not experiment.is_compiled():
+        if not simulate.is_compiled():
             print("compiling the bench, once, about 10 s", file=sys.stderr)
-        experiment.compile_bench(job)
+        simulate.compile_bench(job.settings, job.programme, job.request.fan)
     if job.recalibrate:
         print("another Hall sensor: calibrating it on this bench first", file=sys.stderr)
     signals.later()

@@ -13,15 +13,16 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from macromicro import loop
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
+from macromicro.control.pi import PiAntiWindup
 from macromicro.identify.hall import calibrate
-from macromicro.kernel import compiled, kernel
+from macromicro.kernel import compiled
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
-from macromicro.plant.bench import NOISES, Bench, Plant, Sensors, State
+from macromicro.plant.bench import NOISES, Bench, Plant, Sensors
 from macromicro.rig.twin import noise_source
-from macromicro.types import Outputs
 
 Array = npt.NDArray[np.float64]
 
@@ -42,18 +43,6 @@ class Described(Protocol):
         """Its sensors."""
 
 
-@kernel
-def _open_loop(p: Plant, s: State, ctrl: Array, noise: Array, out: Array, dt: float) -> State:
-    """Open loop on the twin: Hall [V] and laser [m] into `out` (2, periods)."""
-    for k in range(len(ctrl)):
-        draw = bench.drawn(noise, k)
-        sample = bench.measure(p, s, k * dt, draw)
-        out[0, k] = sample.hall
-        out[1, k] = sample.laser
-        s = bench.advance(p, s, Outputs(0.0, ctrl[k], 0.0, 0.0), draw, dt)
-    return s
-
-
 def profile(runs: int) -> tuple[Array, list[slice]]:
     """CTRL [V] over all ramps, and where each one-way run lies in it."""
     n, rest = round(RAMP_S / DT), round(REST_S / DT)
@@ -70,9 +59,10 @@ def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array
     """Runs of (Hall [V], laser [mm]) on a twin, up and down in turn."""
     ctrl, parts = profile(runs)
     noise = noise_source(seed).standard_normal((len(ctrl), NOISES))
-    out = np.empty((2, len(ctrl)))
-    compiled(_open_loop)(plant, bench.initial(plant), ctrl, noise, out, DT)
-    return [(out[0, part], out[1, part] * 1e3) for part in parts]
+    out = np.empty((6, len(ctrl)))
+    cold = bench.initial(plant)
+    compiled(loop.stage)(plant, cold, PiAntiWindup(), False, ctrl, noise, out, 1, DT)
+    return [(out[2, part], out[1, part] * 1e3) for part in parts]
 
 
 def needed(settings: Described) -> bool:

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from macromicro import nominal
 from macromicro.columns import COLUMNS, Row
-from macromicro.control import macro, supervisor
+from macromicro.control import macro, pi, supervisor
+from macromicro.control.pi import PiAntiWindup
 from macromicro.control.supervisor import DONE, FAULT, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
@@ -187,3 +188,40 @@ def rollout(
         if progress.phase == DONE or watch.fault != OK:
             break
     return Run(tick, machine, progress, watch), written
+
+
+@kernel
+def stage(
+    p: Plant,
+    s: State,
+    law: PiAntiWindup,
+    closed: bool,
+    wanted: Block,
+    noise: Block,
+    out: Block,
+    every: int,
+    dt: float,
+) -> State:
+    """The twin's micro-stage alone: `wanted` is CTRL [V], or, where `closed`, the place [mm] that
+    `law` holds by the laser's reading.
+
+    Every `every`-th sample into `out` (6, n): CTRL [V], laser [m], Hall [V], CONTRACT,
+    contraction [m], wire [degC].
+    """
+    integral = 0.0
+    for k in range(len(wanted)):
+        draw = bench.drawn(noise, k)
+        sample = bench.measure(p, s, k * dt, draw)
+        ctrl = wanted[k]
+        if closed:
+            integral, ctrl = pi.step(law, integral, wanted[k] - 1e3 * sample.laser, dt)
+        if k % every == 0:
+            j = k // every
+            out[0, j] = ctrl
+            out[1, j] = sample.laser
+            out[2, j] = sample.hall
+            out[3, j] = sample.contract
+            out[4, j] = s.micro.wire.x
+            out[5, j] = s.micro.wire.temperature
+        s = bench.advance(p, s, Outputs(0.0, ctrl, 0.0, 0.0), draw, dt)
+    return s

@@ -8,7 +8,6 @@ early, so that the rounding of k*dt never moves it by a sample.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,18 +62,6 @@ def sine(
     """`offset` + `amplitude` sin(2 pi `frequency` t + `phase`); frequency in Hz, phase in rad."""
     _positive("sine: frequency", frequency)
     return offset + amplitude * np.sin(2 * np.pi * frequency * t + phase)
-
-
-def sequential_step(t: Array, levels: Sequence[float], hold: float) -> Array:
-    """Each of `levels` for `hold` [s] in turn; the last one stays.
-
-    The micro-stage's test input (Figure 5.27) is such a sequence.
-    """
-    _positive("sequential_step: hold", hold)
-    if len(levels) == 0:
-        raise InputError("sequential_step: levels", "none", "one level or more")
-    index = np.floor((t + _EARLY) / hold).astype(np.int64)
-    return np.asarray(levels, dtype=np.float64)[np.clip(index, 0, len(levels) - 1)]
 
 
 def pulse_train(

@@ -12,9 +12,8 @@ import numpy.typing as npt
 from macromicro import hall_table, loop
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
-from macromicro.control.calibration import Calibration
 from macromicro.control.supervisor import Plan, Supervisor
-from macromicro.kernel import compiled
+from macromicro.kernel import cache_folder, compiled
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant
@@ -69,14 +68,10 @@ def plan(programme: Programme) -> Plan:
     )
 
 
-def prepare(
-    settings: Settings, programme: Programme, fan: bool = False, table: Calibration | None = None
-) -> Rolled:
-    """Runtime parameters and the state at the start: at rest at 0 mm, cold.
-
-    `table`: the Hall calibration that controller and guard use, else the bench's own.
-    """
-    table = hall_table.of_bench(settings) if table is None else table
+def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Rolled:
+    """Runtime parameters and the state at the start: at rest at 0 mm, cold. The Hall sensor is
+    calibrated on the bench of the settings."""
+    table = hall_table.of_bench(settings)
     plant = bench.prepare(settings.bench, settings.sensors)
     control = control_settings.prepare(settings.controller, fan, table)
     return Rolled(
@@ -86,6 +81,18 @@ def prepare(
         plan(programme),
         Run(0, bench.initial(plant), supervisor.begin(0.0), guard.fresh()),
     )
+
+
+def is_compiled() -> bool:
+    """Whether the compiler's cache seems to hold the bench already."""
+    return any(cache_folder().rglob("loop.rollout*.nbi"))
+
+
+def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -> None:
+    """Compile the bench, or load it from the cache, so that a run need not wait for it."""
+    rolled = prepare(settings, programme, fan)
+    nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
+    compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
 
 def longest(settings: Settings, programme: Programme) -> float:
@@ -119,7 +126,6 @@ def simulate(
     *,
     seed: int = 0,
     fan: bool = False,
-    table: Calibration | None = None,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
     """Run `programme` on the twin and append every period to `sink`.
@@ -129,7 +135,7 @@ def simulate(
     exception from `progress` or the sink (a full disk, Ctrl-C) ends the run; what was
     appended stays. One from `progress` adds a last row that shows all outputs off.
     """
-    rolled = prepare(settings, programme, fan, table)
+    rolled = prepare(settings, programme, fan)
     advance = compiled(loop.rollout)
     random = noise_source(seed)
     run = rolled.run

@@ -11,10 +11,11 @@ from macromicro import batch
 from macromicro.batch import Variants, course, macro_bench
 from macromicro.batch.macro_bench import MacroBenchJob
 from macromicro.control.settings import Control, prepare
+from macromicro.design import steps
 from macromicro.errors import InputError
-from macromicro.experiments import macro_drive
 from macromicro.kernel import compiled
 from macromicro.plant import bench, carriage
+from macromicro.runs import drives
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
@@ -26,16 +27,16 @@ def single(settings: Settings, target: float, seconds: float) -> tuple[float, ..
     plant = bench.prepare(settings.bench, settings.sensors)
     law = prepare(settings.controller).macro
     aim = np.full(round(seconds / 1e-3), target)
-    seen = macro_drive.closed_loop(plant, law, aim)
+    seen = drives.closed_loop(plant, law, aim)
     x = seen["macro_position"]
     errors = aim - x
     return (
-        macro_drive.settling_time(x, target),
-        macro_drive.rise_time(x, target),
-        macro_drive.overshoot(x, target),
+        steps.settling_time(x, target),
+        steps.rise_time(x, target),
+        steps.overshoot(x, target),
         float(np.cumsum(np.abs(errors))[-1]) * 1e-3,
         float(errors[-1]),
-        float(len(macro_drive.swings(x, target))),
+        float(len(steps.swings(x, target))),
     )
 
 
@@ -84,7 +85,7 @@ def test_threads_change_nothing() -> None:
 def test_trace_is_the_recording_thinned() -> None:
     seen = batch.trajectories(MacroBenchJob(length=0.4), Variants((), np.empty((1, 0))), 4)
     plant = bench.prepare(Settings().bench, Settings().sensors)
-    whole = macro_drive.closed_loop(plant, macro_drive.law("pd-tuned"), np.full(400, 2800.0))
+    whole = drives.closed_loop(plant, drives.law("pd-tuned"), np.full(400, 2800.0))
     for name in ("macro_position", "motor"):
         assert np.array_equal(seen.columns[name][0], whole[name][::4])
     assert np.array_equal(seen.t, whole["t"][::4])

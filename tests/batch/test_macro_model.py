@@ -13,8 +13,8 @@ from macromicro import batch
 from macromicro.batch import Variants, course, lanes
 from macromicro.batch.macro_model import MacroLoop, MacroModelJob, single
 from macromicro.control import macro as control
+from macromicro.design import steps
 from macromicro.errors import InputError
-from macromicro.experiments import macro_drive
 from macromicro.kernel import compiled
 from macromicro.models import macro
 from macromicro.models.macro import MacroModelState
@@ -69,14 +69,14 @@ def from_samples(loop: MacroLoop, x: np.ndarray) -> tuple[float, ...]:
         ][1:]
     )
     return (
-        macro_drive.settling_time(x, aim),
-        macro_drive.rise_time(x, aim),
-        macro_drive.overshoot(x, aim),
+        steps.settling_time(x, aim),
+        steps.rise_time(x, aim),
+        steps.overshoot(x, aim),
         float(np.cumsum(np.abs(errors))[-1]) * DT,  # sample by sample, as a run adds them up
         float(errors[-1]),
         float(asked.max()),
         float(np.count_nonzero(asked > law.limit)),
-        float(len(macro_drive.swings(x, aim))),
+        float(len(steps.swings(x, aim))),
     )
 
 

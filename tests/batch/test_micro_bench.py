@@ -10,7 +10,7 @@ import pytest
 from macromicro import batch
 from macromicro.batch import Variants
 from macromicro.batch.micro_bench import LEVELS, TIMES, MicroBenchJob, steps
-from macromicro.experiments import micro_runs, programmed
+from macromicro.runs import programmed, sequence
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
 
@@ -26,10 +26,10 @@ def test_metrics_equal_those_of_a_recording() -> None:
         settings = Settings()
         for path, value in zip(PATHS[:2], values[:2], strict=True):
             settings = replaced(settings, path, float(value))
-        what = programmed.micro_steps(LEVELS, 2.0, TIMES)
+        what = sequence.micro_steps(LEVELS, 2.0, TIMES)
         seen = programmed.on_twin(what, settings, int(values[2]))
         by_name = dict(zip(names, row.tolist(), strict=True))
-        times = micro_runs.settling(seen)
+        times = sequence.settling(seen)
         assert by_name["settle_up"] == pytest.approx(np.mean(times[:2]), nan_ok=True)
         assert by_name["settle_down"] == pytest.approx(np.mean(times[2:]), nan_ok=True)
         done = programmed.moves_of(seen, what, settings)
@@ -47,10 +47,10 @@ def test_metrics_equal_those_of_a_recording() -> None:
 
 
 def test_the_programme_is_the_procedures() -> None:
-    mine, theirs = steps(), programmed.micro_steps(LEVELS, 2.0, TIMES)
+    mine, theirs = steps(), sequence.micro_steps(LEVELS, 2.0, TIMES)
     for a, b in zip(mine, theirs, strict=True):
         assert np.array_equal(a, b)
-    assert (LEVELS, TIMES) == (micro_runs.LEVELS, micro_runs.TIMES)
+    assert (LEVELS, TIMES) == (sequence.LEVELS, sequence.TIMES)
 
 
 def test_a_run_that_the_guard_stops() -> None:

@@ -11,9 +11,9 @@ import pytest
 
 import macromicro
 from macromicro.design.tracking import lagging
-from macromicro.experiments import run as experiment
 from macromicro.report import figures, words
 from macromicro.report.summary import as_json, summary
+from macromicro.runs import job as experiment
 
 
 def sine(folder: Path, column: str, middle: float, size: float, seconds: float = 10.0) -> Path:

@@ -17,8 +17,8 @@ from macromicro.hysteresis import (
     wiping_out,
 )
 from macromicro.hysteresis.forc import read_forc
-from macromicro.hysteresis.relays import refined, relay_grid, relay_run
 
+from ..hysteresis.relays import refined, relay_grid, relay_run
 from .record import frozen
 
 FORC = Path(__file__).parents[1] / "data" / "forc" / "hchb_forc"

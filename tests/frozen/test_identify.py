@@ -16,7 +16,7 @@ from macromicro.identify import records as room
 from macromicro.identify.gain import asymptote, linearised, nonlinear, upper
 from macromicro.identify.hall import calibrated
 from macromicro.identify.linear_fit import percent, whiteness
-from macromicro.identify.smoothing import median_filtered, window_means, without_spikes
+from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.models.weighted_gain import Exponential, exponential
 
 from .record import frozen
@@ -196,7 +196,6 @@ def test_smoothing() -> None:
         "smoothing",
         {
             "spikes": without_spikes(t, values, 60.0, 0.3, 2.0),
-            "median": median_filtered(values, 9),
             "means": window_means(t, values, 20, 0.15),
         },
     )

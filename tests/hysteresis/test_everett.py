@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import Everett, from_density, lookup
-from macromicro.hysteresis.everett import slope_alpha, slope_beta
 
 LO, STEP, N = -3.0, 0.25, 25
 HI = LO + STEP * (N - 1)
@@ -126,39 +125,6 @@ def test_lookup_clamps_to_the_grid() -> None:
     assert lookup(TABLE, LO - 4.0, LO - 5.0) == 0.0
     assert lookup(TABLE, math.nan, LO) == 0.0
     assert lookup(TABLE, HI, math.nan) == 0.0
-
-
-@given(st.integers(0, N - 2), st.integers(0, N - 2), st.floats(0.1, 0.9), st.floats(0.1, 0.9))
-@settings(max_examples=100, deadline=None)
-def test_slopes_are_the_differences_of_lookup(i: int, j: int, x: float, y: float) -> None:
-    alpha, beta = LO + (max(i, j) + x) * STEP, LO + (min(i, j) + y) * STEP
-    h = 1e-6
-    if alpha <= beta + h:
-        return
-    rise = (lookup(TABLE, alpha + h, beta) - lookup(TABLE, alpha - h, beta)) / (2 * h)
-    fall = (lookup(TABLE, alpha, beta - h) - lookup(TABLE, alpha, beta + h)) / (2 * h)
-    assert slope_alpha(TABLE, alpha, beta) == pytest.approx(rise, abs=1e-8)
-    assert slope_beta(TABLE, alpha, beta) == pytest.approx(fall, abs=1e-8)
-
-
-def test_slopes_on_a_grid_line_look_ahead() -> None:
-    """A rising alpha enters the cell above the line, a falling beta the one below it."""
-    h = 1e-7
-    for i in range(N):
-        line = LO + i * STEP
-        ahead = (lookup(TABLE, line + h, LO) - lookup(TABLE, line, LO)) / h
-        assert slope_alpha(TABLE, line, LO) == pytest.approx(ahead, abs=1e-6)
-        ahead = (lookup(TABLE, HI, line - h) - lookup(TABLE, HI, line)) / h
-        assert slope_beta(TABLE, HI, line) == pytest.approx(ahead, abs=1e-6)
-        ahead = (lookup(TABLE, line, line - h) - 0.0) / h
-        assert slope_beta(TABLE, line, line) == pytest.approx(ahead, abs=1e-6)
-
-
-def test_slopes_vanish_outside_the_grid_and_for_nan() -> None:
-    for alpha, beta in ((LO - 1.0, LO - 2.0), (HI + 1.0, LO), (math.nan, LO), (HI, math.nan)):
-        assert slope_alpha(TABLE, alpha, beta) == 0.0
-    for alpha, beta in ((HI, LO - 1.0), (HI + 2.0, HI + 1.0), (math.nan, LO), (HI, math.nan)):
-        assert slope_beta(TABLE, alpha, beta) == 0.0
 
 
 GOOD = random_weights(3, 4)

@@ -7,13 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.hysteresis import Everett, Memory, advance, fresh, from_density, lookup, peek, slope
-from macromicro.hysteresis.relays import relay_grid, relay_step
+from macromicro.hysteresis import Everett, Memory, advance, fresh, from_density, lookup, peek
 from macromicro.kernel import compiled, kernel
+
+from .relays import relay_grid, relay_step
 
 LO, STEP, N = 20.0, 0.5, 41
 HI = LO + STEP * (N - 1)
@@ -214,29 +215,6 @@ def test_nan_changes_nothing(before: list[float], after: list[float]) -> None:
     del marred_outputs[len(before)]
     assert plain_outputs == marred_outputs
     assert peek(TABLE, plain, math.nan) == plain.corners[plain.pairs, 3]
-    assert slope(TABLE, plain, math.nan, True) == slope(TABLE, plain, math.nan, False) == 0.0
-
-
-@given(histories, inputs)
-@settings(max_examples=100, deadline=None)
-def test_slope_is_the_difference_of_peek(history: list[float], u: float) -> None:
-    h = 1e-6
-    for depth in (256, 3):
-        memory, _ = moved(history, depth)
-        kinks = memory.corners[1 : memory.pairs + 1, :2].ravel()
-        grid = (u - LO) / STEP
-        assume(abs(grid - round(grid)) > 1e-4 and np.min(np.abs(kinks - u)) > 1e-4)
-        expected = (peek(TABLE, memory, u + h) - peek(TABLE, memory, u - h)) / (2 * h)
-        assert slope(TABLE, memory, u, u > memory.u) == pytest.approx(expected, abs=1e-7)
-
-
-def test_slope_at_a_reversal_has_two_sides() -> None:
-    memory, _ = moved([35.3, 29.2])
-    for rising, h in ((True, 1e-7), (False, -1e-7)):
-        ahead = (peek(TABLE, memory, 29.2 + h) - peek(TABLE, memory, 29.2)) / h
-        assert slope(TABLE, memory, 29.2, rising) == pytest.approx(ahead, abs=1e-6)
-    assert slope(TABLE, memory, HI + 1.0, True) == 0.0
-    assert slope(TABLE, memory, LO - 1.0, False) == 0.0
 
 
 def guarded(depth: int) -> tuple[Memory, np.ndarray]:
@@ -308,16 +286,14 @@ def test_impossible_memories_are_refused(u: float, depth: int, named: str) -> No
 
 @kernel
 def drive(table: Everett, memory: Memory, history: np.ndarray, out: np.ndarray) -> Memory:
-    """Along `history`: output, the output a little ahead, slopes up and down."""
+    """Along `history`: output, the output a little ahead."""
     for t in range(history.shape[0]):
         u = float(history[t])
         memory, f = advance(table, memory, u)
         out[t, 0] = f
         out[t, 1] = peek(table, memory, u + 0.37)
         out[t, 2] = peek(table, memory, u - 3.1)
-        out[t, 3] = slope(table, memory, u, True)
-        out[t, 4] = slope(table, memory, u, False)
-        out[t, 5] = lookup(table, u + 1.7, u)
+        out[t, 3] = lookup(table, u + 1.7, u)
     return memory
 
 
@@ -330,7 +306,7 @@ def test_compiled_equals_interpreted_bit_for_bit(depth: int) -> None:
     history = np.concatenate([walk, decaying(700)])
     ends, outs = [], []
     for run in (drive, compiled(drive)):
-        out = np.zeros((history.shape[0], 6))
+        out = np.zeros((history.shape[0], 4))
         ends.append(known(run(TABLE, fresh(TABLE, LO + 1.0, depth), history, out)))
         outs.append(out)
     assert outs[0].tobytes() == outs[1].tobytes()

@@ -15,14 +15,8 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Memory, Preisach, advance, fresh, from_density
 from macromicro.hysteresis.live import as_rows, flat, live_advance
 from macromicro.hysteresis.preisach import demagnetising
-from macromicro.hysteresis.relays import (
-    Relays,
-    refined,
-    relay_grid,
-    relay_run,
-    relay_start,
-    relay_step,
-)
+
+from .relays import refined, relay_grid, relay_run, relay_start
 
 LO, STEP, N = 20.0, 0.5, 41
 HI = LO + STEP * (N - 1)
@@ -313,14 +307,3 @@ def test_nan_and_other_nonsense_are_refused_and_change_nothing() -> None:
         Preisach([[0.0, 1.0]])  # type: ignore[arg-type]
     assert model.state == before
     assert model.run([]).size == 0
-
-
-def test_relay_starts() -> None:
-    relays = Relays(np.array([1.0, 3.0]), np.array([0.0, 2.0]), np.array([0.25, 0.75]))
-    assert relay_start(relays).tolist() == [False, False]
-    assert relay_start(relays, "positive").tolist() == [True, True]
-    assert relay_step(relays, relay_start(relays, "positive"), 1.5)[1] == 0.25
-    with pytest.raises(InputError, match="swing"):
-        relay_start(relays, "demagnetised")
-    with pytest.raises(InputError, match="negative"):
-        relay_start(relays, "off")

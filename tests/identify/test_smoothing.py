@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.errors import InputError
-from macromicro.identify.smoothing import median_filtered, window_means, without_spikes
+from macromicro.identify.smoothing import window_means, without_spikes
 
 T = np.arange(0.0, 400.0, 0.2)
 # Up and down at 0.2 K/s, a sharp peak at 200 s.
@@ -49,12 +49,6 @@ def test_spikes_at_both_ends() -> None:
     y[-10:] -= 9.0
     made = without_spikes(T, y)
     assert np.isfinite(made.values).all()
-
-
-def test_median_clips_a_peak_by_a_quarter_of_its_window() -> None:
-    """Note to claim S2: slope times a quarter of the window."""
-    clipped = TRIANGLE - median_filtered(TRIANGLE, 301)
-    assert clipped.max() == pytest.approx(0.2 * 60.0 / 4.0, rel=0.03)
 
 
 @given(st.integers(1, 50), st.integers(1, 300))

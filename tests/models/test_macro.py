@@ -52,15 +52,6 @@ def test_printed_pole() -> None:
     assert found.b == pytest.approx(165.72, rel=1e-3)
 
 
-def test_steady_speeds() -> None:
-    """(4.6)-(4.8): 1700 and 3977 counts/s; (4.5) predicts 6507 at 2 V; other way alike."""
-    for volts, speed in ((0.1, 1700.0), (1.0, 3977.0), (2.0, 6507.0)):
-        assert macro.steady_speed(MacroModel(), volts) == pytest.approx(speed, rel=2e-3)
-        assert macro.steady_speed(MacroModel(), -volts) == pytest.approx(-speed, rel=2e-3)
-    assert macro.steady_speed(MacroModel(), 0.0) == 0.0
-    assert macro.steady_speed(MacroModel(kind=INITIAL), 0.1) == pytest.approx(397.7, rel=1e-3)
-
-
 @given(VOLTS)
 def test_the_inverse_undoes_the_dead_zone(volts: float) -> None:
     """Figure 4.9: within the limit, exactly linear from end to end."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from macromicro.control import deadzone
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import amplifier, bench, carriage, cycle, kiln, micro, wire
 from macromicro.plant.amplifier import Amplifier
+from macromicro.plant.belt import Belt
 from macromicro.plant.bench import Bench, Plant, Sensors
 from macromicro.plant.carriage import Macro, MacroState
 from macromicro.plant.cycle import CycleBench
@@ -28,6 +30,12 @@ KILN = KilnBench()
 CYCLE = CycleBench()
 MACRO = PLANT.macro
 MICRO = PLANT.micro
+
+
+def energy(p: Belt, mass: float, q: float, speed: float) -> float:
+    """Energy [J] of the belt's mode at `q` [m] and `speed` [m/s], on a carriage of `mass` [kg]."""
+    w = 2.0 * math.pi * p.frequency
+    return 0.5 * p.participation * mass * (speed * speed + w * w * q * q)
 
 
 @kernel

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from macromicro.plant import belt
 from macromicro.plant.belt import Belt
 
+from .drives import energy
+
 P = Belt()
 MASS = 0.45
 W = 2.0 * math.pi * P.frequency
@@ -24,10 +26,10 @@ def test_without_a_kick_energy_never_rises_whatever_the_step(
     p: Belt, q: float, speed: float, h: float
 ) -> None:
     """Section 6.2: the belt stores and loses energy, it creates none."""
-    before = belt.energy(p, MASS, q, speed)
+    before = energy(p, MASS, q, speed)
     for _ in range(20):
         q, speed = belt.step(p, q, speed, 0.0, h)
-        after = belt.energy(p, MASS, q, speed)
+        after = energy(p, MASS, q, speed)
         assert after <= before * (1.0 + 1e-12)
         before = after
 
@@ -36,10 +38,10 @@ def test_without_a_kick_energy_never_rises_whatever_the_step(
 def test_an_undamped_mode_keeps_its_energy(p: Belt, q: float, speed: float, h: float) -> None:
     """The midpoint rule neither damps nor excites by itself."""
     p = p._replace(decay=0.0)
-    before = belt.energy(p, MASS, q, speed)
+    before = energy(p, MASS, q, speed)
     for _ in range(20):
         q, speed = belt.step(p, q, speed, 0.0, h)
-    assert belt.energy(p, MASS, q, speed) == pytest.approx(before, rel=1e-9)
+    assert energy(p, MASS, q, speed) == pytest.approx(before, rel=1e-9)
 
 
 def test_rings_and_decays_as_the_analytic_solution() -> None:
@@ -105,6 +107,6 @@ def test_reaction_is_the_gradient_of_the_energy_plus_the_damper(
 ) -> None:
     """Force = dE/dq + 2 d (mode's mass) q': what pulls the mode back pushes the carriage."""
     e = 1e-6
-    gradient = (belt.energy(P, mass, q + e, 0.0) - belt.energy(P, mass, q - e, 0.0)) / (2.0 * e)
+    gradient = (energy(P, mass, q + e, 0.0) - energy(P, mass, q - e, 0.0)) / (2.0 * e)
     damper = 2.0 * P.decay * P.participation * mass * speed
     assert belt.reaction(P, mass, q, speed) == pytest.approx(gradient + damper, abs=1e-6)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from macromicro.plant import belt, carriage, friction, motor
+from macromicro.plant import carriage, friction, motor
 from macromicro.plant.friction import Friction
 
-from .drives import COUNT, DT, MACRO, lifted, motor_volts, ride
+from .drives import COUNT, DT, MACRO, energy, lifted, motor_volts, ride
 
 DRY = MACRO._replace(friction=MACRO.friction._replace(ripple=0.0))
 
@@ -123,7 +123,7 @@ def test_energy_balance(volts: list[float], x0: float) -> None:
     stored = (
         0.5 * mass * run.v[-1] ** 2
         + 0.5 * mode * (run.qv[-1] + run.v[-1]) ** 2
-        + belt.energy(p.belt, mass, run.q[-1], 0.0)
+        + energy(p.belt, mass, run.q[-1], 0.0)
         + 0.5 * p.friction.bristle * run.z[-1] ** 2
         + 0.5 * p.motor.inductance * run.i[-1] ** 2
     )

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.drawing import style
-from macromicro.experiments import folder
-from macromicro.experiments.run import Ended
 from macromicro.report import figures
 from macromicro.report.figures import Drawn
+from macromicro.runs import folder
+from macromicro.runs.job import Ended
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ import pytest
 
 from macromicro.drawing import style
 from macromicro.drawing.page import Picture
-from macromicro.experiments.run import Ended
 from macromicro.report import figures
 from macromicro.report.page import page
 from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
+from macromicro.runs.job import Ended
 
 WHEN = "2026-01-02 03:04:05+00:00"
 VOID = {"meta", "img", "br", "link", "input", "hr"}

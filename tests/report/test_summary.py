@@ -8,8 +8,8 @@ import math
 import pytest
 
 import macromicro
-from macromicro.experiments.run import Ended
 from macromicro.report.summary import as_json, summary
+from macromicro.runs.job import Ended
 
 WHEN = "2026-01-02 03:04:05+00:00"
 MOVE_KEYS = {

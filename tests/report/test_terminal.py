@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from macromicro.experiments.run import Ended
 from macromicro.report import terminal, words
+from macromicro.runs.job import Ended
 
 
 @pytest.mark.parametrize("columns", [40, 60, 80, 200])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from macromicro.experiments.run import Ended
 from macromicro.report import words
 from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
+from macromicro.runs.job import Ended
 
 
 def test_a_line_a_move_with_units(ended: Ended) -> None:

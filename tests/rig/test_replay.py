@@ -10,9 +10,9 @@ import pytest
 
 import macromicro
 from macromicro.errors import InputError
-from macromicro.experiments import run as experiment
 from macromicro.recording import Column, Recording
 from macromicro.rig.replay import Replay, opened
+from macromicro.runs import job
 from macromicro.types import SAFE
 
 PROGRAMME = """
@@ -49,10 +49,10 @@ def test_sensors_are_those_of_the_file() -> None:
         assert rig.read().laser == pytest.approx(3e-6) and math.isnan(rig.read().hall)
 
 
-def replayed(folder: Path, out: str, rig: str = "", **rest: object) -> experiment.Ended:
-    request = experiment.Request(str(folder / "short.toml"), folder / out, **rest)  # type: ignore[arg-type]
+def replayed(folder: Path, out: str, rig: str = "", **rest: object) -> job.Ended:
+    request = job.Request(str(folder / "short.toml"), folder / out, **rest)  # type: ignore[arg-type]
     request = request._replace(rig=rig or f"replay:{folder / 'made.h5'}")
-    return experiment.execute(experiment.check(request))
+    return job.execute(job.check(request))
 
 
 def test_the_same_controller_asks_for_the_same(made: Path) -> None:

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import pytest
 
-from macromicro.experiments import run
 from macromicro.robustness import files
 from macromicro.robustness.metrics import NAMES, measure
 from macromicro.robustness.requirements import DEFAULTS
+from macromicro.runs import job as run
 from macromicro.schema import config
 from macromicro.settings import Settings
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from macromicro.errors import InputError
 from macromicro.models import macro
-from macromicro.models.macro import Linear, MacroModel, Motor
+from macromicro.models.macro import Linear, Motor
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
 from macromicro.tuning.ensemble import SPREADS, draw, fresh
@@ -76,9 +74,8 @@ def test_the_gain_on_the_model() -> None:
     found = draw("macro", Settings(), 2, "worst", 0)
     factors = np.array([[1.0, 1.1, 1.0, 1.0, 1.0]])
     a, b, width = found._replace(draws=factors).on_model(Linear().a, Linear().b, 3.0)[0]
-    speeds = [macro.steady_speed(MacroModel(Linear(a, x), width=width), 1.0) for x in (b, b / 1.1)]
-    assert speeds[0] / speeds[1] == pytest.approx(1.1)
-    assert not math.isnan(speeds[0])
+    assert (a, width) == pytest.approx((Linear().a, 3.0))
+    assert b == pytest.approx(1.1 * Linear().b)
 
 
 @pytest.mark.parametrize(("benches", "how"), [(1, "worst"), (0, "worst"), (10**6, "q95"), (5, "x")])

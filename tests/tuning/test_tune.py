@@ -12,9 +12,8 @@ from macromicro.control.pd import PdTuned
 from macromicro.control.settings import Control
 from macromicro.design.margins import PdTaps
 from macromicro.errors import InputError
-from macromicro.experiments import macro_design
 from macromicro.settings import Settings
-from macromicro.tuning import laws, loops, tables
+from macromicro.tuning import laws, loops, tables, thesis
 from macromicro.tuning.tune import Request, check, judge, search
 
 STRICT = (("saturated", 0.01),)
@@ -75,10 +74,10 @@ def test_without_penalties_what_is_named_is_what_is_minimised(objective: str) ->
 def test_the_thesis_route() -> None:
     """Ends at the rule of `macro_design`, Figures 4.22 and 4.23 on its way."""
     found = tuning.macro(route="thesis")
-    assert found.tuned.controller.pd_tuned == pytest.approx(macro_design.chosen().taps)
+    assert found.tuned.controller.pd_tuned == pytest.approx(thesis.chosen().taps)
     assert found.evaluations == len(found.trials)
     swept = [t["value"] for t in found.trials if t["swept"] == "damping ratio"]
-    assert swept == list(macro_design.RATIOS)
+    assert swept == list(thesis.RATIOS)
     assert found.bench[1].metrics["saturated"] == 0.0
 
 
@@ -91,8 +90,8 @@ def test_the_thesis_route_takes_the_laws_own_dead_zone() -> None:
     assert metrics["saturated"] == metrics["overshoot"] == 0.0
     last = found.trials[-1]
     assert last["saturated"] == 0.0
-    assert last["crossover"] < macro_design.chosen().crossover.frequency  # type: ignore[operator]
-    plain = np.array(macro_design.chosen().taps)
+    assert last["crossover"] < thesis.chosen().crossover.frequency  # type: ignore[operator]
+    plain = np.array(thesis.chosen().taps)
     other = judge(search(check(Request("macro", settings=lifted)))._replace(gains=plain))
     assert other.bench[1].metrics["saturated"] > 100.0
     assert other.bench[1].metrics["overshoot"] > 0.0
@@ -107,7 +106,7 @@ def test_the_thesis_route_takes_the_laws_own_derivative_time() -> None:
         PdTaps(*longer.pd_tuned).derivative_time(1e-3)
     )
     first = tuning.macro(route="thesis", law="pd-initial").tuned.controller.pd_initial
-    assert first == pytest.approx(macro_design.chosen().taps)
+    assert first == pytest.approx(thesis.chosen().taps)
 
 
 def test_the_thesis_route_says_when_the_rule_has_no_end() -> None:

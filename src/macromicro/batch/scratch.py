@@ -16,7 +16,7 @@ _LOCAL = threading.local()
 
 
 class Scratch:
-    """A sink for `simulate.simulate` that keeps the named columns of one run at a time."""
+    """A sink for `runs.programmed.perform` that keeps the named columns of one run at a time."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self._rows = [_NAMES.index(name) for name in names]

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from macromicro import loop, simulate
+from macromicro import loop
 from macromicro import programme as programmes
 from macromicro.batch.scratch import Scratch, scratch
 from macromicro.batch.variants import (
@@ -30,6 +30,7 @@ from macromicro.kernel import compiled
 from macromicro.loop import PERIOD
 from macromicro.programme import Programme
 from macromicro.programme.travel import limits
+from macromicro.runs import programmed
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
 
@@ -56,7 +57,7 @@ TRACED = (
 
 
 class BenchJob:
-    """A programme on the whole bench, as `simulate.simulate` runs it, no recording kept.
+    """A programme on the whole bench, as `runs.programmed` runs it, no recording kept.
 
     A variant's own noise seed stands at the path "seed", beside those of the settings; the
     others share the job's, so that variants differ by their parameters alone.
@@ -105,7 +106,7 @@ class BenchJob:
 
     def _run(self, settings: Settings, seed: int, place: Scratch) -> Outcome:
         what = self.programme(settings)
-        return simulate.simulate(settings, what, place, seed=seed, fan=self._fan)
+        return programmed.perform(what, settings, place, seed=seed, fan=self._fan)
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         """The columns `TRACED` of a recording, each `every`-th row; NaN after a run's end."""

@@ -35,17 +35,18 @@ def collect(
 ) -> None:
     """Run a laboratory procedure and save the recordings that `identify` needs."""
     from macromicro.errors import InputError
-    from macromicro.experiments import catalogue, folder
-    from macromicro.experiments.holding import held
-    from macromicro.experiments.procedure import Lab
     from macromicro.rig.opening import TWIN, open_rig
+    from macromicro.runs import folder
+    from macromicro.runs.folder import held
+    from macromicro.thesis import collecting
+    from macromicro.thesis.procedure import Lab
 
     if listed:
-        for one in catalogue.PROCEDURES:
+        for one in collecting.PROCEDURES:
             then = one.then.format(out=Path("results") / one.name)
             print(f"{one.name:16}{one.gives}\n{'':16}needs: {one.needs}\n{'':16}then: {then}")
         return
-    procedure = catalogue.find(experiment or "")
+    procedure = collecting.find(experiment or "")
     if not 0 <= seed < MAX_SEED:
         raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
     lab = Lab(seed=seed, rigs=() if rig == TWIN else (open_rig(rig, seed),))

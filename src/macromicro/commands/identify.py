@@ -212,9 +212,9 @@ def _identify(
     as_json: bool,
 ) -> None:
     """Read, identify, print, and write to `out` if there is one: all of it or nothing."""
-    from macromicro.experiments import folder
-    from macromicro.experiments.holding import held
     from macromicro.identify.kinds.loading import picking
+    from macromicro.runs import folder
+    from macromicro.runs.folder import held
 
     what = picking(files, columns or [])
     if out is None:
@@ -228,7 +228,7 @@ def _identify(
 def _work(
     work: Callable[[Picking], Result], what: Picking, out: Path | None, as_json: bool
 ) -> None:
-    from macromicro.experiments import folder
+    from macromicro.runs import folder
 
     # Nothing is open while it computes: a signal then ends the process, compiler and all.
     with Signals():

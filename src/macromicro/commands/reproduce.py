@@ -15,8 +15,8 @@ import typer
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
-    from macromicro.experiments.procedure import Lab, Procedure
-    from macromicro.experiments.reproduce import Chosen
+    from macromicro.thesis.procedure import Lab, Procedure
+    from macromicro.thesis.reproduce import Chosen
 
 MAX_SEED = 2**31  # trials count on from it
 MAX_JOBS = 256
@@ -68,9 +68,9 @@ def reproduce(
     ] = False,
 ) -> None:
     """Measure every claim of the thesis, draw its figures, and say where they differ."""
-    from macromicro.experiments import choosing, folder
-    from macromicro.experiments.holding import held
-    from macromicro.experiments.procedures import all_procedures
+    from macromicro.runs import folder
+    from macromicro.runs.folder import held
+    from macromicro.thesis import all_procedures, choosing
 
     procedures = all_procedures()
     if listed:
@@ -97,8 +97,8 @@ def _processes(jobs: int | None) -> int:
 
 def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
     from macromicro.errors import InputError
-    from macromicro.experiments.procedure import Lab
     from macromicro.rig.opening import TWIN, open_rig
+    from macromicro.thesis.procedure import Lab
 
     if not 0 <= seed < MAX_SEED:
         raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
@@ -132,11 +132,10 @@ def _reproduce(
     json: Path | None,
     signals: Signals,
 ) -> None:
-    from macromicro.experiments import reproduce as experiment
-    from macromicro.experiments.procedures import all_procedures
-    from macromicro.report import reproduction_files as files
-    from macromicro.report import reproduction_terminal as terminal
-    from macromicro.report.reproduction import About
+    from macromicro.thesis import all_procedures
+    from macromicro.thesis import reproduce as experiment
+    from macromicro.thesis.page import files, terminal
+    from macromicro.thesis.page.reproduction import About
 
     started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()

@@ -70,9 +70,9 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 ) -> None:
     """Try machines with other friction, belt, room, noise and an aged actuator."""
     from macromicro import programme as programmes
-    from macromicro.experiments import folder
-    from macromicro.experiments.holding import held
     from macromicro.robustness import files
+    from macromicro.runs import folder
+    from macromicro.runs.folder import held
 
     request, plan = _request(samples, seed, config, programme, requirements, workers)
     place = out or Path("results") / f"robust-{programmes.find(programme).stem}"
@@ -93,10 +93,10 @@ def _request(
     from macromicro import programme as programmes
     from macromicro.batch import cores
     from macromicro.errors import InputError
-    from macromicro.experiments.run import load
     from macromicro.robustness import requirements as limits
     from macromicro.robustness.sampling import LEAST, MOST
     from macromicro.robustness.study import Request
+    from macromicro.runs.job import load
     from macromicro.schema import config as configs
     from macromicro.settings import Settings
 
@@ -119,13 +119,13 @@ def _robust(
     out: Path,
     signals: Signals,
 ) -> None:
-    from macromicro.experiments.run import is_compiled
     from macromicro.report.provenance import software
     from macromicro.robustness import files, study, terminal
     from macromicro.robustness.job import RobustJob
     from macromicro.robustness.words import About
     from macromicro.schema.config import difference
     from macromicro.settings import Settings
+    from macromicro.simulate import is_compiled
 
     programme, fan, as_json = asked
     if not is_compiled():

@@ -38,9 +38,9 @@ class Signals:
         self.received = number
         if not self._patient:
             print("macromicro: interrupted", file=sys.stderr, flush=True)
-            holding = sys.modules.get("macromicro.experiments.holding")
-            if holding is not None:
-                holding.tidy()
+            folder = sys.modules.get("macromicro.runs.folder")
+            if folder is not None:
+                folder.tidy()
             os._exit(self.status)
         if again:
             raise KeyboardInterrupt

@@ -99,7 +99,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = False,
 ) -> None:
     """Find better gains for a control law, and say what they are worth on the bench."""
-    from macromicro.experiments.holding import held
+    from macromicro.runs.folder import held
     from macromicro.schema.config import load_overrides
     from macromicro.settings import Settings
     from macromicro.tuning import files

@@ -1,7 +1,7 @@
 """Preisach hysteresis (Section 2.4.1): an Everett table and a stack of reversals.
 
 Relays are weighted by their thresholds; the output is the fraction of the weight that is
-up, 0 to 1. `everett` holds the weights, `memory` the past, `relays` the slow reference.
+up, 0 to 1. `everett` holds the weights, `memory` the past.
 
 In the units of measured data: `FodTable` is made from first-order curves, `Preisach` is
 the model of a table, forward and inverse. `diagnostics` tells how far a recording is from
@@ -13,7 +13,7 @@ CSV), `pictures`.
 from macromicro.hysteresis.curves import CurveWarning
 from macromicro.hysteresis.diagnostics import Deviation, congruency, wiping_out
 from macromicro.hysteresis.everett import Everett, from_density, lookup
-from macromicro.hysteresis.memory import Memory, advance, fresh, peek, slope
+from macromicro.hysteresis.memory import Memory, advance, fresh, peek
 from macromicro.hysteresis.preisach import Inverse, Preisach
 from macromicro.hysteresis.table import FodTable, Misfit
 
@@ -32,6 +32,5 @@ __all__ = [
     "from_density",
     "lookup",
     "peek",
-    "slope",
     "wiping_out",
 ]

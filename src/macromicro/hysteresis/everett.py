@@ -63,42 +63,6 @@ def lookup(table: Everett, alpha: float, beta: float) -> float:
     return near * (1.0 - y) + far * y
 
 
-@kernel
-def slope_alpha(table: Everett, alpha: float, beta: float) -> float:
-    """dE/dalpha for a rising `alpha`, per unit of input; 0 outside the grid or for NaN."""
-    x = (alpha - table.lo) / table.step
-    y = max((beta - table.lo) / table.step, 0.0)
-    if not (alpha >= beta and x >= 0.0 and x < table.n - 1.0):
-        return 0.0
-    i = int(x)
-    j = int(y)
-    if i == j:
-        return float(table.values[i + 1, i]) / table.step
-    y -= j
-    near = float(table.values[i + 1, j]) - float(table.values[i, j])
-    far = float(table.values[i + 1, j + 1]) - float(table.values[i, j + 1])
-    return (near * (1.0 - y) + far * y) / table.step
-
-
-@kernel
-def slope_beta(table: Everett, alpha: float, beta: float) -> float:
-    """-dE/dbeta for a falling `beta`, per unit of input; 0 outside the grid or for NaN."""
-    top = table.n - 1.0
-    x = min((alpha - table.lo) / table.step, top)
-    y = (beta - table.lo) / table.step
-    if not (alpha >= beta and y > 0.0 and y <= top):
-        return 0.0
-    # On a grid line, the cell below is the one that a falling input enters.
-    j = math.ceil(y) - 1
-    if x <= j + 1.0:
-        return float(table.values[j + 1, j]) / table.step
-    i = min(int(x), table.n - 2)
-    x -= i
-    near = float(table.values[i, j]) - float(table.values[i, j + 1])
-    far = float(table.values[i + 1, j]) - float(table.values[i + 1, j + 1])
-    return (near * (1.0 - x) + far * x) / table.step
-
-
 def from_density(
     density: Callable[[Array, Array], Array] | Array, lo: float, step: float, n: int
 ) -> Everett:

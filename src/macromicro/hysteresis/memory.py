@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.hysteresis.everett import Array, Everett, lookup, slope_alpha, slope_beta
+from macromicro.hysteresis.everett import Array, Everett, lookup
 from macromicro.kernel import kernel
 
 DEPTH = 256
@@ -131,27 +131,6 @@ def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
     memory.corners[k, DOWN] = v
     memory.corners[k, AT_DOWN] = f
     return Memory(memory.corners, k, v), f
-
-
-@kernel
-def slope(table: Everett, memory: Memory, u: float, rising: bool) -> float:
-    """df/du of the branch at `u` in the given direction, per unit of input, at least 0.
-
-    For `rising`, `u` must not lie below the present input, otherwise not above it. At
-    the present input it tells the two one-sided slopes. 0 in saturation and for NaN.
-    """
-    k = memory.pairs
-    if rising:
-        v = min(u, table.lo + table.n * table.step)
-        while memory.corners[k, UP] <= v:
-            k -= 1
-        if k < memory.corners.shape[0] - 1:
-            return slope_alpha(table, u, float(memory.corners[k, DOWN]))
-    else:
-        v = max(u, table.lo)
-        while memory.corners[k - 1, DOWN] >= v:
-            k -= 1
-    return slope_beta(table, float(memory.corners[k, UP]), u)
 
 
 def fresh(table: Everett, u: float, depth: int = DEPTH) -> Memory:

@@ -89,20 +89,6 @@ def _return(time: Array, y: Array, jumps: Index, k: int, longest: float) -> int:
     return k
 
 
-def median_filtered(values: npt.ArrayLike, samples: int) -> Array:
-    """Moving median over `samples` (odd), ends mirrored: for comparison only.
-
-    It takes every spike shorter than half the window, and every turning point with it:
-    a peak between slopes of s is clipped by about s times a quarter of the window.
-    """
-    y = signal(values, "values")
-    if samples < 1 or samples % 2 == 0 or samples > len(y):
-        raise InputError("median, samples", samples, f"an odd number from 1 to {len(y)}")
-    from scipy.ndimage import median_filter
-
-    return np.asarray(median_filter(y, size=samples, mode="mirror"), dtype=np.float64)
-
-
 def window_means(
     u: npt.ArrayLike, x: npt.ArrayLike, samples: int, width: float = np.inf
 ) -> tuple[Array, Array]:

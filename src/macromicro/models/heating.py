@@ -130,16 +130,3 @@ def ladder(p: Modes) -> Ladder:
         elements += [c, r]
         num, den = (num - r * rest)[1:], rest
     return Ladder(*(float(v) for v in elements))
-
-
-def modes(p: Ladder) -> Modes:
-    """The modes of a ladder: eigenvalues of its heat balance."""
-    if min(p) <= 0.0:
-        raise InputError("thermal ladder", tuple(p), "capacities and resistances above 0")
-    g = 1.0 / np.array([p.r1, p.r2, p.r3])
-    root = np.sqrt([p.c1, p.c2, p.c3])
-    matrix = np.array([[g[0], -g[0], 0.0], [-g[0], g[0] + g[1], -g[1]], [0.0, -g[1], g[1] + g[2]]])
-    rates, vectors = np.linalg.eigh(matrix / np.outer(root, root))
-    shares = vectors[0] ** 2 / p.c1 / rates
-    order = np.argsort(-rates)
-    return Modes(*(float(v) for v in rates[order]), *(float(v) for v in shares[order]))

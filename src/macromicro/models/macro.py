@@ -85,11 +85,6 @@ def position_transfer(p: Linear) -> tuple[Array, Array]:
     return np.array([p.b * p.dt]), np.array([1.0, p.a - 1.0, -p.a])
 
 
-def steady_speed(p: MacroModel, volts: float) -> float:
-    """(4.6): steady speed [counts/s] for V [V] before the dead-zone inverse."""
-    return p.linear.b / (1.0 + p.linear.a) * beyond_inverse(p, volts)
-
-
 @kernel
 def saturated(limit: float, volts: float) -> float:
     """Volts [V] within +-`limit` (Section 4.2.1)."""
@@ -132,11 +127,6 @@ def net_volts(p: MacroModel, motor: float) -> float:
     if p.kind == INITIAL:
         return dead_zone(p.width, limited)
     return jump_zone(p.width, p.a0, p.delta, limited)
-
-
-def beyond_inverse(p: MacroModel, volts: float) -> float:
-    """Volts [V] that reach the linear dynamics for V [V] before the dead-zone inverse."""
-    return net_volts(p, volts + math.copysign(p.width, volts)) if volts else 0.0
 
 
 @kernel

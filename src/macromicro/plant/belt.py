@@ -57,13 +57,6 @@ def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float,
 
 
 @kernel
-def energy(p: Belt, mass: float, q: float, speed: float) -> float:
-    """Energy [J] of the mode at `q` [m] and `speed` [m/s], on a carriage of `mass` [kg]."""
-    w = 2.0 * math.pi * p.frequency
-    return 0.5 * p.participation * mass * (speed * speed + w * w * q * q)
-
-
-@kernel
 def reaction(p: Belt, mass: float, q: float, speed: float) -> float:
     """Force [N] of the mode at `q` [m] and `speed` [m/s] on a carriage of `mass` [kg].
 

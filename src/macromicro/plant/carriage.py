@@ -24,7 +24,7 @@ class Carriage(NamedTuple):
         Par(
             "kg",
             "carriage, micro-stage and rotor, at the belt",
-            "calibrated to M4a, M4b, M5, M14",
+            "calibrated to M4a, M4b, M5",
             shown="g",
             positive=True,
         ),

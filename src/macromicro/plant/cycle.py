@@ -34,7 +34,7 @@ class CycleBench(NamedTuple):
 
 # Where the values come from that are not those of the two-stage bench, or stand for another
 # part: `Par` has the sources of the other bench's.
-_A = "calibrated to A1-A4"
+_A = "calibrated to A1-A3"
 OWN_SOURCES = {
     "driver.supply": "Appendix D",
     "thermal.ambient": "Appendix D",

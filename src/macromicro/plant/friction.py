@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
-_M1 = "calibrated to M1, M9"
+_M1 = "calibrated to M1"
 _M3 = "calibrated to M3, M3b, M4a, M4b, M5"
 
 

@@ -12,21 +12,11 @@ from numpy.typing import NDArray
 from macromicro.control.supervisor import MICRO as ENABLED
 from macromicro.design.response import MICRO_BAND, smoothed
 from macromicro.design.tracking import course
-from macromicro.drawing.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    finish,
-    line,
-    new,
-)
-from macromicro.experiments.run import Ended
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.programme import MACRO
 from macromicro.programme import MICRO as FINE
 from macromicro.recording import Recording
+from macromicro.runs.job import Ended
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

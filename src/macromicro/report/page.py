@@ -7,9 +7,9 @@ from pathlib import Path
 
 import macromicro
 from macromicro.drawing.page import Picture, filled
-from macromicro.experiments.run import Ended
 from macromicro.report import words
 from macromicro.report.provenance import software
+from macromicro.runs.job import Ended
 from macromicro.schema import config
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"

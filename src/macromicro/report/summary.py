@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 import macromicro
-from macromicro.experiments.run import Ended
+from macromicro.runs.job import Ended
 
 
 def summary(ended: Ended, started: str) -> dict[str, Any]:

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from macromicro.experiments.run import Ended, Job
 from macromicro.programme import MACRO
 from macromicro.report import words
+from macromicro.runs.job import Ended, Job
 
 Report = Callable[[float, int], None]
 _WIDE, _NARROW, _LEAST = 120, 100, 80

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
-from macromicro.experiments.run import Ended
+from macromicro.runs.job import Ended
 
 HEADINGS = (
     "#",

@@ -6,11 +6,11 @@ from typing import Any
 
 from macromicro.drawing import style
 from macromicro.drawing.page import Picture
-from macromicro.experiments import folder
-from macromicro.experiments.run import Ended
 from macromicro.report import figures
 from macromicro.report.page import page
 from macromicro.report.summary import as_json, summary
+from macromicro.runs import folder
+from macromicro.runs.job import Ended
 
 
 def write(ended: Ended, started: str) -> dict[str, Any]:

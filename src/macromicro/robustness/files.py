@@ -13,7 +13,6 @@ from typing import Any
 import macromicro
 from macromicro.drawing import style
 from macromicro.drawing.page import Picture
-from macromicro.experiments import folder
 from macromicro.robustness import figures, words
 from macromicro.robustness.metrics import NAMES, QUANTITIES
 from macromicro.robustness.page import page
@@ -21,6 +20,7 @@ from macromicro.robustness.sampling import settings_at
 from macromicro.robustness.statistics import CONFIDENCE, LEVELS, Share, spread
 from macromicro.robustness.study import Study, Worst, influences, overall, worst, yields
 from macromicro.robustness.words import About
+from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.settings import Settings
 

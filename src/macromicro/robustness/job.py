@@ -6,13 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from macromicro import loop, simulate
+from macromicro import simulate
 from macromicro.batch import SEED, Variants
 from macromicro.batch.scratch import Scratch
 from macromicro.batch.whole_bench import BenchJob, ProgrammeJob
-from macromicro.kernel import compiled
-from macromicro.loop import PERIOD
-from macromicro.plant.bench import NOISES
 from macromicro.programme import Programme
 from macromicro.robustness.metrics import COLUMNS, METRICS, measure
 from macromicro.robustness.uncertain import Uncertain
@@ -42,9 +39,7 @@ class RobustJob(BenchJob):
     def compile(self) -> None:
         """Compile the bench, or load it from the cache, so that the study need not wait for it."""
         settings = self.base()
-        rolled = simulate.prepare(settings, self.programme(settings))
-        nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
-        compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
+        simulate.compile_bench(settings, self.programme(settings))
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
         """`metrics.METRICS` of one run."""

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.experiments.holding import ACCEPTED, holder
+from macromicro.runs.folder import ACCEPTED, holder
 from macromicro.schema.text import printable
 from macromicro.sweep import journal
 from macromicro.sweep.origin import Code

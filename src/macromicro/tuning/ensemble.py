@@ -17,6 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.errors import InputError
+from macromicro.models.macro import discretised
+from macromicro.nominal import PERIOD
 from macromicro.schema.par import entries
 from macromicro.schema.text import printable
 from macromicro.tuning.evolution import latin
@@ -92,8 +94,12 @@ class Ensemble(NamedTuple):
     def on_model(self, a: float, b: float, width: float) -> Array:
         """Each member's a, b of (4.3) and dead zone [V], (members, 3)."""
         friction, gain, mass = (self.draws[:, k] for k in range(3))
-        pole = -np.exp(math.log(-a) / mass)
-        return np.stack((pole, gain * b * (1.0 + pole) / (1.0 + a), friction * width), axis=1)
+        pole = -math.log(-a) / PERIOD
+        slope = b / (1.0 + a) * pole
+        # In (4.2) the inertia divides gain and pole alike.
+        each = zip(slope * gain / mass, pole / mass, strict=True)
+        held = [discretised(float(g), float(p), PERIOD) for g, p in each]
+        return np.column_stack(([h.a for h in held], [h.b for h in held], friction * width))
 
 
 def draw(stage: str, settings: Any, members: int, aggregate: str, seed: int) -> Ensemble:

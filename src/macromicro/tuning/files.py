@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import macromicro
-from macromicro.experiments import folder
+from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import printable
 from macromicro.settings import Settings

@@ -15,9 +15,9 @@ import numpy.typing as npt
 from macromicro.control.settings import Control
 from macromicro.design.margins import Margins, PdTaps, margins, open_loop
 from macromicro.design.response import smoothed
-from macromicro.experiments.micro_runs import BAND_UM
-from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.models.macro import Linear, position_transfer
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import BAND_UM, micro_steps
 from macromicro.settings import Settings
 from macromicro.tuning import laws
 from macromicro.tuning.laws import Law

@@ -16,13 +16,15 @@ import numpy.typing as npt
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
+from macromicro.design import steps
 from macromicro.design.response import smoothed
-from macromicro.experiments import macro_drive, micro_runs
-from macromicro.experiments.programmed import micro_steps, on_twin
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import COUNTS, PERIOD
 from macromicro.plant import bench
 from macromicro.recording import Recording
+from macromicro.runs import drives, sequence
+from macromicro.runs.programmed import on_twin
+from macromicro.runs.sequence import micro_steps
 from macromicro.settings import Settings
 
 Array = npt.NDArray[np.float64]
@@ -46,21 +48,21 @@ def macro(settings: Settings) -> Shown:
     law = control_settings.prepare(settings.controller).macro
     plant = bench.prepare(settings.bench, settings.sensors)
     aim = np.full(round(SECONDS / DT), STEP)
-    recording = macro_drive.closed_loop(plant, law, aim)
+    recording = drives.closed_loop(plant, law, aim)
     x, errors = recording["macro_position"], aim - recording["macro_position"]
     asked = np.empty_like(errors)
     compiled(_asked)(law._replace(limit=math.inf), errors, asked, DT)
     size = np.abs(asked[1:])
     return Shown(
         {
-            "settling_time": macro_drive.settling_time(x, STEP),
-            "rise_time": macro_drive.rise_time(x, STEP),
-            "overshoot": macro_drive.overshoot(x, STEP),
+            "settling_time": steps.settling_time(x, STEP),
+            "rise_time": steps.rise_time(x, STEP),
+            "overshoot": steps.overshoot(x, STEP),
             "iae": float(np.abs(errors).sum()) * DT,
             "final_error": float(errors[-1]),
             "peak_effort": float(size.max()),
             "saturated": float(np.count_nonzero(size > law.limit)),
-            "reversals": float(len(macro_drive.swings(x, STEP))),
+            "reversals": float(len(steps.swings(x, STEP))),
         },
         recording,
     )
@@ -80,22 +82,22 @@ def micro(settings: Settings, seed: int = 0) -> Shown:
     and worst error over each hold's last 0.5 s [um]; IAE [mm s]; share of the samples with
     the effort at a limit. All NaN where the guard ended the run.
     """
-    programme = micro_steps(micro_runs.LEVELS, HOLD, micro_runs.TIMES)
+    programme = micro_steps(sequence.LEVELS, HOLD, sequence.TIMES)
     recording = on_twin(programme, settings, seed)
     names = ("settle_up", "settle_down", "overshoot", "worst_error", "iae", "saturated")
     if not recording.attributes.get("finished", 1):
         return Shown(dict.fromkeys(names, math.nan), recording)
-    times = micro_runs.settling(recording)
+    times = sequence.settling(recording)
     place = smoothed(recording["laser"], _MEAN)
     beyond, left, before = 0.0, 0.0, 0.0
     rows, tail = round(HOLD / DT), round(0.5 / DT)
-    for time, level in zip(micro_runs.TIMES, micro_runs.LEVELS, strict=True):
+    for time, level in zip(sequence.TIMES, sequence.LEVELS, strict=True):
         a = round(time / DT)
         error = 1e3 * level - place[a : a + rows]
         beyond = max(beyond, float((-math.copysign(1.0, level - before) * error).max()))
         left = max(left, abs(float(error[-tail:].mean())))
         before = level
-    first = round(micro_runs.TIMES[0] / DT)
+    first = round(sequence.TIMES[0] / DT)
     errors = 1e3 * recording["micro_reference"][first:] - place[first:]
     law = control_settings.prepare(settings.controller).micro
     effort = recording["ctrl"][first:]

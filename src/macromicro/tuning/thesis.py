@@ -11,18 +11,65 @@ those of the settings.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from macromicro.control import settings as control_settings
+from macromicro.control.macro import MacroLaw
+from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.settings import Control
-from macromicro.design.margins import PdTaps
-from macromicro.experiments import macro_design
-from macromicro.experiments.macro_design import Trial
-from macromicro.experiments.macro_friction import DT
+from macromicro.design.margins import (
+    Crossover,
+    PdTaps,
+    damping_margin,
+    first_crossover,
+    lowest_frequency,
+    open_loop,
+    pd_by_margin,
+    pd_by_time,
+)
+from macromicro.design.steps import overshoot, settling_time
+from macromicro.errors import InputError
+from macromicro.models import macro
+from macromicro.models.macro import Linear, MacroModel, position_transfer
+from macromicro.runs.drives import DT, law
 
+Array = npt.NDArray[np.float64]
 Row = dict[str, float | str]
 
-TRIALS = len(macro_design.RATIOS) + len(macro_design.FREQUENCIES) + 1
+STEP = 3000.0  # counts, Section 4.3.3
+LIMIT = 5.0  # V
+DEAD_ZONE = Control().dead_zone  # V, of the inverse
+SECONDS = 2.0
+RATIOS = (0.8, 0.9, 1.0, 1.05, 1.1, 1.2, 1.5, 2.0)  # of the sweep as in Figure 4.22
+FREQUENCIES = (9.91, 8.0, 6.5, 4.91, 4.0, 3.0, 2.5, 2.0)  # rad/s, as in Figure 4.23
+INITIAL_TAPS = PdTaps(*PdInitial())
+TUNED_TAPS = PdTaps(*PdTuned())
+SMALL = 0.5  # counts; an overshoot below it never shows in the encoder
+TRIALS = len(RATIOS) + len(FREQUENCIES) + 1
+
+
+class Trial(NamedTuple):
+    """One controller on the tuned model: effort as asked for, before the limit.
+
+    crossover on the linear model; first, peak: |effort| [V] of the first sample and the
+    largest after it; saturated: samples after the first beyond the limit; overshoot
+    [counts]; settled [s]: to within 2 %; position [counts] and effort [V], (n,).
+    """
+
+    taps: PdTaps
+    crossover: Crossover
+    first: float
+    peak: float
+    saturated: int
+    overshoot: float
+    settled: float
+    position: Array
+    effort: Array
 
 
 def tuned(
@@ -31,14 +78,14 @@ def tuned(
 ) -> tuple[PdTaps, tuple[Row, ...]]:
     """The route's taps for the PD law that `control` chooses, and a row for each trial.
 
-    The rule that ends it, in steps of 0.05 rad/s, is `macro_design.chosen`; raises
+    The rule that ends it, in steps of 0.05 rad/s, is `chosen`; raises
     `InputError` where that finds nothing.
     """
     law = control_settings.prepare(control).macro
     held, width, limit = derivative_time(control), law.dead_zone, law.limit
-    ratios = macro_design.sweep_ratios(width, limit)
-    crossovers = macro_design.sweep_frequencies(held, width, limit)
-    last = macro_design.chosen(held, width, limit)
+    ratios = sweep_ratios(width, limit)
+    crossovers = sweep_frequencies(held, width, limit)
+    last = chosen(held, width, limit)
     rows = [_row("damping ratio", r, t) for r, t in ratios.items()]
     rows += [_row("crossover", w, t) for w, t in crossovers.items()]
     rows.append(_row("rule", last.crossover.frequency, last))
@@ -52,7 +99,7 @@ def derivative_time(control: Control) -> float:
     mine = PdTaps(*(control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned))
     if mine.proportional > 0.0 and mine.before < 0.0:
         return mine.derivative_time(DT)
-    return macro_design.TUNED_TAPS.derivative_time(DT)
+    return TUNED_TAPS.derivative_time(DT)
 
 
 def _row(swept: str, value: float, trial: Trial) -> Row:
@@ -68,3 +115,96 @@ def _row(swept: str, value: float, trial: Trial) -> Row:
         "saturated": float(trial.saturated),
         "settling_time": trial.settled,
     }
+
+
+def crossover(taps: PdTaps, linear: Linear = Linear()) -> Crossover:  # noqa: B008
+    """Gain crossover of D(z) with the position model (4.4)."""
+    return first_crossover(*open_loop(taps, *position_transfer(linear)), linear.dt)
+
+
+def with_taps(taps: PdTaps, limit: float = LIMIT, dead_zone: float = DEAD_ZONE) -> MacroLaw:
+    """The tuned controller with other taps; `limit`, `dead_zone` [V] of its inverse."""
+    return law("pd-tuned").with_gains(PdTuned(*taps))._replace(limit=limit, dead_zone=dead_zone)
+
+
+def trial(
+    taps: PdTaps,
+    model: MacroModel = MacroModel(),  # noqa: B008
+    dead_zone: float = DEAD_ZONE,
+    limit: float = LIMIT,
+) -> Trial:
+    """A step of 3000 counts on the tuned model, which saturates by itself at `limit` [V] or
+    its own; `dead_zone` [V]: of the law's inverse, whatever the model's friction."""
+    reference = np.full(round(SECONDS / DT), STEP)
+    model = model._replace(limit=min(model.limit, limit))
+    x, effort = macro.closed_loop(model, with_taps(taps, math.inf, dead_zone), reference)
+    asked = np.abs(effort)
+    return Trial(
+        taps,
+        crossover(taps, model.linear),
+        float(asked[0]),
+        float(asked[1:].max()),
+        int(np.count_nonzero(asked[1:] > limit)),
+        overshoot(x, STEP),
+        settling_time(x, STEP),
+        x,
+        effort,
+    )
+
+
+def at_ratio(ratio: float) -> PdTaps:
+    """The PD of a damping ratio at the lowest frequency that allows it (Section 4.3.3)."""
+    num, den = position_transfer(Linear())
+    margin = damping_margin(ratio)
+    return pd_by_margin(num, den, DT, lowest_frequency(num, den, DT, margin), margin)
+
+
+def sweep_ratios(dead_zone: float = DEAD_ZONE, limit: float = LIMIT) -> dict[float, Trial]:
+    """Figure 4.22: damping ratios, each at its lowest phase-margin frequency."""
+    return {r: trial(at_ratio(r), dead_zone=dead_zone, limit=limit) for r in RATIOS}
+
+
+def sweep_frequencies(
+    derivative_time: float | None = None, dead_zone: float = DEAD_ZONE, limit: float = LIMIT
+) -> dict[float, Trial]:
+    """Figure 4.23: falling crossovers [rad/s] at one derivative time [s], that of (4.10)."""
+    return {w: _at(w, derivative_time, dead_zone, limit) for w in FREQUENCIES}
+
+
+def _at(crossing: float, derivative_time: float | None, dead_zone: float, limit: float) -> Trial:
+    held = TUNED_TAPS.derivative_time(DT) if derivative_time is None else derivative_time
+    num, den = position_transfer(Linear())
+    return trial(pd_by_time(num, den, DT, crossing, held), dead_zone=dead_zone, limit=limit)
+
+
+def chosen(
+    derivative_time: float | None = None, dead_zone: float = DEAD_ZONE, limit: float = LIMIT
+) -> Trial:
+    """The stated rule: keep the derivative time [s], by default that of (4.10), and lower the
+    crossover from 9.91 rad/s in steps of 0.05 until the tuned model neither overshoots by
+    half a count nor asks for more than `limit` [V] after the first sample. Raises
+    `InputError` where no crossover down to 0.5 rad/s does, as with a dead-zone inverse near
+    the limit or too short a derivative time."""
+    for w in np.arange(FREQUENCIES[0], 0.5, -0.05):
+        found = _at(float(w), derivative_time, dead_zone, limit)
+        if found.saturated == 0 and found.overshoot < SMALL:
+            return found
+    held = TUNED_TAPS.derivative_time(DT) if derivative_time is None else derivative_time
+    raise InputError(
+        "the thesis' rule for the PD",
+        f"dead-zone inverse {dead_zone:g} V, limit {limit:g} V, derivative time {held:g} s",
+        "settings with which some crossover from 9.91 to 0.5 rad/s neither saturates nor "
+        "overshoots on the thesis' model",
+    )
+
+
+def ratio_below_limit() -> float:
+    """The least damping ratio whose effort stays within 5 V on the step, by bisection."""
+    low, high = 1.0, 4.0
+    while high - low > 1e-4:
+        middle = 0.5 * (low + high)
+        if trial(at_ratio(middle)).peak > LIMIT:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -1,0 +1,54 @@
+"""What a step of the macro-stage shows: rise, settling, overshoot, swings back.
+
+Positions `x` and targets in counts, a sample each control period.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.nominal import PERIOD
+
+Array = npt.NDArray[np.float64]
+
+DT = PERIOD
+ARRIVED = 2.0  # counts; the tolerance of the default sequence
+
+
+def rise_time(x: Array, target: float, share: float = 0.98) -> float:
+    """Time [s] until a move from x[0] to `target` first has this share behind it; or nan."""
+    gone = (x - x[0]) / (target - x[0])
+    return float(np.argmax(gone >= share)) * DT if gone.max() >= share else math.nan
+
+
+def settling_time(x: Array, target: float, share: float = 0.02) -> float:
+    """Time [s] from which on the error stays within this share of the move; or nan."""
+    outside = np.flatnonzero(np.abs(target - x) > share * abs(target - x[0]))
+    row = int(outside[-1]) + 1 if len(outside) else 0
+    return row * DT if row < len(x) else math.nan
+
+
+def overshoot(x: Array, target: float) -> float:
+    """How far [counts] the position goes beyond `target` in the direction of the move."""
+    return max(0.0, float((np.sign(target - x[0]) * (x - target)).max()))
+
+
+def swings(x: Array, target: float, band: float = ARRIVED) -> Array:
+    """Sizes [counts] of the swings back after arrival, one per reversal of the position.
+
+    Arrival: the first error within `band` counts. Empty when it never arrives or never
+    reverses. The motion that arrives is no swing.
+    """
+    near = np.abs(target - x) <= band
+    if not near.any():
+        return np.zeros(0)
+    row = int(near.argmax())
+    moved = np.diff(x[max(row - 1, 0) :])
+    moved = moved[moved != 0.0]
+    if not len(moved):
+        return np.zeros(0)
+    edges = np.flatnonzero(np.diff(np.sign(moved))) + 1
+    return np.abs([float(part.sum()) for part in np.split(moved, edges)[1:]])

@@ -1,1 +1,0 @@
-"""Laboratory procedures: each collects recordings from a rig."""

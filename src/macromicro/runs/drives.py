@@ -1,0 +1,245 @@
+"""One stage driven without a programme: open loop, or under one law all the time.
+
+Each drive takes the virtual bench, where it is compiled, or any rig, which goes sample by sample
+and through the guard; both give the same bits. Only what a rig shows is used. The carriage's law
+is never parked, as the sequence of a programme would do, so stiction and chatter stay visible.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro import loop
+from macromicro.columns import COLUMNS
+from macromicro.control import macro as control
+from macromicro.control import pi, settings
+from macromicro.control.macro import MacroLaw, Memory
+from macromicro.control.pi import PiAntiWindup
+from macromicro.control.settings import Control
+from macromicro.errors import InputError
+from macromicro.kernel import compiled, kernel
+from macromicro.nominal import PERIOD
+from macromicro.plant import amplifier, bench, carriage, encoder
+from macromicro.plant.bench import NOISES, Plant
+from macromicro.plant.carriage import MacroState
+from macromicro.recording import Column, Recording
+from macromicro.rig.guarded import IDLE
+from macromicro.rig.session import Fixture
+from macromicro.rig.twin import noise_source
+from macromicro.runs.machine import Machine, play, recorded
+from macromicro.types import Command, Outputs, Sample
+
+Array = npt.NDArray[np.float64]
+
+DT = PERIOD
+
+
+def _columns(*names: str) -> tuple[Column, ...]:
+    return tuple(next(c for c in COLUMNS if c.name == name) for name in names)
+
+
+PUSHED = _columns("t", "macro_position", "motor")
+FOLLOWED = _columns("t", "macro_reference", "macro_position", "motor", "macro_integral")
+HEATED = _columns("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
+BY_LASER = _columns("t", "micro_reference", "ctrl", "laser", "true_micro")
+
+
+def law(name: str) -> MacroLaw:
+    """`pid`, `pd-initial` or `pd-tuned` with the gains and compensation of the thesis."""
+    return settings.prepare(Control(macro_law=name)).macro
+
+
+@kernel
+def _motor(
+    p: MacroLaw, memory: Memory, closed: bool, wanted: float, x: float, dt: float
+) -> tuple[Memory, float]:
+    """Memory and volts [V]: by the law for `wanted` [counts] where `closed`, else `wanted` [V]."""
+    if closed:
+        return control.step(p, memory, wanted - x, dt)
+    return memory, wanted
+
+
+@kernel
+def _carriage(
+    plant: Plant, p: MacroLaw, closed: bool, s: MacroState, wanted: Array, out: Array, dt: float
+) -> None:
+    """Counts, D/A volts and integral effort into the rows of `out`."""
+    latched = 0.0
+    memory = control.rest(0.0)
+    for k in range(len(wanted)):
+        x = encoder.count(plant.encoder, s.x)
+        memory, motor = _motor(p, memory, closed, wanted[k], x, dt)
+        out[0, k], out[1, k], out[2, k] = x, motor, control.integral(memory)
+        drive = amplifier.motor_volts(plant.amplifier, latched)
+        s = carriage.advance(plant.macro, s, drive, dt, plant.macro_steps)
+        latched = amplifier.convert(plant.amplifier, motor)
+
+
+def open_loop(machine: Machine, volts: npt.ArrayLike, start: float) -> Recording:
+    """The carriage: `volts` [V at the D/A] a sample each ms, from rest at `start` [counts].
+
+    The recording has the columns t, macro_position and motor.
+    """
+    sent = np.ascontiguousarray(volts, dtype=np.float64)
+    return _moved(machine, "an open-loop run of the macro-stage", None, sent, start)
+
+
+def closed_loop(
+    machine: Machine, controller: MacroLaw, reference: npt.ArrayLike, start: float = 0.0
+) -> Recording:
+    """The carriage under a law: `reference` [counts] a sample each ms, from rest at `start`
+    [counts]. The recording has the columns `FOLLOWED`."""
+    aim = np.ascontiguousarray(reference, dtype=np.float64)
+    return _moved(machine, "the macro-stage under control", controller, aim, start + 0.5)
+
+
+def _moved(
+    machine: Machine, what: str, controller: MacroLaw | None, wanted: Array, start: float
+) -> Recording:
+    """A run of the carriage from `start` [counts, half a count in], open loop without a law."""
+    closed, shown = controller is not None, PUSHED if controller is None else FOLLOWED
+    p = law("pd-tuned") if controller is None else controller
+    if isinstance(machine, Fixture):
+        machine.need(what, "encoder")
+        follow, integral = _follow(p, closed, wanted)
+        done = play(machine, what, len(wanted), follow, start=math.floor(start))
+        rows = (done["t"], done["encoder"], done["motor"], integral)
+    else:
+        out = np.empty((3, len(wanted)))
+        s = carriage.at_rest(start * machine.encoder.pitch)
+        compiled(_carriage)(machine, p, closed, s, wanted, out, DT)
+        rows = (np.arange(len(wanted)) * DT, *out)
+    names = ("t", "macro_position", "motor", "macro_integral")
+    values = {"macro_reference": wanted, **dict(zip(names, rows, strict=True))}
+    return _recording(machine, shown, values, DT, {})
+
+
+def _follow(
+    p: MacroLaw, closed: bool, wanted: Array
+) -> tuple[Callable[[int, Sample], tuple[Command, Outputs]], Array]:
+    """The same law for `play`, and where its integral effort goes. A missing reading gives no
+    effort and leaves the memory: the guard counts how long."""
+    memory = control.rest(0.0)
+    integral = np.zeros_like(wanted)
+
+    def follow(k: int, sample: Sample) -> tuple[Command, Outputs]:
+        nonlocal memory
+        aim, motor = float(wanted[k]), 0.0
+        if not (closed and math.isnan(sample.encoder)):
+            memory, motor = _motor(p, memory, closed, aim, sample.encoder, DT)
+        integral[k] = control.integral(memory)
+        command = Command(aim, 1.0, 0.0, 0.0, 0.0) if closed else IDLE
+        return command, Outputs(motor, 0.0, 0.0, 0.0)
+
+    return follow, integral
+
+
+def heated(machine: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1) -> Recording:
+    """The micro-stage in open loop: `ctrl` [V], a value each ms, from cold and fully extended;
+    every `every`-th sample is recorded, columns `HEATED`."""
+    sent = np.ascontiguousarray(ctrl, dtype=np.float64)
+    if sent.ndim != 1 or len(sent) < 2 * every or not np.isfinite(sent).all() or every < 1:
+        raise InputError("CTRL profile", f"shape {sent.shape}", "a list of voltages, one each ms")
+    what = "an open-loop run of the micro-stage"
+    found = stage(machine, what, ("laser",), sent, seed=seed, every=every)
+    return _recording(machine, HEATED, _shown(found), every * DT, {"seed": seed})
+
+
+def by_laser(
+    machine: Machine, target: float, p: PiAntiWindup, seconds: float, seed: int = 0
+) -> Recording:
+    """The micro-stage held at `target` [mm] by `p` on the laser's reading, in place of the Hall
+    sensor's, for `seconds` [s] from cold; columns `BY_LASER`."""
+    wanted = np.full(round(seconds / DT), target)
+    found = stage(machine, "control by the laser", ("laser",), wanted, law=p, seed=seed)
+    values = _shown(found) | {"micro_reference": wanted}
+    return _recording(machine, BY_LASER, values, DT, {"seed": seed})
+
+
+def stage(
+    machine: Machine,
+    what: str,
+    channels: tuple[str, ...],
+    wanted: Array,
+    *,
+    law: PiAntiWindup | None = None,
+    seed: int = 0,
+    every: int = 1,
+) -> dict[str, Array]:
+    """The micro-stage alone, from cold and fully extended, a value of `wanted` each ms: CTRL [V],
+    or the place [mm] that `law` holds by the laser.
+
+    Of every `every`-th sample t [s], ctrl [V], laser [m], hall [V], contract, and of the virtual
+    bench contraction [m] and wire [degC]. Raises `InputError` where a rig lacks `channels`.
+    """
+    p = PiAntiWindup() if law is None else law
+    if isinstance(machine, Fixture):
+        machine.need(what, *channels)
+        hold = _hold(p, law is not None, wanted, 1.0 if machine.has("hall") else 0.0)
+        done = play(machine, what, len(wanted), hold, seed=seed)
+        seen = ("t", "ctrl", "laser", "hall", "contract")
+        return {name: done[name][::every] for name in seen}
+    noise = noise_source(seed).standard_normal((len(wanted), NOISES))
+    out = np.empty((6, -(-len(wanted) // every)))
+    cold = bench.initial(machine)
+    compiled(loop.stage)(machine, cold, p, law is not None, wanted, noise, out, every, DT)
+    t = np.arange(out.shape[1], dtype=np.float64) * every * DT
+    ctrl, laser, hall, contract, contraction, wire = out
+    return {
+        "t": t,
+        "ctrl": ctrl,
+        "laser": laser,
+        "hall": hall,
+        "contract": contract,
+        "contraction": contraction,
+        "wire": wire,
+    }
+
+
+def _hold(
+    p: PiAntiWindup, closed: bool, wanted: Array, seen: float
+) -> Callable[[int, Sample], tuple[Command, Outputs]]:
+    """The same law for `play`. The guard follows it by the Hall sensor, where one is `seen`."""
+    integral = 0.0
+
+    def hold(k: int, sample: Sample) -> tuple[Command, Outputs]:
+        nonlocal integral
+        aim = float(wanted[k])
+        if not closed:
+            return IDLE, Outputs(0.0, aim, 0.0, 0.0)
+        ctrl = 0.0
+        if not math.isnan(sample.laser):
+            integral, ctrl = pi.step(p, integral, aim - 1e3 * sample.laser, DT)
+        return Command(0.0, 0.0, aim, seen, math.nan), Outputs(0.0, ctrl, 0.0, 0.0)
+
+    return hold
+
+
+def _shown(found: dict[str, Array]) -> dict[str, Array]:
+    """By the names and in the units of a recording."""
+    values = {
+        "t": found["t"],
+        "ctrl": found["ctrl"],
+        "laser": found["laser"] * 1e6,
+        "hall_voltage": found["hall"],
+        "contract": found["contract"],
+    }
+    if "wire" in found:
+        values |= {"true_micro": found["contraction"] * 1e3, "true_wire": found["wire"]}
+    return values
+
+
+def _recording(
+    machine: Machine,
+    columns: tuple[Column, ...],
+    values: dict[str, Array],
+    dt: float,
+    about: dict[str, int],
+) -> Recording:
+    if isinstance(machine, Fixture):
+        return recorded(machine, columns, values, dt, about.get("seed", 0))
+    return Recording.from_arrays(columns, [values[c.name] for c in columns], dt, {**about})

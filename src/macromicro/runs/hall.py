@@ -1,0 +1,50 @@
+"""Hall calibration (Section 3.2.3, Figure 3.9): slow ramps of CTRL, Hall against the laser.
+
+``python -m macromicro.runs.hall FILE`` runs it on the default twin
+and writes the table that the controller uses, as ``hall_V,position_mm``.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control.calibration import Calibration
+from macromicro.hall_table import profile
+from macromicro.identify.hall import calibrate
+from macromicro.plant import bench
+from macromicro.plant.bench import Bench, Sensors
+from macromicro.runs import drives
+from macromicro.runs.machine import Machine
+
+Array = npt.NDArray[np.float64]
+
+
+def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
+    """Runs of (Hall [V], laser [mm]), up and down in turn."""
+    ctrl, parts = profile(runs)
+    found = drives.stage(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
+    return [(found["hall"][part], found["laser"][part] * 1e3) for part in parts]
+
+
+def table(plant: Machine | None = None, seed: int = 0) -> Calibration:
+    """The calibration of a bench, by default of the twin.
+
+    Raises `InputError` when its CTRL ramps do not move the stage over half of the range.
+    """
+    return calibrate(collect(plant or bench.prepare(Bench(), Sensors()), seed))
+
+
+def as_csv(result: Calibration) -> str:
+    """The table as the file that ``macromicro.control.calibration`` reads."""
+    lines = ["# Hall calibration of the default bench: Section 3.2.3, three runs up and down"]
+    lines.append("hall_V,position_mm")
+    lines += [f"{result.low + i * result.step:.4f},{x:.6f}" for i, x in enumerate(result.position)]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(as_csv(table()), encoding="utf-8")

@@ -1,0 +1,215 @@
+"""A motion programme on the virtual bench: checked first, then run and measured."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from macromicro import hall_table, simulate
+from macromicro import programme as programmes
+from macromicro.columns import COLUMNS
+from macromicro.design.extension import Cycle, extension, per_cycle
+from macromicro.design.response import MoveResult, moves
+from macromicro.design.served import timetable
+from macromicro.design.tracking import Tracking, followed, tracking
+from macromicro.design.vibration import Vibration, vibration
+from macromicro.errors import InputError
+from macromicro.loop import PERIOD
+from macromicro.programme import MACRO, Programme
+from macromicro.programme.travel import limits
+from macromicro.recording import Recorder, Recording, needed_bytes
+from macromicro.rig import faults
+from macromicro.rig.faults import Fault
+from macromicro.rig.opening import TWIN
+from macromicro.rig.replay import SCHEME, Replay, opened
+from macromicro.runs import folder, programmed
+from macromicro.schema import config
+from macromicro.settings import Settings
+
+DEFAULT = "thesis"
+MAX_SEED = 2**63 - 1
+# What a macro move usually takes until its arrival is declared [s]; only a progress bar
+# relies on it.
+_USUAL_MOVE = 0.9
+
+
+class Request(NamedTuple):
+    """What the user asked for. `programme`: a file or an example's name, None for the usual one
+    or a replayed recording's own moves; `rig`: the twin, or replay:FILE for its sensors."""
+
+    programme: str | None = None
+    out: Path | None = None
+    config: Path | None = None
+    cycles: int = 1
+    fan: bool = False
+    seed: int = 0
+    overwrite: bool = False
+    rig: str = TWIN
+
+
+class Job(NamedTuple):
+    """A request that was found good. `programme` holds all cycles, of `per_cycle` moves;
+    `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly;
+    `recalibrate`: the Hall sensor is not the one that was calibrated; `source`: what is
+    replayed, None for the twin."""
+
+    request: Request
+    settings: Settings
+    programme: Programme
+    per_cycle: int
+    overrides: dict[str, str]
+    out: Path
+    expected: float
+    recalibrate: bool
+    source: Recording | None = None
+
+
+class Ended(NamedTuple):
+    """What a run gave. Times in s; `moves`: none of a stage that follows a trajectory, which
+    `tracking` tells of instead; `begun`: moves begun, those too; `vibration`: after the first
+    cycle's macro moves."""
+
+    job: Job
+    recording: Recording
+    finished: bool
+    interrupted: bool
+    fault: Fault | None
+    simulated: float
+    wall: float
+    moves: list[MoveResult]
+    tracking: list[Tracking]
+    vibration: list[Vibration]
+    cycles: list[Cycle]
+    begun: int
+
+
+class Stop(Exception):
+    """Raised by a progress callback to end a run early; what was recorded is kept."""
+
+
+def load(path: Path, settings: Settings) -> Programme:
+    """The programme in a file, within the travel of the settings' bench."""
+    return programmes.load(path, limits(settings.travel, settings.sensors.encoder.pitch))
+
+
+def check(request: Request) -> Job:
+    """Everything that can be wrong is said here, before anything is written or computed.
+
+    Raises `InputError`.
+    """
+    settings = Settings()
+    if request.config is not None:
+        settings = config.load_overrides(request.config, settings)
+    source = None if request.rig == TWIN else opened(request.rig)
+    if source is not None:
+        Replay(source, request.rig.removeprefix(SCHEME))  # has it sensors?
+    if source is not None and request.programme is None:
+        single, name = timetable(source), Path(request.rig.removeprefix(SCHEME)).stem
+    else:
+        path = programmes.find(request.programme or DEFAULT)
+        single, name = load(path, settings), path.stem
+    if not 0 <= request.seed <= MAX_SEED:
+        raise InputError("--seed", request.seed, f"a whole number from 0 to {MAX_SEED}")
+    try:
+        programme = single.repeated(request.cycles)
+    except InputError as error:
+        raise InputError("--cycles", error.value, error.accepted) from None
+    name = name if source is None else f"{name}-replay"
+    out = request.out if request.out is not None else Path("results") / name
+    needed = needed_bytes(COLUMNS, _capacity(settings, programme))
+    folder.check(out, needed, overwrite=request.overwrite)
+    return Job(
+        request=request,
+        settings=settings,
+        programme=programme,
+        per_cycle=len(single.target),
+        overrides=programmed.overridden(settings),
+        out=out,
+        expected=_expected(settings, programme),
+        recalibrate=hall_table.needed(settings),
+        source=source,
+    )
+
+
+def _capacity(settings: Settings, programme: Programme) -> int:
+    """Rows to reserve: the usual course and some; a longer one makes the file grow."""
+    longest = simulate.longest(settings, programme)
+    return round(min(longest, 1.05 * _expected(settings, programme) + 5.0) / PERIOD)
+
+
+def _expected(settings: Settings, programme: Programme) -> float:
+    if programme.scheduled:
+        return programme.end
+    each = _USUAL_MOVE + settings.controller.sequence.wait
+    return float(programme.hold.sum()) + each * int((programme.stage == MACRO).sum())
+
+
+def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:
+    """Run the job into its folder's recording and measure what it shows.
+
+    `progress` is told the simulated time [s] and the present move; it ends the run early
+    by raising `Stop`. Raises OSError or RecordingError where the disk refuses.
+    """
+    request = job.request
+    folder.make(job.out)
+    attributes = programmed.about(
+        job.programme.title,
+        job.settings,
+        seed=request.seed,
+        fan=request.fan,
+        cycles=request.cycles,
+    )
+    if job.source is not None:
+        attributes["rig"] = request.rig
+    place = job.out / folder.RECORDING
+    outcome = None
+    began = time.perf_counter()
+    rows = programmed.columns(job.source)
+    with (
+        Recorder(
+            place, rows, _capacity(job.settings, job.programme), PERIOD, attributes
+        ) as recorder,
+        contextlib.suppress(Stop),
+    ):
+        outcome = programmed.perform(
+            job.programme,
+            job.settings,
+            recorder,
+            on=job.source,
+            seed=request.seed,
+            fan=request.fan,
+            progress=progress,
+        )
+    wall = time.perf_counter() - began
+    return measure(job, Recording.load(place), outcome, wall)
+
+
+def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float) -> Ended:
+    """What a recording shows; `outcome` is None for a run that was stopped early."""
+    pitch = job.settings.sensors.encoder.pitch
+    done = moves(
+        recording,
+        job.programme,
+        pitch=pitch,
+        macro_band=job.settings.controller.sequence.tolerance,
+        but=followed(recording, job.programme),
+    )
+    first = [m for m in done if m.stage == "macro" and m.move < job.per_cycle]
+    shaken = [v for m in first if (v := vibration(recording, m)) is not None]
+    return Ended(
+        job=job,
+        recording=recording,
+        finished=outcome is not None and outcome.finished,
+        interrupted=outcome is None,
+        fault=None if outcome is None else faults.describe(outcome.watch),
+        simulated=round(len(recording) * recording.dt, 9),
+        wall=wall,
+        moves=done,
+        tracking=tracking(recording, job.programme, pitch=pitch),
+        vibration=shaken,
+        cycles=per_cycle(done, extension(recording), job.per_cycle),
+        begun=int(recording["move"][-1]) + 1 if len(recording) else 0,
+    )

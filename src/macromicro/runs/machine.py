@@ -1,0 +1,176 @@
+"""What the procedures run on: the twin's plant, compiled, or any rig, sample by sample."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.columns import COLUMNS
+from macromicro.control import calibration, macro, settings
+from macromicro.control.calibration import Calibration
+from macromicro.control.settings import Control
+from macromicro.errors import MacromicroError
+from macromicro.plant.bench import Plant
+from macromicro.plant.cycle import CyclePlant
+from macromicro.plant.kiln import KilnPlant
+from macromicro.recording import Column, Recording
+from macromicro.rig import guard
+from macromicro.rig.faults import describe
+from macromicro.rig.guard import Guard
+from macromicro.rig.guarded import Guarded
+from macromicro.rig.limits import Limits
+from macromicro.rig.session import Fixture, Session
+from macromicro.types import Command, Outputs, Sample
+
+Array = npt.NDArray[np.float64]
+Machine = Plant | Fixture
+Oven = KilnPlant | Fixture
+CycleBed = CyclePlant | Fixture
+Law = Callable[[int, Sample], tuple[Command, Outputs]]
+
+NEAR = 1.0  # counts
+SETTLE_S = 0.2
+PATIENCE_S = 20.0
+FLAGS = ("extend", "contract")
+_SHOWN_AS = {"macro_position": "encoder", "hall_voltage": "hall", "hall_position": "hall"}
+_SHOWN_AS |= {name: name for name in ("laser", *FLAGS)}
+
+
+class GuardTripped(MacromicroError):
+    """The guard ended a run that is of no use unless it is whole."""
+
+    def __init__(self, what: str, rig: Guarded) -> None:
+        fault = describe(rig.watch)
+        assert fault is not None
+        super().__init__(f"{what}: {fault.message} {fault.evidence}. {fault.remedy}")
+
+
+def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
+    """The guard for a rig with these limits and this Hall calibration, by default the
+    package's."""
+    return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
+
+
+def approach(fixture: Fixture, session: Session, place: float) -> None:
+    """Bring the carriage to `place` [counts] and to rest there, within a count.
+
+    The tuned PD (4.10) drives, through the guard; where the carriage stands there already
+    nothing happens. MacromicroError if it does not come to rest there in 20 s, or trips
+    the guard.
+    """
+    dt = fixture.dt
+    what = f"{fixture.name}, on the way to {place:.0f} counts"
+    rig = Guarded(session, watchdog(fixture.limits, fixture.table), dt)
+    law = settings.prepare(Control()).macro
+    memory, last, quiet = macro.rest(0.0), math.nan, 0
+    for k in range(round(PATIENCE_S / dt)):
+        x = rig.read().encoder
+        near = abs(place - x) <= NEAR
+        if near and (k == 0 or quiet >= round(SETTLE_S / dt)):
+            session.stop()
+            return
+        motor = 0.0
+        quiet = quiet + 1 if near and x == last else 0
+        last = x
+        if near:
+            memory = macro.rest(place - x)
+        elif not math.isnan(x):
+            memory, motor = macro.step(law, memory, place - x, dt)
+        rig.expect(Command(place, 1.0, 0.0, 0.0, 0.0))
+        rig.write(Outputs(motor, 0.0, 0.0, 0.0))
+        if rig.tripped:
+            raise GuardTripped(what, rig)
+        session.wait(dt)
+    raise MacromicroError(
+        f"{what}: it stands at {last:.0f} counts after {PATIENCE_S:g} s; free the carriage and "
+        "check that the encoder counts from the lower end of the travel"
+    )
+
+
+class Played:
+    """A run's samples, and the outputs that were written, a row each period."""
+
+    def __init__(self, samples: Sequence[Sample], given: Sequence[Outputs]) -> None:
+        self._seen = np.array(samples, dtype=np.float64).T
+        self._given = np.array(given, dtype=np.float64).T
+
+    def __getitem__(self, name: str) -> Array:
+        """A channel of `Sample`, or an output, shape (periods,)."""
+        if name in Sample._fields:
+            found: Array = self._seen[Sample._fields.index(name)]
+        else:
+            found = self._given[Outputs._fields.index(name)]
+        return known(found) if name in FLAGS else found
+
+
+def play(
+    fixture: Fixture,
+    what: str,
+    periods: int,
+    law: Law,
+    *,
+    seed: int = 0,
+    start: float | None = None,
+) -> Played:
+    """Drive a bench for `periods`, `law` giving command and outputs for each sample.
+
+    From rest at `start` [counts], or, without one, from cold with the laser at zero. All
+    outputs pass the guard; if it trips, or the rig fails, outputs are safe and the error
+    is raised: `GuardTripped`, or the rig's own. `what` names the run in messages.
+    """
+    samples, given = [], []
+    with fixture.open(seed) as session:
+        if start is None:
+            session.cold(fixture.rest)
+        else:
+            approach(fixture, session, start)
+        session.restart()
+        rig = Guarded(session, watchdog(fixture.limits, fixture.table), fixture.dt)
+        for k in range(periods):
+            sample = rig.read()
+            command, wanted = law(k, sample)
+            rig.expect(command)
+            rig.write(wanted)
+            if rig.tripped:
+                raise GuardTripped(f"{fixture.name}, {what}", rig)
+            samples.append(sample)
+            given.append(rig.given)
+            session.wait(fixture.dt)
+        if start is not None:  # so that the next run finds the carriage at rest
+            session.idle(SETTLE_S)
+    return Played(samples, given)
+
+
+def known(flag: Array) -> Array:
+    """A flag whose missing values (NaN) are the last known one, 0 before the first."""
+    there = ~np.isnan(flag)
+    row = np.maximum.accumulate(np.where(there, np.arange(len(flag)), -1))
+    return np.where(row >= 0, flag[row], 0.0)
+
+
+def seen(fixture: Fixture, columns: Sequence[Column] = COLUMNS) -> tuple[Column, ...]:
+    """Those of `columns` that a rig with these channels can fill: nothing true, nothing
+    unmeasured."""
+    return tuple(
+        c
+        for c in columns
+        if not c.name.startswith("true_") and _SHOWN_AS.get(c.name, "t") in ("t", *fixture.channels)
+    )
+
+
+def recorded(
+    fixture: Fixture,
+    columns: Sequence[Column],
+    values: dict[str, Any],
+    dt: float,
+    seed: int,
+    attributes: Mapping[str, str | int | float] | None = None,
+) -> Recording:
+    """The recording of a run on a rig: of `columns` those that it measured."""
+    shown = seen(fixture, columns)
+    about = {"seed": seed, "rig": fixture.name, **(attributes or {})}
+    return Recording.from_arrays(shown, [values[c.name] for c in shown], dt, about)

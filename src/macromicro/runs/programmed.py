@@ -1,0 +1,220 @@
+"""A programme under settings on a machine: the one way that everything which runs one goes.
+
+`perform` is that way, into any sink; `record` keeps the recording in memory. The Hall sensor of
+a virtual bench is calibrated on that bench, whoever asks.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import time
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+import macromicro
+from macromicro import loop, simulate
+from macromicro.columns import COLUMNS
+from macromicro.control import settings as control_settings
+from macromicro.control import supervisor
+from macromicro.control.two_stage import TwoStage
+from macromicro.design import response
+from macromicro.design.response import MoveResult
+from macromicro.design.tracking import followed
+from macromicro.loop import PERIOD
+from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.recording import Recording
+from macromicro.recording_format import Attribute, Column
+from macromicro.rig.faults import describe
+from macromicro.rig.guarded import Guarded
+from macromicro.rig.session import Fixture
+from macromicro.runs import replaying
+from macromicro.runs.machine import FLAGS, approach, known, seen, watchdog
+from macromicro.schema import config
+from macromicro.settings import Settings
+from macromicro.simulate import Outcome, Sink
+
+# What a programme runs on: the virtual bench of its settings, a rig, or a recording's sensors.
+Place = Fixture | Recording | None
+
+
+class Done(NamedTuple):
+    """A run in memory, and how it ended."""
+
+    recording: Recording
+    outcome: Outcome
+
+
+class Runner(Protocol):
+    """Whatever can run a programme and return its recording: the twin, or a real rig."""
+
+    def __call__(
+        self, programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
+    ) -> Recording:
+        """The recording of `programme` under `settings`."""
+
+
+def perform(
+    programme: Programme,
+    settings: Settings,
+    sink: Sink,
+    *,
+    on: Place = None,
+    seed: int = 0,
+    fan: bool = False,
+    progress: Callable[[float, int], None] | None = None,
+) -> Outcome:
+    """Run `programme` under `settings`; `sink` takes rows of `columns(on)`.
+
+    `on`: None for the virtual bench of the settings, whose run repeats exactly from its `seed`; a
+    rig, driven from cold, its carriage at rest at 0 counts, through the guard; or a recording,
+    whose sensors are replayed. `progress`, which a rig has none of, is told the simulated time [s]
+    and the present move. Raises `InputError` where the machine lacks what the programme needs.
+    """
+    if on is None:
+        return simulate.simulate(settings, programme, sink, seed=seed, fan=fan, progress=progress)
+    if isinstance(on, Recording):
+        return replaying.replay(on, programme, settings, sink, fan=fan, progress=progress)
+    return _on_rig(on, programme, settings, sink, seed, fan)
+
+
+def columns(on: Place = None) -> tuple[Column, ...]:
+    """What a run there records: of a rig what it measures, and nothing true."""
+    if on is None:
+        return COLUMNS
+    return replaying.columns(on) if isinstance(on, Recording) else seen(on)
+
+
+def record(
+    programme: Programme,
+    settings: Settings,
+    *,
+    on: Place = None,
+    seed: int = 0,
+    fan: bool = False,
+    cycles: int = 1,
+) -> Done:
+    """`perform`, `cycles` times in a row, in memory.
+
+    If the guard stops the run, the recording ends there, its attribute `finished` is 0 and `fault`
+    says why.
+    """
+    blocks = _Blocks()
+    what = programme.repeated(cycles)
+    outcome = perform(what, settings, blocks, on=on, seed=seed, fan=fan)
+    attributes = about(what.title, settings, seed=seed, fan=fan, cycles=cycles)
+    if isinstance(on, Fixture):
+        attributes["rig"] = on.name
+    attributes["finished"] = int(outcome.finished)
+    fault = describe(outcome.watch)
+    if fault is not None:
+        attributes["fault"] = f"{fault.message} {fault.evidence}"
+    rows = np.concatenate(blocks.blocks, axis=1)
+    return Done(Recording.from_arrays(columns(on), rows, PERIOD, attributes), outcome)
+
+
+def about(
+    title: str, settings: Settings, *, seed: int, fan: bool, cycles: int
+) -> dict[str, Attribute]:
+    """What a recording says of its run: version, programme, seed, cycles, fan, settings."""
+    overrides, toml = _described(settings)
+    return {
+        "version": macromicro.__version__,
+        "programme": title,
+        "seed": seed,
+        "cycles": cycles,
+        "fan": int(fan),
+        "overrides": json.dumps(overrides),
+        "settings": toml,
+    }
+
+
+def overridden(settings: Settings) -> dict[str, str]:
+    """What differs from the defaults: dotted path to text with unit."""
+    return dict(_described(settings)[0])
+
+
+@functools.lru_cache(maxsize=64)
+def _described(settings: Settings) -> tuple[dict[str, str], str]:
+    """Overrides by dotted path, and all settings as TOML; both take milliseconds."""
+    changed = config.difference(settings, Settings())
+    # Texts as a person writes them, not as TOML does.
+    plain = {k: v[1:-1] if v[:1] == v[-1:] == '"' else v for k, v in changed.items()}
+    return plain, config.as_toml(settings)
+
+
+class _Blocks:
+    """A sink in memory."""
+
+    def __init__(self) -> None:
+        self.blocks: list[npt.NDArray[np.float64]] = []
+
+    def append(self, block: npt.NDArray[np.float64]) -> None:
+        """Keep the block."""
+        self.blocks.append(block)
+
+
+def on_twin(
+    programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
+) -> Recording:
+    """The recording of a programme on the virtual bench of `settings`."""
+    return record(programme, settings, seed=seed, fan=fan).recording
+
+
+def on_rig(fixture: Fixture) -> Runner:
+    """Programmes on this rig."""
+
+    def run(
+        programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
+    ) -> Recording:
+        return record(programme, settings, on=fixture, seed=seed, fan=fan).recording
+
+    return run
+
+
+def _on_rig(
+    fixture: Fixture, programme: Programme, settings: Settings, sink: Sink, seed: int, fan: bool
+) -> Outcome:
+    """`perform` on a rig; the sink has everything at the end."""
+    _check(fixture, programme)
+    table = fixture.calibrated() if np.any(programme.stage == MICRO) else fixture.table
+    control = control_settings.prepare(settings.controller, fan, table)
+    limits = fixture.limits or settings.guard
+    blocks, began = _Blocks(), time.perf_counter()
+    with fixture.open(seed) as session:
+        session.cold(fixture.rest)
+        if fixture.has("encoder"):
+            approach(fixture._replace(limits=limits), session, 0.0)
+        session.restart()
+        rig = Guarded(session, watchdog(limits, control.calibration), PERIOD)
+        longest = round(simulate.longest(settings, programme) / PERIOD)
+        plan, start = simulate.plan(programme), supervisor.begin(0.0)
+        last = loop.run(rig, TwoStage(control), plan, PERIOD, start, blocks.append, longest)
+    rows = np.concatenate(blocks.blocks, axis=1)
+    values = {c.name: row for c, row in zip(COLUMNS, rows, strict=True)}
+    values |= {name: known(values[name]) for name in FLAGS}
+    sink.append(np.array([values[c.name] for c in seen(fixture)]))
+    finished = last.phase == supervisor.DONE
+    took = rows.shape[1] * PERIOD
+    return Outcome(finished, rig.watch, took, time.perf_counter() - began)
+
+
+def _check(fixture: Fixture, programme: Programme) -> None:
+    """InputError unless the rig measures what the programme's stages are controlled by."""
+    for stage, name, channel in ((MACRO, "macro", "encoder"), (MICRO, "micro", "hall")):
+        if np.any(programme.stage == stage):
+            fixture.need(f"a programme with {name} moves", channel)
+
+
+def moves_of(recording: Recording, programme: Programme, settings: Settings) -> list[MoveResult]:
+    """How each move went; a stage that follows a trajectory makes none."""
+    return response.moves(
+        recording,
+        programme,
+        pitch=settings.sensors.encoder.pitch,
+        macro_band=settings.controller.sequence.tolerance,
+        but=followed(recording, programme),
+    )

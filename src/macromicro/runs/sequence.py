@@ -1,0 +1,65 @@
+"""Steps of the micro-stage as programmes, and the sequence that gains are judged by.
+
+The thesis gives the sequence's times (Section 5.3.1); the levels are this project's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from macromicro.design.response import entry, smoothed
+from macromicro.errors import InputError
+from macromicro.programme import MICRO, Programme
+from macromicro.recording import Recording
+
+LEVELS, TIMES = (2.0, 3.0, 2.0, 0.0), (1.0, 3.0, 5.0, 7.0)  # mm, s
+BAND_UM = 10.0
+_MEAN = 21  # samples of the centred mean that takes the laser's fast noise
+
+
+def micro_steps(
+    levels: Sequence[float], hold: float = 2.0, times: Sequence[float] | None = None
+) -> Programme:
+    """Steps of the micro-stage to `levels` [mm].
+
+    Each is held for `hold` [s] and follows the one before; or they come at `times` [s], the
+    last held for `hold`. InputError for numbers that make no programme.
+    """
+    target = 1e-3 * np.asarray(levels, dtype=np.float64)
+    if target.ndim != 1 or not target.size or not np.isfinite(target).all():
+        raise InputError("micro steps, levels", list(levels), "a list of positions in mm")
+    if not (math.isfinite(hold) and hold > 0.0):
+        raise InputError("micro steps, hold", hold, "seconds above 0")
+    n = len(target)
+    start, holds, end = np.full(n, math.nan), np.full(n, hold), math.nan
+    if times is not None:
+        start = np.asarray(times, dtype=np.float64)
+        accepted = f"{n} times in s, from 0 on and rising"
+        if start.shape != target.shape or not np.isfinite(start).all() or start[0] < 0.0:
+            raise InputError("micro steps, times", list(times), accepted)
+        holds = np.append(np.diff(start), hold)
+        if holds.min() <= 0.0:
+            raise InputError("micro steps, times", list(times), accepted)
+        end = float(start[-1] + hold)
+    return Programme("", start, np.full(n, MICRO, dtype=np.int64), target, holds, end, "")
+
+
+def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
+    """Settling time [s] of each step of the sequence by the laser, into `band` [um], or into
+    2 % of the step where None; NaN where it does not settle within its hold, or the recording
+    ends before."""
+    place = smoothed(recording["laser"], _MEAN)
+    found = []
+    before = 0.0
+    for time, level in zip(TIMES, LEVELS, strict=True):
+        a = round(time / recording.dt)
+        error = 1e3 * level - place[a : a + round(2.0 / recording.dt)]
+        width = 20.0 * abs(level - before) if band is None else band
+        held = len(error) == round(2.0 / recording.dt)
+        row = entry(error, width, recording.dt, 0.0) if held else None
+        found.append(float("nan") if row is None else row * recording.dt)
+        before = level
+    return found

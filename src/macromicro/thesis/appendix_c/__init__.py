@@ -1,0 +1,1 @@
+"""Appendix C: channels of the rig."""

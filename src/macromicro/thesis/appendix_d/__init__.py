@@ -1,0 +1,1 @@
+"""Appendix D: cycles of the actuator alone."""

@@ -1,0 +1,258 @@
+"""Cycle testing of the actuator alone (Appendix D, its Figures 9 to 14).
+
+150 encoder counts every 4 s, half an hour of rest between the runs, logged at 1 ms. The
+printed PID has gains but no form; `Law` holds what it leaves open.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro import signals
+from macromicro.errors import MacromicroError
+from macromicro.kernel import compiled, kernel
+from macromicro.plant import cycle
+from macromicro.plant.cycle import CycleBench, CyclePlant, CycleState
+from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs
+from macromicro.rig.session import Fixture, Session
+from macromicro.rig.twin import noise_source
+from macromicro.runs.machine import CycleBed
+
+Array = npt.NDArray[np.float64]
+
+DT = CYCLE_PERIOD
+PEAK, PERIOD_S = 150.0, 4.0
+CYCLES, RUNS, REST_S = 40, 11, 1800.0
+# "Approximately 23 degC": the room of each run is drawn with this standard deviation [K].
+ROOM_STD = 0.5
+_REST_DT = 0.01
+WINDOW = 1000
+SILENT = 5  # samples
+
+
+class Law(NamedTuple):
+    """PID on counts: kp [V/count], ki [V/(count s)], kd [V/count for a change in one sample].
+
+    `conditional` 1: integrate only where the effort is within 0-5 V or the error leads back
+    into it; 0: always.
+    """
+
+    kp: float = 0.5
+    ki: float = 0.5
+    kd: float = 0.1
+    conditional: int = 1
+
+
+WORKING = Law()
+# The derivative per second: 0.1 V s/count is 100 V for a count in one sample of 1 ms.
+PER_SECOND = Law(kd=0.1 / DT)
+UNLIMITED = Law(conditional=0)
+
+
+class Memory(NamedTuple):
+    """Integral effort [V] and last error [counts]."""
+
+    integral: float
+    error: float
+
+
+@kernel
+def step(p: Law, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
+    """New state and effort [V], clamped to 0-5 V, for an error [counts]."""
+    wanted = p.kp * error + s.integral + p.kd * (error - s.error)
+    integral = s.integral
+    inside = 0.0 <= wanted <= 5.0
+    back = (wanted < 0.0 and error > 0.0) or (wanted > 5.0 and error < 0.0)
+    if p.conditional == 0 or inside or back:
+        integral = integral + p.ki * error * dt
+    return Memory(integral, error), min(max(wanted, 0.0), 5.0)
+
+
+@kernel
+def _run(
+    plant: CyclePlant, s: CycleState, p: Law, reference: Array, out: Array, dt: float
+) -> CycleState:
+    """Closed loop on the twin: counts into `out`."""
+    memory = Memory(0.0, 0.0)
+    for k in range(len(reference)):
+        sample = cycle.measure(plant, s, k * dt)
+        out[k] = sample.encoder
+        memory, ctrl = step(p, memory, reference[k] - sample.encoder, dt)
+        s = cycle.advance(plant, s, ctrl, 0.0, dt)
+    return s
+
+
+@kernel
+def _rest(plant: CyclePlant, s: CycleState, periods: int, dt: float) -> CycleState:
+    """Switched off."""
+    for _ in range(periods):
+        s = cycle.advance(plant, s, 0.0, 0.0, dt)
+    return s
+
+
+def reference(cycles: int) -> Array:
+    """The pulse train [counts], a value each ms."""
+    return signals.pulse_train(signals.times(cycles * PERIOD_S, DT), PEAK, PERIOD_S)
+
+
+class CycleData(NamedTuple):
+    """`counts` of every run, shape (runs, samples); `room` [degC] of each, NaN where nothing
+    measured it; `literal` and `unlimited`: one cold run each with the other readings of the
+    PID (`PER_SECOND`, `UNLIMITED`)."""
+
+    counts: Array
+    room: Array
+    literal: Array
+    unlimited: Array
+
+
+def _one_run(session: Session, p: Law, wanted: Array) -> tuple[Array, float]:
+    """One run on an opened rig, sample by sample: its counts, shape (samples,), and the room
+    [degC] at its start, NaN without a thermometer.
+
+    A missing count leaves the law as it is, its output off; MacromicroError after 5 ms of it.
+    """
+    memory, silent = Memory(0.0, 0.0), 0
+    counts = np.empty(len(wanted))
+    room = math.nan
+    for k, goal in enumerate(wanted):
+        sample = session.read()
+        if k == 0 and "room" in session.channels:
+            room = float(sample.room)
+        counts[k], ctrl = sample.encoder, 0.0
+        silent = silent + 1 if math.isnan(sample.encoder) else 0
+        if silent > SILENT:
+            raise MacromicroError("cycle bench: the encoder gives no value; check its plug")
+        if not silent:
+            memory, ctrl = step(p, memory, float(goal) - counts[k], DT)
+        session.write(CycleOutputs(ctrl, 0.0))
+        session.clock.wait(DT)
+    return counts, room
+
+
+def _on_rig(rig: Fixture, seed: int, runs: int, cycles: int, rest_s: float) -> CycleData:
+    """All runs on any rig, as `collect` does them; the room is what it is."""
+    rig.need("cycle testing", "encoder")
+    wanted = reference(cycles)
+    found = []
+    with rig.open(seed) as session:
+        session.idle(rig.rest)
+        for k in range(runs):
+            session.idle(rest_s if k else 0.0)
+            found.append(_one_run(session, WORKING, wanted))
+    others = []
+    for law in (PER_SECOND, UNLIMITED):
+        with rig.open(seed) as session:
+            session.idle(rig.rest)
+            others.append(_one_run(session, law, wanted)[0])
+    counts, room = zip(*found, strict=True)
+    return CycleData(np.array(counts), np.array(room), *others)
+
+
+def collect(
+    bed: CycleBed | None = None,
+    seed: int = 0,
+    runs: int = RUNS,
+    cycles: int = CYCLES,
+    room_std: float = ROOM_STD,
+    rest_s: float = REST_S,
+) -> CycleData:
+    """All runs, the first from cold, each later one after `rest_s` [s] of rest.
+
+    By default on the twin, whose room is drawn anew for each run with the spread `room_std`
+    [K].
+    """
+    if isinstance(bed, Fixture):
+        return _on_rig(bed, seed, runs, cycles, rest_s)
+    plant = bed or cycle.prepare(CycleBench())
+    drive, idle = compiled(_run), compiled(_rest)
+    room = plant.micro.thermal.ambient + room_std * noise_source(seed).standard_normal(runs)
+    wanted = reference(cycles)
+
+    def in_room(degc: float) -> CyclePlant:
+        thermal = plant.micro.thermal._replace(ambient=degc)
+        return plant._replace(micro=plant.micro._replace(thermal=thermal))
+
+    counts = np.empty((runs, len(wanted)))
+    state = cycle.initial(in_room(float(room[0])))
+    for k in range(runs):
+        here = in_room(float(room[k]))
+        state = drive(here, state, WORKING, wanted, counts[k], DT)
+        state = idle(here, state, round(rest_s / _REST_DT), _REST_DT)
+    others = np.empty((2, len(wanted)))
+    for row, law in zip(others, (PER_SECOND, UNLIMITED), strict=True):
+        drive(plant, cycle.initial(plant), law, wanted, row, DT)
+    return CycleData(counts, room, others[0], others[1])
+
+
+class Cycles(NamedTuple):
+    """Of every cycle of a run, shape (cycles,): `tau1` from the step to 149 counts, `tau2`
+    from the last 0 to 149, `fall` from the step back to 0 [s]; `first`, `last`: share [%] of
+    1000 samples at 150 counts from the first of them on, and before the output drops. NaN
+    where the output does not get there."""
+
+    tau1: Array
+    tau2: Array
+    fall: Array
+    first: Array
+    last: Array
+
+
+def measured(counts: Array) -> Cycles:
+    """Times and shares of one run's `counts`."""
+    rows = [_one(part) for part in counts.reshape(-1, round(PERIOD_S / DT))]
+    return Cycles(*np.array(rows).T)
+
+
+def _one(part: Array) -> tuple[float, float, float, float, float]:
+    half = len(part) // 2
+    up, down = part[:half], part[half:]
+    nan = float("nan")
+    there = np.flatnonzero(up >= PEAK - 1.0)
+    zeros = np.flatnonzero(up[: there[0]] <= 0.0) if len(there) else there
+    tau1 = float(there[0]) * DT if len(there) else nan
+    tau2 = float(there[0] - zeros[-1]) * DT if len(zeros) else nan
+    back = np.flatnonzero(down <= 0.0)
+    fall = float(back[0]) * DT if len(back) else nan
+    first, last = share(part, PEAK)
+    return tau1, tau2, fall, first, last
+
+
+def share(part: Array, level: float) -> tuple[float, float]:
+    """Share [%] of samples at `level` [counts] in both windows of one cycle (its Figures 13,
+    14); NaN where the output does not reach 150 counts in time for a whole window."""
+    half = len(part) // 2
+    reached = np.flatnonzero(part[:half] >= PEAK)
+    if not len(reached) or reached[0] + WINDOW > len(part):
+        return float("nan"), float("nan")
+    dropped = np.flatnonzero(part[half:] < PEAK)
+    end = half + (int(dropped[0]) if len(dropped) else 0)
+    a, b = part[reached[0] :][:WINDOW], part[end - WINDOW : end]
+    return 100.0 * float(np.mean(a == level)), 100.0 * float(np.mean(b == level))
+
+
+class Trend(NamedTuple):
+    """Change of a run's mean total time [s] from run to run, room temperature allowed for,
+    and its 95 % half width."""
+
+    slope: float
+    reach: float
+
+
+def run_trend(totals: Array, room: Array) -> Trend:
+    """Least squares of `totals` [s], shape (runs,), on run number and `room` [degC]."""
+    from scipy.stats import t as student
+
+    n = len(totals)
+    columns = [np.ones(n), np.arange(n) - 0.5 * (n - 1)]
+    if np.ptp(room) > 0.0:
+        columns.append(room - room.mean())
+    x = np.column_stack(columns)
+    found = np.linalg.lstsq(x, totals, rcond=None)[0]
+    left, free = totals - x @ found, n - x.shape[1]
+    variance = float(left @ left) / free * float(np.linalg.inv(x.T @ x)[1, 1])
+    return Trend(float(found[1]), float(student.ppf(0.975, free) * np.sqrt(variance)))

@@ -1,0 +1,179 @@
+"""Cycle testing of the actuator alone (Appendix D): Figures D.9 to D.14, claims A1 to A6."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
+from macromicro.thesis.appendix_d import cycle_claims, cycle_runs
+from macromicro.thesis.appendix_d.cycle_runs import PEAK, PERIOD_S, CycleData, Cycles
+from macromicro.thesis.claims import measured_by, printed
+from macromicro.thesis.procedure import Lab, Procedure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = npt.NDArray[np.float64]
+
+LEVELS = ((149.0, BLUE, "s"), (150.0, RED, "o"), (151.0, GREEN, "^"), (152.0, PURPLE, "v"))
+
+
+def collect(lab: Lab) -> CycleData:
+    """Eleven runs of forty cycles, and one each by the other readings of the printed PID."""
+    return cycle_runs.collect(lab.cycle(), lab.seed)
+
+
+def draw(data: CycleData) -> Iterator[Drawn]:
+    """Figures D.9 to D.14."""
+    runs = Cycles(*np.stack([cycle_runs.measured(c) for c in data.counts], axis=1))
+    yield _time("D.9", "Rise time tau1", "from the step to 149 counts", runs.tau1, "A1")
+    yield _rise(runs)
+    yield _time("D.11", "Fall time", "from 150 counts to 0", runs.fall, "A3")
+    yield _total(runs, data.room)
+    both = shares(data.counts)
+    n = cycle_runs.WINDOW
+    yield _share("D.13", f"first {n}", "from reaching 150 counts on", 0, both)
+    yield _share("D.14", f"last {n}", "before the output drops", 1, both)
+
+
+def shares(counts: Array) -> tuple[Array, Array]:
+    """Mean share [%] of samples at each of `LEVELS` in either window of every cycle, over the
+    runs that have one; each of shape (levels, cycles)."""
+    cycles = counts.reshape(len(counts), -1, round(PERIOD_S / cycle_runs.DT))
+    each = np.array(
+        [[[cycle_runs.share(c, level) for c in run] for run in cycles] for level, _, _ in LEVELS]
+    )
+    mean = each.mean(axis=1)
+    return mean[..., 0], mean[..., 1]
+
+
+def _light(ax: Axes, values: Array) -> None:
+    """A light line for every run, the mean bold."""
+    cycle = np.arange(1, values.shape[1] + 1)
+    ax.plot(cycle, values.T, color="0.75", linewidth=0.7)
+    ax.lines[0].set_label("each run")
+    ax.plot(cycle, values.mean(axis=0), color=BLUE, linewidth=2.2, label="mean")
+
+
+def _time(number: str, name: str, meaning: str, values: Array, claim: str) -> Drawn:
+    """One time over the cycles."""
+    figure, axes = new(3.4, 1)
+    ax = axes[0, 0]
+    _light(ax, values)
+    _printed(ax, printed(claim))
+    finish(ax, "", "cycle", f"{name.lower()} [s]", legend=True)
+    return Drawn(
+        number,
+        f"{name} over the cycles",
+        f"Time {meaning}, {len(values)} runs with half an hour of rest between them. It settles "
+        f"at {cycle_claims.settled(values.mean(axis=0)):.3f} s (mean of the last ten cycles); "
+        "dashed: the value that the thesis prints.",
+        figure,
+        (claim,),
+    )
+
+
+def _printed(ax: Axes, value: float) -> None:
+    ax.axhline(value, color=ORANGE, linestyle="--", linewidth=1.2, label="thesis")
+
+
+def _rise(runs: Cycles) -> Drawn:
+    """Figure D.10, and what tau1 has more than tau2."""
+    figure, axes = new(3.4, 1, 2)
+    rise, delay = axes[0]
+    _light(rise, runs.tau2)
+    _printed(rise, printed("A2"))
+    finish(rise, "(a) tau2", "cycle", "tau2 [s]", legend=True)
+    _light(delay, 1e3 * (runs.tau1 - runs.tau2))
+    delay.set_ylim(bottom=0.0)
+    finish(delay, "(b) delay", "cycle", "tau1 - tau2 [ms]")
+    return Drawn(
+        "D.10",
+        "Rise time tau2 over the cycles",
+        "(a) Time from the last sample at 0 counts to 149 counts. It settles at "
+        f"{cycle_claims.settled(runs.tau2.mean(axis=0)):.3f} s. (b) The difference to tau1 is the "
+        f"time before the actuator answers: at least {1e3 * (runs.tau1 - runs.tau2).min():.0f} ms "
+        "in every cycle, so it cools fully.",
+        figure,
+        ("A2", "A4"),
+    )
+
+
+def _total(runs: Cycles, room: Array) -> Drawn:
+    """Figure D.12, and the mean of each run."""
+    total = runs.tau1 + runs.fall
+    figure, axes = new(3.4, 1, 2, gridspec_kw={"width_ratios": [1.5, 1]})
+    by_cycle, by_run = axes[0]
+    _light(by_cycle, total)
+    finish(by_cycle, "(a) by cycle", "cycle", "total time [s]", legend=True)
+    each = total.mean(axis=1)
+    trend = cycle_runs.run_trend(each, room)
+    by_run.plot(np.arange(1, len(each) + 1), each, color=BLUE, marker="o", ms=5, linestyle="")
+    known = bool(np.isfinite(room).all())
+    if known:
+        for k, (value, degc) in enumerate(zip(each, room, strict=True), 1):
+            by_run.annotate(
+                f"{degc:.1f}",
+                (k, value),
+                (0, 6),
+                textcoords="offset points",
+                fontsize=7,
+                horizontalalignment="center",
+            )
+    by_run.margins(y=0.15)
+    finish(by_run, "(b) mean of each run", "run", "total time [s]")
+    by_run.margins(x=0.06)
+    by_run.xaxis.get_major_locator().set_params(integer=True)
+    about = "; the numbers are the room's temperature [degC], which is allowed for" if known else ""
+    return Drawn(
+        "D.12",
+        "Rise and fall together over the cycles",
+        "(a) tau1 and fall time added. (b) Its mean over each run: from run to run it changes by "
+        f"{1e3 * trend.slope:.2f} ± {1e3 * trend.reach:.2f} ms (95 %){about}.",
+        figure,
+        ("A6",),
+    )
+
+
+def _share(number: str, window: str, bound: str, which: int, both: tuple[Array, Array]) -> Drawn:
+    """Figure D.13 or D.14, on the same scale."""
+    figure, axes = new(3.4, 1)
+    ax = axes[0, 0]
+    cycle = np.arange(1, both[which].shape[1] + 1)
+    for (level, colour, marker), values in zip(LEVELS, both[which], strict=True):
+        ax.plot(
+            cycle, values, color=colour, marker=marker, ms=3.5, lw=1.1, label=f"{level:g} counts"
+        )
+    ax.set_ylim(-2.0, 1.08 * float(np.nanmax(both)))
+    finish(ax, "", "cycle", "share of samples [%]", legend=True)
+    at = [level for level, _, _ in LEVELS].index(PEAK)
+    here = both[which][at]
+    return Drawn(
+        number,
+        f"Share of the {window} samples at the set point",
+        f"The {window} samples {bound}: how many read 149, 150, 151 and 152 counts, mean of all "
+        f"runs, on the scale of both figures. At 150: "
+        f"{here[0]:.0f} % in cycle 1 and {cycle_claims.settled(here):.0f} % over the last ten.",
+        figure,
+        ("A5",),
+    )
+
+
+PROCEDURE = Procedure(
+    name="cycle-testing",
+    title="Cycle testing of the actuator",
+    sections=("Appendix D",),
+    channels=("cycle.encoder",),
+    ids=measured_by("cycle-testing"),
+    figures=("D.9", "D.10", "D.11", "D.12", "D.13", "D.14"),
+    diagrams=("D.2",),
+    seconds=2.0,
+    collect=collect,
+    claims=cycle_claims.claims,
+    draw=draw,
+)

@@ -1,0 +1,1 @@
+"""Chapter 2: positioning technologies, the alloy, hysteresis."""

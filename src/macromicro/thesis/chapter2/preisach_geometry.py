@@ -1,0 +1,272 @@
+"""The Preisach model step by step (Section 2.4.1): its figures and procedure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.thesis.chapter2 import preisach_runs
+from macromicro.thesis.chapter2.preisach_runs import EXTENT, FOD, Geometry, Stage, Trapezoid
+from macromicro.thesis.claims import Claim, measured_by
+from macromicro.thesis.procedure import Lab, Procedure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+QS = (ORANGE, GREEN, PURPLE)
+
+_MOVES = (
+    "Negative saturation, u = -beta_0: every relay is off. T is the limiting triangle; a relay is "
+    "a point (alpha, beta) above the diagonal.",
+    "The input has risen to u1: the relays with alpha below it are on, and L(t) is a level line.",
+    "The input has fallen to u2: the relays with beta above it are off again. L(t) has the corner "
+    "(alpha, beta) = (u1, u2).",
+    "The input has risen again, to u3 below u1: a second level link.",
+    "The input has fallen to u4 above u2: a second corner, (u3, u4). The corners are the input's "
+    "past extremes, which the model remembers.",
+)
+
+
+def plane(ax: Any, title: str) -> None:
+    """Axes of the half-plane with the triangle T, marked with its corner."""
+    reach = 1.25 * EXTENT
+    ax.plot([-reach, reach], [-reach, reach], color="0.5", linewidth=0.8, linestyle="--")
+    ax.plot([-EXTENT, -EXTENT, EXTENT], [-EXTENT, EXTENT, EXTENT], color=BLACK, linewidth=1.0)
+    ax.plot([-EXTENT, EXTENT], [-EXTENT, EXTENT], color=BLACK, linewidth=1.0)
+    finish(ax, title, r"$\beta$", r"$\alpha$")
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
+    ax.set_aspect("equal")
+
+
+def sets(ax: Any, stage: Stage) -> None:
+    """S+ and S- at a stage, with L(t) between them."""
+    corner = -EXTENT
+    ax.fill([corner, EXTENT, corner], [corner, EXTENT, EXTENT], color="0.92", label="S- (off)")
+    if stage.u > corner:
+        beta, alpha = [*stage.beta, stage.u], [*stage.alpha, stage.u]
+        ax.fill([*beta, corner], [*alpha, corner], color=BLUE, alpha=0.35, label="S+ (on)")
+        ax.plot(beta, alpha, color=RED, linewidth=1.8, label="L(t)")
+
+
+def word(ax: Any, text: str, place: tuple[float, float], **options: Any) -> None:
+    """Text centred on a place of the plane."""
+    centred = {"horizontalalignment": "center", "verticalalignment": "center"}
+    ax.text(*place, text, **{"fontsize": 9, **centred, **options})
+
+
+def corners(ax: Any, stage: Stage) -> None:
+    """The corners (u_k, u_(k+1)) of L(t), where its input turned down."""
+    for beta, alpha in zip(stage.beta[1::2], stage.alpha[1::2], strict=True):
+        if alpha > beta:
+            ax.plot(beta, alpha, "o", color=RED, markersize=4.5)
+
+
+def step(data: Geometry, k: int) -> Figure:
+    """Plane and output at stage `k`: Figures 2.12 (0) to 2.16 (4)."""
+    figure, axes = new(4.3, 1, 2)
+    left, right = axes[0]
+    stage = data.stages[k]
+    sets(left, stage)
+    plane(left, "(a) Preisach plane" if k == 0 else f"(a) plane at u = u{k}")
+    corners(left, stage)
+    if k == 0:
+        word(left, "T", (-0.45, 0.5), fontsize=13)
+        word(left, r"$\alpha = \beta$", (0.3, 0.02), rotation=45)
+        word(left, r"$(-\beta_0, \alpha_0)$", (-EXTENT, 1.12))
+        word(left, r"$(\alpha, \beta)$", (0.02, 0.62))
+        left.plot(-0.15, 0.62, "x", color=BLACK)
+    else:
+        left.legend(fontsize=8, loc="lower right", frameon=False)
+        rising = stage.u > data.stages[k - 1].u
+        ends = ([-1.18, stage.u], [stage.u] * 2) if rising else ([stage.u] * 2, [-1.18, stage.u])
+        left.plot(*ends, color="0.35", linewidth=0.8, linestyle=":")
+        at = (-1.14, stage.u + 0.09) if rising else (stage.u + 0.12, -1.14)
+        word(left, f"u{k}", at)
+    _output(right, data, k)
+    figure.subplots_adjust(left=0.06, wspace=0.1)
+    return figure
+
+
+def _output(ax: Any, data: Geometry, k: int) -> None:
+    """Output over input up to stage `k`, over the major loop."""
+    u, rising, falling = data.major
+    for branch in (rising, falling):
+        line(ax, u, branch, "0.7", "", linewidth=0.8)
+    for stage in data.stages[1 : k + 1]:
+        line(ax, stage.path[0], stage.path[1], BLUE, "")
+    for j, stage in enumerate(data.stages[: k + 1]):
+        ax.plot(stage.u, stage.f, "o", color=RED if j == k else BLACK, markersize=4.5)
+        ax.annotate(
+            f"u{j}", (stage.u, stage.f), xytext=(7, -9), textcoords="offset points", fontsize=8.5
+        )
+    finish(ax, "(b) output (grey: major loop)", "input u", "output f")
+
+
+def trapezoids(data: Geometry) -> Figure:
+    """Figure 2.17: S+ of the last stage in trapezoids, and what each adds to the output."""
+    figure, axes = new(4.3, 1, 2)
+    left, right = axes[0]
+    sets(left, data.stages[-1])
+    plane(left, "(a) S+ in trapezoids")
+    for k, (q, colour) in enumerate(zip(data.trapezoids, QS, strict=True), 1):
+        trapezoid(left, q, colour)
+        word(left, f"Q{k}", (0.5 * (q.before + q.low), 0.5 * (q.top + 0.5 * (q.before + q.low))))
+        left.annotate(
+            f"(M{k}, m{k})",
+            (q.low, q.top),
+            xytext=(6, 5),
+            textcoords="offset points",
+            fontsize=8.5,
+        )
+    word(left, "m0", (-1.0, -1.13))
+    total, ticks = -EXTENT, []
+    right.bar(0, total, color="0.75", width=0.6)
+    for k, (q, colour) in enumerate(zip(data.trapezoids, QS, strict=True), 1):
+        gain = q.readings[0] - q.readings[1]
+        right.bar(k, gain, bottom=total, color=colour, width=0.6, alpha=0.7)
+        total += gain
+        ticks.append(f"Q{k}")
+    right.axhline(data.stages[-1].f, color=RED, linewidth=1.0, linestyle="--")
+    right.axhline(0.0, color=BLACK, linewidth=0.7)
+    right.set_xticks(range(len(ticks) + 1), ["-f+", *ticks])
+    finish(right, "(b) sum of (2.11); dashed: the model's output", "", "f")
+    figure.subplots_adjust(left=0.06, wspace=0.1)
+    return figure
+
+
+def triangles(q: Trapezoid, k: int) -> Figure:
+    """Figure 2.18: one trapezoid, the larger triangle and the smaller one."""
+    figure, axes = new(3.5, 1, 3)
+    shapes = (
+        (f"(a) trapezoid Q{k}", None),
+        (f"(b) T(M{k}, m{k - 1})", q.before),
+        (f"(c) T(M{k}, m{k})", q.low),
+    )
+    for ax, (title, low), colour in zip(axes[0], shapes, QS, strict=True):
+        plane(ax, title)
+        if low is None:
+            trapezoid(ax, q, colour)
+        else:
+            ax.fill([low, low, q.top], [low, q.top, q.top], color=colour, alpha=0.55)
+            word(ax, f"({q.top:g}, {low:g})", (low - 0.05, q.top + 0.13))
+    for ax in axes[0, 1:]:
+        ax.set_ylabel("")
+    return figure
+
+
+def trapezoid(ax: Any, q: Trapezoid, colour: str) -> None:
+    """Fill Q_k: beta from m_(k-1) to m_k, alpha from the diagonal to M_k."""
+    beta, alpha = [q.before, q.before, q.low, q.low], [q.before, q.top, q.top, q.low]
+    ax.fill(beta, alpha, color="1.0", linewidth=0)
+    ax.fill(beta, alpha, color=colour, alpha=0.55, linewidth=0)
+
+
+def collect(lab: Lab) -> Geometry:
+    """Drive a Preisach model through the inputs of the figures."""
+    return preisach_runs.collect()
+
+
+def claims(data: Geometry) -> list[Claim]:
+    """None: the section derives, it prints no figures."""
+    return []
+
+
+def draw(data: Geometry) -> Iterator[Drawn]:
+    """Figures 2.12 to 2.19."""
+    for k, words in enumerate(_MOVES):
+        stage = data.stages[k]
+        title = "Preisach plane" if k == 0 else f"Preisach plane with u(t) = u{k}"
+        caption = f"{words} A model of a smooth relay density gives f = "
+        yield Drawn(
+            f"2.{12 + k}",
+            title,
+            f"{caption}{stage.f:.4f} at u{k} = {stage.u:g}.",
+            step(data, k),
+        )
+    last = data.stages[-1]
+    yield Drawn(
+        "2.17",
+        "S+ divided into trapezoids",
+        f"After two more turns, at {data.stages[-2].u:g} and {last.u:g}. (b) What each trapezoid "
+        "adds to -f+, read off first-order descending curves of the model by (2.10). The sum "
+        f"(2.11) is {data.output:.6f}, the output of the model that was driven there "
+        f"{last.f:.6f}.",
+        trapezoids(data),
+    )
+    k = 2
+    q = data.trapezoids[k - 1]
+    yield Drawn(
+        "2.18",
+        "A trapezoid as the difference of two triangles",
+        f"Q{k} of Figure 2.17. (2.7) with (2.9): half the difference of f_M,m for m{k} and for "
+        f"m{k - 1}, ({q.readings[0]:.4f} - ({q.readings[1]:.4f})) / 2 = {q.difference:.5f}. The "
+        f"density integrated over Q{k}, apart from the model: {q.integrated:.5f}, which differs "
+        f"by {abs(q.difference / q.integrated - 1.0):.1e} of it, from the model's grid.",
+        triangles(q, k),
+    )
+    yield _fod(data)
+
+
+def _fod(data: Geometry) -> Drawn:
+    """Figure 2.19."""
+    u, rising, falling = data.major
+    alpha, beta = FOD
+    first, second, integrated = data.corner
+    figure, axes = new(3.8, 1)
+    ax = axes[0, 0]
+    line(ax, u, falling, "0.7", "descending branch", linewidth=0.9)
+    line(ax, u, rising, BLUE, "ascending branch of the major loop", linewidth=1.3)
+    line(ax, data.fod[0], data.fod[1], RED, "first-order descending curve", linewidth=1.3)
+    for place, height, text in (
+        (alpha, first, r"$f_{\alpha'}$"),
+        (beta, second, r"$f_{\alpha'\beta'}$"),
+    ):
+        ax.plot([place, place], [-EXTENT, height], color="0.4", linewidth=0.8, linestyle=":")
+        ax.plot(place, height, "o", color=BLACK, markersize=5)
+        ax.annotate(text, (place, height), xytext=(9, -4), textcoords="offset points", fontsize=11)
+    ax.annotate(
+        "",
+        (beta, first),
+        xytext=(beta, second),
+        arrowprops={"arrowstyle": "<->", "color": ORANGE, "linewidth": 1.4},
+    )
+    ax.plot([beta, alpha], [first, first], color=ORANGE, linewidth=0.8, linestyle="--")
+    finish(ax, "", "input u", "output f", legend=True)
+    ax.set_xticks(
+        [-1, beta, 0, alpha, 1],
+        [
+            r"$-\beta_0$",
+            rf"$\beta' = {beta:g}$",
+            "0",
+            rf"$\alpha' = {alpha:g}$",
+            r"$\alpha_0$",
+        ],
+    )
+    return Drawn(
+        "2.19",
+        "Notation of first-order descending curves",
+        f"From negative saturation up to alpha' = {alpha:g}, then down to beta' = {beta:g}: "
+        f"f_alpha' = {first:.4f}, f_alpha'beta' = {second:.4f}. Half their difference (2.8), "
+        f"{0.5 * (first - second):.5f}, is the weight of the triangle T(alpha', beta'); integrated "
+        f"over the density it is {integrated:.5f}.",
+        figure,
+    )
+
+
+PROCEDURE = Procedure(
+    name="preisach-geometry",
+    title="Geometry of the Preisach model",
+    sections=("2.4.1",),
+    channels=(),
+    ids=measured_by("preisach-geometry"),
+    figures=("2.12", "2.13", "2.14", "2.15", "2.16", "2.17", "2.18", "2.19"),
+    diagrams=("2.11",),
+    seconds=1.5,
+    collect=collect,
+    claims=claims,
+    draw=draw,
+)

@@ -1,0 +1,179 @@
+"""Micro-positioning technologies and their costs (Sections 2.2, 6.4.3): Tables 2.1, 6.1 and
+6.2, claims D9 and D10."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from macromicro.design import costs
+from macromicro.design.costs import Technology
+from macromicro.drawing.exhibit import Drawn, Grid
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, finish, new
+from macromicro.thesis.claims import Claim, measured_by, stated, within
+from macromicro.thesis.procedure import Lab, Procedure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# What "below 1 nm" is drawn down to; the table gives no lower end.
+LOWEST = 0.1e-9
+
+
+def measured() -> list[Claim]:
+    """D9 and D10. The parts' and the rivals' prices are the thesis' tables; sums are ours."""
+    own = costs.micro_stage()
+    summed = own.cost[0]
+    row = [summed, *(t.cost[0] for t in costs.TABLE_6_2)]
+    against = costs.compare(own, costs.TABLE_6_2)
+    survey = {t.name: t for t in costs.TABLE_2_1}
+    apart = [
+        f"{t.name}: {_span(survey[t.name].cost)} in Table 2.1, {_span(t.cost)} in Table 6.2"
+        for t in costs.TABLE_6_2
+        if survey[t.name].cost != t.cost
+    ]
+    finer = min(1.0 / a.accuracy for a in against)
+    return [
+        stated("D9", summed, within("D9", summed)),
+        stated(
+            "D10",
+            row,
+            within("D10", *row),
+            "the other technologies' prices are the table's own, so they equal it by construction; "
+            "only the first is a sum. The others cost "
+            f"{against[0].cheapest:.1f} to {against[-1].dearest:.1f} times as much and are at "
+            f"least {finer:.0f} times finer. "
+            f"The tables disagree: {'; '.join(apart)}.",
+        ),
+    ]
+
+
+class Words(NamedTuple):
+    """A technology in words, as the tables print it; "-" where they are silent."""
+
+    name: str
+    accuracy: str
+    travel: str
+    speed: str
+    load: str
+    cost: str
+
+
+def words(t: Technology) -> Words:
+    """The technology's name, accuracy [nm], range, speed, load and cost [USD]."""
+    return Words(
+        t.name, _accuracy(t.accuracy), t.travel or "-", t.speed or "-", t.load or "-", _span(t.cost)
+    )
+
+
+def table() -> list[Words]:
+    """Table 2.1 with our stage first."""
+    return [words(t) for t in (costs.micro_stage(), *costs.TABLE_2_1)]
+
+
+def _span(cost: tuple[float, float]) -> str:
+    low, high = cost
+    return f"{low:g} USD" if low == high else f"{low:g}-{high:g} USD"
+
+
+def _accuracy(accuracy: tuple[float, float]) -> str:
+    best, worst = (1e9 * a for a in accuracy)
+    if best == worst:
+        return f"{worst:g} nm"
+    return f"below {worst:g} nm" if best == 0.0 else f"{best:g}-{worst:g} nm"
+
+
+def collect(lab: Lab) -> None:
+    """Nothing: the tables are data of the design sheets."""
+
+
+def claims(_: None) -> list[Claim]:
+    """D9 and D10."""
+    return measured()
+
+
+def draw(_: None) -> Iterator[Drawn]:
+    """Tables 2.1, 6.1, 6.2, and a picture of the last."""
+    yield Drawn(
+        "Table 2.1",
+        "Micro-positioning technologies",
+        "Costs with stage and sensors, without a controller, in US dollars. The micro-stage of the "
+        "thesis stands first, for comparison; the other rows are the thesis' table.",
+        Grid(
+            ("technology", "accuracy", "range", "speed", "load", "cost"),
+            [tuple(row) for row in table()],
+        ),
+    )
+    parts: list[tuple[str, ...]] = [
+        (name, f"{cost:g} USD") for name, cost in costs.MICRO_STAGE.items()
+    ]
+    yield Drawn(
+        "Table 6.1",
+        "What the micro-stage costs",
+        "The sum is computed, the parts' prices are the thesis'.",
+        Grid(("part", "cost"), [*parts, ("total", f"{costs.total(costs.MICRO_STAGE):g} USD")]),
+        ("D9",),
+    )
+    own = costs.micro_stage()
+    against = {c.name: c for c in costs.compare(own, costs.TABLE_6_2)}
+    rows: list[tuple[str, ...]] = []
+    for t in (own, *costs.TABLE_6_2):
+        c = against.get(t.name)
+        times, finer = ("", "") if c is None else (f"{c.cheapest:.1f}", f"{1.0 / c.accuracy:g}")
+        rows.append((t.name, words(t).accuracy, words(t).cost, times, finer))
+    yield Drawn(
+        "Table 6.2",
+        "Cost of micro-positioning systems",
+        "The last two columns are ours: how many times as dear as the micro-stage, and how many "
+        "times finer at least.",
+        Grid(("technology", "accuracy", "cost", "times as dear", "times finer, at least"), rows),
+        ("D10",),
+    )
+    yield Drawn(
+        "Table 6.2 (plot)",
+        "Cost against accuracy",
+        "Tables 2.1 (circles) and 6.2 (crosses): the tables differ in the price of two "
+        "technologies. Lines span the ranges that are given; the piezo stack's accuracy is given "
+        "as below 1 nm only, and drawn from there to the left.",
+        _plot(own),
+        ("D10",),
+    )
+
+
+def _plot(own: Technology) -> Figure:
+    figure, axes = new(3.6, 1)
+    ax = axes[0, 0]
+    names = [own.name, *(t.name for t in costs.TABLE_2_1)]
+    colours = dict(zip(names, (BLACK, BLUE, ORANGE, GREEN, PURPLE), strict=True))
+    for table, marker, size in (((own, *costs.TABLE_2_1), "o", 5), (costs.TABLE_6_2, "x", 8)):
+        for t in table:
+            best, worst = (1e9 * max(a, LOWEST) for a in t.accuracy)
+            middle = (best * worst) ** 0.5
+            label = t.name if marker == "o" else ""
+            style = {"color": colours[t.name], "linewidth": 1.6}
+            cost = sum(t.cost) / 2.0
+            ax.plot([best, worst], [cost, cost], **style)
+            ax.plot([middle, middle], t.cost, **style)
+            ax.plot(middle, cost, marker, markersize=size, color=style["color"], label=label)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    finish(ax, "", "accuracy [nm]", "cost [USD]")
+    ax.set_xlim(1e9 * LOWEST * 0.8, 3e9 * own.accuracy[1])
+    ax.set_ylim(150.0, 15000.0)
+    ax.legend(fontsize=8, loc="lower left", frameon=False)
+    return figure
+
+
+PROCEDURE = Procedure(
+    name="technologies",
+    title="Micro-positioning technologies and their costs",
+    sections=("2.2", "6.4.3"),
+    channels=(),
+    ids=measured_by("technologies"),
+    figures=("Table 2.1", "Table 6.1", "Table 6.2", "Table 6.2 (plot)"),
+    diagrams=(),
+    seconds=0.3,
+    collect=collect,
+    claims=claims,
+    draw=draw,
+)

@@ -1,0 +1,1 @@
+"""Chapter 3: flexure, magnets and Hall sensor."""

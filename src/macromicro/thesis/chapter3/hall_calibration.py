@@ -1,0 +1,160 @@
+"""Calibration of the Hall sensor against the laser (Section 3.2.3): Figure 3.9, claim D6."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.design import resolution
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
+from macromicro.identify.hall import HallFit, calibrated
+from macromicro.runs import hall as hall_calibration
+from macromicro.runs.machine import Machine
+from macromicro.thesis.chapter3.sensor_claims import SENSITIVITY, SPAN
+from macromicro.thesis.claims import Claim, measured_by, stated, within
+from macromicro.thesis.procedure import Lab, Procedure
+
+Array = npt.NDArray[np.float64]
+
+# Left out at either end, and the length of an end [mm].
+MARGIN, END = 0.05, 0.2
+
+# Points at which the runs' distance from the table is shown, each a mean over as many readings.
+MEANS = 240
+
+
+class Slopes(NamedTuple):
+    """Slopes [um/mV] over the travel and at its two ends, the converter's step [V] as the
+    readings show it, and the places [mm] and voltages [V] between which the slopes are
+    taken, shape (4,): both ends of the extended end, both of the contracted."""
+
+    mean: float
+    extended: float
+    contracted: float
+    step: float
+    place: Array
+    volts: Array
+
+
+class HallRuns(NamedTuple):
+    """`runs`: (Hall [V], laser [mm]), up and down in turn; the table fitted to them; slopes."""
+
+    runs: list[tuple[Array, Array]]
+    fit: HallFit
+    slopes: Slopes
+
+
+def calibrated_by(plant: Machine, seed: int = 0) -> HallRuns:
+    """Run the calibration's ramps, fit the table and read its slopes."""
+    runs = hall_calibration.collect(plant, seed)
+    fit = calibrated(runs)
+    return HallRuns(runs, fit, slopes(runs, fit))
+
+
+def slopes(runs: list[tuple[Array, Array]], fit: HallFit) -> Slopes:
+    """Mean: travel over voltage between 0.05 mm from either end of what the runs cover; ends:
+    straight lines through the 0.2 mm there."""
+    volts, place = fit.volts, fit.calibration.position
+    seen = np.isfinite(fit.std)
+    low, high = max(0.0, place[seen][0]) + MARGIN, min(place[seen][-1], 3.98) - MARGIN
+    where = np.array([low, low + END, high - END, high])
+    at = np.interp(where, place, volts)
+    codes = np.unique(np.concatenate([hall for hall, _ in runs]))
+    return Slopes(
+        float((high - low) / (at[3] - at[0])),
+        float(END / (at[1] - at[0])),
+        float(END / (at[3] - at[2])),
+        float(np.diff(codes).min()),
+        where,
+        at,
+    )
+
+
+def claims(data: HallRuns) -> list[Claim]:
+    """D6."""
+    found = data.slopes
+    reach = 0.5 * SPAN / SENSITIVITY
+    return [
+        stated(
+            "D6",
+            1e6 * resolution.calibrated(found.step, 1e-3 * found.mean),
+            within("D6", found.mean),
+            f"mean slope {found.mean:.3f} um/mV, {found.extended:.3f} at the extended and "
+            f"{found.contracted:.3f} at the contracted end; the readings differ by "
+            f"{1e3 * found.step:.4f} mV and multiples. The magnets' profile was chosen for the "
+            f"mean; its full 5 V would be +-{reach:.0f} G, beyond the +-670 G of the SS94B1.",
+        )
+    ]
+
+
+def collect(lab: Lab) -> HallRuns:
+    """Slow ramps of CTRL up and down, three times; Hall voltage and laser."""
+    return calibrated_by(lab.bench(), lab.seed)
+
+
+def draw(data: HallRuns) -> Iterator[Drawn]:
+    """Figure 3.9."""
+    fit, found = data.fit, data.slopes
+    figure, axes = new(3.9, 1, 2, gridspec_kw={"width_ratios": [1.25, 1]})
+    whole, near = axes[0]
+    for k, (hall, laser) in enumerate(data.runs):
+        up = laser[-1] > laser[0]
+        colour, word = (BLUE, "up") if up else (RED, "down")
+        label = f"runs {word}" if k < 2 else ""
+        line(whole, hall, laser, colour, label, linewidth=0.8)
+        rows = np.array_split(np.arange(len(hall)), MEANS)
+        table = np.interp(hall, fit.volts, fit.calibration.position)
+        volts, off = (np.array([c[r].mean() for r in rows]) for c in (hall, laser - table))
+        line(near, volts, 1e3 * off, colour, label, linewidth=0.7)
+    seen = np.isfinite(fit.std)
+    table_v, table_x = fit.volts[seen], fit.calibration.position[seen]
+    line(whole, table_v, table_x, BLACK, "averaged", linestyle="--", linewidth=1.0)
+    ends = ((0, found.extended, "extended"), (2, found.contracted, "contracted"))
+    for k, slope, name in ends:
+        whole.plot(
+            found.volts[k : k + 2], found.place[k : k + 2], color=ORANGE, linewidth=4, alpha=0.7
+        )
+        right = k == 0
+        whole.annotate(
+            f"{slope:.2f} um/mV, {name}",
+            (found.volts[k : k + 2].mean(), found.place[k : k + 2].mean()),
+            xytext=(14 if right else -14, -3),
+            textcoords="offset points",
+            horizontalalignment="left" if right else "right",
+            fontsize=8,
+        )
+    near.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.9)
+    finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
+    finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)
+    lag = 1e3 * float(np.nanmedian(fit.between))
+    yield Drawn(
+        "3.9",
+        "Position over the Hall sensor's reading",
+        f"Three runs up, three down, and their average, which lie on each other in (a); (b) shows "
+        f"how far each run is from the average, as means over {len(data.runs[0][0]) // MEANS} "
+        f"readings. Up and down are {2.0 * abs(lag):.1f} um apart, which is the sensor's lag. The "
+        f"slope is {found.mean:.2f} um/mV over the travel, {found.extended:.2f} and "
+        f"{found.contracted:.2f} um/mV through the last {END:g} mm at either end "
+        "(orange).",
+        figure,
+        ("D6",),
+    )
+
+
+PROCEDURE = Procedure(
+    name="hall-calibration",
+    title="Calibration of the Hall sensor",
+    sections=("3.2.3",),
+    channels=("hall", "laser"),
+    ids=measured_by("hall-calibration"),
+    figures=("3.9",),
+    diagrams=(),
+    seconds=3.0,
+    collect=collect,
+    claims=claims,
+    draw=draw,
+)

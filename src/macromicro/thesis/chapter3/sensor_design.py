@@ -1,0 +1,247 @@
+"""Magnets and Hall sensors (Section 3.2.3): figures, tables, and the procedure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from macromicro.design import flexure_sheet, hall_sensors, magnets
+from macromicro.design.flexure_sheet import GRAM_FORCE, Beam
+from macromicro.design.magnets import INCH
+from macromicro.drawing.exhibit import Drawn, Grid
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
+from macromicro.plant import hall
+from macromicro.plant.hall import Hall
+from macromicro.thesis.chapter3 import sensor_claims
+from macromicro.thesis.chapter3.sensor_claims import MILLIMETRE, SENSITIVITY, SLOPE
+from macromicro.thesis.claims import Claim, measured_by, printed_list
+from macromicro.thesis.procedure import Lab, Procedure
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+CHOSEN = 0.45e-3  # m, Section 3.2.2
+LOADS = (17.5, 35.0)  # gf a beam: half of the stated load, and the stated load
+HALF_STROKE, STROKE = 2e-3, 4e-3
+_COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, BLACK, "0.55")
+
+BUDGET = ("D2", "D3", "D4", "D5", "D11")
+
+
+def flexure() -> Drawn:
+    """Figure 3.6: how beams and guide bend, and deflection over load."""
+    beam = Beam()
+    figure, axes = new(4.0, 1, 3, gridspec_kw={"width_ratios": [1, 1.1, 1.5]})
+    single, guide, load = axes[0]
+    for k, way in enumerate((0.5e-3, 1e-3, 1.5e-3, HALF_STROKE)):
+        along, aside, _ = flexure_sheet.shape(beam, way)
+        line(single, 1e3 * aside, 1e3 * along, _COLOURS[k], f"{1e3 * way:g}")
+    nearer = flexure_sheet.shape(beam, HALF_STROKE)[2]
+    finish(single, "(a) one beam", "sideways [mm]", "along the beam [mm]")
+    single.legend(
+        fontsize=7.5, title="Δx/2 [mm]", title_fontsize=7.5, loc="lower right", frameon=False
+    )
+    _guide(guide, beam)
+    finish(guide, "(b) two in a row", "sideways [mm]")
+    thick = [1e3 * flexure_sheet.max_thickness(beam, gf * GRAM_FORCE, 2e-3) for gf in LOADS]
+    named = ((1e3 * CHOSEN, "chosen"), (thick[0], "most for 17.5 gf"), (thick[1], "most for 35 gf"))
+    pull = np.linspace(0.5, 36.0, 72)
+    for k, (t, name) in enumerate(named):
+        bent = [flexure_sheet.deflection(beam, 1e-3 * t, gf * GRAM_FORCE) for gf in pull]
+        line(load, pull, 1e3 * np.array(bent), _COLOURS[k], f"{t:.3f} mm, {name}")
+    load.plot(LOADS, [1e3 * HALF_STROKE] * 2, "o", color=BLACK, markersize=5)
+    load.axhline(1e3 * HALF_STROKE, color=BLACK, linewidth=0.8, linestyle=":")
+    finish(load, "(c) one beam under load, (3.1)", "load of the beam [gf]", "deflection [mm]")
+    load.legend(fontsize=7.5, loc="upper left", frameon=False)
+    rate = flexure_sheet.stiffness(beam, CHOSEN)
+    stress = flexure_sheet.bending_stress(beam, CHOSEN, HALF_STROKE)
+    return Drawn(
+        "3.6",
+        "Deflection of the flexure",
+        f"Aluminium beams of {1e3 * beam.length:g} by {1e3 * beam.width:g} mm. (a) The free end "
+        f"keeps its direction; bent by {1e3 * HALF_STROKE:g} mm it comes {1e6 * nearer:.0f} um "
+        "nearer. (b) A second beam that hangs from it takes that back, so the platform (lower end) "
+        "moves sideways only, twice as far; two such rows carry it. (c) (3.1) for the thickness "
+        f"chosen and for the greatest ones: the stated 35 gf at 2 mm allow {thick[1]:.3f} mm, half "
+        f"of that load {thick[0]:.3f} mm, near the 0.465 mm printed. The guide of "
+        f"{1e3 * CHOSEN:g} mm beams has {rate:.1f} N/m, {rate * STROKE / GRAM_FORCE:.1f} gf at "
+        f"{1e3 * STROKE:g} mm; the beams' greatest stress there is {1e-6 * stress:.0f} MPa.",
+        figure,
+        ("D1",),
+    )
+
+
+def _guide(ax: Any, beam: Beam) -> None:
+    """Both rows of the guide, beside each other: at rest (grey) and at full stroke."""
+    along, aside, _ = flexure_sheet.shape(beam, HALF_STROKE)
+    length, rest = 1e3 * beam.length, np.zeros_like(along)
+    first, second = (along, aside), (along[-1] - along, aside[-1] + aside)
+    for row, base in enumerate((0.0, 9.0)):
+        for side, colour, name in ((0.0, RED, "from the frame"), (1.2, BLUE, "to the platform")):
+            straight = np.linspace(0.0, length, len(rest))
+            line(ax, rest + base + side, straight, "0.7", "", linewidth=1.0)
+            y, x = first if colour is RED else second
+            label = name if row == 0 else ""
+            line(ax, 1e3 * x + base + side, 1e3 * y, colour, label, linewidth=1.3)
+        link = 1e3 * aside[-1] + base + np.array([0.0, 1.2])
+        line(ax, link, np.full(2, 1e3 * along[-1]), BLACK, "", linewidth=2.0)
+    platform = 2e3 * aside[-1] + 1.2 + np.array([-0.6, 9.6])
+    line(ax, platform, np.full(2, -1.5), BLACK, "platform", linewidth=3.0)
+    ax.set_ylim(-4.0, length + 21.0)
+    ax.legend(fontsize=7.5, loc="upper left", frameon=False)
+
+
+def flux(sensor: Hall) -> Drawn:
+    """Figure 3.7: flux of the magnets head-on, and of the bench's pair as it slides by."""
+    figure, axes = new(3.9, 1, 2)
+    head, slide = axes[0]
+    for m, colour in zip(magnets.TABLE_3_1, _COLOURS, strict=True):
+        place, field = 1e3 * np.array(m.distance), np.array(m.flux)
+        head.plot(place, field, ".-", color=colour, linewidth=0.9, label=m.name)
+        best = magnets.largest_change(m, MILLIMETRE)
+        ends = 1e3 * np.array([best.start, best.start + MILLIMETRE])
+        head.plot(ends, np.interp(ends, place, field), color=colour, linewidth=3.5, alpha=0.5)
+    finish(head, "(a) head-on, Table 3.1", "distance [mm]", "flux [G]")
+    head.legend(fontsize=7.5, frameon=False)
+    x = sensor.centre + np.linspace(-2.3e-3, 2.3e-3, 461)
+    field = gauss(sensor, x)
+    end = 0.08 * INCH
+    slopes = [end_slope(sensor, side * end) for side in (-1.0, 1.0)]
+    line(slide, 1e3 * (x - sensor.centre), field, BLUE, "bench's magnets")
+    for side, slope in zip((-1.0, 1.0), slopes, strict=True):
+        at = side * end
+        near = np.array([at - 0.6e-3, at + 0.6e-3])
+        there = gauss(sensor, np.array([sensor.centre + at]))[0]
+        for rate, colour, name in (
+            (slope, RED, "slope there"),
+            (SLOPE, ORANGE, "5000 G/in"),
+        ):
+            label = name if side < 0 else ""
+            line(slide, 1e3 * near, there + rate * (near - at), colour, label, linestyle="--")
+        slide.axvline(1e3 * at, color="0.5", linewidth=0.8, linestyle=":")
+    finish(slide, "(b) slide-by", "distance from the middle [mm]", "flux [G]")
+    slide.legend(fontsize=7.5, loc="lower right", frameon=False)
+    steep = min(slopes) * INCH
+    return Drawn(
+        "3.7",
+        "Flux of the magnets",
+        "(a) The data sheets' readings in front of one magnet, thick where the flux changes most "
+        "over 1 mm. (b) Two magnets of opposite poles that slide by: what the sensor of the bench "
+        f"feels (bench truth, chosen to give the calibration of Figure 3.9; {1e3 * SENSITIVITY:g} "
+        f"mV/G; its output ends at 0 and 5 V), with its slope at ±0.08 in, {steep:.0f} G/in, "
+        "beside the 5000 G/in that the thesis reads off the data sheet of the 103MG5, now lost.",
+        figure,
+        ("D4", "D7"),
+    )
+
+
+def gauss(sensor: Hall, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Flux [G] that the bench's sensor feels at contractions `x` [m], by its sensitivity."""
+    return np.array([(hall.volts(sensor, float(v)) - sensor.null) / SENSITIVITY for v in x])
+
+
+def end_slope(sensor: Hall, place: float) -> float:
+    """Slope [G/m] over the 0.2 mm inside of `place` [m], which counts from the middle."""
+    inside = place - np.copysign(0.2e-3, place)
+    low, high = gauss(sensor, sensor.centre + np.array([inside, place]))
+    return float((high - low) / (place - inside))
+
+
+class Sheets(NamedTuple):
+    """The claims, and the bench's sensor with its magnets."""
+
+    claims: list[Claim]
+    sensor: Hall
+
+
+def collect(lab: Lab) -> Sheets:
+    """Work out the design sheets."""
+    return Sheets(sensor_claims.claims(), lab.settings.sensors.hall)
+
+
+def claims(data: Sheets) -> list[Claim]:
+    """D1-D5, D7, D8 and D11."""
+    return data.claims
+
+
+def draw(data: Sheets) -> Iterator[Drawn]:
+    """Figures 3.6 and 3.7, Tables 3.1 and 3.2, and the budget of Section 3.2.3."""
+    found = {c.id: c for c in data.claims}
+    yield flexure()
+    yield _magnets(found["D7"])
+    yield flux(data.sensor)
+    yield _sensors(found)
+    rows: list[tuple[str, ...]] = [
+        (key, c.claim, f"{c.printed:g} {c.unit}", f"{c.measured:.4g} {c.unit}", c.reason)
+        for key in BUDGET
+        for c in (found[key],)
+    ]
+    yield Drawn(
+        "Table 3.3",
+        "Resolution budget of Section 3.2.3 (ours)",
+        "The thesis gives these figures in its text. From the converter's step over the sensor's "
+        "sensitivity to the travel that one bit is worth where the flux changes least.",
+        Grid(("claim", "figure", "printed", "computed", "remark"), rows),
+        BUDGET,
+    )
+
+
+def _magnets(claim: Claim) -> Drawn:
+    """Table 3.1: readings by distance, and the largest change over 1 mm."""
+    sheets = magnets.TABLE_3_1
+    flux = [{round(d / INCH, 4): f for d, f in zip(*m[1:], strict=True)} for m in sheets]
+    places = sorted({d for sheet in flux for d in sheet})
+    rows = [
+        (f"{d:g} in", *(f"{sheet[d]:g}" if d in sheet else "" for sheet in flux)) for d in places
+    ]
+    assert isinstance(claim.measured, list)
+    rows.append(("most over 1 mm, computed", *(f"{v:.0f}" for v in claim.measured)))
+    rows.append(("most over 1 mm, printed", *(f"{v:g}" for v in printed_list("D7"))))
+    return Drawn(
+        "Table 3.1",
+        "Flux of seven magnets, head-on",
+        "Flux [G] at a distance [in], by the maker's curves as the thesis reads them. The last but "
+        "one row is worked out from the readings, straight lines in between. " + claim.reason,
+        Grid(("distance", *(m.name for m in sheets)), rows),
+        ("D7",),
+    )
+
+
+def _sensors(found: dict[str, Claim]) -> Drawn:
+    """Table 3.2, with what speaks against each sensor."""
+    floor = found["D11"].measured
+    assert isinstance(floor, float)
+    needs = hall_sensors.Needs(sensitivity=1e-3 * floor)
+    rows: list[tuple[str, ...]] = []
+    for sensor, against in hall_sensors.judge(hall_sensors.TABLE_3_2, needs):
+        field = "n/a" if sensor.field is None else f"±{sensor.field:g}"
+        low, high = (f"{1e3 * s:g}" for s in sensor.sensitivity)
+        span = low if low == high else f"{low}-{high}"
+        verdict = "; ".join(against) or "meets both"
+        rows.append((sensor.name, field, span, f"~{sensor.cost:g}", verdict))
+    return Drawn(
+        "Table 3.2",
+        "Hall effect sensors",
+        f"Needed: a range over {needs.field:g} G and {1e3 * needs.sensitivity:.2f} mV/G. "
+        + found["D8"].reason,
+        Grid(("sensor", "range [G]", "sensitivity [mV/G]", "cost [USD]", "judgement"), rows),
+        ("D8",),
+    )
+
+
+PROCEDURE = Procedure(
+    name="sensor-design",
+    title="Design of the flexure and of the position sensor",
+    sections=("3.2.2", "3.2.3"),
+    channels=(),
+    ids=measured_by("sensor-design"),
+    figures=("3.6", "Table 3.1", "3.7", "Table 3.2", "Table 3.3"),
+    diagrams=(),
+    seconds=0.5,
+    collect=collect,
+    claims=claims,
+    draw=draw,
+)

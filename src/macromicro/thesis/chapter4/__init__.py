@@ -1,0 +1,1 @@
+"""Chapter 4: identification and control of the macro-stage."""

@@ -1,0 +1,242 @@
+"""The macro-stage's three controllers (Sections 4.3, 6.4.2): Figures 4.18 to 4.25, and the
+procedure of claims M9 to M16."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.design import steps
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
+from macromicro.recording import Recording
+from macromicro.runs.drives import DT
+from macromicro.thesis.chapter4 import (
+    control_claims,
+    control_runs,
+    design,
+    readings,
+    tuning_figures,
+)
+from macromicro.thesis.chapter4.control_runs import HOLD, TRAVEL, MacroData, Square
+from macromicro.thesis.claims import measured_by
+from macromicro.thesis.procedure import Lab, Procedure
+
+Array = npt.NDArray[np.float64]
+
+DEAD_ZONE = 3.0  # V
+ZOOMED = (0.45, 0.85)  # s after the step, Figure 4.20
+BAND = 0.02  # of the move, M14
+AROUND = (-0.12, 0.3)  # s about arrival, zooms of Figures 4.24 and 4.25
+
+
+def pid(data: MacroData) -> Drawn:
+    """Figure 4.18."""
+    run = data.steps["pid"]
+    x, motor = run["macro_position"], run["motor"]
+    rows = slice(0, len(run))
+    figure, axes = new(5.0, 2, sharex=True)
+    line(axes[0, 0], run["t"][rows], motor[rows], BLUE, "effort", linewidth=0.7)
+    for volts in (-DEAD_ZONE, DEAD_ZONE):
+        axes[0, 0].axhline(volts, color=BLACK, linestyle=":", linewidth=0.9)
+    target = run["macro_reference"][rows]
+    line(axes[1, 0], run["t"][rows], target, BLACK, "target", linestyle="-.", linewidth=0.9)
+    line(axes[1, 0], run["t"][rows], x[rows], BLUE, "encoder")
+    finish(axes[0, 0], "(a) controller output; dotted: ±3 V", "", "output [V]")
+    finish(axes[1, 0], "(b) response", y="position [counts]")
+    axes[1, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
+    over, stuck = steps.overshoot(x, TRAVEL), _stuck(x, motor)
+    rise = steps.rise_time(x, TRAVEL)
+    return Drawn(
+        "4.18",
+        "The benchmark PID",
+        f"Step of {TRAVEL:.0f} counts under the PID with its printed gains and no compensation, "
+        f"{len(run) * run.dt:.0f} s of it. The text's slow stretch is 4 to 10 s, its overshoot "
+        f"comes after 10 s. This bench is at 98 % after {rise:.2f} s and overshoots by {over:.0f} "
+        f"counts at once; {stuck}. The output changes its sign "
+        f"{_times(readings.sign_changes(motor))} in all.",
+        figure,
+        ("M9",),
+    )
+
+
+def _stuck(x: Array, motor: Array) -> str:
+    found = readings.sticking(x, motor, TRAVEL, DEAD_ZONE)
+    if found is None:
+        return "it never sticks off the target while the output ramps"
+    back = " and creeps back at the edge of motion" if found.back else ""
+    return (
+        f"then it sticks for {found.seconds:.1f} s while the output ramps from {found.begin:.2f} "
+        f"to {found.end:.2f} V{back}"
+    )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def initial_pd(data: MacroData) -> Drawn:
+    """Figure 4.20."""
+    run = data.steps["pd-initial"]
+    x, t = run["macro_position"], run["t"]
+    figure, axes = new(3.4, 1, 2)
+    for ax, (begin, end) in zip(axes[0], ((0.0, 1.5), ZOOMED), strict=True):
+        rows = slice(round(begin / run.dt), round(end / run.dt))
+        line(ax, t[rows], data.initial_model[rows], RED, "initial model", linestyle="--")
+        line(ax, t[rows], x[rows], BLUE, "bench")
+        line(ax, t[rows], run["macro_reference"][rows], BLACK, "target", linestyle="-.")
+    finish(axes[0, 0], "(a) full", y="position [counts]")
+    finish(axes[0, 1], "(b) zoom")
+    axes[0, 1].set_ylim(TRAVEL - 30.0, TRAVEL + 10.0)
+    axes[0, 0].legend(fontsize=7.5, loc="lower right", frameon=False)
+    backs, model_backs = (len(steps.swings(y, TRAVEL)) for y in (x, data.initial_model))
+    return Drawn(
+        "4.20",
+        "Initial nonlinear controller: bench and model",
+        f"Step of {TRAVEL:.0f} counts under the initial PD with the dead-zone inverse. The bench "
+        f"goes {steps.overshoot(x, TRAVEL):.0f} counts over and reverses {backs} times after "
+        "arrival; the initial model, whose friction the inverse cancels, goes "
+        f"{steps.overshoot(data.initial_model, TRAVEL):.2f} counts over and reverses "
+        f"{model_backs} times.",
+        figure,
+        ("M10",),
+    )
+
+
+def arrival(x: Array, target: float) -> int:
+    """Row at which `x` first comes within the tolerance of `target` [counts]."""
+    return int((np.abs(x - target) <= steps.ARRIVED).argmax())
+
+
+def zoomed(square: Square, law: str) -> slice:
+    """Rows about the first arrival of a law on the decaying square."""
+    row = arrival(square.bench[law][:HOLD], float(square.reference[0]))
+    begin, end = (row + round(s / DT) for s in AROUND)
+    return slice(max(begin, 0), min(end, HOLD))
+
+
+def _target(ax: Any, square: Square, t: Array, rows: slice) -> None:
+    line(ax, t[rows], square.reference[rows], BLACK, "target", linestyle="-.", linewidth=0.9)
+
+
+def tuned_pd(data: MacroData) -> Drawn:
+    """Figure 4.24, with the full-travel move in two panels of its own."""
+    square, run = data.square, data.steps["pd-tuned"]
+    t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
+    near = zoomed(square, "pd-tuned")
+    x = square.bench["pd-tuned"]
+    figure, axes = new(5.8, 2, 2)
+    for ax, rows in ((axes[0, 0], slice(None)), (axes[0, 1], near)):
+        _target(ax, square, t, rows)
+        smooth(ax, t[rows], square.simulated[rows], BLUE, "simulated")
+        smooth(ax, t[rows], x[rows], RED, "bench", linestyle=":", linewidth=1.6)
+    finish(axes[0, 0], "(a) full", y="position [counts]")
+    finish(axes[0, 1], "(b) zoom")
+    axes[0, 1].set_ylim(square.reference[0] - 60.0, square.reference[0] + 30.0)
+    axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=3, frameon=False)
+    axes[0, 0].set_ylim(top=3300.0)
+    settled = _full_move(axes[1, 0], run)
+    counts = _travel(axes[1, 1], data.travel)
+    error = readings.nrmse(square.simulated, x)
+    return Drawn(
+        "4.24",
+        "Tuned nonlinear controller: bench and model",
+        "Decaying square wave under the tuned PD: target (dash-dot), tuned model (solid), bench "
+        f"(dotted); they differ by {error:.1f} % of the range (RMS). Beside the thesis' figure: "
+        f"(c) a move over the full travel, to within 2 % (grey) after {settled:.2f} s; (d) such a "
+        f"move by the laser over the encoder: {counts:.1f} counts in 200 mm.",
+        figure,
+        ("M13", "M14", "M16"),
+    )
+
+
+def _full_move(ax: Any, run: Recording) -> float:
+    """Figure 4.24 (c); settling time [s]."""
+    x = run["macro_position"]
+    rows = slice(0, round(1.5 / run.dt))
+    settled = steps.settling_time(x, TRAVEL, BAND)
+    ax.axhspan(TRAVEL * (1.0 - BAND), TRAVEL * (1.0 + BAND), color=BLACK, alpha=0.12, linewidth=0)
+    line(ax, run["t"][rows], x[rows], RED, "bench")
+    ax.axvline(settled, color=BLACK, linestyle=":", linewidth=0.9)
+    ax.text(settled + 0.03, 200.0, f"{settled:.2f} s", fontsize=8)
+    finish(ax, f"(c) step of {TRAVEL:.0f} counts", y="position [counts]")
+    return settled
+
+
+def _travel(ax: Any, run: Recording) -> float:
+    """Figure 4.24 (d); counts in 200 mm."""
+    resets = np.flatnonzero(run["laser_reset"])
+    rows = slice(0, int(resets[0]) if len(resets) else len(run))
+    gone = (run["laser"][rows] - run["laser"][0]) * 1e-3
+    smooth(ax, run["macro_position"][rows], gone, GREEN, "laser")
+    finish(ax, "(d) laser over encoder", "encoder [counts]", "laser [mm]")
+    return control_runs.counts_per_200_mm(run)
+
+
+def comparison(data: MacroData) -> Drawn:
+    """Figure 4.25."""
+    square = data.square
+    t = np.asarray(np.arange(len(square.reference)) * DT, dtype=np.float64)
+    near = zoomed(square, "pd-initial")
+    styles = {"pid": (GREEN, "--"), "pd-initial": (RED, ":"), "pd-tuned": (BLUE, "-")}
+    names = {"pid": "PID", "pd-initial": "initial PD", "pd-tuned": "tuned PD"}
+    figure, axes = new(5.8, 2)
+    for ax, rows in ((axes[0, 0], slice(None)), (axes[1, 0], near)):
+        _target(ax, square, t, rows)
+        for law, (color, style) in styles.items():
+            width = 1.6 if style == ":" else 1.1
+            position = square.bench[law][rows]
+            smooth(ax, t[rows], position, color, names[law], linestyle=style, linewidth=width)
+    finish(axes[0, 0], "(a) full", "", "position [counts]")
+    finish(axes[1, 0], "(b) zoom", y="position [counts]")
+    aim = float(square.reference[0])
+    axes[1, 0].set_ylim(aim - 35.0, aim + 20.0)
+    axes[0, 0].set_ylim(top=3300.0)
+    axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
+    seen = {law: control_runs.tracking(square.bench[law], square.reference) for law in styles}
+    errors = ", ".join(f"{names[k]} {s.settled:.1f}" for k, s in seen.items())
+    return Drawn(
+        "4.25",
+        "The three controllers on the bench",
+        "Decaying square wave: target (dash-dot), tuned PD (solid), initial PD (dotted), PID "
+        "(dashed). Mean error over the last 0.2 s of each level, in counts: "
+        f"{errors}. (b) Arrival at {aim:.0f} counts: the initial PD overshoots and chatters "
+        f"({seen['pd-initial'].reversals} reversals at all levels together, tuned PD "
+        f"{seen['pd-tuned'].reversals}).",
+        figure,
+        ("M15", "M10"),
+    )
+
+
+def collect(lab: Lab) -> MacroData:
+    """Steps, decaying squares and a full-travel move, the design and its simulations."""
+    return control_runs.collect(lab.bench(), lab.settings, lab.seed, lab.runner())
+
+
+def draw(data: MacroData) -> Iterator[Drawn]:
+    """Figures 4.18, 4.20, 4.22 to 4.25."""
+    yield pid(data)
+    yield initial_pd(data)
+    yield tuning_figures.ratios(data.design)
+    yield tuning_figures.frequencies(data.design)
+    yield tuned_pd(data)
+    yield comparison(data)
+
+
+PROCEDURE = Procedure(
+    name="macro-control",
+    title="Controllers of the macro-stage",
+    sections=("4.3.1", "4.3.2", "4.3.3", "4.3.4", "6.4.2"),
+    channels=("encoder", "laser"),
+    ids=measured_by("macro-control"),
+    figures=("4.18", "4.20", "4.22", "4.23", "4.24", "4.25"),
+    diagrams=("4.19", "4.21"),
+    seconds=2.5,
+    collect=collect,
+    claims=control_claims.claims,
+    draw=draw,
+    arithmetic=design.margins,
+)

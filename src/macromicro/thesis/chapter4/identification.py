@@ -1,0 +1,252 @@
+"""Open-loop models of the macro-stage (Sections 4.2.2, 4.2.4, 4.2.5): Figures 4.11, 4.13,
+4.14 and 4.17, claims M2 to M8."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.control import deadzone
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
+from macromicro.identify.records import average_runs, differentiated
+from macromicro.models import macro
+from macromicro.recording import Recording
+from macromicro.runs.drives import DT
+from macromicro.thesis.chapter4 import friction_runs, identification_runs, validation
+from macromicro.thesis.chapter4.identification_runs import MacroModel
+from macromicro.thesis.chapter4.validation import Case
+from macromicro.thesis.claims import Claim, holds, judged, measured_by, printed, stated, within
+from macromicro.thesis.procedure import Lab, Procedure
+
+Array = npt.NDArray[np.float64]
+
+_FROM = "follows from the parameters that were chosen for M3 and M4a"
+
+
+class IdentificationData(NamedTuple):
+    """`steps`: runs by volts beyond the dead zone, `found`: the model from them; `cases`: the
+    bench and both nonlinear models on six inputs."""
+
+    steps: dict[float, list[Recording]]
+    found: MacroModel
+    cases: list[Case]
+
+
+def collect(lab: Lab) -> IdentificationData:
+    """Steps beyond this machine's own dead zone, the model, and its validation."""
+    plant = lab.bench()
+    width = friction_runs.measured(plant).width
+    steps = identification_runs.collect(plant, lab.seed, width)
+    found = identification_runs.identified(steps, width)
+    return IdentificationData(steps, found, validation.collect(plant, found))
+
+
+def claims(data: IdentificationData) -> list[Claim]:
+    """M2 to M8."""
+    first = ("M2", "M3", "M3b", "M4a", "M4b", "M5", "M6a", "M6b")
+    return judged(
+        [
+            (first, lambda: open_loop(data.found)),
+            (("M7", "M8"), lambda: validation.claims(data.cases)),
+        ]
+    )
+
+
+def averaged(data: IdentificationData) -> tuple[Array, Array, Array]:
+    """Mean position [counts] of the 1 V steps, their speed [counts/s], (n,) and (n-1,), and
+    the model's speed (n-1,)."""
+    width = data.found.zone.width
+    runs = [
+        (r["motor"] - width * np.sign(r["motor"]), r["macro_position"]) for r in data.steps[1.0]
+    ]
+    u, x = average_runs(runs)
+    u, y = differentiated(u, x, DT)
+    return x, y, data.found.linear.simulate(u)
+
+
+def draw(data: IdentificationData) -> Iterator[Drawn]:
+    """Figures 4.11, 4.13, 4.14, 4.17."""
+    yield _step(data)
+    yield _responses(data.cases, tuned=False)
+    yield _friction_model(data.found)
+    yield _responses(data.cases, tuned=True)
+
+
+def _step(data: IdentificationData) -> Drawn:
+    x, y, model = averaged(data)
+    linear = data.found.linear
+    t = data.steps[1.0][0]["t"][: len(x)]
+    figure, axes = new(3.4, 1, 2)
+    line(axes[0, 0], t, x, BLUE, "mean of the runs")
+    place = np.concatenate([[0.0], np.cumsum(model) * DT])
+    line(axes[0, 0], t, place, RED, "model", linestyle=":", linewidth=1.6)
+    line(axes[0, 1], t[1:], y, BLUE, "mean of the runs", linewidth=0.7)
+    line(axes[0, 1], t[1:], model, RED, "model", linewidth=1.6)
+    finish(axes[0, 0], "(a) position", y="position [counts]")
+    finish(axes[0, 1], "(b) speed", y="speed [counts/s]")
+    for ax in axes[0]:
+        ax.legend(fontsize=7.5, loc="lower right", frameon=False)
+    a, b = float(linear.a[0]), float(linear.b[0])
+    return Drawn(
+        "4.11",
+        "Response to steps of 1 V",
+        f"Mean of {len(data.steps[1.0])} steps of 1 V beyond the dead zone, alternately in both "
+        "directions: (a) position, (b) its difference quotient, with the speed model that MLS "
+        f"finds from it, {b:.2f}/(z - {-a:.5f}), and in (a) its sum. The noise is the "
+        "encoder's rounding, differentiated.",
+        figure,
+        ("M4a", "M4b", "M5", "M3"),
+    )
+
+
+def _responses(cases: list[Case], *, tuned: bool) -> Drawn:
+    """Figure 4.13, or 4.17 with the tuned model."""
+    figure, axes = new(6.6, 3, 2)
+    name = "tuned model" if tuned else "initial model"
+    for ax, letter, case in zip(axes.flat, "abcdef", cases, strict=True):
+        model = case.tuned if tuned else case.initial
+        error = case.tuned_error if tuned else case.initial_error
+        smooth(ax, case.t, case.bench, BLUE, "bench")
+        smooth(ax, case.t, model, RED, name, linestyle=":", linewidth=1.6)
+        finish(
+            ax,
+            f"({letter}) {case.volts:g} V {case.shape} wave, {error:.1f} %",
+            "time [s]" if case is cases[-1] or case is cases[-2] else "",
+            "position [counts]" if case.shape == "square" else "",
+        )
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=8, loc="lower center", ncols=2, frameon=False)
+    figure.subplots_adjust(bottom=0.12, hspace=0.42)
+    caption = (
+        f"Position of the bench (solid) and of the {'tuned' if tuned else 'initial'} nonlinear "
+        "model (dotted) for square and sine waves before the dead-zone inverse; percentages: RMS "
+        "difference over the bench's range. "
+    )
+    if tuned:
+        caption += "The model is that of Figure 4.14, a0 and delta as identified here."
+        return Drawn("4.17", "Bench and tuned nonlinear model", caption, figure, ("M8",))
+    caption += "The model was fitted to steps of 1 V and leaves the bench at other amplitudes."
+    return Drawn("4.13", "Bench and initial nonlinear model", caption, figure, ("M7", "M8"))
+
+
+def _jump_zone(found: MacroModel, volts: Array) -> Array:
+    """The tuned friction model (Figure 4.14) at each of `volts` [V]."""
+    zone = found.zone
+    a0, delta = zone.both.a0, zone.both.delta
+    return np.array([macro.jump_zone(zone.width, a0, delta, float(v)) for v in volts])
+
+
+def _friction_model(found: MacroModel) -> Drawn:
+    zone, side = found.zone, found.zone.both
+    end = 5.0
+    figure, axes = new(3.2, 1, 3)
+    inside = np.linspace(-zone.width, zone.width, 3)
+    beyond = np.linspace(zone.width + 1e-9, end, 100)
+    small = np.linspace(1e-9, end - zone.width, 100)
+    # Branches apart: a line across a step would be drawn where there are no values.
+    line(axes[0, 0], inside, _jump_zone(found, inside), BLUE, "")
+    for sign in (1.0, -1.0):
+        line(axes[0, 0], sign * beyond, _jump_zone(found, sign * beyond), BLUE, "")
+        lifted = np.array([deadzone.inverse(zone.width, v) for v in sign * small])
+        line(axes[0, 1], sign * small, lifted, GREEN, "")
+        line(axes[0, 2], sign * small, _jump_zone(found, lifted), BLUE, "" if sign < 0 else "model")
+    for volts, speed in found.speeds.items():
+        axes[0, 2].plot(
+            [volts],
+            [speed / zone.gain],
+            color=RED,
+            marker="o",
+            markersize=5,
+            markerfacecolor=RED if np.isclose(side.volts, volts).any() else "none",
+            linestyle="none",
+            label="bench" if volts == 1.0 else "",
+        )
+    line(axes[0, 2], np.array([-2.0, 2.0]), np.array([-2.0, 2.0]), BLACK, "", linestyle=":")
+    finish(axes[0, 0], "(a) tuned friction model", "in [V]", "out [V]")
+    finish(axes[0, 1], "(b) dead-zone inverse", "in [V]")
+    finish(axes[0, 2], "(c) the inverse, then (a)", "in [V]")
+    axes[0, 2].set_xlim(-2.2, 2.2)
+    axes[0, 2].legend(fontsize=7.5, loc="upper left", frameon=False)
+    return Drawn(
+        "4.14",
+        "Tuned friction model and linearisation",
+        f"(a) The dead zone with a jump of a0 = {side.a0:.3f} V and a slope of delta = "
+        f"{side.delta:.3f} beyond, (b) the inverse in the controller as before, (c) both in a row, "
+        "with the dead zone without a jump as a dotted line. Dots: steady speeds of the bench over "
+        f"the linear model's gain, {zone.gain:.0f} counts/s/V, both directions together; the line "
+        "was drawn through the filled ones, 0.1 V and 1 V, the open one at 2 V was not used.",
+        figure,
+        ("M6a", "M6b", "M2", "M3", "M3b"),
+    )
+
+
+def open_loop(found: MacroModel) -> list[Claim]:
+    """M2 to M6 from the averaged steps beyond the dead zone."""
+    return [*_speeds(found), *_linear(found), *_jump(found)]
+
+
+def _speeds(found: MacroModel) -> list[Claim]:
+    rows = (
+        ("M2", 0.1, ""),
+        ("M3", 1.0, ""),
+        ("M3b", 2.0, f"that line, fitted here, predicts {found.zone.speed(2.0):.0f} counts/s"),
+    )
+    return [
+        stated(
+            name,
+            found.speeds[volts],
+            within(name, found.speeds[volts]),
+            reason,
+        )
+        for name, volts, reason in rows
+    ]
+
+
+def _linear(found: MacroModel) -> list[Claim]:
+    a, b, gain = float(found.linear.a[0]), float(found.linear.b[0]), found.linear.gain
+    den, num = found.linear.with_integrator()
+    pole = within("M4a", a)
+    size = within("M4b", b) if abs(gain / printed("M3") - 1.0) <= 0.03 else holds(False)
+    return [
+        stated("M4a", a, pole, "(4.3) prints a without its minus sign; the pole is z = -a"),
+        stated("M4b", b, size, f"{_FROM}; b/(1 + a) = {gain:.0f} counts/s/V against 3977"),
+        stated(
+            "M5",
+            [float(num[0]), float(den[0]), float(den[1])],
+            holds(pole == size == "reproduced"),
+            "the same figures as M4, times the integrator",
+        ),
+    ]
+
+
+def _jump(found: MacroModel) -> list[Claim]:
+    side = found.zone.both
+    apart = abs(found.zone.positive.a0 - found.zone.negative.a0)
+    return [
+        stated(
+            "M6a",
+            side.a0,
+            within("M6a", side.a0),
+            f"both directions together; they differ by {apart:.3f} V",
+        ),
+        stated("M6b", side.delta, within("M6b", side.delta)),
+    ]
+
+
+PROCEDURE = Procedure(
+    name="macro-identification",
+    title="Open-loop models of the macro-stage",
+    sections=("4.1.1", "4.2.2", "4.2.4", "4.2.5"),
+    channels=("encoder",),
+    ids=measured_by("macro-identification"),
+    figures=("4.11", "4.13", "4.14", "4.17"),
+    diagrams=("4.2", "4.10", "4.12", "4.15", "4.16"),
+    seconds=1.5,
+    collect=collect,
+    claims=claims,
+    draw=draw,
+)

@@ -1,0 +1,67 @@
+"""Stiction, chatter and agreement, as Section 4.3 tells them by a run of the macro-stage."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.design.steps import DT, rise_time
+
+Array = npt.NDArray[np.float64]
+
+RAMP = 1.0  # V
+
+
+class Stuck(NamedTuple):
+    """Stiction off the target: `seconds` that the carriage stands there while the effort ramps
+    towards the target, from `begin` to `end` [V]; `back`: it then moves towards the target,
+    against the way that it came."""
+
+    seconds: float
+    begin: float
+    end: float
+    back: bool
+
+
+def sticking(x: Array, motor: Array, target: float, below: float) -> Stuck | None:
+    """The longest time after the rise (98 %) in which `x` stays the same count off `target`
+    while the effort [V] ramps by `RAMP` or more in the direction of the error, its size below
+    `below` [V] all the time; None without one.
+
+    At the target, or with an effort that stays or falls away, nothing is stuck.
+    """
+    rise = rise_time(x, target)
+    if math.isnan(rise):
+        return None
+    first = round(rise / DT)
+    edges = np.concatenate([[first], first + np.flatnonzero(np.diff(x[first:])) + 1, [len(x)]])
+    found: list[Stuck] = []
+    for a, b in pairwise(int(e) for e in edges):
+        way = float(np.sign(target - x[a]))
+        # The sample of a new count has the kick of the derivative.
+        part = motor[a + 1 : b]
+        if way == 0.0 or not len(part) or float(np.abs(part).max()) >= below:
+            continue
+        if way * (part[-1] - part[0]) < RAMP or float((way * np.diff(part)).min(initial=0.0)) < 0.0:
+            continue
+        turned = way * np.sign(target - x[0]) < 0.0
+        moved = b < len(x) and way * (x[b] - x[a]) > 0.0
+        pushed = way * part[-1] > 0.0
+        back = bool(turned and moved and pushed)
+        found.append(Stuck(len(part) * DT, float(part[0]), float(part[-1]), back))
+    return max(found, key=lambda s: s.seconds, default=None)
+
+
+def sign_changes(motor: Array) -> int:
+    """How often the effort changes its sign, zeros left out."""
+    signs = np.sign(motor[motor != 0.0])
+    return int(np.count_nonzero(np.diff(signs)))
+
+
+def nrmse(model: Array, measured: Array) -> float:
+    """RMS difference over the range of `measured` [%]."""
+    return 100.0 * float(np.sqrt(np.mean((model - measured) ** 2)) / np.ptp(measured))

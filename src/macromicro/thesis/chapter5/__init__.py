@@ -1,0 +1,1 @@
+"""Chapter 5: models and control of the micro-stage."""

@@ -1,0 +1,199 @@
+"""The electro-thermal and the full actuator model judged (Sections 5.2.2 and 5.2.3): claims
+S5a, S5b, S7, S8 and S10."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.errors import InputError
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify import thermal
+from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.notices import ConvergenceWarning
+from macromicro.models import heating
+from macromicro.models.heating import from_transfer, step_response, transfer
+from macromicro.models.weighted_gain import Weighted, exponential, weighted
+from macromicro.thesis.chapter5 import electrothermal_runs
+from macromicro.thesis.chapter5.actuator_models import Models, Unfitted
+from macromicro.thesis.chapter5.electrothermal_runs import CYCLES_BEFORE, WARM, StepData
+from macromicro.thesis.claims import (
+    Claim,
+    NotMeasured,
+    accepts,
+    holds,
+    judged,
+    printed,
+    stated,
+    within,
+)
+
+PRINTED_A = printed("S5b")  # 1/V, (5.5)
+
+Array = npt.NDArray[np.float64]
+VOLTS = (1.5, 1.6, 1.7, 1.8)
+
+
+def against_5_6(modes: heating.Modes) -> float:
+    """NRMSE [%] of a minute's step response against (5.6) as printed."""
+    t = np.arange(0.0, 60.0, 0.01)
+    printed = step_response(from_transfer(*heating.PRINTED), t)
+    found = step_response(modes, t)
+    return float(100.0 * np.sqrt(np.mean((found - printed) ** 2)) / np.ptp(printed))
+
+
+def claims(models: Models | Unfitted) -> list[Claim]:
+    """S5a, S5b, S7 and S8 from the fits, S9 from the printed equation, S10 from both."""
+    if isinstance(models, Unfitted):
+        return _without_models(models)
+    return judged(
+        [
+            (("S5a", "S5b"), lambda: _gain(models)),
+            ("S7", lambda: _dynamics(models)),
+            ("S8", lambda: _cooling(models.table, models.data)),
+            ("S9", printed_gain),
+            ("S10", lambda: _whole(models)),
+        ]
+    )
+
+
+def _without_models(seen: Unfitted) -> list[Claim]:
+    """S8 and S9, which take no model of the whole, and why the others are not measured."""
+
+    def lacking() -> Claim:
+        raise NotMeasured(f"the thesis' procedure does not fit this bench's steps: {seen.why}")
+
+    return judged(
+        [
+            (("S5a", "S5b", "S7"), lacking),
+            ("S8", lambda: _cooling(seen.table, seen.data)),
+            ("S9", printed_gain),
+            ("S10", lacking),
+        ]
+    )
+
+
+def _gain(models: Models) -> list[Claim]:
+    fit, line = models.thesis.nonlinear, models.thesis.linearised
+    low, high = (float(v) for v in fit.interval[1])
+    a = line.model.a
+    near = accepts("S5b", a) or low <= PRINTED_A <= high
+    back = "the driver's heat map between 1.5 and 1.6 V was solved back from (5.5): consistency"
+    return [
+        stated(
+            "S5a",
+            fit.asymptote,
+            within("S5a", fit.asymptote),
+            f"95 % interval {fit.asymptote_interval[0]:.1f} to {fit.asymptote_interval[1]:.1f}; "
+            f"offset y0 {fit.model.y0:.2f}, B {fit.model.b:.2f} (83 - 57.66 is 25.34, printed is "
+            f"25.5); {back}",
+        ),
+        stated(
+            "S5b",
+            a,
+            holds(near),
+            f"by the linearised route; non-linear least squares give {fit.model.a:.1f}, 95 % "
+            f"interval {low:.1f} to {high:.1f}; {back}",
+        ),
+    ]
+
+
+def _dynamics(models: Models) -> Claim:
+    found = models.thesis.heating.modes
+    num, den = transfer(found)
+    error = against_5_6(found)
+    return stated(
+        "S7",
+        [-found.rate1, -found.rate2, -found.rate3, float(num[-1] / den[-1])],
+        within("S7", error),
+        f"step responses differ by {error:.2f} % NRMSE over a minute, by output error; "
+        f"{_mls(models)}. Shares of the modes and "
+        "their rates can be traded for each other, so poles differ more than responses; the "
+        "bench's heat ladder was chosen from (5.6)",
+    )
+
+
+def _mls(models: Models) -> str:
+    """How (5.6) comes out by MLS, as Section 5.2.2 identifies it."""
+    try:
+        record = models.traces[1.575].record
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # the reason tells it
+            found = thermal.heating_mls(record, models.thesis.steady[1.575])
+        made = found.simulate(np.ones(round(60.0 / found.dt)))
+    except InputError as error:
+        return f"MLS, which Section 5.2.2 uses, finds no such model ({error})"
+    t = np.arange(len(made)) * found.dt
+    printed = step_response(from_transfer(*heating.PRINTED), t)
+    apart = 100.0 * np.sqrt(np.mean((made - printed) ** 2)) / np.ptp(printed)
+    left = "" if found.converged else " (its last values, it does not settle)"
+    return f"by MLS of order three, as Section 5.2.2 has it, by {apart:.2f} %{left}"
+
+
+def _cooling(table: FodTable, data: StepData) -> Claim:
+    """S8 as Section 5.2.2 takes it, of an actuator cycled a few times; from cold beside it."""
+    warm = thermal.cooling(table, data.warm, AMBIENT)
+    return stated(
+        "S8",
+        warm.time,
+        within("S8", warm.time),
+        f"63 % of the fall of the inferred temperature after {CYCLES_BEFORE} cycles of the same, "
+        f"as the thesis took it; {_cold(table, data)}{warm.fitted:.2f} s by least squares. "
+        "1/(z + 1) is read as 1/(s + 1). The cooling thresholds were chosen with it in view",
+    )
+
+
+def _cold(table: FodTable, data: StepData) -> str:
+    """The same from a cold start."""
+    try:
+        return f"{thermal.cooling(table, data.cooled[WARM], AMBIENT).time:.2f} s from cold; "
+    except InputError as error:
+        return f"from cold it cannot be told ({error}); "
+
+
+def _whole(models: Models) -> Claim:
+    steps = models.steps
+    steady = 100.0 * max(abs(steps[v].steady) for v in electrothermal_runs.BELOW_STOP)
+    ratio = steps[1.8].dynamic / steps[1.575].dynamic
+    return stated(
+        "S10",
+        [steady, ratio],
+        within("S10", steady, ratio),
+        f"steady error at 1.5-1.6 V at most {steady:.1f} % of the stroke; the dynamic error at "
+        f"1.8 V is {ratio:.1f} times that at 1.575 V ({100.0 * steps[1.8].dynamic:.1f} and "
+        f"{100.0 * steps[1.575].dynamic:.2f} %). The kiln's 30 g and the stage's load shift the "
+        "thresholds against each other; the load was chosen with it in view",
+    )
+
+
+def curve(low: float = 1.4, high: float = 1.9, points: int = 251) -> tuple[Array, Array]:
+    """CTRL [V] and steady temperature [K above ambient], shape (points,) each."""
+    volts = np.linspace(low, high, points)
+    return volts, np.array([weighted(Weighted(), float(v)) for v in volts])
+
+
+def exponentials(volts: Array) -> tuple[Array, Array]:
+    """The two that (5.8) joins, each by itself [K above ambient]: the lower, at least 0, and
+    the upper, shape of `volts` [V] each."""
+    p = Weighted()
+    lower = [max(0.0, exponential(p.low, float(v))) for v in volts]
+    return np.array(lower), p.scale * np.exp(p.rate * (volts - p.start)) + p.offset
+
+
+def printed_gain() -> list[Claim]:
+    """S9."""
+    found = [weighted(Weighted(), v) for v in VOLTS]
+    _, everywhere = curve(0.0, 5.0, 5001)
+    volts, rise = curve(1.3, 1.6, 3001)
+    silent = float(volts[rise < 0.05][-1])
+    return [
+        stated(
+            "S9",
+            found,
+            holds(accepts("S9", *found) and bool((everywhere >= 0.0).all())),
+            f"the equation by itself. It is nothing up to {silent:.2f} V, where the actuator "
+            f"already responds, and runs away above ({weighted(Weighted(), 1.9):.0f} K at 1.9 V).",
+        )
+    ]

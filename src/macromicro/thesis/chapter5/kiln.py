@@ -1,0 +1,283 @@
+"""Hysteresis in the kiln (Section 5.2.1): Figures 5.5 to 5.9 and D.5 to D.7, and the procedure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.shades import shades
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify.inference import full_contraction
+from macromicro.identify.kiln import Prediction, cleaned
+from macromicro.identify.smoothing import window_means, without_spikes
+from macromicro.recording import Recording
+from macromicro.thesis.chapter5 import kiln_claims, kiln_runs
+from macromicro.thesis.chapter5.kiln_claims import KilnRuns
+from macromicro.thesis.claims import measured_by
+from macromicro.thesis.procedure import Lab, Procedure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+Array = npt.NDArray[np.float64]
+
+HOT = "temperature [degC]"
+SHORT = "contraction [mm]"
+# As the table's curves are averaged: a mean closes after this many degC.
+AVERAGED = 0.4
+EXAMPLES = 6
+# Of the test profiles, all but the last are in Figure 5.9 and the last in D.7.
+IN_5_9 = 2
+
+
+def draw(runs: KilnRuns) -> Iterator[Drawn]:
+    """Figures 5.5 to 5.9 and D.5 to D.7."""
+    example = first_cycle(runs.heated.curves)
+    yield _smoothing(example)
+    yield _loop(example)
+    yield _curves(runs.table)
+    yield _surface(runs.table)
+    yield _comparison(runs.predictions[:IN_5_9])
+    yield _examples(runs.table)
+    yield _points(runs.table)
+    yield _another(runs.predictions, IN_5_9)
+
+
+def first_cycle(recording: Recording) -> Recording:
+    """The record up to where the heater is switched on for the second time."""
+    on = np.flatnonzero(np.diff(recording["heater"] > 0, prepend=False) & (recording["heater"] > 0))
+    rows = slice(0, int(on[1]) if len(on) > 1 else len(recording))
+    arrays = [recording[c.name][rows] for c in recording.columns]
+    return Recording.from_arrays(recording.columns, arrays, recording.dt, {})
+
+
+def _smoothing(example: Recording) -> Drawn:
+    """Figure 5.5."""
+    t, shown = example["t"], example["thermocouple"]
+    smooth = without_spikes(t, shown)
+    figure, axes = new(5.4, 2, sharex=True, sharey=True)
+    line(axes[0, 0], t, shown, BLUE, "thermocouple", linewidth=0.8)
+    line(axes[1, 0], t, smooth.values, BLUE, "smoothed", linewidth=0.8)
+    finish(axes[0, 0], "(a) as measured", "", HOT)
+    finish(axes[1, 0], "(b) smoothed", y=HOT)
+    return Drawn(
+        "5.5",
+        "Temperature profile with interference, and smoothed",
+        f"One heating cycle in the kiln, by the thermocouple on the top plate. {smooth.spikes} "
+        "spikes of interference were found by their slope and replaced by straight lines.",
+        figure,
+        ("S1",),
+    )
+
+
+def _loop(example: Recording) -> Drawn:
+    """Figure 5.6."""
+    t, x = example["t"], example["position"]
+    smooth = without_spikes(t, example["thermocouple"]).values
+    profile = cleaned(example)
+    u, mean = window_means(profile.temperature, profile.position, len(t), AVERAGED)
+    rising = int(np.argmax(u))
+    middle = float(np.interp(0.5 * mean.max(), mean[: rising + 1], u[: rising + 1]))
+    near = (middle - 4.0, middle + 4.0)
+    inside = (smooth > near[0]) & (smooth < near[1]) & (np.arange(len(t)) < np.argmax(smooth))
+    figure, axes = new(3.9, 1, 2, gridspec_kw={"width_ratios": [1.4, 1]})
+    for ax, every in zip(axes[0], (4, 1), strict=True):
+        ax.plot(smooth, x, color=BLUE, linewidth=0.8, label="smoothed record")
+        few = {"markevery": every, "markersize": 3.5, "markerfacecolor": "none"}
+        ax.plot(u, mean, "D", color=RED, label="averaged", **few)
+    finish(axes[0, 0], "(a) whole loop", HOT, SHORT, legend=True)
+    finish(axes[0, 1], "(b) zoom: heating", HOT, SHORT)
+    axes[0, 1].set(xlim=near, ylim=(float(x[inside].min()) - 0.1, float(x[inside].max()) + 0.1))
+    return Drawn(
+        "5.6",
+        "Hysteresis of the smoothed example, and its averages",
+        "Contraction against the temperature of Figure 5.5b. Diamonds are means over windows of "
+        f"at most {AVERAGED:g} degC: {len(u)} points for {len(t)} samples; in (a) every fourth is "
+        "drawn. The heating branch is on the right.",
+        figure,
+        ("S1",),
+    )
+
+
+def _rising(ax: Any, table: FodTable, label: str, **options: Any) -> None:
+    grid, rising, _ = table.major_loop
+    ax.plot(grid, rising, color=BLACK, linewidth=1.2, label=label, **options)
+
+
+def _curves(table: FodTable) -> Drawn:
+    """Figure 5.7."""
+    figure, axes = new(4.2, 1)
+    ax = axes[0, 0]
+    curves = sorted(table.raw, key=lambda c: float(c[0][0]))
+    for (u, f), color in zip(curves, shades(len(curves)), strict=True):
+        ax.plot(u, f, color=color, linewidth=0.8)
+        ax.plot(u[:1], f[:1], "o", color=color, markersize=3)
+    _rising(ax, table, "rising branch of the table", linestyle="--")
+    full = full_contraction(table)
+    ax.axvline(full, color=RED, linewidth=0.9, linestyle=":")
+    ax.lines[-1].set_label(f"full contraction, {full:.1f} degC")
+    finish(ax, "", HOT, SHORT, legend=True)
+    return Drawn(
+        "5.7",
+        "First-order descending curves",
+        f"All {len(curves)} curves as measured, smoothed and averaged, each from its maximum "
+        "M_k (dot) on while the kiln cools. The dotted line is where the rising branch is within "
+        "5 % of its end.",
+        figure,
+        ("S6",),
+    )
+
+
+def _three_d(figure: Figure, ax: Any) -> None:
+    """Labels of a 3-D plot over M_k, m_k, and its room."""
+    ax.set_xlabel("$M_k$ [degC]", fontsize=8.5)
+    ax.set_ylabel("$m_k$ [degC]", fontsize=8.5)
+    ax.set_zlabel(SHORT, fontsize=8.5)
+    ax.view_init(elev=26.0, azim=-128.0)
+    ax.set_box_aspect((1.25, 1.25, 0.8))
+    figure.subplots_adjust(left=0.0, right=1.0, bottom=0.03, top=1.0)
+
+
+def _surface(table: FodTable) -> Drawn:
+    """Figure 5.8."""
+    figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
+    every = 3
+    grid, height = table.grid[::every], table.first_order[::every, ::every]
+    top, low = np.meshgrid(grid, grid, indexing="ij")
+    # Above the diagonal there is no m_k: its cells get the value on the diagonal, no height.
+    rising = np.diag(height)
+    flat = np.where(np.isnan(height), rising[:, None], height)
+    axes[0, 0].plot_surface(
+        top, np.minimum(low, top), flat, cmap="viridis", rcount=26, ccount=51, linewidth=0.2
+    )
+    _three_d(figure, axes[0, 0])
+    return Drawn(
+        "5.8",
+        "Table of first-order curves",
+        "The look-up table: contraction after a maximum M_k and a fall to m_k, on "
+        f"{table.n} x {table.n} temperatures from {table.lo:.1f} to {table.hi:.1f} degC, of which "
+        "a part is drawn. There is no m_k above M_k.",
+        figure,
+        ("S6",),
+    )
+
+
+def _pair(axes: Any, p: Prediction, letters: str, name: str, legend: bool) -> None:
+    """A profile's contraction over time and over temperature."""
+    t, u, x = p.profile
+    line(axes[0], t, x, BLUE, "measured", linewidth=1.6)
+    line(axes[0], t, p.model, RED, "Preisach model", linestyle="--")
+    every = slice(None, None, max(len(t) // 4000, 1))
+    axes[1].plot(u[every], x[every], color=BLUE, linewidth=1.6, label="measured")
+    axes[1].plot(u[every], p.model[every], "--", color=RED, linewidth=1.1, label="model")
+    finish(axes[0], f"({letters[0]}) {name}", y=SHORT, legend=legend)
+    finish(axes[1], f"({letters[1]}) {name}", HOT, SHORT)
+
+
+def _comparison(predictions: list[Prediction]) -> Drawn:
+    """Figure 5.9."""
+    figure, axes = new(2.9 * len(predictions), len(predictions), 2)
+    for k, p in enumerate(predictions):
+        _pair(axes[k], p, "abcdefgh"[2 * k : 2 * k + 2], f"profile {k + 1}", k == 0)
+    shares = " and ".join(f"{100.0 * p.share:.2f} %" for p in predictions)
+    return Drawn(
+        "5.9",
+        "Preisach model against new profiles",
+        "New temperature profiles with minor loops whose turning points are on no measured curve. "
+        f"The model sees the smoothed temperature only; RMS error {shares} of the stroke.",
+        figure,
+        ("S2",),
+    )
+
+
+def _chosen(table: FodTable) -> list[tuple[Array, Array]]:
+    """Raw curves whose maxima part the stroke most evenly, lowest first."""
+    curves = sorted(table.raw, key=lambda c: float(c[1][0]))
+    starts = np.array([f[0] for _, f in curves])
+    goals = np.linspace(0.08, 1.0, EXAMPLES) * starts.max()
+    picked = sorted({int(np.argmin(np.abs(starts - goal))) for goal in goals})
+    return [curves[k] for k in picked]
+
+
+def _examples(table: FodTable) -> Drawn:
+    """Figure D.5."""
+    chosen = _chosen(table)
+    figure, axes = new(4.2, 1)
+    ax = axes[0, 0]
+    _rising(ax, table, "rising branch", linestyle="--")
+    for (u, f), color in zip(chosen, shades(len(chosen)), strict=True):
+        ax.plot(u[::3], f[::3], "o", color=color, markersize=2.6, label=f"$M_k$ = {u[0]:.1f} degC")
+        inputs = np.linspace(u[0], u[-1], 200)
+        ax.plot(inputs, table.curve(float(u[0]), inputs), color=color, linewidth=0.9)
+    finish(ax, "", HOT, SHORT, legend=True)
+    return Drawn(
+        "D.5",
+        "First-order descending curves: examples",
+        f"{len(chosen)} of the {len(table.raw)} measured curves (dots, every third) and what the "
+        "table gives for the same maxima (lines).",
+        figure,
+    )
+
+
+def _points(table: FodTable) -> Drawn:
+    """Figure D.6."""
+    figure, axes = new(4.8, 1, subplot_kw={"projection": "3d"})
+    top = np.concatenate([np.full(len(u), u[0]) for u, _ in table.raw])
+    low = np.concatenate([u for u, _ in table.raw])
+    f = np.concatenate([f for _, f in table.raw])
+    axes[0, 0].scatter(top, low, f, c=f, cmap="viridis", s=3.0, depthshade=False)
+    _three_d(figure, axes[0, 0])
+    return Drawn(
+        "D.6",
+        "Data of the first-order curves",
+        f"The {len(f)} points (M_k, m_k, f) as measured, before a table was made of them: one row "
+        "of points per heating cycle.",
+        figure,
+    )
+
+
+def _another(predictions: list[Prediction], k: int) -> Drawn:
+    """Figure D.7: profile `k`."""
+    p = predictions[k]
+    figure, axes = new(5.6, 2, 2)
+    _pair(axes[0], p, "ab", f"profile {k + 1}", True)
+    line(axes[1, 0], p.profile.t, p.profile.temperature, GREEN, "smoothed temperature")
+    finish(axes[1, 0], f"(c) profile {k + 1}", y=HOT)
+    error = 1e3 * (p.model - p.profile.position)
+    line(axes[1, 1], p.profile.t, error, BLACK, "model - measured", linewidth=0.6)
+    finish(axes[1, 1], f"(d) profile {k + 1}", y="model - measured [um]")
+    return Drawn(
+        "D.7",
+        "Simulated and actual results",
+        f"Another new profile, RMS error {100.0 * p.share:.2f} % of the stroke: (a) over time, "
+        "(b) over temperature, (c) the smoothed temperature that the model sees, (d) what it "
+        "misses, of which the encoder's step of some 14 um is a part.",
+        figure,
+        ("S2",),
+    )
+
+
+def collect(lab: Lab) -> KilnRuns:
+    """Heating cycles with falling maxima, new profiles, and the table from the former."""
+    return kiln_claims.identified(kiln_runs.collect(lab.kiln(), lab.seed))
+
+
+PROCEDURE = Procedure(
+    name="kiln",
+    title="Hysteresis in the kiln",
+    sections=("5.2.1", "Appendix D"),
+    channels=("kiln.thermocouple", "kiln.encoder"),
+    ids=measured_by("kiln"),
+    figures=("5.5", "5.6", "5.7", "5.8", "5.9", "D.5", "D.6", "D.7"),
+    diagrams=("5.4",),
+    seconds=5.0,
+    collect=collect,
+    claims=kiln_claims.claims,
+    draw=draw,
+)

@@ -1,0 +1,292 @@
+"""The integrated test (Chapter 6): both stages in turn, ten cycles of it, with and without a fan.
+
+Figures 6.2 to 6.5. Nothing is read from the bench but what shows that the bias of Section
+6.3 is in the laser's zero, not in the position; without that column it is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro import programme as programmes
+from macromicro.control.supervisor import MACRO as MOVING
+from macromicro.control.supervisor import MICRO as FINE
+from macromicro.control.supervisor import SETTLING
+from macromicro.design.extension import Cycle, extension, per_cycle
+from macromicro.design.response import MoveResult
+from macromicro.design.vibration import CREEP, Vibration, vibration
+from macromicro.programme import MACRO, Programme
+from macromicro.recording import Recording
+from macromicro.runs.job import load
+from macromicro.runs.programmed import Runner, moves_of, on_twin
+from macromicro.runs.sequence import micro_steps
+from macromicro.settings import Settings
+from macromicro.thesis.claims import (
+    Claim,
+    NotMeasured,
+    accepts,
+    band,
+    holds,
+    judged,
+    reached,
+    stated,
+    whole,
+)
+
+CYCLES = 10
+RANGE_MM = (0.3, 3.8)  # the range over which 5 um are claimed
+SQUARES, SQUARE_HOLD_S = 10, 3.0
+PEAK_UM, DECAY_S = band("I2"), band("I2", 1)  # what counts as 20 um and 2 s, Section 6.2
+
+
+class IntegratedRuns(NamedTuple):
+    """`single`: one cycle of the test, `programme`; `warm`, `cooled`: ten cycles without and
+    with a fan; `square`: the micro-stage between 0.3 and 3.8 mm, with a fan."""
+
+    settings: Settings
+    single: Programme
+    warm: Recording
+    cooled: Recording
+    square: Recording
+
+
+def thesis_input(settings: Settings) -> Programme:
+    """The thesis' test input: decaying square wave and sequential steps."""
+    return load(programmes.find("thesis"), settings)
+
+
+def _squares() -> Programme:
+    return micro_steps([RANGE_MM[1], RANGE_MM[0]] * SQUARES, SQUARE_HOLD_S)
+
+
+def collect(
+    settings: Settings | None = None, seed: int = 0, run: Runner = on_twin
+) -> IntegratedRuns:
+    """The whole procedure; `run` drives the twin, or another rig."""
+    base = settings or Settings()
+    single = thesis_input(base)
+    ten = single.repeated(CYCLES)
+    return IntegratedRuns(
+        base,
+        single,
+        run(ten, base, seed, False),
+        run(ten, base, seed, True),
+        run(_squares(), base, seed, True),
+    )
+
+
+class Turn(NamedTuple):
+    """A macro move and what follows it [s]: `moved` until arrival is declared, `waited` until
+    the micro-stage is enabled, `reset` from then to the laser's reset; `quiet`: CTRL stayed
+    at 0 V until then."""
+
+    moved: float
+    waited: float
+    reset: float
+    quiet: bool
+
+
+def turns(recording: Recording, single: Programme) -> list[Turn]:
+    """The sequence of Figure 6.1 in the first cycle of a recording. NaN: it did not happen."""
+    index, phase, dt = recording["move"], recording["phase"], recording.dt
+    found = []
+    for move in np.flatnonzero(single.stage == MACRO):
+        rows = np.flatnonzero((index == move) | (index == move + 1))
+        part = phase[rows]
+        moving, settling = (int(np.sum(part == p)) for p in (MOVING, SETTLING))
+        fine = np.flatnonzero(part == FINE)
+        resets = np.flatnonzero(recording["laser_reset"][rows])
+        order = bool(np.all(np.diff(part) >= 0)) and len(fine) > 0 and len(resets) == 1
+        enabled = int(fine[0]) if len(fine) else len(rows)
+        nan = float("nan")
+        found.append(
+            Turn(
+                moving * dt if order else nan,
+                settling * dt if order else nan,
+                (int(resets[0]) - enabled) * dt if order else nan,
+                bool(np.all(recording["ctrl"][rows[:enabled]] == 0.0)),
+            )
+        )
+    return found
+
+
+def shaken(runs: IntegratedRuns) -> list[Vibration]:
+    """Vibration after each macro move of the first cycle."""
+    return vibrations(runs.warm, runs.single, runs.settings)
+
+
+def vibrations(recording: Recording, single: Programme, settings: Settings) -> list[Vibration]:
+    """Vibration after each macro move of a recording's first cycle of `single`."""
+    done = moves_of(recording, single.repeated(CYCLES), settings)
+    first = [m for m in done if m.stage == "macro" and m.move < len(single.target)]
+    return [v for m in first if (v := vibration(recording, m)) is not None]
+
+
+def extrapolated(recording: Recording, found: list[Vibration]) -> int:
+    """How many of the vibrations are down to 2 um only after the laser's reset, where the
+    fitted envelope is all that tells."""
+    resets = recording["t"][np.flatnonzero(recording["laser_reset"])]
+    over = [v.rest_s + _number(v.decay_s) for v in found]
+    first = [float(np.min(resets[resets > v.rest_s], initial=np.inf)) for v in found]
+    return sum(end > reset for end, reset in zip(over, first, strict=True))
+
+
+def _moves(runs: IntegratedRuns, recording: Recording) -> list[MoveResult]:
+    return moves_of(recording, runs.single.repeated(CYCLES), runs.settings)
+
+
+class Bias(NamedTuple):
+    """Tenth cycle against the first: `cycles`; `worst` [um]: largest final error by the laser
+    in the last cycle."""
+
+    cycles: list[Cycle]
+    worst: float
+
+
+def cycled(runs: IntegratedRuns, recording: Recording) -> Bias:
+    """Returns to zero and bias over the cycles of a recording."""
+    done = _moves(runs, recording)
+    each = per_cycle(done, extension(recording), len(runs.single.target))
+    last = [m for m in done if m.stage == "micro"][-int(np.sum(runs.single.stage != MACRO)) :]
+    seen = [abs(m.final_error) for m in last if m.final_error is not None]
+    whole = len(each) == CYCLES and len(seen) == len(last)
+    return Bias(each, max(seen) if whole else float("nan"))
+
+
+class CycleTime(NamedTuple):
+    """Settling into 10 um [s], contraction and extension, of the last square."""
+
+    contraction: float
+    extension: float
+
+
+def squares(runs: IntegratedRuns) -> list[MoveResult]:
+    """Every move of the squares, up and down in turn."""
+    return moves_of(runs.square, _squares(), runs.settings)
+
+
+def cycle_time(runs: IntegratedRuns) -> CycleTime:
+    """Section 6.4.2: how long the micro-stage takes there and back; NaN where it was cut short
+    or did not settle."""
+    done = squares(runs)
+    if len(done) < 2 * SQUARES:
+        return CycleTime(math.nan, math.nan)
+    last = done[-2:]
+    return CycleTime(*(float("nan") if m.settling_s is None else m.settling_s for m in last))
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else value
+
+
+def claims(runs: IntegratedRuns | None = None) -> list[Claim]:
+    """I1 to I4 and I6, from recordings or from the default bench."""
+    seen = runs or collect()
+    return judged(
+        [
+            ("I1", lambda: _sequence(turns(seen.warm, seen.single))),
+            ("I2", lambda: _vibration(seen)),
+            ("I3", lambda: _warming(seen)),
+            ("I4", lambda: _cooling(seen)),
+            ("I6", lambda: _bandwidth(seen)),
+        ]
+    )
+
+
+def _sequence(found: list[Turn]) -> Claim:
+    waits = [t.waited for t in found]
+    good = accepts("I1", *waits) and all(abs(t.reset) < 2e-3 and t.quiet for t in found)
+    moved = [t.moved for t in found]
+    return stated(
+        "I1",
+        waits,
+        holds(good and len(found) > 0),
+        "the two seconds are the controller's own setting; what is tested is that the recording "
+        f"shows the sequence. {len(found)} macro moves of {min(moved):.2f} to {max(moved):.2f} s, "
+        f"arrival included; waits of {min(waits):.3f} to {max(waits):.3f} s; laser reset in the "
+        "period that enables the micro-stage; CTRL at 0 V until then",
+    )
+
+
+def _vibration(runs: IntegratedRuns) -> Claim:
+    found, expected = shaken(runs), int(np.sum(runs.single.stage == MACRO))
+    if not found:
+        whole("the first cycle", runs.warm)
+        raise NotMeasured("no vibration stood out of the laser's noise")
+    beyond = extrapolated(runs.warm, found)
+    size = [v.amplitude_um for v in found]
+    decay = [_number(v.decay_s) for v in found]
+    good = len(found) == expected and all(
+        accepts("I2", a, t) for a, t in zip(size, decay, strict=True)
+    )
+    return stated(
+        "I2",
+        [float(np.mean(size)), float(np.mean(decay))],
+        holds(good),
+        f"after {len(found)} of {expected} moves, by a decaying sine fitted from "
+        f"{1e3 * CREEP:.0f} ms after the encoder's last count on: its first peak "
+        f"{min(size):.1f} to {max(size):.1f} um; down to 2 um in {min(decay):.2f} to "
+        f"{max(decay):.2f} s by its envelope, for {beyond} of them extrapolated past the laser's "
+        "reset. Frequency, participation and damping of the belt "
+        "were chosen for it; the amplitude is sensitive to the frequency",
+    )
+
+
+def _warming(runs: IntegratedRuns) -> Claim:
+    recording = runs.warm
+    whole("the ten cycles", recording)
+    bias = cycled(runs, recording)
+    first, last = bias.cycles[0], bias.cycles[-1]
+    slower = 100.0 * (_number(last.extension_s) / _number(first.extension_s) - 1.0)
+    shown = _number(last.bias_um)
+    if last.true_bias_um is None:
+        why = "the true position is not recorded"
+    else:
+        why = (
+            f"the true error is {last.true_bias_um:.1f} um: the laser was reset while "
+            f"{_number(last.left_um):.1f} um of contraction were left, so the bias is its zero, as "
+            "the thesis says"
+        )
+    artefact = last.true_bias_um is None or abs(shown - _number(last.left_um)) < 0.5 * shown
+    return stated(
+        "I3",
+        [slower, shown],
+        holds(accepts("I3", slower, shown) and artefact),
+        f"{recording.dt * len(recording) / 60.0:.0f} min; return to zero, to within 20 um, "
+        f"{_number(first.extension_s):.2f} s in cycle 1 and {_number(last.extension_s):.2f} s in "
+        f"cycle 10; mean error by the laser {_number(first.bias_um):.1f} and {shown:.1f} um (worst "
+        f"{bias.worst:.1f}); {why}. The body's resistance was chosen so that it shows",
+    )
+
+
+def _cooling(runs: IntegratedRuns) -> Claim:
+    whole("the ten cycles with a fan", runs.cooled)
+    bias = cycled(runs, runs.cooled)
+    last = bias.cycles[-1]
+    time = _number(last.extension_s)
+    return stated(
+        "I4",
+        time,
+        holds(accepts("I4", time) and bias.worst < 5.0),
+        f"mean of cycle 10's returns, slowest {_number(last.slowest_s):.2f} s; errors by the "
+        f"laser at most {bias.worst:.1f} um, {_number(last.bias_um):.1f} um on average. What the "
+        "fan does to the outer resistances was chosen for it",
+    )
+
+
+def _bandwidth(runs: IntegratedRuns) -> Claim:
+    whole("the squares with a fan", runs.square)
+    time = cycle_time(runs)
+    both = time.contraction + time.extension
+    return stated(
+        "I6",
+        both,
+        reached("I6", both),
+        f"{1.0 / both:.2f} Hz. Counted: {RANGE_MM[0]:g} to {RANGE_MM[1]:g} mm "
+        f"({time.contraction:.2f} s) and back ({time.extension:.2f} s), each until within 10 um by "
+        f"the laser, the last of {SQUARES}. To 0 mm it would take longer: the last micrometres of "
+        "the full extension only creep",
+    )

@@ -1,0 +1,177 @@
+"""The laboratory procedures that `macromicro collect` runs: one entry each.
+
+A procedure takes a lab and gives recordings by file name; runs of one file stand below
+each other, told apart by the column `run`. To add one, write its function and list it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.recording import Column, Recording
+from macromicro.recording_format import Attribute
+from macromicro.schema.text import printable
+
+if TYPE_CHECKING:
+    from macromicro.thesis.procedure import Lab
+
+Recordings = dict[str, Recording]
+RUN = Column("run", "1", "which run a row belongs to, from 1", "i2")
+
+
+class Procedure(NamedTuple):
+    """`collect(lab)` gives recordings by name; `channels` as those of
+    `thesis.procedure.Procedure`; `needs` of the rig and of time; `gives` what
+    it is for; `then`: what to do with the files ({out} is their folder); `megabytes`: at
+    most, on the disk."""
+
+    name: str
+    collect: Callable[[Lab], Recordings]
+    channels: tuple[str, ...]
+    needs: str
+    gives: str
+    then: str
+    megabytes: int
+
+
+def joined(runs: Sequence[Recording], attributes: dict[str, Attribute]) -> Recording:
+    """Recordings of the same columns and sample time as one, with the column `run`."""
+    columns = (*runs[0].columns, RUN)
+    shown = [c for c in columns if c is RUN or not c.name.startswith("true_")]
+    arrays = [np.concatenate([r[c.name] for r in runs]) for c in shown if c is not RUN]
+    which = np.repeat(np.arange(1, len(runs) + 1), [len(r) for r in runs])
+    return Recording.from_arrays(shown, [*arrays, which], runs[0].dt, attributes)
+
+
+def _dead_zone(lab: Lab) -> Recordings:
+    from macromicro.thesis.chapter4 import friction_runs as friction
+
+    low, high = friction.TRAVEL
+    ends: dict[str, Attribute] = {"travel_low": low, "travel_high": high, **_about(lab)}
+    return {"dead-zone": joined(friction.collect(lab.bench()), ends)}
+
+
+def _macro_steps(lab: Lab) -> Recordings:
+    from macromicro.thesis.chapter4 import identification_runs
+
+    found = identification_runs.collect(lab.bench(), lab.seed)
+    return {f"steps-{volts:g}V": joined(runs, _about(lab)) for volts, runs in found.items()}
+
+
+def _drive(lab: Lab) -> Recordings:
+    from macromicro.thesis.chapter4 import friction_runs
+
+    about = _about(lab)
+    if not lab.rigs:
+        about["delay"] = 1  # the twin's D/A board latches a voltage one period late
+    return {"drive": joined([friction_runs.pulsed(lab.bench())], about)}
+
+
+def _kiln(lab: Lab) -> Recordings:
+    from macromicro.thesis.chapter5 import kiln_runs
+
+    found = kiln_runs.collect(lab.kiln(), lab.seed)
+    tests = {f"test-{k}": run for k, run in enumerate(found.tests, 1)}
+    return {
+        name: joined([run], _about(lab)) for name, run in {"cycles": found.curves, **tests}.items()
+    }
+
+
+def _electrothermal(lab: Lab) -> Recordings:
+    from macromicro.thesis.chapter5 import electrothermal_runs
+
+    found = electrothermal_runs.collect(lab.bench(), lab.seed)
+    made = {f"step-{v:g}V": joined(runs, _about(lab)) for v, runs in found.steps.items()}
+    return made | {f"cooling-{v:g}V": joined(r, _about(lab)) for v, r in found.cooled.items()}
+
+
+def _hall(lab: Lab) -> Recordings:
+    from macromicro import hall_table
+    from macromicro.columns import COLUMNS
+    from macromicro.runs import hall
+
+    columns = [next(c for c in COLUMNS if c.name == n) for n in ("t", "hall_voltage", "laser")]
+    runs = [
+        Recording.from_arrays(
+            columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e3], hall_table.DT, {}
+        )
+        for v, x in hall.collect(lab.bench(), lab.seed)
+    ]
+    return {"hall": joined(runs, _about(lab))}
+
+
+def _about(lab: Lab) -> dict[str, Attribute]:
+    """Where a recording comes from."""
+    named = {r.kind: r.name for r in lab.rigs}
+    return {"seed": lab.seed, **named}
+
+
+PROCEDURES = (
+    Procedure(
+        "dead-zone",
+        _dead_zone,
+        ("encoder",),
+        "the carriage alone, 18 min",
+        "420 runs at 2.6 to 3.3 V from 14 places, both ways",
+        "macromicro identify deadzone {out}/dead-zone.h5",
+        40,
+    ),
+    Procedure(
+        "macro-steps",
+        _macro_steps,
+        ("encoder",),
+        "the carriage alone, 1 min",
+        "10 steps each, 0.1, 1 and 2 V beyond the dead zone of 3 V",
+        "macromicro identify linear {out}/steps-1V.h5 --width 3",
+        5,
+    ),
+    Procedure(
+        "drive",
+        _drive,
+        ("encoder",),
+        "the carriage alone, 7 s",
+        "pulses of 3.3 to 5 V, both ways",
+        "macromicro identify drive {out}/drive.h5 --structure coulomb",
+        5,
+    ),
+    Procedure(
+        "kiln",
+        _kiln,
+        ("kiln.thermocouple", "kiln.encoder"),
+        "the actuator in the kiln, half a day",
+        "heating cycles with falling maxima, and three profiles to test the table",
+        "macromicro identify hysteresis {out}/cycles.h5 --shape nonnegative --out KILN",
+        40,
+    ),
+    Procedure(
+        "electrothermal",
+        _electrothermal,
+        ("laser",),
+        "the micro-stage alone, 1.2 h, and the table from the kiln",
+        "steps of CTRL from cold, three trials each, and steps with cooling",
+        "macromicro identify thermal {out}/*.h5 --table KILN/table.h5",
+        60,
+    ),
+    Procedure(
+        "hall",
+        _hall,
+        ("hall", "laser"),
+        "the micro-stage and the laser, 6 min",
+        "slow ramps of CTRL, three up and three down",
+        "macromicro identify hall {out}/hall.h5",
+        20,
+    ),
+)
+
+
+def find(name: str) -> Procedure:
+    """The procedure `name`; InputError lists them."""
+    for procedure in PROCEDURES:
+        if procedure.name == name:
+            return procedure
+    names = ", ".join(p.name for p in PROCEDURES)
+    raise InputError("experiment", printable(name), f"one of {names}")

@@ -1,0 +1,1 @@
+"""The reproduction as a page, a table in the terminal and JSON."""

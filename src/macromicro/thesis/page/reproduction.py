@@ -1,0 +1,151 @@
+"""The thesis' claims beside what was measured: one self-contained HTML file."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from macromicro.drawing.exhibit import PNG, SVG, Exhibit
+from macromicro.drawing.page import filled
+from macromicro.report.provenance import software
+from macromicro.schema import config
+from macromicro.settings import Settings
+from macromicro.thesis.claims import DIFFERS, REPRODUCED
+from macromicro.thesis.errata import ERRATA, Erratum, evidence
+from macromicro.thesis.page import claim_text, counting, free_parameters
+from macromicro.thesis.page.placing import Anchors, Card, index, placed
+from macromicro.thesis.procedure import Procedure
+from macromicro.thesis.reproduce import Result, claims_of
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+TEMPLATE = Path(__file__).with_name("reproduction.html.j2")
+_FEW = 6  # numbers of a list that the overview shows
+_TONES = {REPRODUCED: "good", DIFFERS: "bad"}
+_PROLOG = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", re.DOTALL)
+_ID = re.compile(r"""(\bid=["']|url\(["']?#|href=["']#)([^"')]+)""")
+_BOX = re.compile(r"""viewBox=["']\S+ \S+ ([0-9.]+) """)
+_LEGIBLE = 736  # 46 rem: letters of 8 pt in a figure are still 9 pixels high
+_LABEL = re.compile(r"""(\baria-(?:labelledby|describedby)=["'])([^"']+)""")
+
+
+class About(NamedTuple):
+    """How the results came to be. `started`: date and time as text; `seconds`: it took in
+    all; `rigs`: names of the rigs other than the virtual benches."""
+
+    started: str
+    seconds: float
+    seed: int = 0
+    settings: Settings = Settings()
+    rigs: tuple[str, ...] = ()
+
+
+class _Proof(NamedTuple):
+    """An erratum and its evidence in words."""
+
+    erratum: Erratum
+    anchor: str
+    lines: list[str]
+
+
+def page(results: Sequence[Result], procedures: Sequence[Procedure], about: About) -> str:
+    """The page as HTML. `procedures` give the results' titles and sections, and how many
+    claims there are in all. All text is escaped; diagrams, which are ours, are inserted.
+    """
+    anchors = Anchors()
+    for taken in (
+        "main",
+        "summary",
+        "contents",
+        "figures",
+        "claims",
+        "errata",
+        "provenance",
+        "kinds",
+    ):
+        anchors.take(taken)
+    chapters = placed(results, procedures, anchors)
+    parts = [part for chapter in chapters for part in chapter.parts]
+    cards = [
+        c for p in parts for c in (*p.loose, *(card for panel in p.panels for card in panel.cards))
+    ]
+    order = {id(claim): k for k, claim in enumerate(claims_of(results))}
+    claims = [c.claim for c in cards]
+    parameters = free_parameters.free_parameters(about.settings)
+    return filled(
+        TEMPLATE,
+        about=about,
+        chapters=chapters,
+        figures=index(chapters),
+        failures=[p for p in parts if p.result.failure],
+        undrawn=[p for p in parts if p.result.notes],
+        cards=sorted(cards, key=lambda card: order[id(card.claim)]),
+        place=lambda name: _place(name, cards),
+        counts=counting.counts(claims),
+        asked=sum(len(p.ids) for p in procedures),
+        kinds=counting.by_kind(results),
+        parameters=free_parameters.grouped(parameters),
+        calibrated=free_parameters.CALIBRATED,
+        proofs=[_Proof(e, anchors.take(f"erratum-{e.number}"), evidence(e)) for e in ERRATA],
+        provenance=_provenance(results, about),
+        overrides=config.difference(about.settings, Settings()),
+        few=_FEW,
+        printed=claim_text.printed,
+        numbers=claim_text.numbers,
+        with_unit=claim_text.with_unit,
+        tone=lambda claim: _TONES.get(claim.verdict, "open"),
+        uri=_uri,
+        size=_size,
+        inline=_inline,
+        room=_room,
+        PNG=PNG,
+        SVG=SVG,
+    )
+
+
+def _place(name: str, cards: Sequence[Card]) -> str:
+    """Where a claim stands; "S5" is found as "S5a" if it was measured in parts."""
+    same = (c.anchor for c in cards if re.fullmatch(f"{re.escape(name)}[a-z]?", c.claim.id))
+    return next(same, "")
+
+
+def _provenance(results: Sequence[Result], about: About) -> list[tuple[str, str]]:
+    at_work = sum(r.seconds for r in results)
+    return [
+        *software(),
+        ("rig", ", ".join(about.rigs) or "the virtual benches"),
+        ("seed", str(about.seed)),
+        ("started", about.started),
+        ("took", f"{about.seconds:.1f} s; its procedures {at_work:.1f} s one after the other"),
+    ]
+
+
+def _uri(exhibit: Exhibit) -> str:
+    """A PNG picture inlined."""
+    assert isinstance(exhibit.data, bytes)
+    return f"data:image/png;base64,{base64.b64encode(exhibit.data).decode()}"
+
+
+def _size(exhibit: Exhibit) -> tuple[int, int]:
+    """Width and height of a PNG picture [pixels], from its header."""
+    data: Any = exhibit.data
+    return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+
+
+def _room(svg: str) -> int:
+    """Width [pixels] below which a diagram is not shrunk: its own, at most 46 rem."""
+    box = _BOX.search(svg)
+    return min(_LEGIBLE, round(float(box[1]))) if box else _LEGIBLE
+
+
+def _inline(svg: str, prefix: str) -> Markup:
+    """A diagram for the page's body, its ids made unique by `prefix`."""
+    from markupsafe import Markup
+
+    text = _ID.sub(rf"\g<1>{prefix}-\g<2>", _PROLOG.sub("", svg))
+    text = _LABEL.sub(lambda m: m[1] + " ".join(f"{prefix}-{name}" for name in m[2].split()), text)
+    return Markup(text.strip())

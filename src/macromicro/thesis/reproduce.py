@@ -1,0 +1,253 @@
+"""The thesis reproduced: procedures chosen, run in processes, their results collected."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from typing import Any, NamedTuple
+
+from macromicro.drawing.exhibit import Exhibit, label, rendered
+from macromicro.thesis.claims import Claim, in_order, lost
+from macromicro.thesis.procedure import Lab, Procedure
+
+INTERRUPTED = "interrupted"  # the failure of what had not ended when the work was
+
+
+class Chosen(NamedTuple):
+    """A procedure to run. `ids`: the claims asked for, and `figures`: the figures; both None
+    where all of its are wanted."""
+
+    procedure: Procedure
+    ids: frozenset[str] | None = None
+    figures: frozenset[str] | None = None
+
+
+class Result(NamedTuple):
+    """What a procedure gave. `failure`: why it gave nothing, empty when it did; `notes`: which
+    exhibits it could not draw and why; `trace`: the same for a programmer."""
+
+    name: str
+    claims: list[Claim]
+    exhibits: list[Exhibit]
+    seconds: float
+    failure: str = ""
+    trace: str = ""
+    notes: tuple[str, ...] = ()
+
+
+def run_one(procedure: Procedure, lab: Lab) -> Result:
+    """One procedure, whole: recordings, claims, figures. An exception becomes a `failure`; in
+    the drawing, a note: what was measured stays."""
+    began = time.perf_counter()
+    try:
+        data = procedure.collect(lab)
+        claims = procedure.claims(data)
+    except Exception as error:
+        return failed(procedure, _said(error), traceback.format_exc(), began)
+    done = _drawn(procedure, data)
+    return Result(
+        procedure.name,
+        claims,
+        done.exhibits,
+        time.perf_counter() - began,
+        trace="\n".join(done.traces),
+        notes=tuple(done.notes),
+    )
+
+
+class _Drawing:
+    """Exhibits as they are drawn; `notes`: what could not be, and `traces`: why."""
+
+    def __init__(self) -> None:
+        self.exhibits: list[Exhibit] = []
+        self.notes: list[str] = []
+        self.traces: list[str] = []
+
+    def missed(self, number: str, error: Exception) -> None:
+        """Note an exhibit that could not be drawn."""
+        self.notes.append(f"{label(number)} was not drawn: {_said(error)}")
+        self.traces.append("".join(traceback.format_exception(error)))
+
+    def keep(self, number: str, make: Callable[[], Exhibit]) -> None:
+        """Make an exhibit and keep it."""
+        try:
+            self.exhibits.append(make())
+        except Exception as error:
+            self.missed(number, error)
+
+
+def _drawn(procedure: Procedure, data: Any) -> _Drawing:
+    """All exhibits of a procedure that can be drawn. Figures come from one generator in the
+    declared order: when it raises, it is at the next one, and those behind it are lost."""
+    done = _Drawing()
+    left = list(procedure.figures) or [procedure.name]
+    try:
+        for drawn in procedure.draw(data):
+            done.keep(drawn.number, partial(rendered, drawn))
+            left = left[1:] or [drawn.number]
+    except Exception as error:
+        done.missed(left[0], error)
+        done.notes += [f"{label(n)} was not drawn: it follows {label(left[0])}" for n in left[1:]]
+    for number in procedure.diagrams:
+        done.keep(number, partial(_diagram, number))
+    return done
+
+
+def _diagram(number: str) -> Exhibit:
+    from macromicro.thesis import diagrams
+
+    return rendered(diagrams.drawn(number))
+
+
+def _said(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}".removesuffix(": ")
+
+
+def failed(procedure: Procedure, why: str, trace: str = "", began: float | None = None) -> Result:
+    """The result of a procedure that gave nothing: its claims, not measured, but for those
+    that are arithmetic."""
+    seconds = 0.0 if began is None else time.perf_counter() - began
+    known = {} if procedure.arithmetic is None else {c.id: c for c in procedure.arithmetic()}
+    reason = f"the procedure {procedure.name} failed: {why}"
+    claims = [known.get(name) or lost(name, reason) for name in procedure.ids]
+    return Result(procedure.name, claims, [], seconds, why, trace)
+
+
+def run(
+    chosen: Sequence[Chosen],
+    lab: Lab,
+    jobs: int,
+    progress: Callable[[Result, float], None] | None = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> list[Result]:
+    """All chosen procedures, `jobs` at a time, each in a process; results in their order.
+
+    `progress` is told the result and the expected seconds of each that ended. A procedure that
+    fails, or whose process dies, loses nothing but itself. `stopped` ends the work early: what
+    has not ended by then is reported as failed.
+    """
+    order = sorted(chosen, key=lambda c: -c.procedure.seconds)
+    found = {}
+    for result in _first(order, lab, jobs, stopped):
+        found[result.name] = result
+        if progress is not None:
+            progress(result, _seconds(order, result.name))
+    return [narrowed(c, found[c.procedure.name]) for c in chosen]
+
+
+def _seconds(chosen: Sequence[Chosen], name: str) -> float:
+    return next(c.procedure.seconds for c in chosen if c.procedure.name == name)
+
+
+def _first(
+    order: Sequence[Chosen], lab: Lab, jobs: int, stopped: Callable[[], bool]
+) -> Iterator[Result]:
+    """Results as they come. A process that dies breaks its whole pool: what was at work in it
+    is tried again, alone, so that only the guilty one is lost. On a real rig nothing is tried
+    twice: nobody knows where the first attempt has left it."""
+    alone: list[Procedure] = []
+    for procedure, result in _pooled([c.procedure for c in order], lab, jobs, stopped):
+        if result is None:
+            alone.append(procedure)
+        else:
+            yield result
+    for procedure in alone:
+        if lab.rigs:
+            yield failed(procedure, "its process died")
+            continue
+        for _, result in _pooled([procedure], lab, 1, stopped):
+            yield result or failed(procedure, "its process died")
+
+
+def _pooled(
+    procedures: Sequence[Procedure], lab: Lab, jobs: int, stopped: Callable[[], bool]
+) -> Iterator[tuple[Procedure, Result | None]]:
+    """Each procedure with its result, None where the pool broke before it ended."""
+    # A fresh interpreter each: a fork would inherit the compiler's locks and threads.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(jobs, len(procedures)), context, _quiet)
+    try:
+        pending: dict[Future[Result], Procedure] = {
+            pool.submit(run_one, p, lab): p for p in procedures
+        }
+        while pending:
+            done, _ = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
+            if stopped():
+                for procedure in pending.values():
+                    yield procedure, failed(procedure, INTERRUPTED)
+                _kill(pool)
+                return
+            for future in done:
+                yield pending.pop(future), _outcome(future)
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _outcome(future: Future[Result]) -> Result | None:
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        return None
+
+
+def _kill(pool: ProcessPoolExecutor) -> None:
+    """End a pool's processes now; what they compute is of no use any more."""
+    workers: dict[int, Any] = getattr(pool, "_processes", None) or {}
+    for worker in list(workers.values()):
+        worker.terminate()
+
+
+def _quiet() -> None:
+    """In a worker: Ctrl-C is the parent's to handle."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def narrowed(chosen: Chosen, result: Result) -> Result:
+    """Only what was asked for: a claim with the exhibits that show it, a figure or table with
+    the claims that it shows."""
+    if chosen.ids is None and chosen.figures is None:
+        return result
+    ids, figures = chosen.ids or frozenset(), chosen.figures or frozenset()
+    exhibits = [e for e in result.exhibits if e.number in figures or ids & set(e.claims)]
+    ids |= {name for e in exhibits if e.number in figures for name in e.claims}
+    return result._replace(claims=[c for c in result.claims if c.id in ids], exhibits=exhibits)
+
+
+def claims_of(results: Sequence[Result]) -> list[Claim]:
+    """All claims of all results, in the order of the list of claims: D1, D2 .. M1 .. A6."""
+    return in_order(c for result in results for c in result.claims)
+
+
+def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """All claims in the order of their list, as plain data: id, section, claim, printed,
+    measured, unit, verdict, reason, kind. Numbers that are not finite become None."""
+    return [
+        {
+            "id": c.id,
+            "section": c.section,
+            "claim": c.claim,
+            "printed": _plain(c.printed) if c.printed is not None else c.printed_text or None,
+            "measured": _plain(c.measured),
+            "unit": c.unit,
+            "verdict": c.verdict,
+            "reason": c.reason,
+            "kind": c.kind,
+        }
+        for c in claims_of(results)
+    ]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    if isinstance(value, str) or value is None:
+        return value
+    return float(value) if math.isfinite(value) else None

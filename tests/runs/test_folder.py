@@ -1,0 +1,78 @@
+"""The folder for the results: what is refused, and what may be replaced."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.runs import folder
+
+
+def test_new_and_empty_folders_are_free(tmp_path: Path) -> None:
+    folder.check(tmp_path, 0, overwrite=False)
+    folder.check(tmp_path / "deep" / "new", 0, overwrite=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_there_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "note.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"exists already.*--overwrite"):
+        folder.check(tmp_path, 0, overwrite=False)
+    folder.check(tmp_path, 0, overwrite=True)
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_file_is_refused(tmp_path: Path, overwrite: bool) -> None:
+    file = tmp_path / "file"
+    file.write_text("mine")
+    for place in (file, file / "below"):
+        with pytest.raises(InputError, match="a folder"):
+            folder.check(place, 0, overwrite=overwrite)
+    assert file.read_text() == "mine"
+
+
+def test_a_folder_by_the_name_of_a_result_is_refused(tmp_path: Path) -> None:
+    (tmp_path / folder.PAGE).mkdir()
+    with pytest.raises(InputError, match=folder.PAGE):
+        folder.check(tmp_path, 0, overwrite=True)
+
+
+def test_a_full_disk_is_said_before(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="MB free"):
+        folder.check(tmp_path / "new", 10**18, overwrite=False)
+
+
+@pytest.mark.parametrize("name", ["/proc/x", "/proc/x/deep", "/proc"])
+def test_a_place_that_keeps_no_files_is_not_called_full(name: str) -> None:
+    """The kernel's own file system reports no bytes at all, even to the superuser."""
+    if not Path("/proc/self").exists():
+        pytest.skip("no /proc here")
+    with pytest.raises(InputError, match="nothing can be made in /proc") as error:
+        folder.check(Path(name), 10**6, overwrite=True)
+    assert "MB" not in str(error.value)
+
+
+def test_a_folder_without_the_right_to_write_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> str:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(folder.tempfile, "mkdtemp", refuse)
+    with pytest.raises(InputError, match=f"nothing can be made in {tmp_path}"):
+        folder.check(tmp_path / "new", 0, overwrite=False)
+
+
+def test_a_name_that_is_none(tmp_path: Path) -> None:
+    for name in ("nul\0", "x" * 5000):
+        with pytest.raises(InputError, match="--out"):
+            folder.check(tmp_path / name, 0, overwrite=False)
+
+
+def test_only_files_of_a_run_are_replaced(tmp_path: Path) -> None:
+    for name in (*folder.FILES, "note.txt"):
+        (tmp_path / name).write_text("old")
+    folder.make(tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["note.txt"]

@@ -1,0 +1,18 @@
+"""Tables C.1 and C.2."""
+
+from __future__ import annotations
+
+from macromicro.columns import COLUMNS
+from macromicro.drawing.exhibit import Grid
+from macromicro.thesis.appendix_c.channels import PROCEDURE
+from macromicro.thesis.procedure import Lab
+from macromicro.types import Outputs, Sample
+
+
+def test_tables_are_complete() -> None:
+    rig, signals = (d.body for d in PROCEDURE.draw(PROCEDURE.collect(Lab())))
+    assert isinstance(rig, Grid) and isinstance(signals, Grid)
+    assert [row[0] for row in rig.rows] == [*Sample._fields[1:], *Outputs._fields]
+    assert [row[0] for row in signals.rows] == [c.name for c in COLUMNS]
+    laser = next(row for row in rig.rows if row[0] == "laser")
+    assert laser[2] == "m" and laser[-1] == "laser [um] * 1e+06"
