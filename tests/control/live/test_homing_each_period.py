@@ -179,8 +179,9 @@ def test_backing_off_goes_up_slowly_to_its_goal(sure: bool, far: float) -> None:
     assert given == Efforts(effort(f.s, REST, s.drive.macro_reference - 700.0), 0.0, 1.0)
     assert given.motor > 0.0
     assert s.work == f.s.work or (isinstance(s.work, Search) and math.isnan(s.work.since))
-    s, _ = one(f, macro_reference=690.0 + far + 5.0)
-    assert s.drive.macro_reference == 690.0 + far  # not beyond it
+    f, _ = searching(phase=BACK, stop=700.0 - far + 20.0, sure=sure, since=math.nan)
+    s, _ = one(f, macro_reference=725.0)
+    assert s.drive.macro_reference == 720.0  # its goal, not beyond it
     f, _ = searching(phase=BACK, stop=690.0, sure=True, since=math.nan)
     s, _ = one(f, 690.0, macro_reference=830.0)
     assert s.drive.macro_reference == 690.0 + SLOWLY.homing.lead  # nor far ahead of the carriage
