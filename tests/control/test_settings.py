@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from macromicro.control import settings
+from macromicro.control import calibration, settings
 from macromicro.control.macro import NAMES
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.settings import MICRO_LAWS, Control
@@ -102,3 +102,9 @@ def test_a_file_with_a_senseless_gain_is_refused(key: str, value: str, tmp_path:
     file.write_text(f'controller.{key} = "{value}"\n')
     with pytest.raises(InputError, match=rf"controller\.{key}.*accepted: from .* to "):
         load_overrides(file, Settings())
+
+
+def test_the_calibration_is_the_one_given_or_the_shipped_one() -> None:
+    other = calibration.shipped()._replace(low=0.1)
+    assert settings.prepare(Control(), table=other).calibration is other
+    assert settings.prepare(Control()).calibration.low == calibration.shipped().low
