@@ -207,3 +207,19 @@ def test_a_sine_within_noise_is_found_where_it_stands_out(amplitude: float, seed
     bound = math.sqrt(2.0) * 0.05 / (amplitude * math.sqrt(spread))
     assert 2.0 * math.pi * fit[0] == pytest.approx(2.0 * math.pi * 21.8, abs=5.0 * bound)
     assert fit[1] == pytest.approx(1.15, abs=5.0 * bound)
+
+
+@pytest.mark.parametrize("begins", [0, 200])
+@pytest.mark.parametrize("next_move", [1500, 2000])
+def test_a_move_is_looked_at_from_its_first_row_to_the_next_move(
+    begins: int, next_move: int
+) -> None:
+    """Here without a reset of the laser behind it."""
+    rows = np.arange(2000)
+    y = 70.0 * rows * DT + swing((rows - 300) * DT, 30.0, 20.0, 1.0)
+    number = (rows >= begins).astype(float) + (rows >= next_move)
+    made, move = recorded(300, 5000, laser=y, move=number, laser_reset=1.0 * (rows < begins))
+    found = vibration(made, move._replace(move=1))
+    assert found is not None and found.rest_s == pytest.approx(0.3, abs=1e-12)
+    last = (next_move - 350) // 4
+    assert found.settled_um == pytest.approx(float(y[next_move - last : next_move].mean()))

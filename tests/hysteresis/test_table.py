@@ -291,8 +291,15 @@ def test_what_is_mended_is_said() -> None:
 
 def test_data_that_contradict_themselves_are_pointed_out() -> None:
     drifting = [(u, f + 0.1 * k) for k, (u, f) in enumerate(measured(8))]
-    with pytest.warns(ClosureWarning, match="% of the range apart"):
+    with pytest.warns(ClosureWarning, match="% of the range apart") as told:
         FodTable.from_curves(drifting, nodes=21)
+    extent = np.ptp(np.concatenate([f for _, f in drifting]))
+    share = float(str(told[0].message).split("end ")[1].split(" %")[0])
+    assert 0.0 < share <= 100.0 * 0.7 / extent  # the last curve has drifted by so much
+    slightly = [(u, f + 0.003 * k) for k, (u, f) in enumerate(measured(8))]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        FodTable.from_curves(slightly, nodes=21)
     with pytest.warns(ClockwiseWarning, match="clockwise"), pytest.warns(ClosureWarning):
         # Ascending data whose rows were turned round to look descending.
         turned = [(u[::-1], f[::-1]) for u, f in measured(8, kind="ascending")]
@@ -312,6 +319,9 @@ def test_clean_data_cause_no_warning() -> None:
     [
         ({"values": np.ones((3, 3))}, "diagonal"),
         ({"values": np.ones(3)}, "shape"),
+        ({"values": np.zeros((1, 1))}, "shape"),
+        ({"values": np.zeros((0, 0))}, "shape"),
+        ({"values": np.zeros((3, 2))}, "shape"),
         ({"values": np.full((3, 3), np.nan)}, "finite"),
         ({"values": np.zeros((3, 3))}, "saturations"),
         ({"step": 0.0}, "step"),

@@ -108,6 +108,10 @@ def test_curves_from_csv(tmp_path: Path) -> None:
     assert np.array_equal(f, [3.0, 1.0, np.nan], equal_nan=True)
     assert second.tolist() == [40.0, 30.0]
     assert np.isnan(g[1])
+    path.write_text("a,50,3\na,,2\na,nan,1\n")
+    ((u, f),) = read_curves(path)
+    assert np.array_equal(u, [50.0, np.nan, np.nan], equal_nan=True)
+    assert f.tolist() == [3.0, 2.0, 1.0]
 
 
 @pytest.mark.parametrize(
