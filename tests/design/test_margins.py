@@ -224,3 +224,34 @@ def test_an_integrator_has_no_gain_at_rest_that_ends_stability() -> None:
     assert not margins([-0.1], [1.0, -1.0], DT).stable
     found = margins([0.1], [1.0, -1.0], DT)
     assert (found.gain, found.gain_down) == (pytest.approx(20.0), 0.0)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.1])
+@pytest.mark.parametrize(("share", "found"), [(2e-5, True), (5e-6, False), (0.15, True)])
+def test_the_lowest_frequency_is_sought_within_what_a_loop_can_use(
+    dt: float, share: float, found: bool
+) -> None:
+    """From 1e-5 of the Nyquist frequency to a fifth of it: a pole there leaves 45 deg of margin
+    to an integrator, less half a sample's and the pole's own delay."""
+    w = share * math.pi / dt
+    den = np.convolve([1.0, -1.0], [1.0, -math.exp(-w * dt)])
+    if found:
+        at = lowest_frequency([1.0], den, dt, 40.0)
+        phase = np.angle(np.polyval([1.0], 1.0) / np.polyval(den, np.exp(1j * at * dt)))
+        assert math.degrees(phase) % 360.0 == pytest.approx(180.0 + 40.0, abs=1e-3)
+    else:
+        with pytest.raises(InputError, match="one that the plant passes through"):
+            lowest_frequency([1.0], den, dt, 45.0)
+
+
+@pytest.mark.parametrize("late", [0, 1, 2])
+def test_of_several_crossovers_the_margin_of_least_size_counts(late: int) -> None:
+    """A resonance that pushes the right way crosses 1 twice, far from -1 on either side; a delay
+    turns one of the two nearer."""
+    num = 0.02 * np.array([1.0, 0.0, -1.0])
+    den = np.append([1.0, -2.0 * 0.99 * math.cos(0.3), 0.99**2], np.zeros(late))
+    found, each = margins(num, den, DT), crossovers(num, den, DT)
+    assert found.stable and len(each) == 2
+    assert found.phase == pytest.approx(min((c.phase_margin for c in each), key=abs))
+    assert {c.phase_margin < 0.0 for c in each} == {True, False}
+    assert found.crossover in [c.frequency for c in each]
