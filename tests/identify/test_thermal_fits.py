@@ -195,3 +195,15 @@ def test_a_fall_that_is_not_seen_is_refused() -> None:
     x = np.full(600, 4.2)  # beyond the table: no temperature is told
     with pytest.raises(InputError, match="first 63 %"):
         cooling(TABLE, [trial(x, 0.02, np.where(np.arange(600) < 250, 1.5, 0.0))], 25.0)
+
+
+def test_a_heating_fit_that_does_not_settle_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scipy import optimize
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        heating(stepped(), 60.0)
+    real = optimize.least_squares
+    monkeypatch.setattr(optimize, "least_squares", lambda *a, **k: real(*a, **{**k, "max_nfev": 1}))
+    with pytest.warns(ConvergenceWarning, match="heating"):
+        heating(stepped(), 60.0)
