@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from macromicro.control import pd
 from macromicro.control.pd import PdInitial, PdMemory, PdTuned
-from macromicro.parameters import Entry, entries
+from macromicro.schema.par import Entry, entries
 
 errors = st.floats(-3000.0, 3000.0)
 

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.nominal import PERIOD
-from macromicro.parameters import entries
 from macromicro.plant import belt
 from macromicro.plant.belt import FASTEST, Belt
 from macromicro.plant.bench import Bench
+from macromicro.schema.par import entries
 
 from .drives import energy
 
