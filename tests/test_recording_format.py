@@ -81,6 +81,18 @@ def test_two_files_of_one_layout_are_the_same_bytes(tmp_path: Path) -> None:
     assert len(made[0]) < needed_bytes(COLUMNS, 4, 10)
 
 
+def test_a_new_file_has_no_rows_and_no_events_and_says_what_they_are(tmp_path: Path) -> None:
+    import h5py
+
+    fd = opened(tmp_path / "a.h5")
+    PLAIN.write(fd, 4, 100)
+    os.close(fd)
+    with h5py.File(tmp_path / "a.h5", "r") as file:
+        assert file["rows"][()] == 0 == file["event_bytes"][()]
+        for name, word in (("rows", "recorded"), ("event_bytes", "bytes"), ("events", "JSON")):
+            assert word in file[name].attrs["long_name"]
+
+
 def test_no_rows_need_no_place(tmp_path: Path) -> None:
     fd = opened(tmp_path / "a.h5")
     assert PLAIN.write(fd, 0, 0)[1:] == ((0, 0, 0), pytest.approx(1e4, abs=1e4), 0)
@@ -123,12 +135,12 @@ def test_only_a_file_system_that_cannot_reserve_is_excused(
     fd = opened(tmp_path / "a.h5")
     if number == errno.ENOSPC:
         with pytest.raises(OSError, match="no"):
-            PLAIN.write(fd, 1000)
+            PLAIN.write(fd, 1000, 500)
     else:
-        PLAIN.write(fd, 1000)
+        PLAIN.write(fd, 1000, 500)
         assert asked[-1] == (0, os.fstat(fd).st_size)
-    # First with a margin for the metadata, 1 MiB, over 14 bytes a row.
-    assert asked[0] == (0, 1000 * 14 + 2**20)
+    # First with a margin for the metadata, 1 MiB, over 14 bytes a row and the events.
+    assert asked[0] == (0, 1000 * 14 + 500 + 2**20)
     os.close(fd)
 
 
