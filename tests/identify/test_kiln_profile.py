@@ -128,3 +128,12 @@ def test_a_table_comes_from_all_recordings_together() -> None:
     assert found.shape == "nonnegative" and found.n == 41
     x = Preisach(TABLE).run(u)
     assert predicted(found, made[0]).rms < 0.03 * np.ptp(x)
+
+
+def test_a_share_of_the_stroke_has_no_sign() -> None:
+    """Of an actuator that extends on heating as of one that contracts."""
+    falling = FodTable(TABLE.lo, TABLE.step, -TABLE.values, 4.0)
+    u = heated(90.0)
+    x = Preisach(falling).run(u)
+    found = predicted(falling, recorded(u, x + 0.07))
+    assert found.share == pytest.approx(found.rms / 3.5) and found.share > 0.0
