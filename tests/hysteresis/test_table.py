@@ -194,6 +194,19 @@ def test_limits_widen_the_table_without_relays_there() -> None:
         FodTable.from_curves(measured(12), limits=(30.0, 130.0))
 
 
+@pytest.mark.parametrize("kind", ["descending", "ascending"])
+def test_limits_within_the_data_are_refused_with_what_they_hold(kind: Any) -> None:
+    curves = measured(8, kind=kind)
+    u = np.concatenate([u for u, _ in curves])
+    low, high = float(u.min()), float(u.max())
+    for limits in ((low + 1.0, high), (low, high - 1.0)):
+        with pytest.raises(InputError, match="limits") as caught:
+            FodTable.from_curves(curves, kind, limits=limits, nodes=21)
+        shown = str(caught.value).split("hold the data, [")[1].split("]")[0].split(",")
+        assert [float(s) for s in shown] == pytest.approx([low, high])
+    assert FodTable.from_curves(curves, kind, limits=(high, low), nodes=21).lo == pytest.approx(low)
+
+
 def test_raw_data_are_kept_as_they_came() -> None:
     curves = [(u.tolist(), f.tolist()) for u, f in measured(5)]
     curves[2][1][7] = float("nan")

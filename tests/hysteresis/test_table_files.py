@@ -74,6 +74,7 @@ def test_a_table_from_a_spreadsheet(tmp_path: Path) -> None:
         ("M,0,10,20\n0,1,,\n10,1,2,\n20,1,4,1\n", "saturations"),
         ("# kind=up\nM,0,10,20\n0,1,,\n10,1,2,\n20,1,4,5\n", "descending"),
         ("", "empty"),
+        ("# nothing but\n# remarks\n", "-1 rows, 0 inputs"),
     ],
 )
 def test_broken_csv_is_refused(tmp_path: Path, text: str, named: str) -> None:
