@@ -91,3 +91,13 @@ def test_a_finer_step_changes_little(force: list[float]) -> None:
     coarse = simulate(p, pull, 1e-3)
     fine = simulate(p, np.repeat(pull, 10), 1e-4)[::10]
     np.testing.assert_allclose(coarse, fine, atol=3e-6 + 1e-3 * np.ptp(fine))
+
+
+@pytest.mark.parametrize("pull", [0.5, -0.5, 0.29, -0.29])
+def test_from_rest_the_axis_moves_the_way_it_is_pulled_beyond_its_friction(pull: float) -> None:
+    """However small the force is: here 0.3 N hold it, of 2 kg, for 1 ms."""
+    p = Axis(2.0, 1e-9, coulomb=0.2, stribeck=0.1)
+    v, moved = model.step(p, 0.0, pull, 1e-3)
+    wanted = 0.0 if abs(pull) < 0.3 else (pull - math.copysign(0.3, pull)) / 2.0 * 1e-3
+    assert v == pytest.approx(wanted, rel=1e-6)
+    assert moved == pytest.approx(0.5e-3 * wanted, rel=1e-6)

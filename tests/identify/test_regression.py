@@ -231,8 +231,8 @@ def test_what_is_not_settled_or_not_stable_is_said() -> None:
 
 @pytest.mark.parametrize(
     ("first", "delay", "start", "said"),
-    [(3.0, 1, "rest", True), (0.5, 1, "rest", False), (3.0, 0, "rest", False),
-     (3.0, 1, "free", False)],
+    [(3.0, 1, "rest", True), (0.65, 1, "rest", True), (0.55, 1, "rest", False),
+     (3.0, 0, "rest", False), (3.0, 1, "free", False)],
 )  # fmt: skip
 def test_a_record_that_does_not_start_at_rest_is_pointed_out(
     first: float, delay: int, start: Any, said: bool
