@@ -120,3 +120,11 @@ def test_neighbours_are_averaged_and_the_ends_stay() -> None:
     np.testing.assert_allclose(mean_u, [0.0, 0.5, 1.3, 2.5, 3.0])
     np.testing.assert_allclose(mean_f, [2.0, 3.0, 6.0, 8.0, 10.0])
     np.testing.assert_allclose(averaged(u, f, np.inf)[0], [0.0, 6.1 / 5.0, 3.0])
+
+
+def test_only_a_rise_to_the_reversal_is_cut_off() -> None:
+    """Rows before it in no order are sorted in with the others."""
+    u, f = [4.0, 1.0, 7.0, 3.0, *DOWN], [4.1, 1.1, 7.1, 3.1, *OUT]
+    with pytest.warns(OrderWarning):
+        found = tidy([(u, f), OTHER], "descending")[1]
+    assert found.u.tolist() == sorted(u, reverse=True)
