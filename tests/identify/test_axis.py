@@ -101,3 +101,13 @@ def test_from_rest_the_axis_moves_the_way_it_is_pulled_beyond_its_friction(pull:
     wanted = 0.0 if abs(pull) < 0.3 else (pull - math.copysign(0.3, pull)) / 2.0 * 1e-3
     assert v == pytest.approx(wanted, rel=1e-6)
     assert moved == pytest.approx(0.5e-3 * wanted, rel=1e-6)
+
+
+@pytest.mark.parametrize("viscous", [0.0, 1e-12, 3.0])
+def test_in_one_direction_speed_decays_by_the_exponential_of_its_friction(viscous: float) -> None:
+    """Without viscous friction it stays, and a force adds h F / M."""
+    keep, push = model.decay(Axis(2.0, viscous), 1.0, 0.25)
+    assert keep == pytest.approx(math.exp(-viscous * 0.25 / 2.0), rel=1e-9)
+    assert push == pytest.approx((1.0 - keep) / viscous if viscous > 1e-9 else 0.125, rel=1e-9)
+    ahead, back = (model.decay(Axis(2.0, 3.0, asymmetry=1.0), s, 0.25)[0] for s in (1.0, -1.0))
+    assert (ahead, back) == pytest.approx((math.exp(-0.5), math.exp(-0.25)))
