@@ -354,3 +354,10 @@ def test_a_table_that_turns_back_is_no_everett_table() -> None:
     values[1, 0] = 2.0
     with pytest.raises(InputError, match="monotone"):
         FodTable(0.0, 1.0, values, 0.0).everett()
+
+
+@pytest.mark.parametrize("scale", [1.0, -1.0, 50.0])
+def test_the_negative_share_is_that_of_all_weights_sizes(scale: float) -> None:
+    """Cells of 3, 2 and -1: a sixth, whatever the unit of the output."""
+    values = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, -1.0, 0.0]])
+    assert FodTable(0.0, 1.0, scale * values, 0.0).negative_share == pytest.approx(1.0 / 6.0)
