@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from macromicro.control import calibration, macro, pi, supervisor
-from macromicro.control.macro import MacroMemory
 from macromicro.control.supervisor import (
     DONE,
     MACRO,
@@ -20,12 +19,11 @@ from macromicro.control.supervisor import (
 )
 from macromicro.types import Command, Outputs, Sample
 
-from .test_supervisor import DT, NAN, made, plan
+from .test_supervisor import DT, LEFT, NAN, made, plan
 
 # A wait of 2 s, a dwell of 0.2 s, patience of 15 s, 2 counts of tolerance.
 P = made()
-REST = MacroMemory(0.0, 0.0)
-LEFT = MacroMemory(3.0, 7.0)
+REST = macro.rest(0.0)
 
 
 def at(move: int, phase: int, **changed: Any) -> Progress:

@@ -14,7 +14,7 @@ from macromicro.plant import (
     laser,
     micro,
 )
-from macromicro.plant.bench import Bench, Sensors, State
+from macromicro.plant.bench import Bench, Noise, Sensors, State
 from macromicro.plant.flexure import stiffness
 from macromicro.types import Outputs, Sample
 
@@ -53,7 +53,7 @@ def test_the_truth_is_the_state() -> None:
 def test_sensors_show_the_state_and_their_own_noise(n0: float, n1: float) -> None:
     """Standard normal draws times the sensors' standard deviations, rounded to their codes."""
     s = somewhere()
-    m = bench.measure(PLANT, s, 7.0, n0, n1)
+    m = bench.measure(PLANT, s, 7.0, Noise(n0, n1))
     assert (m.t, m.encoder) == (7.0, math.floor(0.1234 / PITCH))
     lsb = PLANT.converter.full_scale / 2.0**PLANT.converter.bits
     assert m.hall == pytest.approx(1.9 + PLANT.hall.noise * n0, abs=0.5001 * lsb)
@@ -67,7 +67,7 @@ def test_sensors_show_the_state_and_their_own_noise(n0: float, n1: float) -> Non
 def test_the_two_end_switches(x: float, cut: float) -> None:
     s = somewhere()
     s = s._replace(micro=s.micro._replace(wire=s.micro.wire._replace(x=x), cut=cut))
-    m = bench.measure(PLANT, s, 0.0, 0.0, 0.0)
+    m = bench.measure(PLANT, s, 0.0, Noise())
     assert (m.extend, m.contract) == (float(x == PLANT.micro.driver.extend_on), cut)
 
 
@@ -92,7 +92,7 @@ def test_a_reset_puts_the_lasers_zero_where_it_reads_now(reset: float) -> None:
     """Its slow noise included, so that it reads nothing but its fast noise."""
     s = somewhere()
     place = bench.stage(PLANT, s) + s.drift
-    new = bench.advance(PLANT, s, Outputs(0.0, 0.0, 0.0, reset), 0.3, DT)
+    new = bench.advance(PLANT, s, Outputs(0.0, 0.0, 0.0, reset), Noise(drift=0.3), DT)
     assert new.zero == (place if reset > 0.5 else 0.12)
     assert new.drift == laser.drifted(PLANT.laser, 2e-7, 0.3, DT)
 
@@ -104,7 +104,7 @@ def test_a_period_of_both_stages(steps: int, fan: float) -> None:
     sensor sees the mean contraction of each step."""
     p = PLANT._replace(micro_steps=steps)
     s, twin = somewhere(), somewhere()
-    new = bench.advance(p, s, Outputs(1.0, 2.0, fan, 0.0), 0.0, DT)
+    new = bench.advance(p, s, Outputs(1.0, 2.0, fan, 0.0), Noise(), DT)
     volts = amplifier.motor_volts(p.amplifier, 2.0)
     macro = carriage.advance(p.macro, twin.macro, volts, DT, p.macro_steps)
     assert new.macro == macro

@@ -15,7 +15,7 @@ from macromicro.control.live.homing import BACK, GIVE, PUSH, SEARCH
 from macromicro.control.live.parameters import Homing, Live
 from macromicro.control.live.state import REST, Drive, Frame, LiveState, Search
 from macromicro.control.live.survey import NOTHING
-from macromicro.control.macro import MacroMemory
+from macromicro.control.macro import Memory
 from macromicro.types import Sample
 
 from .bench import DT, HALL_OUT, PITCH
@@ -58,13 +58,14 @@ def one(
     return homing.step(f.p, s, s.motion, s.work, reading(encoder), DT)
 
 
-def effort(s: LiveState, memory: MacroMemory, error: float) -> float:
+def effort(s: LiveState, memory: Memory, error: float) -> float:
     """What the macro law wants [V] of an error [counts], within homing's volts."""
     most = SLOWLY.homing.volts
     return min(max(macro.step(s.laws.macro, memory, error, DT)[1], -most), most)
 
 
-PUSHED = MacroMemory(3.0, 5.0)  # a law's memory that is not empty
+# Memories of all laws that are not empty.
+PUSHED = tuple(type(memory)(*[4.0] * len(memory)) for memory in REST)
 
 
 @pytest.mark.parametrize(
