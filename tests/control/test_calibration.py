@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
+from macromicro.errors import InputError
 from macromicro.plant import hall
 from macromicro.plant.hall import Hall
 
@@ -45,3 +46,23 @@ def test_shipped_table_covers_the_sensor_and_is_right_within_two_micrometres() -
     for x in np.linspace(0.1e-3, 3.9e-3, 77):
         shown = calibration.position(SHIPPED, hall.volts(Hall(), float(x)))
         assert shown == pytest.approx(x * 1e3, abs=2e-3)
+
+
+TABLE = "# Hall calibration\nhall_V,position_mm\n\n0.5,0.1\n0.75,0.4\n1.0,0.8\n1.25,1.5\n"
+
+
+def test_a_table_is_read_with_its_first_voltage_and_equal_steps() -> None:
+    """Remarks, the heading and empty lines aside."""
+    found = calibration.read(TABLE)
+    assert (found.low, found.step) == (0.5, 0.25)
+    assert found.position.tolist() == [0.1, 0.4, 0.8, 1.5]
+    assert calibration.position(found, 0.9) == pytest.approx(0.64)
+
+
+@pytest.mark.parametrize("text", [
+    "", "hall_V,position_mm\n", "0.5,0.1\n", "0.5\n0.6\n", "0.5,a\n0.6,1\n",
+    "1.0,0.1\n0.5,0.4\n", "0.5,0.1\n0.5,0.4\n", "0.5,0.1\n0.6,nan\n", "nan,0.1\n0.6,0.2\n",
+])  # fmt: skip
+def test_what_is_no_table_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=r"Hall calibration.*accepted: the text of a hall_cal"):
+        calibration.read(text)

@@ -60,3 +60,11 @@ def test_uncompensated_effort_is_the_compensated_less_the_dead_zone(
     _, lifted = macro.step(law(number, 3.0), macro.rest(error), error, 1e-3)
     lift = 3.0 if bare > 0.0 else -3.0 if bare < 0.0 else 0.0
     assert lifted == pytest.approx(bare + lift)
+
+
+@pytest.mark.parametrize("width", [0.0, 0.2, 1.0, 3.0])
+@pytest.mark.parametrize("effort", [0.7, -0.7, 0.0])
+def test_an_effort_is_lifted_over_a_dead_zone_of_any_width(width: float, effort: float) -> None:
+    lifted = effort + width * ((effort > 0.0) - (effort < 0.0))
+    assert macro.sent(effort, width, 5.0) == pytest.approx(lifted)
+    assert macro.sent(effort, width, 0.5) == pytest.approx(min(max(lifted, -0.5), 0.5))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from macromicro.control import pd
 from macromicro.control.pd import PdInitial, PdMemory, PdTuned
+from macromicro.schema.par import Entry, entries
 
 errors = st.floats(-3000.0, 3000.0)
 
@@ -55,3 +56,9 @@ def test_a_3000_count_step_under_4_10_asks_for_37_volts_then_3_72() -> None:
     first, effort = pd.step(p, pd.start(0.0), 3000.0, 1e-3)
     assert effort == pytest.approx(37.4, abs=0.1)
     assert pd.step(p, first, 3000.0, 1e-3)[1] == pytest.approx(3.72, abs=0.01)
+
+
+@pytest.mark.parametrize("entry", [*entries(PdInitial()), *entries(PdTuned())])
+def test_a_tap_may_have_either_sign(entry: Entry) -> None:
+    """The two of a derivative have opposite ones."""
+    assert entry.par.lo == -entry.par.hi < 0.0

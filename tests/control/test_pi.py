@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from macromicro.control import pi
 from macromicro.control.pi import Pi, PiAntiWindup, Proportional
+from macromicro.nominal import FULL_SCALE, PERIOD
 
 P = PiAntiWindup()
 PLAIN = PiAntiWindup(*Pi())
@@ -70,3 +71,12 @@ def test_proportional_has_no_memory() -> None:
     for _ in range(100):
         integral, given_ = pi.step(law, integral, 0.5, 1e-3)
     assert (integral, given_) == (0.0, 1.5)
+
+
+def test_the_steepest_gain_that_may_be_set_and_what_follows_from_it() -> None:
+    """The whole D/A range of 5 V at 5 um, half the band of 10 um; the integral gain adds as much
+    in one period; back-calculation takes the whole excess away in one."""
+    assert pytest.approx(FULL_SCALE / 5e-3) == pi.STEEPEST
+    assert pytest.approx(pi.STEEPEST) == pi.QUICKEST * PERIOD
+    swift = PiAntiWindup(kp=0.0, ki=0.0, kaw=pi.SWIFTEST)
+    assert pi.step(swift, 4.0, 0.0, PERIOD) == (pytest.approx(1.9), 1.9)

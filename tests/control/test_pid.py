@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from macromicro.control import pid
 from macromicro.control.pid import Pid, PidMemory
+from macromicro.nominal import FULL_SCALE, PERIOD
 
 P = Pid()
 errors = st.floats(-3000.0, 3000.0)
@@ -29,3 +30,11 @@ def test_integral_effort_ramps_while_the_carriage_sticks() -> None:
         memory, effort = pid.step(P, memory, 100.0, 1e-3)
     assert memory.integral == pytest.approx(14.0)
     assert effort == pytest.approx(16.0)
+
+
+def test_the_steepest_gains_that_may_be_set() -> None:
+    """Twenty times what makes the D/A's full scale of one count, or of a count gained in 1 ms;
+    of the integral what adds as much in a period."""
+    assert pytest.approx(20.0 * FULL_SCALE) == pid.STEEPEST
+    assert pytest.approx(20.0 * FULL_SCALE * PERIOD) == pid.SHARPEST
+    assert pytest.approx(pid.STEEPEST) == pid.QUICKEST * PERIOD

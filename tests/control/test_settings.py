@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from macromicro.control import settings
+from macromicro.control import calibration, settings
 from macromicro.control.macro import NAMES
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.settings import MICRO_LAWS, Control
@@ -61,6 +61,23 @@ def test_limits_the_wrong_way_round_are_named(name: str) -> None:
     assert spec.problems() == []
 
 
+@pytest.mark.parametrize("name", ["p", "pi", "pi_antiwindup"])
+def test_a_law_whose_limit_lies_beyond_ctrls_is_named(name: str) -> None:
+    law = getattr(Control(), name)._replace(high=4.0)
+    spec = Control(ctrl_limit=3.9)._replace(**{n: getattr(Control(), n)._replace(high=3.0)
+                                               for n in ("p", "pi", "pi_antiwindup")})  # fmt: skip
+    assert spec.problems() == []
+    found = spec._replace(**{name: law}).problems()
+    assert found == [(f"{name}.high", 4.0, "at most {ctrl_limit}")]
+    assert spec._replace(ctrl_limit=4.0, **{name: law}).problems() == []
+
+
+@pytest.mark.parametrize(("width", "wrong"), [(2.9, False), (3.0, True)])
+def test_a_dead_zone_as_wide_as_the_motors_limit_is_named(width: float, wrong: bool) -> None:
+    found = Control(dead_zone=width, motor_limit=3.0).problems()
+    assert found == ([("dead_zone", width, "below {motor_limit}")] if wrong else [])
+
+
 @pytest.mark.parametrize("entry", NUMBERS, ids=lambda e: e.path)
 def test_every_number_has_finite_bounds_with_room_for_a_search(entry: Entry) -> None:
     """A tuning searches a decade to either side; what is fixed at 0 is no gain of that law."""
@@ -85,3 +102,9 @@ def test_a_file_with_a_senseless_gain_is_refused(key: str, value: str, tmp_path:
     file.write_text(f'controller.{key} = "{value}"\n')
     with pytest.raises(InputError, match=rf"controller\.{key}.*accepted: from .* to "):
         load_overrides(file, Settings())
+
+
+def test_the_calibration_is_the_one_given_or_the_shipped_one() -> None:
+    other = calibration.shipped()._replace(low=0.1)
+    assert settings.prepare(Control(), table=other).calibration is other
+    assert settings.prepare(Control()).calibration.low == calibration.shipped().low

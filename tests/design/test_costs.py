@@ -54,3 +54,11 @@ def test_bad_technologies_are_refused(bad: Technology) -> None:
 def test_an_accuracy_is_above_nothing(accuracy: float) -> None:
     with pytest.raises(InputError, match="SMA micro-stage, accuracy"):
         costs.micro_stage(accuracy)
+
+
+def test_both_ends_of_the_others_costs_are_compared_with_our_greatest() -> None:
+    """And their coarsest accuracy with ours."""
+    own = Technology("own", (1e-6, 5e-6), (100.0, 200.0))
+    other = Technology("other", (2e-6, 20e-6), (600.0, 3000.0))
+    (found,) = costs.compare(own, [other])
+    assert found == ("other", 3.0, 15.0, pytest.approx(4.0))

@@ -74,3 +74,17 @@ def test_bent_beam_keeps_its_length_and_its_ends_direction() -> None:
     assert abs(slope[0]) < 1e-4 and abs(slope[-1]) < 1e-4
     assert np.hypot(np.diff(along), np.diff(aside)).sum() == pytest.approx(Beam().length, rel=1e-5)
     assert nearer == pytest.approx(0.6 * 2e-3**2 / Beam().length)
+
+
+def test_a_bent_beam_keeps_its_length_along_the_way() -> None:
+    """Each place comes nearer by the integral of y'^2 / 2 up to it, y' = dx (6 s - 6 s^2) / L."""
+    beam, bent = Beam(modulus=2e11, width=0.01, length=0.05), 2e-3
+    place, sideways, nearer = shape(beam, bent, 2001)
+    s = np.linspace(0.0, 1.0, 2001)
+    slope = bent * (6.0 * s - 6.0 * s**2) / beam.length
+    steps = 0.5 * np.diff(s) * beam.length * 0.5 * (slope[1:] ** 2 + slope[:-1] ** 2)
+    lost = np.concatenate(([0.0], np.cumsum(steps)))
+    np.testing.assert_allclose(beam.length * s - place, lost, atol=1e-6 * lost[-1])
+    assert lost[-1] == pytest.approx(nearer, rel=1e-6)
+    np.testing.assert_allclose(np.gradient(sideways, s * beam.length)[1:-1], slope[1:-1], atol=1e-6)
+    assert len(shape(beam, bent)[0]) == 61

@@ -55,3 +55,25 @@ def test_impossible_needs_are_refused(needs: Needs) -> None:
 def test_impossible_sensors_are_refused(sensor: Sensor) -> None:
     with pytest.raises(InputError, match="Hall sensor x"):
         judge([sensor], Needs())
+
+
+@pytest.mark.parametrize(
+    ("sensor", "against"),
+    [
+        (Sensor("x", 650.0, (3e-3, 3e-3), 9.0), ("range 650 G, needs over 650 G",)),
+        (Sensor("x", 650.1, (3e-3, 3e-3), 9.0), ()),
+        (Sensor("x", 651.0, (1e-3, 2.9e-3), 9.0), ("2.9 mV/G, needs 3 mV/G",)),
+        (Sensor("x", 651.0, (1e-3, 3e-3), 9.0), ()),
+        (Sensor("x", None, (3e-3, 3e-3), 10.0), ("10 USD, needs below 10 USD",)),
+        (Sensor("x", None, (3e-3, 3e-3), 9.99), ()),
+    ],
+)
+def test_requirements_to_the_last_digit(sensor: Sensor, against: tuple[str, ...]) -> None:
+    """The range must exceed the field, the sensitivity reach its floor, the cost stay below."""
+    assert judge([sensor], Needs(cost=10.0))[0].against == against
+
+
+def test_the_cheapest_comes_first() -> None:
+    dear, cheap = (Sensor(n, 700.0, (4e-3, 4e-3), c) for n, c in (("a", 9.0), ("b", 2.0)))
+    assert suitable([dear, cheap], Needs()) == [cheap, dear]
+    assert suitable([dear._replace(cost=1e6)], Needs()) == [dear._replace(cost=1e6)]

@@ -73,3 +73,17 @@ def test_bad_sheets_are_refused(magnet: Magnet, travel: float, word: str) -> Non
 def test_no_magnets() -> None:
     with pytest.raises(InputError, match="one magnet or more"):
         ranking([], MM)
+
+
+def test_the_first_reading_of_table_3_1_stands_at_its_distance() -> None:
+    """Distances of the table are inches, in steps of 0.01 or more; nothing lies beyond the last."""
+    for magnet in TABLE_3_1:
+        assert magnet.distance == tuple(sorted(set(magnet.distance)))
+        assert 0.1 * INCH <= magnet.distance[-1] - magnet.distance[0] <= INCH
+        whole = largest_change(magnet, magnet.distance[-1] - magnet.distance[0])
+        assert whole.flux == pytest.approx(abs(magnet.flux[-1] - magnet.flux[0]))
+
+
+def test_distances_that_fall_anywhere_are_refused() -> None:
+    with pytest.raises(InputError, match="increase"):
+        largest_change(Magnet("x", (0.0, 2.0, 1.0, 3.0), (1.0, 2.0, 3.0, 4.0)), 0.5)

@@ -183,3 +183,75 @@ def test_an_unstable_loop_has_no_margins() -> None:
     assert all(math.isnan(value) for value in found[1:])
     with pytest.raises(InputError, match="dt"):
         margins([0.5], [1.0, 0.0], -1.0)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+def test_a_common_factor_of_both_polynomials_changes_no_margin(scale: float) -> None:
+    num, den = np.array([2.0]), np.array([1.0, -1.5])
+    found = margins(scale * num, scale * den, DT)
+    assert found == pytest.approx(margins(num, den, DT), rel=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.7, 0.701, 0.702, 0.703, 0.9, 2.5, 3.1])
+@pytest.mark.parametrize("radius", [0.9, 0.999])
+def test_a_sharp_resonance_is_found_between_the_frequencies_of_the_grid(
+    angle: float, radius: float
+) -> None:
+    """T = g / (z^2 - 2 r cos(a) z + r^2) has its peak g / ((1 - r^2) |sin a|) where
+    cos(w dt) = (1 + r^2) cos(a) / (2 r), if there is such a frequency."""
+    closed = np.array([1.0, -2.0 * radius * math.cos(angle), radius * radius])
+    g = 1e-3
+    den = closed - np.array([0.0, 0.0, g])
+    found = margins([g], den, DT)
+    if abs((1.0 + radius**2) * math.cos(angle) / (2.0 * radius)) <= 1.0:
+        peak = g / ((1.0 - radius**2) * math.sin(angle))
+    else:
+        peak = g / abs(np.polyval(closed, -1.0))
+    assert found.stable
+    assert found.peak_t == pytest.approx(peak, rel=1e-7)
+
+
+def test_gains_that_end_stability_at_the_lowest_and_the_highest_frequency() -> None:
+    """-0.5 / z: the closed loop's pole is 0.5 k, at z = 1 with k = 2; 0.5 / z ends at z = -1."""
+    for sign in (1.0, -1.0):
+        found = margins([sign * 0.5], [1.0, 0.0], DT)
+        assert (found.gain, found.gain_down) == (pytest.approx(2.0), 0.0)
+
+
+def test_an_integrator_has_no_gain_at_rest_that_ends_stability() -> None:
+    """-0.1 / (z - 1) with positive feedback is unstable for any gain; 0.1 / (z - 1) ends at
+    z = -1 with 20."""
+    assert not margins([-0.1], [1.0, -1.0], DT).stable
+    found = margins([0.1], [1.0, -1.0], DT)
+    assert (found.gain, found.gain_down) == (pytest.approx(20.0), 0.0)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.1])
+@pytest.mark.parametrize(("share", "found"), [(2e-5, True), (5e-6, False), (0.15, True)])
+def test_the_lowest_frequency_is_sought_within_what_a_loop_can_use(
+    dt: float, share: float, found: bool
+) -> None:
+    """From 1e-5 of the Nyquist frequency to a fifth of it: a pole there leaves 45 deg of margin
+    to an integrator, less half a sample's and the pole's own delay."""
+    w = share * math.pi / dt
+    den = np.convolve([1.0, -1.0], [1.0, -math.exp(-w * dt)])
+    if found:
+        at = lowest_frequency([1.0], den, dt, 40.0)
+        phase = np.angle(np.polyval([1.0], 1.0) / np.polyval(den, np.exp(1j * at * dt)))
+        assert math.degrees(phase) % 360.0 == pytest.approx(180.0 + 40.0, abs=1e-3)
+    else:
+        with pytest.raises(InputError, match="one that the plant passes through"):
+            lowest_frequency([1.0], den, dt, 45.0)
+
+
+@pytest.mark.parametrize("late", [0, 1, 2])
+def test_of_several_crossovers_the_margin_of_least_size_counts(late: int) -> None:
+    """A resonance that pushes the right way crosses 1 twice, far from -1 on either side; a delay
+    turns one of the two nearer."""
+    num = 0.02 * np.array([1.0, 0.0, -1.0])
+    den = np.append([1.0, -2.0 * 0.99 * math.cos(0.3), 0.99**2], np.zeros(late))
+    found, each = margins(num, den, DT), crossovers(num, den, DT)
+    assert found.stable and len(each) == 2
+    assert found.phase == pytest.approx(min((c.phase_margin for c in each), key=abs))
+    assert {c.phase_margin < 0.0 for c in each} == {True, False}
+    assert found.crossover in [c.frequency for c in each]

@@ -212,3 +212,13 @@ def test_smoothing_keeps_range_and_straight_lines(y: np.ndarray) -> None:
     assert mean.min() >= y.min() - 1e-9 and mean.max() <= y.max() + 1e-9
     ramp = 2.0 * np.arange(len(y)) + y[0]
     assert smoothed(ramp, 21) == pytest.approx(ramp)
+
+
+def test_only_the_last_move_of_a_run_cut_short_is_incomplete() -> None:
+    move = np.repeat([0, 1, 2], 1000)
+    phase = np.full(3000, MACRO)
+    phase[-1] = FAULT
+    made = recording(move=move, phase=phase, macro_position=np.repeat([10.0, 20.0, 30.0], 1000))
+    found = moves(made, programme((0, 10.0), (0, 20.0), (0, 30.0)))
+    assert [x.complete for x in found] == [True, True, False]
+    assert [x.final_error_counts for x in found] == [0.0, 0.0, None]

@@ -10,7 +10,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Preisach
-from macromicro.hysteresis.forc import CutFileWarning, ForcFile, read_forc
+from macromicro.hysteresis.forc import CutFileWarning, ForcFile, _without_drift, read_forc
 
 DATA = Path(__file__).parents[1] / "data" / "forc" / "hchb_forc"
 
@@ -153,3 +153,17 @@ def test_missing_files_and_missing_calibrations_are_refused(tmp_path: Path) -> N
     without = SMALL.format(points=7).replace("+1.0E+00,+3.3E+00\n", "")
     with pytest.raises(InputError, match="one calibration before each curve"):
         read_forc(written(tmp_path, without), drift=True)
+
+
+def test_a_calibration_of_nothing_is_refused_and_one_of_one_is_not() -> None:
+    """Moments are scaled by the mean calibration over the one before the curve."""
+    curve = np.array([[3.0, 2.0], [1.0, 1.0]])
+    blocks = [np.array([[5.0, 1.0]]), curve, np.array([[5.0, 3.0]]), curve]
+    found = _without_drift(blocks, np.array([[5.0, 1.0], [5.0, 3.0]]), "here")
+    for (u, f), gain in zip(found, (2.0, 2.0 / 3.0), strict=True):
+        assert u.tolist() == [3.0, 1.0]
+        np.testing.assert_allclose(f, gain * curve[:, 1])
+    with pytest.raises(InputError, match="one calibration before each curve"):
+        _without_drift(blocks, np.array([[5.0, 0.0], [5.0, 3.0]]), "here")
+    with pytest.raises(InputError, match="2 calibrations for 1 curves"):
+        _without_drift(blocks[:3], np.array([[5.0, 1.0], [5.0, 3.0]]), "here")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from macromicro.hysteresis import FodTable, Preisach, from_density
-from macromicro.hysteresis.pictures import draw_curves, draw_density, draw_plane, staircase
+from macromicro.hysteresis.pictures import _evenly, draw_curves, draw_density, draw_plane, staircase
 
 TABLE = FodTable.from_everett(from_density(np.tril(np.ones((20, 20))), -1.0, 0.1, 21), 0.0, 2.0)
 
@@ -72,3 +72,14 @@ def test_heavy_modules_wait_until_they_are_needed() -> None:
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("count", "most"), [(0, 5), (1, 5), (5, 5), (4, 9), (100, 7), (3, 2)])
+def test_of_many_curves_some_are_drawn_the_first_and_the_last_among_them(
+    count: int, most: int
+) -> None:
+    found = _evenly(count, most)
+    assert len(found) == min(count, most) and found == sorted(set(found))
+    if count:
+        assert found[0] == 0 and found[-1] == (count - 1 if most > 1 else 0)
+        assert np.ptp(np.diff(found)) <= 1 if len(found) > 1 else True

@@ -194,6 +194,19 @@ def test_limits_widen_the_table_without_relays_there() -> None:
         FodTable.from_curves(measured(12), limits=(30.0, 130.0))
 
 
+@pytest.mark.parametrize("kind", ["descending", "ascending"])
+def test_limits_within_the_data_are_refused_with_what_they_hold(kind: Any) -> None:
+    curves = measured(8, kind=kind)
+    u = np.concatenate([u for u, _ in curves])
+    low, high = float(u.min()), float(u.max())
+    for limits in ((low + 1.0, high), (low, high - 1.0)):
+        with pytest.raises(InputError, match="limits") as caught:
+            FodTable.from_curves(curves, kind, limits=limits, nodes=21)
+        shown = str(caught.value).split("hold the data, [")[1].split("]")[0].split(",")
+        assert [float(s) for s in shown] == pytest.approx([low, high])
+    assert FodTable.from_curves(curves, kind, limits=(high, low), nodes=21).lo == pytest.approx(low)
+
+
 def test_raw_data_are_kept_as_they_came() -> None:
     curves = [(u.tolist(), f.tolist()) for u, f in measured(5)]
     curves[2][1][7] = float("nan")
@@ -291,8 +304,15 @@ def test_what_is_mended_is_said() -> None:
 
 def test_data_that_contradict_themselves_are_pointed_out() -> None:
     drifting = [(u, f + 0.1 * k) for k, (u, f) in enumerate(measured(8))]
-    with pytest.warns(ClosureWarning, match="% of the range apart"):
+    with pytest.warns(ClosureWarning, match="% of the range apart") as told:
         FodTable.from_curves(drifting, nodes=21)
+    share = float(str(told[0].message).split("end ")[1].split(" %")[0])
+    extent = float(np.ptp(np.concatenate([f for _, f in drifting])))
+    assert share == pytest.approx(100.0 * 0.7 / extent, rel=0.2)  # what the last has drifted by
+    slightly = [(u, f + 0.003 * k) for k, (u, f) in enumerate(measured(8))]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        FodTable.from_curves(slightly, nodes=21)
     with pytest.warns(ClockwiseWarning, match="clockwise"), pytest.warns(ClosureWarning):
         # Ascending data whose rows were turned round to look descending.
         turned = [(u[::-1], f[::-1]) for u, f in measured(8, kind="ascending")]
@@ -312,6 +332,9 @@ def test_clean_data_cause_no_warning() -> None:
     [
         ({"values": np.ones((3, 3))}, "diagonal"),
         ({"values": np.ones(3)}, "shape"),
+        ({"values": np.zeros((1, 1))}, "shape"),
+        ({"values": np.zeros((0, 0))}, "shape"),
+        ({"values": np.zeros((3, 2))}, "shape"),
         ({"values": np.full((3, 3), np.nan)}, "finite"),
         ({"values": np.zeros((3, 3))}, "saturations"),
         ({"step": 0.0}, "step"),
@@ -331,3 +354,10 @@ def test_a_table_that_turns_back_is_no_everett_table() -> None:
     values[1, 0] = 2.0
     with pytest.raises(InputError, match="monotone"):
         FodTable(0.0, 1.0, values, 0.0).everett()
+
+
+@pytest.mark.parametrize("scale", [1.0, -1.0, 50.0])
+def test_the_negative_share_is_that_of_all_weights_sizes(scale: float) -> None:
+    """Cells of 3, 2 and -1: a sixth, whatever the unit of the output."""
+    values = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, -1.0, 0.0]])
+    assert FodTable(0.0, 1.0, scale * values, 0.0).negative_share == pytest.approx(1.0 / 6.0)

@@ -74,6 +74,7 @@ def test_a_table_from_a_spreadsheet(tmp_path: Path) -> None:
         ("M,0,10,20\n0,1,,\n10,1,2,\n20,1,4,1\n", "saturations"),
         ("# kind=up\nM,0,10,20\n0,1,,\n10,1,2,\n20,1,4,5\n", "descending"),
         ("", "empty"),
+        ("# nothing but\n# remarks\n", "-1 rows, 0 inputs"),
     ],
 )
 def test_broken_csv_is_refused(tmp_path: Path, text: str, named: str) -> None:
@@ -108,6 +109,10 @@ def test_curves_from_csv(tmp_path: Path) -> None:
     assert np.array_equal(f, [3.0, 1.0, np.nan], equal_nan=True)
     assert second.tolist() == [40.0, 30.0]
     assert np.isnan(g[1])
+    path.write_text("a,50,3\na,,2\na,nan,1\n")
+    ((u, f),) = read_curves(path)
+    assert np.array_equal(u, [50.0, np.nan, np.nan], equal_nan=True)
+    assert f.tolist() == [3.0, 2.0, 1.0]
 
 
 @pytest.mark.parametrize(

@@ -91,3 +91,23 @@ def test_a_finer_step_changes_little(force: list[float]) -> None:
     coarse = simulate(p, pull, 1e-3)
     fine = simulate(p, np.repeat(pull, 10), 1e-4)[::10]
     np.testing.assert_allclose(coarse, fine, atol=3e-6 + 1e-3 * np.ptp(fine))
+
+
+@pytest.mark.parametrize("pull", [0.5, -0.5, 0.29, -0.29])
+def test_from_rest_the_axis_moves_the_way_it_is_pulled_beyond_its_friction(pull: float) -> None:
+    """However small the force is: here 0.3 N hold it, of 2 kg, for 1 ms."""
+    p = Axis(2.0, 1e-9, coulomb=0.2, stribeck=0.1)
+    v, moved = model.step(p, 0.0, pull, 1e-3)
+    wanted = 0.0 if abs(pull) < 0.3 else (pull - math.copysign(0.3, pull)) / 2.0 * 1e-3
+    assert v == pytest.approx(wanted, rel=1e-6)
+    assert moved == pytest.approx(0.5e-3 * wanted, rel=1e-6)
+
+
+@pytest.mark.parametrize("viscous", [0.0, 1e-12, 3.0])
+def test_in_one_direction_speed_decays_by_the_exponential_of_its_friction(viscous: float) -> None:
+    """Without viscous friction it stays, and a force adds h F / M."""
+    keep, push = model.decay(Axis(2.0, viscous), 1.0, 0.25)
+    assert keep == pytest.approx(math.exp(-viscous * 0.25 / 2.0), rel=1e-9)
+    assert push == pytest.approx((1.0 - keep) / viscous if viscous > 1e-9 else 0.125, rel=1e-9)
+    ahead, back = (model.decay(Axis(2.0, 3.0, asymmetry=1.0), s, 0.25)[0] for s in (1.0, -1.0))
+    assert (ahead, back) == pytest.approx((math.exp(-0.5), math.exp(-0.25)))

@@ -63,3 +63,10 @@ def test_unusable_runs_are_refused(change: dict, match: str) -> None:
         checked(T[:5], T[:5], T[:5])
     with pytest.raises(InputError, match="a Recording or arrays"):
         as_run(3, "run")
+
+
+def test_a_time_that_goes_back_is_named_with_the_one_before() -> None:
+    t = np.arange(30) * 0.1
+    t[7] = 0.55
+    with pytest.raises(InputError, match=r"0\.55 s after 0\.6 s"):
+        checked(t, t, t)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from macromicro.hysteresis import from_density
+from macromicro.hysteresis import from_density, peek
 from macromicro.models import actuator, heating, stressed
 from macromicro.models.actuator import Actuator, Hysteresis
 from macromicro.models.heating import PRINTED, Heat, Ladder, from_transfer
@@ -144,3 +144,26 @@ def test_lag_gives_its_mean_heat_to_the_wires() -> None:
     assert now.heat == pytest.approx(goal + (40.0 - goal) * np.exp(-dt / p.lag), rel=1e-12)
     cut = stressed.warmed(p, s, 1.55, 1.0, dt)
     assert cut.content == pytest.approx(40.0 * p.lag * (1.0 - np.exp(-dt / p.lag)) / p.ladder.c1)
+
+
+def test_the_temperature_is_the_rooms_and_three_parts() -> None:
+    """And the relays see that of the step's end."""
+    s = actuator.cold(THESIS)._replace(heat=Heat(30.0, 20.0, 10.0))
+    assert actuator.temperature(THESIS, s) == 25.0 + 30.0 + 20.0 + 10.0
+    p = THESIS._replace(hysteresis=RELAYS._replace(low=0.2, span=3.5))
+    now = actuator.step(p, actuator.cold(p)._replace(heat=Heat(40.0, 21.0, 11.0)), 1.6, 0.02)
+    u = 25.0 + sum(now.heat[:3])
+    assert u != 25.0 and now.memory.u == pytest.approx(u, rel=1e-15)
+    fresh_memory = actuator.cold(p).memory
+    assert now.x == pytest.approx(0.2 + 3.5 * peek(TABLE, fresh_memory, u), rel=1e-12)
+    assert 0.2 < now.x < 3.7
+
+
+def test_a_simulation_shows_each_state_before_its_step() -> None:
+    out = np.empty((2, 3))
+    ctrl, dt = np.array([1.6, 0.0, 1.7]), np.array([0.3, 0.2, 0.1])
+    actuator._rollout(THESIS, actuator.cold(THESIS), ctrl, dt, out)
+    s = actuator.cold(THESIS)
+    for k in range(3):
+        assert out[:, k].tolist() == [s.x, actuator.temperature(THESIS, s)]
+        s = actuator.step(THESIS, s, ctrl[k], dt[k])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from macromicro.models import electrothermal
@@ -39,3 +40,36 @@ def test_heating_is_the_printed_transfer_function() -> None:
         s = electrothermal.step(s, 10.0, 5e-3)
     assert electrothermal.temperature(s) == pytest.approx(10.0 * 0.001552 / 0.001537, rel=1e-4)
     assert math.isfinite(s.s2)
+
+
+def test_the_step_response_is_that_of_the_printed_coefficients() -> None:
+    """(5.6) by its partial fractions, from the first tenths of a second to the slow rise."""
+    poles = np.roots([1.0, 1.491, 0.1604, 0.001537])
+    s, t = electrothermal.Heating(0.0, 0.0, 0.0), 0.0
+    for until in (0.3, 3.0, 30.0, 100.0):
+        while t < until - 1e-9:
+            s, t = electrothermal.step(s, 10.0, 1e-3), t + 1e-3
+        wanted = 10.0 * 0.001552 / 0.001537
+        for r in poles:
+            others = np.prod([r - o for o in poles if o != r])
+            numerator = 1.001 * r * r + 0.1483 * r + 0.001552
+            wanted += 10.0 * float(numerator / (r * others) * np.exp(r * until))
+        assert electrothermal.temperature(s) == pytest.approx(wanted, rel=2e-3)
+
+
+def test_a_step_leaves_the_equation_of_the_canonical_form() -> None:
+    """s2' + D2 s2 + D1 s1 + D0 s0 = T_d; s1' = s2 and s0' = s1 with the new values."""
+    s, dt = electrothermal.Heating(300.0, 20.0, 3.0), 0.01
+    new = electrothermal.step(s, 50.0, dt)
+    assert (new.s2 - 3.0) / dt + 1.491 * 3.0 + 0.1604 * 20.0 + 0.001537 * 300.0 == pytest.approx(50)
+    assert (new.s1 - 20.0) / dt == pytest.approx(new.s2)
+    assert (new.s0 - 300.0) / dt == pytest.approx(new.s1)
+    assert electrothermal.temperature(s) == pytest.approx(1.001 * 3 + 0.1483 * 20 + 0.001552 * 300)
+
+
+@pytest.mark.parametrize("ctrl", [2.19, 2.2, 2.21])
+def test_from_2_2_volts_on_the_ceiling_holds(ctrl: float) -> None:
+    """Wherever (5.8) runs away to, up or down."""
+    high = 1e9
+    found = gain(ctrl, high)
+    assert found == (high if ctrl >= 2.2 else weighted(electrothermal.PRINTED, ctrl))

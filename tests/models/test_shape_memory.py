@@ -30,3 +30,13 @@ def test_austenite_takes_the_strain_back() -> None:
     assert strain(P, 75e6, 1.0, 1.0) == pytest.approx(1e-3)
     half = strain(P, 0.0, 0.5, 1.0)
     assert half == pytest.approx(0.5 * P.plateau_strain)
+
+
+@pytest.mark.parametrize("stress", [141e6, 500e6, 1e9])
+def test_beyond_the_plateau_no_more_strain_comes_out(stress: float) -> None:
+    assert detwinned(P, stress, 0.0) == 1.0
+
+
+@pytest.mark.parametrize("stress", [69e6, 0.0, -200e6])
+def test_below_the_plateau_none_does(stress: float) -> None:
+    assert detwinned(P, stress, 0.0) == 0.0

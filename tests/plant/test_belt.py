@@ -9,8 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from macromicro.nominal import PERIOD
 from macromicro.plant import belt
-from macromicro.plant.belt import Belt
+from macromicro.plant.belt import FASTEST, Belt
+from macromicro.plant.bench import Bench
+from macromicro.schema.par import entries
 
 from .drives import energy
 
@@ -110,3 +113,9 @@ def test_reaction_is_the_gradient_of_the_energy_plus_the_damper(
     gradient = (energy(P, mass, q + e, 0.0) - energy(P, mass, q - e, 0.0)) / (2.0 * e)
     damper = 2.0 * P.decay * P.participation * mass * speed
     assert belt.reaction(P, mass, q, speed) == pytest.approx(gradient + damper, abs=1e-6)
+
+
+def test_a_mode_that_the_loop_can_see_may_be_set() -> None:
+    """A sampled loop sees nothing beyond half its frequency."""
+    (entry,) = (e for e in entries(Bench()) if e.path == "belt.frequency")
+    assert 100.0 < entry.par.hi == FASTEST < 0.5 / PERIOD

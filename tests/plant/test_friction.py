@@ -131,3 +131,23 @@ def test_level_visits_most_of_its_amplitude() -> None:
     level = [friction.ripple(P, x) for x in np.linspace(0.0, 0.2, 2000)]
     assert max(level) > 0.9 * P.ripple
     assert min(level) < -0.9 * P.ripple
+
+
+@pytest.mark.parametrize("x", [0.0, 0.003, 0.0097, 0.041, -0.02])
+def test_the_level_changes_along_the_rod_by_two_sines(x: float) -> None:
+    """Of 1 N from trough to crest each, one of them a radian ahead: alone by a far other period."""
+    long = P._replace(ripple=1.0, ripple_short=1e12)
+    assert friction.ripple(long, x) - friction.ripple(long, 0.0) == pytest.approx(
+        0.5 * np.sin(2.0 * np.pi * x / P.ripple_long)
+    )
+    short = P._replace(ripple=1.0, ripple_long=1e12)
+    assert friction.ripple(short, x) == pytest.approx(
+        0.5 * np.sin(2.0 * np.pi * x / P.ripple_short + 1.0), abs=1e-9
+    )
+
+
+def test_friction_that_is_none_stays_a_millinewton() -> None:
+    """Bristles need a level to be drawn against."""
+    none = P._replace(coulomb=0.4, stribeck=0.0)
+    assert friction.level(none, 0.1, -0.4) == friction.level(none, 0.1, -9.0) == 1e-3
+    assert friction.level(none, 0.1, -0.3) == pytest.approx(0.1)

@@ -52,3 +52,19 @@ def test_reset_makes_the_present_place_zero() -> None:
     assert bench.measure(still, held, 0.0, bench.Noise()).laser == pytest.approx(away, abs=1e-6)
     reset = bench.advance(still, s, Outputs(0.0, 0.0, 0.0, 1.0), bench.Noise(), 1e-3)
     assert abs(bench.measure(still, reset, 0.0, bench.Noise()).laser) <= 1e-8
+
+
+@pytest.mark.parametrize("draw", [0.0, 2.0, -1.5])
+def test_slow_noise_is_pushed_by_its_draws(draw: float) -> None:
+    """A share exp(-dt/time) stays; the draw's share keeps the deviation as it is."""
+    keep = np.exp(-0.1 / P.drift_time)
+    wanted = keep * 4e-7 + P.drift * np.sqrt(1.0 - keep**2) * draw
+    assert laser.drifted(P, 4e-7, draw, 0.1) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("draw", [0.0, 2.0, -1.5])
+@pytest.mark.parametrize("drift", [0.0, 3e-7, -2e-7])
+def test_a_reading_is_path_and_both_noises_in_steps(draw: float, drift: float) -> None:
+    found = laser.reading(P, 0.0123, draw, drift)
+    assert found == pytest.approx(0.0123 + P.noise * draw + drift, abs=0.5001 * P.resolution)
+    assert found / P.resolution == pytest.approx(round(found / P.resolution), abs=1e-6)

@@ -117,3 +117,34 @@ def test_a_steep_density_is_computed_without_overflow() -> None:
     with np.errstate(all="raise", under="ignore"):
         steep = phase.weights(P._replace(heat_fold=0.01), *cells(P)[1:])
     assert np.isfinite(steep).all() and steep.max() > 0.0
+
+
+def test_cooling_thresholds_scatter_normally_about_their_line() -> None:
+    """Of one heating threshold: mean 44.5 degC + 0.35 of it, standard deviation 13.5 K."""
+    up, down = np.array([[100.0]]), np.array([[66.0, 79.5, 93.0, 52.5]])
+    found = phase.weights(P, up, down)[0]
+    # The mean is 79.5 degC: one deviation below and above, two below.
+    np.testing.assert_allclose(found / found[1], np.exp([-0.5, 0.0, -0.5, -2.0]), rtol=1e-12)
+    assert found.sum() == pytest.approx(np.exp((100.0 - P.heat_end) / P.heat_fold))
+    other = phase.weights(P, np.array([[80.0]]), np.array([[59.0, 72.5]]))[0]
+    assert other[0] / other[1] == pytest.approx(np.exp(-0.5))
+
+
+@pytest.mark.parametrize("up", [42.9, 43.0, 108.9, 109.0])
+def test_heating_thresholds_end_where_they_are_said_to(up: float) -> None:
+    there = P.heat_start <= up <= P.heat_end
+    assert (phase.weights(P, np.array([[up]]), np.array([[38.0]])).sum() > 0.0) == there
+
+
+@pytest.mark.parametrize(
+    ("down", "there"), [(34.9, False), (35.0, True), (48.0, True), (48.1, False)]
+)
+def test_cooling_thresholds_lie_between_their_end_and_the_least_width(
+    down: float, there: bool
+) -> None:
+    assert (phase.weights(P, np.array([[50.0]]), np.array([[down]])).sum() > 0.0) == there
+
+
+def test_the_table_covers_0_to_120_degrees_in_halves() -> None:
+    assert phase.TABLE_END == 120.0
+    assert (TABLE.lo, TABLE.step, TABLE.n) == (0.0, 0.5, 241)

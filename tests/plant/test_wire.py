@@ -195,3 +195,16 @@ def test_wires_given_no_heat_stay_as_they_are() -> None:
     assert (again.u, again.temperature) == (s.u, s.temperature)
     assert again.x == pytest.approx(0.0, abs=1e-12)
     assert Wire().reference_load == pytest.approx(30.0 * GRAM_FORCE)
+
+
+@given(gains, st.floats(-0.2, 0.2))
+@settings(max_examples=30)
+def test_the_relays_see_the_temperature_less_the_loads_shift(
+    steps: list[float], inertia: float
+) -> None:
+    """Clausius-Clapeyron: u = T - shift (F - F_ref), with the force of the present contraction."""
+    s = fresh()
+    for gain in steps:
+        s = wire.heated(P, LOAD, TABLE, s, gain, inertia, CAPACITY)
+    _, force = wire.geometry(P, LOAD, s.austenite, inertia)
+    assert s.u == pytest.approx(s.temperature - P.shift * (force - P.reference_load), abs=1e-8)

@@ -104,8 +104,7 @@ def _overtaken(plan: Plan, move: int, t: float) -> bool:
     """Is the next move a fine one whose successor's scheduled time has come as well?"""
     if move + 2 >= len(plan.stage) or plan.stage[move + 1] == moves.MACRO:
         return False
-    after = plan.start[move + 2]
-    return not math.isnan(after) and t >= after - TICK
+    return bool(t >= plan.start[move + 2] - TICK)  # NaN, no time: never
 
 
 @kernel

@@ -108,10 +108,7 @@ def _spans(recording: Recording, programme: Programme) -> Iterator[_Span]:
     for k in reversed(range(begun)):
         a, b = int(edges[k]), int(edges[k + 1])
         # A scheduled fine move may be overtaken while the carriage still moves or settles.
-        overtaken = programme.stage[k] != MACRO and phase[min(a, len(phase) - 1)] in (
-            MOVING,
-            SETTLING,
-        )
+        overtaken = programme.stage[k] != MACRO and phase[a] in (MOVING, SETTLING)
         if b > a and not overtaken:
             spans.append(_Span(k, a, b, until, finished or k < begun - 1))
             if programme.stage[k] == MACRO:

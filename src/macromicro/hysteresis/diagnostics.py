@@ -82,7 +82,7 @@ def wiping_out(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None) -
         while len(stack) >= 2 and sign * (inputs[end] - inputs[stack[-2]]) > 0.0:
             corner, away = stack[-2:]
             # The oldest corner counts if nothing older was wiped out on the way from it.
-            seen = sign * inputs[: corner + 1]
+            seen = sign * inputs[:corner]
             if len(stack) > 2 or sign * inputs[away] >= float(np.min(seen)):
                 back, found = _at(inputs, outputs, start, end, float(inputs[corner]))
                 gaps.append(found - outputs[corner])
@@ -166,7 +166,7 @@ def _branches(inputs: Array, turns: list[int]) -> list[Branch]:
         stack.append(start)
         # With no older corner in the stack there may be one from before the recording, but
         # none within what the recording has seen.
-        seen = sign * inputs[: start + 1]
+        seen = sign * inputs[:start]
         older = sign * inputs[stack[-2]] if len(stack) >= 2 else float(np.max(seen))
         limit = sign * min(sign * float(inputs[end]), float(older))
         branches.append(Branch(start, end, rising, limit))

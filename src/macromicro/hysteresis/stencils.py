@@ -86,8 +86,7 @@ def roughness(n: int) -> Any:
 def slopes(n: int, ids: Index) -> Any:
     """Differences that are at least 0 in a monotone table: along alpha, then against beta."""
     r, c = np.nonzero(np.tri(n, k=-1, dtype=bool))
-    upper = np.where(r > 0, ids[r - 1, c], -1)
-    right = np.where(c + 1 < n, ids[r, np.minimum(c + 1, n - 1)], -1)
+    upper, right = ids[r - 1, c], ids[r, c + 1]  # on the diagonal -1: the table is 0 there
     here = np.concatenate([ids[r, c], ids[r, c]])
     ones = np.ones(here.size)
     return _sparse([(here, ones), (np.concatenate([upper, right]), -ones)], here.size, r.size)

@@ -171,14 +171,8 @@ def _linear(rows: list[Rows], names: tuple[str, ...], speed: float) -> Estimate:
     theta = np.linalg.lstsq(left / scale, force, rcond=None)[0] / scale
     missed = force - left @ theta
     linear = tuple(n for n in names if n != "stribeck_speed")
-    axis = Axis(
-        **{
-            "mass": 0.0,
-            "viscous": 0.0,
-            "stribeck_speed": speed,
-            **dict(zip(linear, theta.tolist(), strict=True)),
-        }
-    )
+    found = dict(zip(linear, theta.tolist(), strict=True))
+    axis = Axis(**found, stribeck_speed=speed)
     spread = np.full((len(names), len(names)), np.nan)
     spread[: len(linear), : len(linear)] = robust_covariance(
         left, missed, np.cumsum([len(p) for p in parts])

@@ -55,8 +55,7 @@ def refined(rows: list[Rows], start: Estimate) -> Estimate:
     begin = np.where(signed, first / scale, np.maximum(first / scale, 1e-2))
 
     def axis(values: Array) -> Axis:
-        free = dict(zip(names, values.tolist(), strict=True))
-        return Axis(**{"mass": 1.0, "viscous": 0.0, **free})
+        return Axis(**dict(zip(names, values.tolist(), strict=True)))
 
     def missed(scaled: Array) -> Array:
         return np.concatenate(free_runs(rows, axis(scaled * scale))[1])

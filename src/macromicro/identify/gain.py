@@ -69,7 +69,7 @@ def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = 
         y_inf = asymptote(y)
     x0, y0 = float(x[0]), float(y[0])
     b = y_inf - y0
-    if b <= 0.0 or np.any(y >= y_inf):
+    if np.any(y >= y_inf):
         raise InputError("static gain, y_inf", y_inf, f"more than all temperatures ({y[-1]:.6g})")
     dx, dy = x[1:] - x0, -np.log(1.0 - (y[1:] - y0) / b)
     a = float(dx @ dy / (dx @ dx))

@@ -70,10 +70,6 @@ def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]
         elif way <= 0 and y[k] - y[low] >= least:
             points += [low] if low > points[-1] else []
             way, high = 1, k
-        if way > 0:
-            low = k
-        elif way < 0:
-            high = k
     last = {1: high, -1: low}.get(way, len(y) - 1)
     return points + [k for k in dict.fromkeys((last, len(y) - 1)) if k > points[-1]]
 

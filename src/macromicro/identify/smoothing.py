@@ -101,14 +101,14 @@ def window_means(
     if len(uu) != len(xx) or samples < 1 or not width > 0.0:
         found = f"{len(uu)} and {len(xx)} values, {samples} samples, width {width}"
         raise InputError("averaging", found, "equal lengths, 1 sample or more, a width above 0")
+    if not len(uu):
+        return uu, xx
     starts = [0]
-    low = high = uu[0] if len(uu) else 0.0
+    low = high = uu[0]
     for k in range(1, len(uu)):
         low, high = min(low, uu[k]), max(high, uu[k])
         if k - starts[-1] >= samples or high - low > width:
             starts.append(k)
             low = high = uu[k]
-    if not len(uu):
-        return uu, xx
     count = np.diff([*starts, len(uu)])
     return np.add.reduceat(uu, starts) / count, np.add.reduceat(xx, starts) / count

@@ -93,8 +93,8 @@ def from_transfer(num: npt.ArrayLike, den: npt.ArrayLike) -> Modes:
     Raises InputError unless den has three different negative real roots and num less.
     """
     top, bottom = np.trim_zeros(np.ravel(num), "f"), np.trim_zeros(np.ravel(den), "f")
-    poles = np.roots(bottom) if len(bottom) == 4 else np.zeros(0)
-    usable = len(poles) == 3 and bool(np.all(np.isreal(poles)) and np.all(poles.real < 0.0))
+    poles = np.roots(bottom)
+    usable = len(bottom) == 4 and bool(np.all(np.isreal(poles)) and np.all(poles.real < 0.0))
     if not usable or len(top) > 3 or len(np.unique(poles)) < 3:
         accepted = "order 3, strictly proper, three different negative real poles"
         raise InputError("transfer function, poles", str(poles), accepted)

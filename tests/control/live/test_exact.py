@@ -149,6 +149,7 @@ def test_an_edge_crossed_slowly_is_taken_with_its_noise() -> None:
         {"v_edge": 11.0, "edge": 11.0},
         {"slow": 0.0},
         {"awaited": 3},
+        {"awaited": 1},
         {"v_anchor": 0.0, "anchor": 0.0},
     ],
 )

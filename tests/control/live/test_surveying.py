@@ -1,86 +1,105 @@
-"""The compiled survey gives the bits of the interpreted one, whatever the sensors show."""
+"""How a survey is handed to compiled code and comes back, without compiling."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
-from macromicro.control.live import survey
-from macromicro.control.live.parameters import Edges
+from macromicro.control.live import edges, survey, surveying
+from macromicro.control.live.edges import Phase
 from macromicro.control.live.survey import NOTHING, Moving, Survey
 from macromicro.control.live.surveying import Surveying
 from macromicro.types import Sample
 
 from .bench import DT, PITCH
+from .surveys import COUNT, FINE, OFFSET, Q, resting
+
+# Every field another number, in the order of the fields.
+NUMBERS = [float(k) for k in range(100, 126)]
+EACH = Survey(
+    Phase(100.0, 101.0, 102.0, 103.0, 104.0, 105.0, 106, 107), 108.0, 109.0, 110, 111, 112.0,
+    113.0, 114.0, 115.0, 116.0, 117.0, 118.0, 119, 120.0, 121.0, 122.0, 123.0, 124.0, 125.0,
+)  # fmt: skip
 
 
-def shown(seed: int, periods: int) -> Iterator[tuple[Sample, Moving]]:
-    """A carriage that goes slowly, quickly, rests; sensors that fail, freeze, leap, lose counts."""
-    rng = np.random.default_rng(seed)
-    x = fine = hall = laser = zero = lost = stood = speed = 0.0
-    for k in range(periods):
-        if k % 400 == 0:
-            speed = float(rng.choice([0.0, 140.0, -140.0, 300.0, -300.0, 1500.0, -3000.0]))
-        x += speed * PITCH * DT
-        dice = rng.random(6).tolist()
-        lost += 3.0 if dice[0] > 0.9995 else 0.0
-        zero = x if dice[0] < 0.0005 else zero
-        frozen = k % 1000 > 960  # both at a time, and longer than either may
-        if not frozen:
-            fine = 1.0 + 0.6e-3 * float(rng.standard_normal())
-            laser, hall = x + fine * 1e-3 - zero + 0.45e-6 * float(rng.standard_normal()), fine
-        stood = 0.0 if speed else stood + DT
-        count = float(math.floor(x / PITCH + 0.5)) - lost
-        yield (
-            Sample(
-                k * DT,
-                math.nan if dice[1] > 0.998 else count,
-                math.nan if dice[2] > 0.998 else hall,
-                float(rng.choice([math.nan, math.inf, laser + 1e-3]))
-                if dice[3] > 0.9995
-                else laser,
-                1.0,
-                0.0,
-            ),
-            Moving(fine, speed, stood, 7.0),
-        )
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(surveying, "compiled", lambda function: function)
 
 
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("q", [Edges(), Edges(lag=0.0, needed=3, lost=1.5), Edges(use=0)])
-def test_the_compiled_survey_gives_the_bits_of_the_survey(seed: int, q: Edges) -> None:
-    fast = Surveying(q, PITCH, DT)
-    plain = quick = NOTHING
-    phases, sure, apart, lapses = 0, 0, 0, 0
-    rng = np.random.default_rng(1000 + seed)
-    for sample, moving in shown(seed, 20_000):
-        before = plain
-        plain = survey.look(q, PITCH, plain, sample, moving, DT)
-        quick = fast(q, PITCH, quick, sample, moving, DT)
-        assert repr(quick) == repr(plain)  # NaN equals NaN
-        phases += plain.phase is not None
-        sure += math.isfinite(plain.half)
-        apart += plain.apart > 0.0
-        lapses += before.phase is not None and plain.phase is None
-        if rng.random() < 0.002:  # what the machine does to a survey between two samples
-            plain, quick = (changed(v, q, k) for v, k in ((plain, seed), (quick, seed)))
-    if q.use == 1:
-        assert phases > 10_000 and sure > 100 and apart and lapses
-    else:
-        assert phases == 0
+def test_a_survey_is_stored_field_by_field_and_restored() -> None:
+    row = np.full(len(NUMBERS), math.nan)
+    surveying._store(EACH, row)
+    assert row.tolist() == NUMBERS
+    assert surveying._restored(row) == EACH
+    assert isinstance(surveying._restored(row).awaited, int)
 
 
-def changed(v: Survey, q: Edges, k: int) -> Survey:
-    """Reset, home, begin anew."""
-    return (survey.reset_given(v), survey.again(v, PITCH), survey.homed(q, v, 3.0), NOTHING)[k % 4]
+def asked_of(v: Survey) -> tuple[Sample, Moving]:
+    """A sample with another number in every place, and its survey `v`."""
+    return (
+        Sample(0.0, COUNT, 0.7, v.laser + 1e-6, 1.0, 0.0),
+        Moving(FINE + 1e-3, 30.0, 0.05, OFFSET),
+    )
 
 
-def test_other_parameters_begin_another_survey() -> None:
-    fast = Surveying(Edges(), PITCH, DT)
-    q, v = Edges(use=0), NOTHING
-    for sample, moving in shown(0, 50):
-        v = fast(q, PITCH, v, sample, moving, DT)
-        assert repr(v) == repr(NOTHING)
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("v", [resting(), resting(awaited=5, apart=0.2), NOTHING])
+def test_it_tells_what_the_survey_tells(v: Survey) -> None:
+    fast = Surveying(Q, PITCH, DT)
+    expected = v
+    for k in range(4):  # the first is taken over, the others are its own
+        sample, moving = asked_of(resting())
+        sample = sample._replace(encoder=COUNT + k, laser=sample.laser + k * PITCH)
+        expected = survey.look(Q, PITCH, expected, sample, moving, DT)
+        v = fast(Q, PITCH, v, sample, moving, DT)
+        assert repr(v) == repr(expected)
+    assert v.phase is not None
+
+
+@pytest.mark.usefixtures("plain")
+def test_what_is_changed_between_two_samples_is_taken_over() -> None:
+    fast = Surveying(Q, PITCH, DT)
+    sample, moving = asked_of(resting())
+    v = fast(Q, PITCH, resting(), sample, moving, DT)
+    sample = sample._replace(laser=sample.laser + 1e-6)
+    other = v._replace(base=v.base + 1e-6, gap=0.2)
+    assert repr(fast(Q, PITCH, other, sample, moving, DT)) == repr(
+        survey.look(Q, PITCH, other, sample, moving, DT)
+    )
+    sample = sample._replace(laser=sample.laser + 1e-6)
+    assert repr(fast(Q, PITCH, NOTHING, sample, moving, DT)) == repr(
+        survey.look(Q, PITCH, NOTHING, sample, moving, DT)
+    )
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_phase_without_an_edge_is_one(number: int) -> None:
+    begun = edges.begin(COUNT, 0.2 * PITCH, PITCH, Q.scale)._replace(number=number)
+    sample, moving = asked_of(resting())
+    v = Surveying(Q, PITCH, DT)(Q, PITCH, resting(phase=begun), sample, moving, DT)
+    assert v.phase is not None and v.phase.number == number
+    away = Surveying(Q, PITCH, DT)(
+        Q, PITCH, resting(), sample._replace(laser=math.nan), moving, DT
+    )  # fmt: skip
+    assert repr(away) == repr(NOTHING)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("q", "pitch", "dt"), [(Q._replace(use=0), PITCH, DT), (Q, 2e-4, DT), (Q, PITCH, 2e-3)]
+)
+def test_other_parameters_begin_another_survey(q: survey.Edges, pitch: float, dt: float) -> None:
+    fast = Surveying(Q, PITCH, DT)
+    sample, moving = asked_of(resting())
+    v = fast(Q, PITCH, resting(), sample, moving, DT)
+    sample = sample._replace(laser=sample.laser + 1e-6)
+    told = fast(q, pitch, v, sample, moving, dt)
+    assert repr(told) == repr(survey.look(q, pitch, v, sample, moving, dt))
+    sample = sample._replace(laser=sample.laser + 1e-6)
+    assert repr(fast(q, pitch, told, sample, moving, dt)) == repr(
+        survey.look(q, pitch, told, sample, moving, dt)
+    )

@@ -151,7 +151,7 @@ def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
     """The laser followed through a reset; how long it and the Hall sensor have said the same."""
     laser, hall = sample.laser, sample.hall
     phase, base, awaited = _phase(v), v.base, v.awaited
-    if awaited > 0 and edges.known(phase):
+    if awaited > 0:  # the phase is known then: `reset_given`
         awaited -= 1
         if abs(laser) < abs(laser - v.laser):
             base, awaited = base + v.laser, 0

@@ -1,0 +1,69 @@
+"""Tables made monotone or non-negative: the laws of the result, on small tables."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.hysteresis.shape import cells, monotone_hull, nonnegative_hull
+
+N = 6
+
+
+def table(weights: np.ndarray) -> np.ndarray:
+    """E of cell weights: the sum of those with alpha below the row and beta from the column on."""
+    values = np.zeros((N, N))
+    for i in range(N):
+        for j in range(i):
+            values[i, j] = weights[:i, j:].sum()
+    return values
+
+
+RNG = np.random.default_rng(11)
+POSITIVE = np.tril(RNG.uniform(0.1, 1.0, (N - 1, N - 1)))
+
+
+def test_cells_undo_the_double_sum() -> None:
+    np.testing.assert_allclose(cells(table(POSITIVE)), POSITIVE, atol=1e-12)
+
+
+def test_a_good_table_is_left_as_it_is() -> None:
+    values = table(POSITIVE)
+    np.testing.assert_allclose(monotone_hull(values), values, atol=1e-12)
+    np.testing.assert_allclose(nonnegative_hull(values), values, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_monotone_hull_is_the_least_table_above(seed: int) -> None:
+    """Rising along alpha, falling along beta, cut to the first column and the last row."""
+    noise = np.tril(np.random.default_rng(seed).normal(0.0, 0.5, (N, N)), -1)
+    noise[:, 0] = noise[-1] = 0.0
+    values = table(POSITIVE) + noise
+    found = monotone_hull(values)
+    wanted = np.zeros((N, N))
+    for i in range(N):
+        for j in range(i):
+            least = max(0.0, values[: i + 1, j:].max())
+            wanted[i, j] = min(least, values[i, 0], values[-1, j])
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
+    assert np.all(np.diff(found, axis=0) >= -1e-12) and np.all(np.diff(found, axis=1) <= 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_nonnegative_hull_keeps_both_branches_of_the_major_loop(seed: int) -> None:
+    """No cell weighs less than nothing; rows and columns weigh what the branches say."""
+    noise = np.tril(np.random.default_rng(seed).normal(0.0, 0.9, (N, N)), -1)
+    noise[:, 0] = noise[-1] = 0.0
+    values = table(POSITIVE) + noise
+    assert cells(values).min() < 0.0
+    found = nonnegative_hull(values)
+    assert cells(found).min() >= -1e-12
+    np.testing.assert_allclose(found[:, 0], values[:, 0], atol=1e-8)
+    np.testing.assert_allclose(found[-1], values[-1], atol=1e-8)
+    assert (np.triu(found) == 0.0).all()
+
+
+def test_cells_that_were_empty_are_filled_only_where_a_row_would_have_none() -> None:
+    weights = np.diag([1.0, 2.0, 3.0, 4.0, 5.0])
+    found = nonnegative_hull(table(weights))
+    np.testing.assert_allclose(cells(found), weights, atol=1e-6)

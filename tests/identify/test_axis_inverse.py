@@ -1,0 +1,168 @@
+"""Inverse dynamics: derivatives, regressors, what is left out, and plain least squares."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.identify.axis import Axis
+from macromicro.identify.axis_inverse import (
+    STRUCTURES,
+    Estimate,
+    Rows,
+    _decimated,
+    _standing,
+    columns,
+    differences,
+    fitted,
+    force_error,
+    force_residuals,
+    plausible,
+)
+from macromicro.identify.runs import Run
+
+DT = 1e-3
+T = np.arange(6000) * DT
+# Two sines, so that the axis is fast and slow both ways.
+X = 0.3 * np.sin(3.0 * T) + 0.02 * np.sin(11.0 * T)
+V = 0.9 * np.cos(3.0 * T) + 0.22 * np.cos(11.0 * T)
+A = -2.7 * np.sin(3.0 * T) - 2.42 * np.sin(11.0 * T)
+TRUTH = Axis(2.0, 3.0, 1.5, 0.4, 0.3, 0.8, 0.15)
+FORCE = (
+    2.0 * A + 3.0 * V + 0.3 * np.abs(V) + 0.4
+    + np.sign(V) * (1.5 + 0.8 * np.exp(-((V / 0.15) ** 2)))
+)  # fmt: skip
+
+
+def rows(factor: int = 1, force: np.ndarray = FORCE, part: slice = slice(None)) -> Rows:
+    run = Run(T[part], force[part], X[part])
+    still = np.abs(V[part]) < 0.01 * np.abs(V).max()
+    return Rows(run, force[part], V[part], A[part], still, factor)
+
+
+def test_speed_and_acceleration_are_central_differences_behind_a_low_pass() -> None:
+    """Far below its cut-off, far from the ends; the axis stands below 1 % of its top speed."""
+    found = differences(Run(T, FORCE, X), FORCE, 80.0, 7)
+    inside = slice(200, -200)
+    np.testing.assert_allclose(found.v[inside], V[inside], atol=1e-4)
+    np.testing.assert_allclose(found.a[inside], A[inside], atol=2e-3)
+    assert found.factor == 7 and found.force is FORCE
+    np.testing.assert_array_equal(found.still, np.abs(found.v) < 0.01 * np.abs(found.v).max())
+
+
+def test_a_low_pass_takes_what_is_above_its_cut_off() -> None:
+    """A fourth order forth and back: half of the height at the cut-off, nearly none at thrice."""
+    for frequency, share in ((40.0, 0.5), (120.0, 1.0 / (1.0 + 3.0**8))):
+        x = np.sin(2.0 * math.pi * frequency * T)
+        v = differences(Run(T, T, x), T, 40.0, 1).v[1000:-1000]
+        digital = math.tan(math.pi * frequency * DT) / math.tan(math.pi * 40.0 * DT)
+        wanted = np.sin(2.0 * math.pi * frequency * DT) / DT / (1.0 + digital**8)
+        assert np.abs(v).max() == pytest.approx(wanted, rel=0.01)
+        assert share == pytest.approx(1.0 / (1.0 + digital**8), rel=0.5)
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_regressors_are_those_of_the_equation_and_the_force_comes_last(structure: str) -> None:
+    names = STRUCTURES[structure]
+    found = columns(rows(), names, 0.15)
+    moving = np.abs(V) >= 0.01 * np.abs(V).max()
+    terms = {
+        "mass": A, "viscous": V, "coulomb": np.sign(V), "offset": np.ones(6000),
+        "asymmetry": np.abs(V), "stribeck": np.sign(V) * np.exp(-((V / 0.15) ** 2)),
+    }  # fmt: skip
+    wanted = [terms[n][moving] for n in names if n in terms] + [FORCE[moving]]
+    np.testing.assert_allclose(found, np.stack(wanted, axis=1))
+
+
+def test_decimation_keeps_what_is_slow_and_cuts_the_filters_ends() -> None:
+    """Every tenth row, from the hundredth on: an FIR of 201 taps, cut off at 0.8 of the new
+    Nyquist frequency."""
+    slow = np.stack([np.ones(6000), T, np.sin(3.0 * T)], axis=1)
+    found = _decimated(slow, 10)
+    assert len(found) == 580
+    np.testing.assert_allclose(found, slow[100:-100:10], atol=1e-3)
+    for frequency, share in ((20.0, 1.0), (40.0, 0.5), (60.0, 0.0)):
+        fast = np.sin(2.0 * math.pi * frequency * T)[:, None]
+        size = np.sqrt(2.0 * np.mean(_decimated(fast, 10) ** 2))
+        assert size == pytest.approx(share, abs=0.02)
+    assert _decimated(slow, 1) is slow
+
+
+def test_a_row_stands_where_half_of_its_samples_do() -> None:
+    """Of the ten to either side and its own."""
+    still = np.zeros(401, bool)
+    still[195:206] = True  # eleven: of row 200 all, of its neighbours fewer
+    found = _standing(still, 10)
+    assert len(found) == 21
+    assert np.flatnonzero(found).tolist() == [10]
+    still[205] = False
+    assert not _standing(still, 10).any()  # ten of 21 are less than half
+    assert _standing(still, 1) is still
+
+
+@pytest.mark.parametrize("factor", [1, 4])
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_parameters_of_a_made_force_are_found_again(structure: str, factor: int) -> None:
+    free = STRUCTURES[structure]
+    axis = TRUTH._replace(**{n: 0.0 for n in ("coulomb", "asymmetry", "stribeck") if n not in free})
+    force = (
+        2.0 * A + 3.0 * V + axis.asymmetry * np.abs(V) + 0.4
+        + np.sign(V) * (axis.coulomb + axis.stribeck * np.exp(-((V / 0.15) ** 2)))
+    )  # fmt: skip
+    parts = [rows(factor, force, slice(0, 3300)), rows(factor, force, slice(2700, None))]
+    found = fitted(parts, structure)
+    assert found.names == free
+    if "stribeck" not in free:
+        np.testing.assert_allclose(found.values, [getattr(axis, n) for n in free], rtol=0.01)
+        assert found.axis.stribeck_speed == pytest.approx(np.abs(V).max())
+        assert found.percent < 1.0
+    else:  # its speed is one of a grid of 25
+        assert found.axis.stribeck_speed == pytest.approx(0.15, rel=0.15)
+        assert (found.axis.mass, found.axis.viscous) == pytest.approx((2.0, 3.0), rel=0.02)
+        assert found.percent < 3.0
+    left = np.concatenate(force_residuals(parts, found))
+    assert found.rms == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-9)
+    assert force_error(parts, found) == pytest.approx(found.rms, rel=1e-9)
+    kept = np.concatenate([columns(p, free, found.axis.stribeck_speed)[:, -1] for p in parts])
+    assert found.percent == pytest.approx(100.0 * found.rms / np.sqrt(np.mean(kept**2)))
+    std = dict(zip(found.names, found.std, strict=True))
+    assert math.isnan(std.pop("stribeck_speed", math.nan))
+    assert all(0.0 < s < 1.0 for s in std.values())
+
+
+def estimate(**changed: float) -> Estimate:
+    axis = Axis(1.0, 2.0, 0.5, -9.0, -2.0, 0.1, 1.0)._replace(**changed)
+    return Estimate(axis, ("mass", "offset"), np.diag([0.04, 0.25]), 0.1, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("changed", "good"),
+    [
+        ({}, True), ({"mass": 0.0}, False), ({"mass": -1.0}, False), ({"asymmetry": 2.0}, True),
+        ({"asymmetry": 2.1}, False), ({"asymmetry": -2.1}, False), ({"coulomb": 0.0}, True),
+        ({"coulomb": -0.1}, False), ({"stribeck": -0.1}, False), ({"stribeck": 0.0}, True),
+    ],
+)  # fmt: skip
+def test_masses_and_frictions_below_zero_are_not_plausible(
+    changed: dict[str, float], good: bool
+) -> None:
+    """Nor an asymmetry that makes viscous friction push."""
+    assert plausible(estimate(**changed)) == good
+
+
+def test_an_estimate_tells_its_values_with_their_errors() -> None:
+    found = estimate()
+    assert found.values.tolist() == [1.0, -9.0] and found.std.tolist() == [0.2, 0.5]
+    assert str(found) == "mass 1 +- 0.2, offset -9 +- 0.5"
+
+
+def test_motion_that_does_not_determine_the_parameters_is_refused() -> None:
+    steady = Rows(Run(T, FORCE, T), FORCE, np.ones(6000), np.zeros(6000), T < -1.0, 1)
+    with pytest.raises(InputError, match="does not determine"):
+        fitted([steady], "viscous")
+    one_way = Rows(Run(T, FORCE, X), FORCE, np.abs(V) + 0.1, A, T < -1.0, 1)
+    with pytest.raises(InputError, match="does not determine"):
+        fitted([one_way], "coulomb")

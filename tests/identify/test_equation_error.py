@@ -1,0 +1,84 @@
+"""Least squares and generalised least squares: the equations that each settles at."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from macromicro.errors import InputError
+from macromicro.identify.equation_error import gls, least_squares
+from macromicro.identify.regression import MAX_ITERATIONS
+
+RNG = np.random.default_rng(8)
+U = [RNG.choice([-1.0, 1.0], 800), RNG.normal(size=500)]
+D = np.array([-0.9, 0.4])
+
+
+def answered(noise: float, coloured: bool) -> list[np.ndarray]:
+    """A y = B u + e / D."""
+    made = []
+    for k, u in enumerate(U):
+        e = noise * np.random.default_rng(k).normal(size=len(u))
+        e = lfilter([1.0], np.r_[1.0, D], e) if coloured else e
+        made.append(lfilter([1.0], [1.0, -0.8], lfilter([0.0, 0.5], [1.0], u) + e))
+    return made
+
+
+def columns(u: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return np.stack([-np.r_[0.0, y[:-1]], np.r_[0.0, u[:-1]]], axis=1)
+
+
+def test_least_squares_stacks_the_records_and_weighs_their_squares() -> None:
+    y = answered(0.1, False)
+    w = [np.linspace(0.2, 2.0, len(u)) for u in U]
+    found = least_squares(U, y, 1, 1, 0.1, weights=w)
+    phi, target = np.concatenate([columns(*r) for r in zip(U, y, strict=True)]), np.concatenate(y)
+    root = np.sqrt(np.concatenate(w))
+    wanted = np.linalg.lstsq(phi * root[:, None], target * root, rcond=None)[0]
+    np.testing.assert_allclose(np.r_[found.a, found.b], wanted, rtol=1e-9)
+    np.testing.assert_allclose(np.concatenate(found.residuals), target - phi @ wanted, atol=1e-12)
+    assert found.a[0] == pytest.approx(-0.8, abs=0.02) and found.iterations == 1
+
+
+def test_generalised_least_squares_settles_where_residuals_are_white() -> None:
+    """Its noise model is the autoregression of what plain residuals would be, and input and
+    output are filtered by it."""
+    y = answered(0.3, True)
+    found = gls(U, y, 1, 1, 0.1, noise_order=2)
+    assert found.converged and 1 < found.iterations < MAX_ITERATIONS
+    np.testing.assert_allclose(found.noise, D, atol=0.06)
+    theta = np.r_[found.a, found.b]
+    left, right = [], []
+    for u, out in zip(U, y, strict=True):
+        raw = out - columns(u, out) @ theta
+        left.append(-np.stack([raw[1:-1], raw[:-2]], axis=1))
+        right.append(raw[2:])
+    again = np.linalg.lstsq(np.concatenate(left), np.concatenate(right), rcond=None)[0]
+    np.testing.assert_allclose(found.noise, again, atol=1e-3)
+    d = np.r_[1.0, found.noise]
+    phi = np.concatenate([lfilter(d, [1.0], columns(*r), axis=0) for r in zip(U, y, strict=True)])
+    target = np.concatenate([lfilter(d, [1.0], s) for s in y])
+    wanted = np.linalg.lstsq(phi, target, rcond=None)[0]
+    np.testing.assert_allclose(theta, wanted, atol=1e-4)
+    np.testing.assert_allclose(np.concatenate(found.residuals), target - phi @ theta, atol=1e-9)
+    # Plain least squares is biased by the same noise.
+    plain = least_squares(U, y, 1, 1, 0.1)
+    assert abs(plain.a[0] + 0.8) > 3.0 * abs(found.a[0] + 0.8)
+
+
+@pytest.mark.parametrize("order", [1, 4, 50])
+def test_noise_models_of_order_1_to_50_are_accepted(order: int) -> None:
+    assert len(gls(U, answered(0.3, True), 1, 1, 0.1, noise_order=order).noise) == order
+
+
+@pytest.mark.parametrize("order", [0, 51, -1, 2.0])
+def test_other_orders_are_refused(order: Any) -> None:
+    with pytest.raises(InputError, match=r"noise_order.*1 to 50"):
+        gls(U, answered(0.3, True), 1, 1, 0.1, noise_order=order)
+
+
+def test_the_default_is_of_order_four() -> None:
+    assert len(gls(U, answered(0.3, True), 1, 1, 0.1).noise) == 4

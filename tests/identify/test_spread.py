@@ -1,0 +1,88 @@
+"""Autoregression and covariance against their textbook formulas."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
+
+from macromicro.identify.spread import MAX_ORDER, autoregression, robust_covariance
+
+RNG = np.random.default_rng(5)
+WHITE = RNG.normal(0.0, 0.3, 4000)
+
+
+def test_white_residuals_have_no_autoregression() -> None:
+    d, power = autoregression([WHITE])
+    assert power == pytest.approx(np.mean(WHITE**2), rel=0.01)
+    assert np.abs(d).max(initial=0.0) < 0.1
+
+
+def test_coloured_residuals_give_their_filter_back() -> None:
+    """D = 1 - 1.2 z^-1 + 0.5 z^-2; records one after the other count together."""
+    e = lfilter([1.0], [1.0, -1.2, 0.5], WHITE)
+    d, power = autoregression([e[:2500], e[2500:]])
+    np.testing.assert_allclose(d[:2], [-1.2, 0.5], atol=0.06)
+    assert power == pytest.approx(0.09, rel=0.08)
+
+
+def test_levinsons_recursion_solves_the_yule_walker_equations() -> None:
+    """Of the order that Akaike's criterion, n ln(power) + 2 order, prefers up to 30."""
+    e = lfilter([1.0, 0.7], [1.0, -0.5], WHITE[:600])
+    r = np.array([e[k:] @ e[: 600 - k] for k in range(MAX_ORDER + 1)]) / 600.0
+    scores = []
+    for order in range(MAX_ORDER + 1):
+        d = solve_toeplitz(r[:order], -r[1 : order + 1]) if order else np.zeros(0)
+        power = r[0] + float(d @ r[1 : order + 1])
+        scores.append((600.0 * math.log(power) + 2.0 * order, order, d, power))
+    _, order, wanted, power = min(scores, key=lambda s: s[0])
+    found, left = autoregression([e])
+    assert len(found) == order > 1
+    np.testing.assert_allclose(found, wanted, rtol=1e-8)
+    assert left == pytest.approx(power, rel=1e-9)
+
+
+@pytest.mark.parametrize(("n", "most"), [(45, 4), (9, 0), (4000, 30)])
+def test_a_short_record_allows_a_tenth_of_its_length(n: int, most: int) -> None:
+    e = np.cumsum(WHITE[:n])
+    d, _ = autoregression([e])
+    assert len(d) <= most
+    assert len(autoregression([np.cumsum(WHITE), np.array([1.0, 2.0])])[0]) <= 1  # nor the shortest
+
+
+def test_residuals_that_are_zero_have_no_power() -> None:
+    d, power = autoregression([np.zeros(100)])
+    assert len(d) == 0 and power == 0.0
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_white_residuals_give_the_usual_covariance(weighted: bool) -> None:
+    """sigma^2 (psi' psi)^-1, sigma^2 by n - p; columns of any scale, or of zeros."""
+    psi = RNG.normal(size=(4000, 3)) * [1.0, 1e6, 1.0]
+    psi[:, 2] = 0.0
+    w = np.where(np.arange(4000) % 2 == 0, 2.0, 0.5) if weighted else None
+    found = robust_covariance(psi, WHITE, [1500, 4000], w)
+    d, power = autoregression([WHITE[:1500], WHITE[1500:]])
+    assert len(d) == 0 or np.abs(d).max() < 0.1
+    load = np.ones(4000) if w is None else w
+    two = psi[:, :2]
+    r = np.linalg.inv(two.T @ (two * load[:, None]))
+    s = (two * load[:, None]).T @ (two * load[:, None])
+    np.testing.assert_allclose(
+        found[:2, :2], r @ s @ r * power * 4000.0 / 3997.0, rtol=0.02, atol=1e-12
+    )
+    assert (found[2] == 0.0).all() and (found[:, 2] == 0.0).all()
+
+
+def test_coloured_residuals_count_as_they_pile_up() -> None:
+    """A constant's variance is that of the mean of the noise: power / D(1)^2 / n."""
+    e = lfilter([1.0], [1.0, -0.8], WHITE)
+    found = robust_covariance(np.ones((4000, 1)), e, [4000])
+    d, power = autoregression([e])
+    sums = lfilter([1.0], np.r_[1.0, d], np.ones(4000))
+    wanted = power * float(sums @ sums) / 4000.0**2 * 4000.0 / 3999.0
+    assert found[0, 0] == pytest.approx(wanted, rel=1e-9)
+    assert found[0, 0] == pytest.approx(0.09 / 0.2**2 / 4000.0, rel=0.2)

@@ -1,0 +1,211 @@
+"""The better actuator model fitted: its time grid, where CONTRACT acts, and a fit of made runs."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from macromicro.columns import Column
+from macromicro.errors import InputError
+from macromicro.hysteresis import from_density
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify.actuator import hysteresis, judged
+from macromicro.identify.notices import ConvergenceWarning
+from macromicro.identify.stressed import (
+    MOST_VOLTAGES,
+    NAMES,
+    SILENT,
+    _cut,
+    _first_heats,
+    _grid,
+    _with,
+    against,
+    fit,
+)
+from macromicro.models import stressed
+from macromicro.models.heating import Ladder
+from macromicro.models.stressed import Stressed
+from macromicro.models.weighted_gain import Weighted, weighted
+from macromicro.recording import Recording
+
+COLUMNS = tuple(Column(n, "", "") for n in ("t", "laser", "ctrl", "contract"))
+TABLE = FodTable.from_everett(
+    from_density(
+        lambda up, down: np.where((up > 45.0) & (up - down > 10.0) & (up - down < 30.0), 1.0, 0.0),
+        20.0, 1.0, 91,
+    ), 0.0, 4.0,
+)  # fmt: skip
+
+
+def recorded(
+    ctrl: np.ndarray, x: np.ndarray, dt: float, contract: np.ndarray | None = None
+) -> Recording:
+    """Positions [mm]."""
+    t = np.arange(len(ctrl)) * dt
+    shut = np.zeros(len(ctrl)) if contract is None else contract
+    columns = COLUMNS if contract is not None else COLUMNS[:3]
+    return Recording.from_arrays(columns, [t, 1e3 * x, ctrl, shut][: len(columns)], dt, {})
+
+
+def test_the_time_grid_is_fine_after_each_change_of_ctrl() -> None:
+    """2 ms for two seconds, 10 ms up to ten, then 50 ms; here with one change after 15 s."""
+    ctrl = np.where(np.arange(20001) < 15000, 1.5, 1.6)
+    run = _grid(recorded(ctrl, np.zeros(20001), 1e-3))
+    starts = np.r_[0.0, np.cumsum(run.dt)[:-1]]
+    assert np.sum(run.dt) == pytest.approx(20.0)
+    for begin, end, step in ((0.0, 2.0, 0.002), (2.0, 10.0, 0.01), (10.0, 15.0, 0.05),
+                             (15.0, 17.0, 0.002), (17.0, 20.0, 0.01)):  # fmt: skip
+        mine = (starts > begin - 1e-6) & (starts < end - 1e-6)
+        np.testing.assert_allclose(run.dt[mine], step, atol=1e-9)
+        assert mine.sum() == round((end - begin) / step)
+    np.testing.assert_array_equal(run.ctrl, np.where(starts < 15.0 - 1e-6, 1.5, 1.6))
+    assert (run.cut == 0.0).all()
+
+
+def test_a_coarse_record_keeps_all_its_samples() -> None:
+    run = _grid(recorded(np.full(101, 1.5), np.zeros(101), 0.1))
+    np.testing.assert_allclose(run.dt, 0.1)
+    assert len(run.dt) == 100
+
+
+def test_positions_are_met_at_points_spread_evenly_over_the_grid() -> None:
+    x = np.arange(20001) * 1e-4
+    run = _grid(recorded(np.full(20001, 1.5), x, 1e-3))
+    starts = np.r_[0.0, np.cumsum(run.dt)[:-1]]
+    assert len(run.at) == 150 and run.at[0] == 1 and run.at[-1] == len(run.dt) - 1
+    assert np.ptp(np.diff(run.at)) <= 1
+    np.testing.assert_allclose(run.x, 0.1 * starts[run.at])
+
+
+def test_the_share_of_time_cut_is_that_of_each_step() -> None:
+    contract = np.zeros(3001)
+    contract[2005:2008] = 1.0
+    contract[100] = 1.0
+    run = _grid(recorded(np.full(3001, 1.5), np.zeros(3001), 1e-3, contract))
+    starts = np.round(np.r_[0.0, np.cumsum(run.dt)[:-1]], 9)
+    assert run.cut[starts == 0.1] == 0.5  # one of two milliseconds
+    assert run.cut[starts == 2.0] == pytest.approx(0.3)  # three of ten
+    assert np.count_nonzero(run.cut) == 2
+
+
+def switching(*places: float) -> Recording:
+    """CONTRACT closes at the first of these positions, opens at the second, and so on."""
+    contract = np.repeat(np.arange(len(places) + 1) % 2, 10).astype(float)
+    x = np.zeros(len(contract))
+    x[10::10] = places
+    return recorded(np.ones(len(contract)), x, 0.01, contract)
+
+
+@pytest.mark.parametrize(
+    ("places", "on", "off"),
+    [
+        ((3.9, 3.8), 3.9, 3.8),
+        ((3.9, 3.8, 3.7, 3.6, 3.8, 3.7), 3.8, 3.7),  # medians of each
+        ((3.9,), 3.9, 3.89),  # it never opens: 10 um below
+        ((3.9, 3.899), 3.9, 3.898),  # apart by 2 um at least
+        ((4.1, 4.0), 3.998, 3.898),  # moved down to what the table reaches
+    ],
+)
+def test_where_contract_acts_is_the_middle_of_where_it_did(
+    places: tuple[float, ...], on: float, off: float
+) -> None:
+    none = recorded(np.ones(20), np.zeros(20), 0.01)
+    assert _cut([none, switching(*places)], 4.0) == (pytest.approx(on), pytest.approx(off))
+    assert _cut([none], 4.0) == (math.inf, math.inf)
+    assert _cut([recorded(np.ones(9), np.zeros(9), 0.01, np.zeros(9))], 4.0) == (math.inf, math.inf)
+
+
+FRAME = Stressed(
+    np.array([SILENT, 1.5, 1.6]), np.zeros(3), 0.0, Ladder(1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+    0.0, 0.0, 0.0, 3.9, 3.8, 25.0, hysteresis(TABLE),
+)  # fmt: skip
+TRUTH = np.array([0.9, 0.7, 30.0, 0.22, 1200.0, 15.0, 1.0, 0.8, 58.0, 80.0])
+
+
+def test_values_go_to_their_places_in_the_model() -> None:
+    """The resistances add up to 1, as far as the third stays above 0.002."""
+    p = _with(FRAME, TRUTH)
+    assert p.heat.tolist() == [0.0, 58.0, 80.0]
+    assert p.ladder == (0.9, 0.7, 30.0, 0.22, 1200.0, pytest.approx(0.08))
+    assert (p.latent, p.shift, p.stiffening) == (15.0, 1.0, 0.8)
+    assert (p.volts, p.cut_on, p.ambient) == (FRAME.volts, 3.9, 25.0)
+    wide = TRUTH.copy()
+    wide[1] = 0.95
+    assert _with(FRAME, wide).ladder.r3 == 0.002
+
+
+def test_first_heats_are_the_gain_tamed_and_rising() -> None:
+    """From 5 K to 300 K."""
+    volts = [1.3, 1.5, 1.6, 1.8, 2.5]
+    found = _first_heats(volts, Weighted())
+    assert found[0] == 5.0 and found[-1] == 300.0
+    np.testing.assert_allclose(found[1:4], [weighted(Weighted(), v) for v in volts[1:4]])
+    dip = Weighted(scale=0.0, offset=10.0)
+    assert (np.diff(_first_heats([1.5, 1.6, 1.7, 1.9], dip)) >= 0.0).all()
+
+
+# As an engineer would guess, but for the heats.
+NEAR = np.array([0.8, 0.75, 40.0, 0.2, 1500.0, 20.0, 0.5, 0.5, 62.0, 76.0])
+
+
+def made(*levels: float) -> Recording:
+    """A free run of the model that NEAR gives, two seconds at each voltage, with 2 um of noise."""
+    ctrl = np.repeat(levels, 100).astype(float)
+    x = stressed.simulate(_with(FRAME, NEAR), ctrl, 0.02)[0]
+    noise = np.random.default_rng(len(levels)).normal(0.0, 0.002, len(x))
+    return recorded(ctrl, x + noise, 0.02)
+
+
+def test_a_model_is_found_again_from_its_own_runs() -> None:
+    """To less than the table's own error; heats are named by their voltages."""
+    runs = [made(1.5, 0.0, 1.6, 0.0), made(1.6, 1.5, 0.0)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = fit(TABLE, runs)
+    assert list(found.values) == [*NAMES, "heat 1.5 V", "heat 1.6 V"] == list(found.std)
+    assert found.rms == pytest.approx(0.002, rel=0.2)
+    assert found.model.volts.tolist() == [SILENT, 1.5, 1.6]
+    assert found.values["heat 1.5 V"] == found.model.heat[1] == pytest.approx(62.0, rel=0.05)
+    assert found.values["heat 1.6 V"] == found.model.heat[2] == pytest.approx(76.0, rel=0.05)
+    assert (found.model.cut_on, found.model.ambient, found.model.lag) == (math.inf, 25.0, 0.0)
+    assert all(0.0 < s < math.inf for s in found.std.values())
+    error = np.concatenate([
+        stressed.simulate(found.model, r.ctrl, r.dt, r.cut)[0][r.at] - r.x
+        for r in (_grid(run) for run in runs)
+    ])  # fmt: skip
+    assert found.rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-6)
+    assert 1 < found.iterations <= 40
+
+
+def test_a_free_run_is_judged_against_a_record() -> None:
+    p = _with(FRAME, NEAR)
+    run = made(1.5, 0.0)
+    x = run["laser"] * 1e-3
+    assert against(p, run).whole == pytest.approx(0.002 / 4.0, rel=0.2)
+    other = p._replace(shift=p.shift + 1.0)
+    model = stressed.simulate(other, run["ctrl"], 0.02)[0]
+    assert against(other, run) == pytest.approx(judged(run["t"], x, model, 4.0), rel=1e-12)
+
+
+def test_what_cannot_be_fitted_is_refused() -> None:
+    run = made(1.5)
+    with pytest.raises(InputError, match="2 open-loop recordings"):
+        fit(TABLE, [run])
+    silent = recorded(np.full(50, SILENT), np.zeros(50), 0.02)
+    with pytest.raises(InputError, match=r"0 different voltages above 1\.25 V"):
+        fit(TABLE, [silent, silent])
+    many = recorded(np.linspace(1.3, 1.9, MOST_VOLTAGES + 1), np.zeros(MOST_VOLTAGES + 1), 0.02)
+    with pytest.raises(InputError, match=r"61 different voltages.*1 to 60"):
+        fit(TABLE, [many, silent])
+
+
+def test_a_search_that_is_cut_short_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scipy import optimize
+
+    real = optimize.least_squares
+    monkeypatch.setattr(optimize, "least_squares", lambda *a, **k: real(*a, **{**k, "max_nfev": 1}))
+    with pytest.warns(ConvergenceWarning, match="before it settled"):
+        fit(TABLE, [made(1.5, 0.0), made(1.6, 0.0)])
