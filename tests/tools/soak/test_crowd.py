@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from macromicro.serve.soak.crowd import KINDS, PAGE, SCPI, stops
-from macromicro.serve.soak.victim import Victim
+from soak.crowd import KINDS, PAGE, SCPI, stops
+from soak.victim import Victim
 
 HEARD_S = 1.0  # far beyond what it takes: benchmarks say how long, this says that it is heard
 

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from macromicro.rig.faulty import FAULTS
-from macromicro.serve.soak.campaign import Campaign, Round
-from macromicro.serve.soak.victim import Load
+from soak.campaign import Campaign, Round
+from soak.victim import Load
 
 BEGIN, END = "<!-- soak: begin -->", "<!-- soak: end -->"
 _MB = 1e6

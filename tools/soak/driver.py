@@ -10,12 +10,12 @@ import time
 from macromicro.errors import MacromicroError
 from macromicro.rig import faulty
 from macromicro.serve import faults
-from macromicro.serve.soak.victim import Client, Victim, until
+from soak.victim import Client, Victim, until
 
 _REFUSED = ("-203", "-221", "-222", "-1")
 
 
-class Operator:
+class Driver:
     """Holds control of a server that runs; `complaints` is what nothing explains."""
 
     def __init__(self, victim: Victim, seed: int) -> None:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from macromicro.rig import faulty
 from macromicro.serve import faults
-from macromicro.serve.soak.faults import (
+from soak.driver import Driver
+from soak.faults import (
     AROUND,
     BENCH,
     Trial,
@@ -20,9 +21,8 @@ from macromicro.serve.soak.faults import (
     pester,
     reset,
 )
-from macromicro.serve.soak.judge import Verdict, judge
-from macromicro.serve.soak.operator import Operator
-from macromicro.serve.soak.victim import Client, Load, Victim, safe_after, until
+from soak.judge import Verdict, judge
+from soak.victim import Client, Load, Victim, safe_after, until
 
 ROTATE_S = 45.0
 # A count and a half, where both the reading and the place at homing are whole counts; and
@@ -43,7 +43,7 @@ class Round(NamedTuple):
     outcome: str
 
 
-class Campaign(Operator):
+class Campaign(Driver):
     """Drives a server that runs, and keeps what came of it."""
 
     def __init__(self, victim: Victim, seed: int) -> None:

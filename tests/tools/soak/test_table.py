@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from macromicro.serve.soak import table
-from macromicro.serve.soak.campaign import Round
-from macromicro.serve.soak.victim import Load
+from soak import table
+from soak.campaign import Round
+from soak.victim import Load
 
 
 def loads(slope: float, files: int = 0) -> list[tuple[float, Load]]:

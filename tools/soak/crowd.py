@@ -1,6 +1,6 @@
 """Stops in a hostile crowd: how long they take from a client's send to safe outputs.
 
-    python -m macromicro.serve.soak.crowd
+    PYTHONPATH=tools python -m soak.crowd
 
 Clients without control send what costs a server most, as fast as it is taken, while others
 stop the machine over SCPI and from the page. Prints a table in Markdown.
@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from macromicro.rig import faulty
-from macromicro.serve.soak.faults import reset
-from macromicro.serve.soak.victim import Client, Victim, until
+from soak.faults import reset
+from soak.victim import Client, Victim, until
 
 LINE = 64_000  # bytes, just below the longest line
 KINDS: dict[str, bytes] = {
@@ -157,7 +157,7 @@ def _swallow(pest: Client) -> None:
 
 def main() -> int:
     """The command; exit status 1 where a stop was not heard."""
-    parser = argparse.ArgumentParser(prog="python -m macromicro.serve.soak.crowd")
+    parser = argparse.ArgumentParser(prog="python -m soak.crowd")
     parser.add_argument("--rounds", type=int, default=200, help="stops each way")
     parser.add_argument("--hostile", type=int, default=8, help="clients at once")
     given = parser.parse_args()

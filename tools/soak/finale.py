@@ -9,10 +9,10 @@ import time
 from functools import partial
 
 from macromicro.rig import faulty
-from macromicro.serve.soak.campaign import Round
-from macromicro.serve.soak.faults import port_in_use
-from macromicro.serve.soak.judge import judge
-from macromicro.serve.soak.victim import Client, Victim, safe_after, until
+from soak.campaign import Round
+from soak.faults import port_in_use
+from soak.judge import judge
+from soak.victim import Client, Victim, safe_after, until
 
 KILLS = 3
 

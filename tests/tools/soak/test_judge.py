@@ -11,7 +11,7 @@ import pytest
 from macromicro.control.live.messages import DISABLED, FAULT, HOLDING, READY
 from macromicro.recorder import Recorder
 from macromicro.serve.shared import COLUMNS, INDEX
-from macromicro.serve.soak.judge import Verdict, judge
+from soak.judge import Verdict, judge
 
 Change = Callable[[np.ndarray], None]
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from macromicro.rig import codes, faulty
 from macromicro.serve import faults
-from macromicro.serve.soak.victim import Client, Victim
+from soak.victim import Client, Victim
 
 _HALL = (codes.HALL_RANGE, codes.HALL_NOISY, codes.MICRO_LOST)
 _DRIVE = (codes.STUCK, codes.MACRO_LOST)

@@ -12,15 +12,15 @@ import traceback
 from pathlib import Path
 
 from macromicro.rig import faulty
-from macromicro.serve.soak import table
-from macromicro.serve.soak.campaign import Campaign, Round
-from macromicro.serve.soak.finale import finale
-from macromicro.serve.soak.victim import Victim
+from soak import table
+from soak.campaign import Campaign, Round
+from soak.finale import finale
+from soak.victim import Victim
 
 
 def main() -> int:
     """The command."""
-    parser = argparse.ArgumentParser(prog="python -m macromicro.serve.soak", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m soak", description=__doc__)
     parser.add_argument("--minutes", type=float, default=60.0, help="how long, beside the finale")
     parser.add_argument("--seed", type=int, default=1, help="of commands, faults and noise")
     parser.add_argument("--out", type=Path, default=Path("results/soak.md"), help="the table")
