@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from macromicro.control.live import messages as m
-from macromicro.serve import orders
+from macromicro.serve import orders, requests
 from macromicro.serve.orders import OVERTAKEN, TOO_LATE, Order
 
 ALWAYS = (m.Stop(), m.EmergencyStop(), m.LinkLost(), m.Disable(), m.Jog("macro", 0), m.Jog("x", 0))
@@ -19,16 +19,16 @@ OTHERS = (m.Enable(), m.Fan(True), m.ClearFault(), m.SetGains(()), m.Zero())
 
 @pytest.mark.parametrize("request_", ALWAYS)
 def test_what_ends_is_always_done(request_: Any) -> None:
-    assert orders.ends(request_)
-    assert not orders.moves(request_)
+    assert requests.ends(request_)
+    assert not requests.moves(request_)
     assert orders.void(Order(1, request_, 10, 20), 15, 30) is None
 
 
 @pytest.mark.parametrize("request_", (*MOTIONS, *JOGS, *OTHERS))
 def test_everything_else_has_its_time(request_: Any) -> None:
     order = Order(1, request_, 10, 20)
-    assert not orders.ends(request_)
-    assert orders.moves(request_) is any(request_ is x for x in (*MOTIONS, *JOGS))
+    assert not requests.ends(request_)
+    assert requests.moves(request_) is any(request_ is x for x in (*MOTIONS, *JOGS))
     assert orders.void(order, 9, 20) is None
     assert orders.void(order, 9, 21) == TOO_LATE
     assert orders.void(order, 10, 11) == OVERTAKEN

@@ -14,7 +14,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live import transitions
 from macromicro.control.live.messages import Finished, Notice, Refused, Reply
 from macromicro.errors import MacromicroError
-from macromicro.serve import link, orders
+from macromicro.serve import link, orders, requests
 from macromicro.serve.keeping import Keeper
 from macromicro.serve.launching import Child
 from macromicro.serve.ledger import Ledger
@@ -77,7 +77,7 @@ class Sender:
         """
         asked = time.monotonic_ns()
         stops, releases = self.stops if since is None else since, self._releases
-        if not orders.begins(request):
+        if not requests.begins(request):
             return self._exchange(request, asked, allowed)
 
         def still() -> Refused | None:
@@ -85,7 +85,7 @@ class Sender:
                 return orders.OVERTAKEN
             return allowed()
 
-        if not orders.moves(request):
+        if not requests.moves(request):
             return self._exchange(request, asked, still)
         if not self._keeper.moving:  # what is refused costs no write, and is no motion
             reply = self._exchange(request, asked, still, trial=True)

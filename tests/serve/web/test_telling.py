@@ -11,6 +11,7 @@ from web_parts import Station
 from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
 from macromicro.schema.par import entries
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.web import telling
 from macromicro.serve.web.hub import KEPT, Hub
 
@@ -37,7 +38,7 @@ def test_every_setting_has_its_bounds() -> None:
 
 def test_the_hub_keeps_the_last_news_only() -> None:
     fake = Station()
-    hub = Hub(fake)  # type: ignore[arg-type]
+    hub = Hub(Instrument(fake))  # type: ignore[arg-type]
     for _ in range(3 * KEPT):
         fake.go("ready")
     hub.look({})
@@ -49,7 +50,7 @@ def test_the_hub_keeps_the_last_news_only() -> None:
 
 def test_the_hub_follows_gains_and_another_loop() -> None:
     fake = Station()
-    hub = Hub(fake)  # type: ignore[arg-type]
+    hub = Hub(Instrument(fake))  # type: ignore[arg-type]
     facts = {"sequence.wait": {"old": 2.0, "new": 1.5}, "no.such": {"old": 0, "new": 1}}
     fake.told.append(m.Event(0.0, "gains", "ready", "ready", "set gains", facts))
     hub.look({})
@@ -61,7 +62,7 @@ def test_the_hub_follows_gains_and_another_loop() -> None:
 
 def test_the_hub_tells_every_end_once() -> None:
     fake = Station()
-    hub = Hub(fake)  # type: ignore[arg-type]
+    hub = Hub(Instrument(fake))  # type: ignore[arg-type]
     fake.holder = "a"
     for _ in range(3):
         fake.request("a", m.Home())

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from web_parts import Station
 
 from macromicro.control.supervisor import Plan
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.web import uploads
 from macromicro.serve.web.orders import Orders, Refusal
 from macromicro.serve.web.uploads import Upload
 
-LOAD = Orders(LiveSettings()).programme
+LOAD = Orders(Instrument(Station())).programme
 TEXT = '[[moves]]\nmacro = "10 counts"\nhold = "1 s"\n'
 
 

@@ -11,8 +11,8 @@ from websockets.exceptions import ConnectionClosed
 
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.serve.web import bins
+from macromicro.serve.web.context import Context
 from macromicro.serve.web.orders import Refusal, number
-from macromicro.serve.web.room import Room
 
 Send = Callable[[str | bytes], Awaitable[None]]
 Answer = Callable[[dict[str, Any], Reply], Awaitable[None]]
@@ -22,8 +22,8 @@ class Showing:
     """One viewer's view. A new one costs the server all that it shows: `want` keeps the
     newest until its turn comes."""
 
-    def __init__(self, room: Room) -> None:
-        self._room, self._bounds = room, room.bounds
+    def __init__(self, context: Context) -> None:
+        self._context, self._bounds = context, context.bounds
         self.view = bins.view(0, bins.SPANS[1], 600)
         self._since = -1
         self._wanted: dict[str, Any] | None = None
@@ -47,7 +47,7 @@ class Showing:
 
     async def run(self, send: Send, answer: Answer, each: Callable[[], Awaitable[None]]) -> None:
         """Show until the viewer is gone. `answer`: to a wanted view; `each`: done every turn."""
-        hub, period = self._room.hub, 1.0 / self._bounds.frames
+        hub, period = self._context.hub, 1.0 / self._bounds.frames
         turn, told, control = -1, 0, None
         due = time.monotonic()
         try:
@@ -84,12 +84,12 @@ class Showing:
         await answer(order, reply)
 
     def _frame(self) -> bytes:
-        last, block, names = self._room.station.telemetry(self._since)
+        last, block, names = self._context.station.telemetry(self._since)
         view = self.view
         if last < self._since:  # another loop counts anew
             self._since = -1
             return b""
-        data = bins.frame(view, last, block[:, -view.rows :], names, self._room.hub.pitch)
+        data = bins.frame(view, last, block[:, -view.rows :], names, self._context.hub.pitch)
         # The bin that is being filled is sent again, whole.
         self._since = last // view.width * view.width - 1 if data else self._since
         return data

@@ -14,7 +14,7 @@ from macromicro.control.live.parameters import Live
 from macromicro.control.live.possible import possible
 from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries
-from macromicro.serve.aims import aim
+from macromicro.serve.requests import CONTROL, REQUESTS
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Snapshot
 
@@ -32,24 +32,6 @@ def plain(value: Any) -> Any:
     return value if value is None or isinstance(value, bool | int | str) else str(value)
 
 
-_KINDS: dict[str, type] = {
-    "enable": m.Enable,
-    "disable": m.Disable,
-    "home": m.Home,
-    "zero": m.Zero,
-    "fan": m.Fan,
-    "clear": m.ClearFault,
-    "move to": m.MoveTo,
-    "move by": m.MoveBy,
-    "move macro": m.MoveMacro,
-    "move micro": m.MoveMicro,
-    "jog": m.Jog,
-    "programme": m.Programme,
-    "limits": m.SetLimits,
-    "gains": m.SetGains,
-}
-
-
 def offered(now: Snapshot, supersede: bool) -> list[str]:
     """Orders that make sense just now, by their names on the page."""
     if not now.running or now.mode not in m.MODES:
@@ -58,11 +40,11 @@ def offered(now: Snapshot, supersede: bool) -> list[str]:
     kinds = possible(
         m.MODES.index(now.mode), moving=moving, trusted=now.trusted, supersede=supersede
     )
-    return [name for name, kind in _KINDS.items() if kind in kinds]
+    return [kind.name for kind in REQUESTS if kind.access == CONTROL and kind.message in kinds]
 
 
 def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
-    """The snapshot, and what makes sense now; `target` [m] as the events tell, or NaN."""
+    """The snapshot, and what makes sense now; `target` [m], or NaN."""
     told: dict[str, Any] = {
         name: getattr(now, name)
         for name in ("time_s", "age_s", "running", "mode", "position_m", "uncertainty_m")
@@ -71,7 +53,7 @@ def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
     told |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
     told |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
     told["limits"] = now.limits._asdict()
-    told["target_m"] = aim(now, target, settings.pitch)
+    told["target_m"] = target
     told["possible"] = offered(now, settings.supersede == 1)
     told["fault"] = None if now.fault is None else now.fault._asdict()
     told["pace"] = now.pace._asdict()

@@ -14,10 +14,10 @@ _PEER_CLOSED = getattr(select, "POLLRDHUP", 0)  # known to Linux: also behind un
 _BROKEN = getattr(select, "POLLERR", 0) | getattr(select, "POLLHUP", 0)
 
 
-class Ear(asyncio.StreamReader):
+class SocketMonitor(asyncio.StreamReader):
     """A stream that tells when bytes came and that they have ended, before they are read.
 
-    `heard` [s, monotonic]: when bytes came last. `deaf_since` [s]: since when so much lies
+    `heard` [s, monotonic]: when bytes came last. `stalled_since` [s]: since when so much lies
     unread that no more is taken from the socket, so that its end could hide behind it; None
     while all is taken. `ended`: the other end has closed, or the connection is `reset`.
     """
@@ -25,7 +25,7 @@ class Ear(asyncio.StreamReader):
     def __init__(self) -> None:
         super().__init__(_LIMIT)
         self.heard = time.monotonic()
-        self.deaf_since: float | None = None
+        self.stalled_since: float | None = None
         self.ended = asyncio.Event()
         self.reset = False
         self._held = 0
@@ -35,9 +35,9 @@ class Ear(asyncio.StreamReader):
         self.heard = time.monotonic()
         self._held += len(data)
         if self._held <= 2 * _LIMIT:  # beyond this the stream reads no more
-            self.deaf_since = None
-        elif self.deaf_since is None:
-            self.deaf_since = self.heard
+            self.stalled_since = None
+        elif self.stalled_since is None:
+            self.stalled_since = self.heard
         super().feed_data(data)
 
     def feed_eof(self) -> None:
@@ -61,7 +61,7 @@ class Ear(asyncio.StreamReader):
         """Ask the system whether the other end is there; to be called now and then."""
         # Below its limit the stream has gone on, and has taken what there was.
         if self._held <= _LIMIT // 2:
-            self.deaf_since = None
+            self.stalled_since = None
         state = peer(connection)
         self.reset = self.reset or state == RESET
         if state != HERE:

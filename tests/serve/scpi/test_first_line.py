@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from tests import browser
 
-from macromicro.serve.scpi import Server, strangers
-from macromicro.serve.scpi.strangers import FirstLine, Stranger
+from macromicro.serve.scpi import Server, first_line
+from macromicro.serve.scpi.first_line import FirstLine, ForeignProtocol
 from macromicro.serve.web import WebServer
 
 from .client import Client, until
@@ -64,7 +64,7 @@ OWN = (
 @pytest.mark.parametrize(("data", "name"), FOREIGN.values(), ids=FOREIGN)
 def test_a_stranger_is_known_by_its_first_line(data: bytes, name: str, cut: int) -> None:
     line, data = FirstLine(), data + DEADLY
-    with pytest.raises(Stranger) as found:
+    with pytest.raises(ForeignProtocol) as found:
         for start in range(0, len(data), cut):
             assert line.take(data[start : start + cut]) == b""
     if cut > 10:
@@ -187,13 +187,13 @@ def test_no_page_of_another_site_drives_the_machine(
     consent; also where the site's own name was led to this computer."""
     browser.needed()
     heard: list[bytes] = []
-    take = strangers.FirstLine.take
+    take = first_line.FirstLine.take
 
     def noted(line: FirstLine, data: bytes) -> bytes:
         heard.append(data)
         return take(line, data)
 
-    monkeypatch.setattr(strangers.FirstLine, "take", noted)
+    monkeypatch.setattr(first_line.FirstLine, "take", noted)
     station.rig, station.recorded = "twin", ()
     with WebServer(station, port=0, folder=tmp_path) as page:
         name = "evil.example" if rebound else "127.0.0.1"

@@ -31,7 +31,7 @@ _NAMES = (
 )
 
 
-class Stranger(Exception):
+class ForeignProtocol(Exception):
     """What comes is not SCPI; the words say what it looks like."""
 
 
@@ -42,7 +42,7 @@ class FirstLine:
         self._held = bytearray()
 
     def take(self, data: bytes) -> bytes:
-        """What may be heard now: nothing yet, or all that came. Raises `Stranger`."""
+        """What may be heard now: nothing yet, or all that came. Raises `ForeignProtocol`."""
         self._held += data
         leading = _LEADING.match(self._held)
         assert leading is not None  # it matches nothing, too
@@ -51,12 +51,12 @@ class FirstLine:
             return b""
         end = self._held.find(b"\n", 0, JUDGED)
         if _BEGINS.match(self._held) is None:
-            raise Stranger(_named(self._held))
+            raise ForeignProtocol(_named(self._held))
         if end < 0 and len(self._held) < JUDGED:
             return b""
         line = bytes(self._held[: JUDGED if end < 0 else end])
         if _FORM.match(line) is None or _VERSION.search(line) is not None:
-            raise Stranger(_named(self._held))
+            raise ForeignProtocol(_named(self._held))
         return bytes(self._held)
 
 

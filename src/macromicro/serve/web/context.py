@@ -7,30 +7,32 @@ from typing import TYPE_CHECKING, Any
 
 from macromicro import __version__, programme
 from macromicro.hysteresis.table import FodTable
+from macromicro.serve.client import Dispatcher
 from macromicro.serve.guesses import Token
-from macromicro.serve.seats import Places
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.web import bins, telling
 from macromicro.serve.web.bounds import Bounds
-from macromicro.serve.web.desk import Desk
 from macromicro.serve.web.hub import Hub
 from macromicro.serve.web.orders import LENGTHS, Orders
 from macromicro.serve.web.recordings import Recordings
+from macromicro.serve.web.sessions import Sessions
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
 
 
-class Room:
+class Context:
     """The station and all that stands before it."""
 
     def __init__(
         self, station: Station, token: Token, folder: Path, table: FodTable | None, bounds: Bounds
     ) -> None:
-        self.station, self.token, self.bounds = station, token, bounds
-        self.hub = Hub(station, table)
-        self.desk = Desk(station, bounds.viewers)
-        self.places = Places(bounds.viewers, bounds.silent)
-        self.orders = Orders(station.settings)
+        self.station, self.bounds = station, bounds
+        self.instrument = Instrument(station, folder, token)
+        self.hub = Hub(self.instrument, table)
+        self.dispatcher = Dispatcher("web", bounds.viewers, bounds.silent)
+        self.sessions = Sessions(self.instrument, self.dispatcher)
+        self.orders = Orders(self.instrument)
         self.recordings = Recordings(station, folder)
         self.about: dict[str, Any] = {
             "version": __version__,
@@ -48,3 +50,8 @@ class Room:
     def look(self) -> None:
         """Bring what all viewers see up to date."""
         self.hub.look({"recordings": self.recordings.listed()})
+
+    def close(self) -> None:
+        """All pages are gone."""
+        self.sessions.close()
+        self.dispatcher.close()

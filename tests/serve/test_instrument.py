@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from macromicro.control.live import messages as m
-from macromicro.serve.aims import aim, aimed
+from macromicro.serve.instrument import target_after, target_now
 
 PITCH = 0.2 / 2800.0
 NAN = math.nan
@@ -20,15 +20,15 @@ def begun(cause: str, to_mode: str = "moving-macro", **evidence: Any) -> m.Event
 
 
 def test_a_move_of_both_stages_keeps_its_target_to_the_end() -> None:
-    target = aimed(begun("macro move", target_m=0.05), NAN)
+    target = target_after(begun("macro move", target_m=0.05), NAN)
     for to_mode, cause in (("settling", "arrived"), ("moving-micro", "settled")):
-        target = aimed(begun(cause, to_mode), target)
-    target = aimed(begun("on target", "holding"), target)
+        target = target_after(begun(cause, to_mode), target)
+    target = target_after(begun("on target", "holding"), target)
     assert target == 0.05
-    assert aimed(m.Event(1.0, "fan", "holding", "holding", "fan", {}), target) == 0.05
-    assert math.isnan(aimed(begun("micro move", "moving-micro", micro_mm=1.0), target))
-    assert math.isnan(aimed(begun("programme"), target))
-    assert math.isnan(aimed(begun("emergency stop", "disabled"), target))
+    assert target_after(m.Event(1.0, "fan", "holding", "holding", "fan", {}), target) == 0.05
+    assert math.isnan(target_after(begun("micro move", "moving-micro", micro_mm=1.0), target))
+    assert math.isnan(target_after(begun("programme"), target))
+    assert math.isnan(target_after(begun("emergency stop", "disabled"), target))
 
 
 @pytest.mark.parametrize(
@@ -46,5 +46,5 @@ def test_the_target_is_where_it_goes_or_is_held(mode: str, told: float, wanted: 
     now: Any = SimpleNamespace(
         mode=mode, macro_count=590.0, macro_reference=589.0, micro_reference_mm=0.3
     )
-    found = aim(now, told, PITCH)
+    found = target_now(now, told, PITCH)
     assert found == pytest.approx(wanted, nan_ok=True)

@@ -1,8 +1,7 @@
-"""What one client may use, and where its calls run."""
+"""What one client may use of this server."""
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from typing import NamedTuple
 
 from macromicro.serve.scpi.framing import BLOCK_LIMIT, LINE_LIMIT
@@ -26,12 +25,3 @@ class Bounds(NamedTuple):
     rate: float = 500.0
     burst: float = 500.0
     unread: float = 10.0
-
-
-class Threads(NamedTuple):
-    """Where calls to the station run: `urgent` is kept free for stops; `others` is for
-    clients that may not command, few enough to leave the rest their share of a processor."""
-
-    orders: Executor
-    urgent: Executor
-    others: Executor
