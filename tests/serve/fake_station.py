@@ -12,7 +12,7 @@ import numpy as np
 from macromicro.control.live import bounds, parameters, state
 from macromicro.control.live import messages as m
 from macromicro.errors import MacromicroError
-from macromicro.serve import orders, requests
+from macromicro.serve import requests
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
@@ -90,7 +90,7 @@ class FakeStation:
     def request(self, client: str, request: Any, since: Any = None) -> m.Reply:  # noqa: PLR0911, PLR0912
         with self.lock:
             if since not in (None, self.stops) and requests.begins(request):
-                return orders.OVERTAKEN
+                return requests.OVERTAKEN
             if self.holder != client and not isinstance(request, m.Stop | m.EmergencyStop):
                 return m.Refused("this client does not hold control", "acquire control first")
             if self.beyond(request):

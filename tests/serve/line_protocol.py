@@ -19,8 +19,7 @@ from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Client, Dispatcher, Entry, Waiting
 from macromicro.serve.guesses import TRIES, Token
 from macromicro.serve.instrument import Instrument
-from macromicro.serve.orders import OVERTAKEN
-from macromicro.serve.requests import KINDS, STOPS
+from macromicro.serve.requests import KINDS, OVERTAKEN, STOPS
 from macromicro.serve.threaded import Threaded
 
 CLIENTS, SILENT, WAITING = 4, 8, 16
@@ -74,7 +73,7 @@ class LineConnection:
     async def _read(self) -> None:
         with contextlib.suppress(ValueError, OSError):  # a line without an end; a reset
             line = await self._reader.readline()
-            if line and self._dispatcher.places.claim(self):
+            if line and self._dispatcher.capacity.claim(self):
                 await self._dispatcher.overtake(self.client, self.client.connect)
                 while line:
                     await self._hear(line)
@@ -161,11 +160,11 @@ class LineServer(Threaded):
 
         async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
             connection = LineConnection(self._instrument, dispatcher, reader, writer)
-            dispatcher.places.arrive(connection)
+            dispatcher.capacity.arrive(connection)
             living[connection] = asyncio.current_task()
             with contextlib.suppress(asyncio.CancelledError):  # the server ends
                 await connection.run()
-            dispatcher.places.leave(connection)
+            dispatcher.capacity.leave(connection)
             del living[connection]
 
         server = await asyncio.start_server(serve, *self._where, limit=256)

@@ -14,10 +14,10 @@ from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Reply
-from macromicro.serve import seats
+from macromicro.serve import capacity
+from macromicro.serve.capacity import Capacity
 from macromicro.serve.instrument import Instrument
-from macromicro.serve.orders import OVERTAKEN
-from macromicro.serve.seats import Places
+from macromicro.serve.requests import OVERTAKEN
 from macromicro.serve.sending import Stops
 
 POLL_S = 0.02
@@ -50,10 +50,10 @@ class Client:
     def rank(self) -> int:
         """Who makes room for whom."""
         if self.station.holder == self.name:
-            return seats.HOLDER
+            return capacity.HOLDER
         if self.authenticated and not self.instrument.token.open:
-            return seats.ADMITTED
-        return seats.stranger(self.address)
+            return capacity.ADMITTED
+        return capacity.unadmitted(self.address)
 
     def authenticate(self, given: object) -> str:
         """Look at a token; why the client is not admitted, or "". One that gave the right one
@@ -195,13 +195,13 @@ class Dispatcher:
     and who of them gets a place.
 
     `clients`: at a time, beside `silent` ones that have not spoken yet; `crowd`: of those that
-    may not command, from which on they share what so many may use; `yielding`: see `Places`.
+    may not command, from which on they share what so many may use; `yielding`: see `Capacity`.
     """
 
     def __init__(
         self, name: str, clients: int, silent: int, crowd: int = 1, *, yielding: bool = False
     ) -> None:
-        self.places = Places(clients, silent, yielding=yielding)
+        self.capacity = Capacity(clients, silent, yielding=yielding)
         self._crowd = crowd
         self._orders = ThreadPoolExecutor(clients + SPARE, f"{name}-orders")
         self._urgent = ThreadPoolExecutor(clients + SPARE, f"{name}-stops")
@@ -211,7 +211,7 @@ class Dispatcher:
     async def run(self, client: Client, act: Callable[..., T], *given: object) -> T:
         """Something that may take its time. Those who may not command have few threads, and
         leave the others their share of a processor."""
-        pool = self._orders if client.rank >= seats.ADMITTED else self._others
+        pool = self._orders if client.rank >= capacity.ADMITTED else self._others
         return await _in(pool, client, act, given)
 
     async def overtake(self, client: Client, act: Callable[..., T], *given: object) -> T:
@@ -225,9 +225,9 @@ class Dispatcher:
 
     def price(self, client: Client) -> float:
         """What everything costs a client: more in a crowd, where it may not command."""
-        if client.rank >= seats.ADMITTED:
+        if client.rank >= capacity.ADMITTED:
             return 1.0
-        return max(1.0, self.places.crowd / self._crowd)
+        return max(1.0, self.capacity.crowd / self._crowd)
 
     def close(self) -> None:
         """Nothing more is begun."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Refused
 
 EVERYONE = "all"  # whoever is connected
 TOKEN = "token"  # who has given the token, where there is one
@@ -189,3 +190,29 @@ def moves(request: Any) -> bool:
 def begins(request: Any) -> bool:
     """Would something move, or could it from then on? Behind a stop it would be a surprise."""
     return moves(request) or _EFFECTS.get(type(request)) == WAKES
+
+
+_AGAIN = "ask again, if it is still wanted"
+OVERTAKEN = Refused("a stop came before it began", _AGAIN)
+TOO_LATE = Refused("it came too late: the loop had been held up", _AGAIN)
+
+
+class Order(NamedTuple):
+    """A request, `asked` for at one time and void from another one on (`until`) [ns of the
+    monotonic clock]. `trial`: only tell whether it would be refused now."""
+
+    serial: int
+    request: Any
+    asked: int
+    until: int
+    trial: bool = False
+
+
+def void(order: Order, emergency: int, now: int) -> Refused | None:
+    """Why nothing is to be done about it `now`, after an emergency stop of the time
+    `emergency`; None if it is to be done [ns]."""
+    if ends(order.request):
+        return None
+    if order.asked <= emergency:
+        return OVERTAKEN
+    return TOO_LATE if now > order.until else None

@@ -425,7 +425,7 @@ def test_a_recording_belongs_to_who_holds_control(client: Make, fake: Station) -
 def test_a_recording_can_be_fetched_piece_by_piece(
     client: Make, fake: Station, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("macromicro.serve.web.recordings.PIECE", 1000)
+    monkeypatch.setattr("macromicro.serve.web.downloads.PIECE", 1000)
     viewer = client()
     viewer.order("take")
     name = viewer.order("record")["name"]

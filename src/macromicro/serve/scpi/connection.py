@@ -39,7 +39,7 @@ class ScpiConnection:
 
     Messages are done one after the other, except for stops: those at a message's beginning
     are done as soon as they are read. Nothing is done before the first line has shown that this
-    is a client of SCPI. A `seats.Guest`.
+    is a client of SCPI. A `capacity.Member`.
     """
 
     def __init__(
@@ -167,7 +167,7 @@ class ScpiConnection:
             if not data:
                 return b""
             found = line.take(data)
-        if not self._dispatcher.places.claim(self):
+        if not self._dispatcher.capacity.claim(self):
             return b""
         await self._dispatcher.overtake(self.session, self.session.connect)
         return found

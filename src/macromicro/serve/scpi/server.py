@@ -82,7 +82,7 @@ async def _serve(
         try:
             await connection.run()
         finally:
-            dispatcher.places.leave(connection)
+            dispatcher.capacity.leave(connection)
             del connections[connection]
 
     def accept(monitor: SocketMonitor, writer: asyncio.StreamWriter) -> None:
@@ -91,7 +91,7 @@ async def _serve(
             writer.transport.abort()
             return
         connection = ScpiConnection(instrument, monitor, writer, dispatcher, bounds)
-        dispatcher.places.arrive(connection)
+        dispatcher.capacity.arrive(connection)
         connections[connection] = asyncio.create_task(run(connection))
 
     try:

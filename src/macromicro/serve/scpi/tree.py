@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from macromicro.serve.requests import REQUESTS
-from macromicro.serve.scpi import common, motion, setting, system, watching, waveform
+from macromicro.serve.scpi import common, motion, queries, setting, system, waveform
 from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.header import Tree
 
@@ -11,7 +11,7 @@ _LISTED: tuple[Command, ...] = (
     *common.COMMON,
     *system.COMMANDS,
     *motion.COMMANDS,
-    *watching.COMMANDS,
+    *queries.COMMANDS,
     *setting.COMMANDS,
     *waveform.COMMANDS,
     *common.STATUS,

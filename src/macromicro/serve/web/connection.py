@@ -14,24 +14,24 @@ from websockets.exceptions import ConnectionClosed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
-from macromicro.serve import seats
+from macromicro.serve import capacity
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Entry, Waiting
 from macromicro.serve.guesses import WRONG
-from macromicro.serve.orders import OVERTAKEN
-from macromicro.serve.web import telling
+from macromicro.serve.requests import OVERTAKEN
+from macromicro.serve.web import reporting
 from macromicro.serve.web.context import Context
 from macromicro.serve.web.handler import OrderHandler
 from macromicro.serve.web.orders import Refusal, read
 from macromicro.serve.web.sessions import Session
-from macromicro.serve.web.showing import Showing
+from macromicro.serve.web.streaming import Stream
 
 TAKEN_OVER, POLICY, FULL = 4000, 1008, 1013
 _FULL = Refused("too many orders wait", "wait for replies")
 
 
 class PageConnection:
-    """A WebSocket from its hello to its end; `sessions.Attached` and a `seats.Guest`."""
+    """A WebSocket from its hello to its end; `sessions.Attached` and a `capacity.Member`."""
 
     def __init__(self, context: Context, socket: ServerConnection) -> None:
         self._context, self._socket = context, socket
@@ -39,7 +39,7 @@ class PageConnection:
         self._address = str((socket.remote_address or ("?",))[0])
         self._bucket = Bucket(context.bounds.rate, context.bounds.burst)
         self._urgent: set[asyncio.Task[None]] = set()
-        self._shown = Showing(context)
+        self._stream = Stream(context)
         self._handler = OrderHandler(context, self._send)
         self._session: Session | None = None
         self._waiting: Waiting[dict[str, Any]] | None = None
@@ -61,7 +61,7 @@ class PageConnection:
     def rank(self) -> int:
         """Who makes room for whom."""
         if self._session is None:
-            return seats.stranger(self._address)
+            return capacity.unadmitted(self._address)
         return self._session.rank
 
     @property
@@ -81,7 +81,7 @@ class PageConnection:
             hello = read(await asyncio.wait_for(self._socket.recv(), self._bounds.patience))
             if hello.get("do") != "hello":
                 raise Refusal("the first message must be a hello")
-            self._shown.look(hello)
+            self._stream.look(hello)
         except (Refusal, TimeoutError):
             await self._socket.close(POLICY, "say hello first")
             return
@@ -99,7 +99,7 @@ class PageConnection:
             session.authenticated = False
         self._session = session
         self._waiting = Waiting(session, self._bounds.waiting)
-        if not context.dispatcher.places.claim(self, session.connection):
+        if not context.dispatcher.capacity.claim(self, session.connection):
             await self._socket.close(FULL, "too many viewers")
             return
         if problem:
@@ -109,7 +109,7 @@ class PageConnection:
         try:
             welcome = self._welcome(session, problem)
             await self._send(json.dumps({"welcome": welcome}, allow_nan=False))
-            shown = self._shown.run(self._send, self._reply, self._end_stale_jog)
+            shown = self._stream.run(self._send, self._reply, self._end_stale_jog)
             work = self._waiting.work(lambda entry: self._do(entry, session))
             tasks = [asyncio.create_task(shown), asyncio.create_task(work)]
             for task in tasks:
@@ -168,7 +168,7 @@ class PageConnection:
             if session.jog is not None:
                 session.jog = (session.jog[0], time.monotonic() + self._bounds.jog)
         elif what == "view":
-            before = self._shown.want(order)
+            before = self._stream.want(order)
             if before is not None:
                 self._later(self._reply(before, Accepted()))
         elif not waiting.offer(order):
@@ -186,7 +186,7 @@ class PageConnection:
 
     async def _emergency(self, order: dict[str, Any], session: Session) -> None:
         reply, took = await self._context.sessions.emergency(session)
-        await self._reply(order, reply, {"safe_s": telling.plain(took)})
+        await self._reply(order, reply, {"safe_s": reporting.plain(took)})
 
     async def _stop(self, order: dict[str, Any], session: Session) -> None:
         await self._reply(order, await self._context.sessions.stop(session))
@@ -224,7 +224,7 @@ class PageConnection:
             "admitted": session.authenticated,
             "problem": problem,
             "wrong": problem == WRONG,
-            "view": self._shown.view._asdict(),
+            "view": self._stream.view._asdict(),
         }
 
     async def _end_stale_jog(self) -> None:
@@ -237,12 +237,12 @@ class PageConnection:
     ) -> None:
         number, what = order.get("id"), order.get("do")
         told: dict[str, Any] = {
-            "reply": telling.plain(number) if isinstance(number, int | float | str) else None,
+            "reply": reporting.plain(number) if isinstance(number, int | float | str) else None,
             "do": what[:60] if isinstance(what, str) else None,
         }
         told["ok"] = isinstance(reply, Accepted)
         told |= reply._asdict() if isinstance(reply, Refused) else {"motion": reply.id}
-        await self._send(json.dumps(telling.plain(told | (more or {})), allow_nan=False))
+        await self._send(json.dumps(reporting.plain(told | (more or {})), allow_nan=False))
 
     async def _send(self, data: str | bytes) -> None:
         """Send; a viewer that takes nothing for too long is sent away."""

@@ -10,11 +10,11 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.serve.client import Dispatcher
 from macromicro.serve.guesses import Token
 from macromicro.serve.instrument import Instrument
-from macromicro.serve.web import bins, telling
+from macromicro.serve.web import bins, reporting
 from macromicro.serve.web.bounds import Bounds
+from macromicro.serve.web.downloads import Downloads
 from macromicro.serve.web.hub import Hub
 from macromicro.serve.web.orders import LENGTHS, Orders
-from macromicro.serve.web.recordings import Recordings
 from macromicro.serve.web.sessions import Sessions
 
 if TYPE_CHECKING:
@@ -33,12 +33,12 @@ class Context:
         self.dispatcher = Dispatcher("web", bounds.viewers, bounds.silent)
         self.sessions = Sessions(self.instrument, self.dispatcher)
         self.orders = Orders(self.instrument)
-        self.recordings = Recordings(station, folder)
+        self.recordings = Downloads(station, folder)
         self.about: dict[str, Any] = {
             "version": __version__,
             "rig": station.rig,
             "open": token.open,
-            "limits": telling.limits(station.settings),
+            "limits": reporting.limits(station.settings),
             "units": list(LENGTHS),
             "programmes": list(programme.shipped()),
             "channels": list(bins.CHANNELS),

@@ -15,7 +15,7 @@ from macromicro.schema.config import changed_toml
 from macromicro.schema.par import entries
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.web import telling
+from macromicro.serve.web import reporting
 from macromicro.serve.web.plane import Plane
 
 KEPT = 400  # events and ends of motions that a viewer who comes late still gets
@@ -43,7 +43,7 @@ class Hub:
         self._time = now.time_s
         self.follow()
         self._follow_heat()
-        told = telling.state(now, self._instrument.target(now), self.settings.live)
+        told = reporting.state(now, self._instrument.target(now), self.settings.live)
         told |= extra
         told["plane"] = self._plane.words()
         self.state = json.dumps({"state": told}, allow_nan=False)
@@ -61,7 +61,7 @@ class Hub:
 
     def gains(self) -> str:
         """The controller's settings in force, as a message."""
-        return json.dumps({"gains": telling.settings(self.control)}, allow_nan=False)
+        return json.dumps({"gains": reporting.settings(self.control)}, allow_nan=False)
 
     def after(self, told: int) -> tuple[int, str]:
         """News behind number `told`: (number of the last one, message or "" for none)."""
@@ -79,12 +79,12 @@ class Hub:
         self._seen, events = self.station.events(self._seen)
         for event in events:
             # Ends come before the events behind them; whoever is late is not reordered.
-            self._note(telling.event(self._told + 1, event))
+            self._note(reporting.event(self._told + 1, event))
             if event.kind == "loop" and event.cause == "started":
                 self._motion = 1
         self.control = self._instrument.control()
         while (end := self.station.finished(self._motion, 0.0)) is not None:
-            self._note(telling.finished(self._told + 1, end, self._time))
+            self._note(reporting.finished(self._told + 1, end, self._time))
             self._motion += 1
 
     def _note(self, item: dict[str, Any]) -> None:

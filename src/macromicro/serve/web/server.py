@@ -146,8 +146,8 @@ class WebServer(Threaded):
         from macromicro.serve.web.connection import PageConnection
 
         connection = PageConnection(context, opened)
-        context.dispatcher.places.arrive(connection)
+        context.dispatcher.capacity.arrive(connection)
         try:
             await connection.run()
         finally:
-            context.dispatcher.places.leave(connection)
+            context.dispatcher.capacity.leave(connection)

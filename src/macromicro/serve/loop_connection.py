@@ -17,10 +17,10 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished, Reply
 from macromicro.errors import MacromicroError
 from macromicro.serve import faults, link, persist, safing, sending, watching
-from macromicro.serve.keeping import Keeper, Place
 from macromicro.serve.launching import Child, launch
 from macromicro.serve.ledger import Ledger
 from macromicro.serve.loop_spec import Spec
+from macromicro.serve.position_store import Place, PositionStore
 from macromicro.serve.pulse import silence
 from macromicro.serve.sending import Allowed, Sender, Stops
 from macromicro.serve.settings import LiveSettings
@@ -31,7 +31,7 @@ from macromicro.serve.trail import Trail
 END_S = 3.0
 
 
-class Connection:
+class LoopConnection:
     """The serving process' side. Thread-safe but for `start` and `stop`."""
 
     def __init__(
@@ -52,7 +52,7 @@ class Connection:
         self._left: str | None = None  # what became of the rig's stop, by the loop process
         self._how = ""  # how a loop that did not end by itself was ended
         self._child: Child | None = None
-        self._keeper: Keeper | None = None
+        self._store: PositionStore | None = None
         self._lock: persist.Lock | None = None
         self.turn = threading.RLock()  # of what is sent, and of who may send; held shortly
         self._sender: Sender | None = None
@@ -82,11 +82,11 @@ class Connection:
         self._leaving, self._left, self._how, self.switched_off = False, None, "", False
         self.realtime = child.privileges.words
         self._lock, self._child, self.shared = lock, child, shared
-        self._keeper = Keeper(self._path, self._rig, self._place, self._report)
+        self._store = PositionStore(self._path, self._rig, self._place, self._report)
         self._sender = Sender(
             child,
             shared,
-            self._keeper,
+            self._store,
             self.ledger,
             self.turn,
             settings.serve.reply_timeout,
@@ -162,8 +162,8 @@ class Connection:
 
     def keep(self) -> None:
         """Bring the position file up to date. Raises MacromicroError where it cannot be."""
-        if self._keeper is not None and self.running:
-            self._keeper.update()
+        if self._store is not None and self.running:
+            self._store.update()
 
     def tell(self, kind: str, cause: str, evidence: dict[str, Any]) -> None:
         """An event of our own, beside those of the machine; its time is the machine's."""
@@ -290,8 +290,8 @@ class Connection:
         self.switched_off = self._left == ""
         if not self.switched_off:
             with contextlib.suppress(MacromicroError):
-                if self._keeper is not None:
-                    self._keeper.lose(f"the loop ended without leaving its rig: {trouble.name}")
+                if self._store is not None:
+                    self._store.lose(f"the loop ended without leaving its rig: {trouble.name}")
             before = f"{self._left}; " if self._left else ""
             now = "a fresh process is told to stop the rig"
             self.trouble = trouble._replace(evidence=f"{told}; {before}{now}")

@@ -1,4 +1,4 @@
-"""Recordings that were made since the start, by whomever: how their files are handed out."""
+"""Downloads that were made since the start, by whomever: how their files are handed out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PIECE = 1 << 18  # bytes; a viewer asks for one piece after the other
 LISTED = 20
 
 
-class Recordings:
+class Downloads:
     """Those that the station has made, and no other file; the page's own go to `folder`."""
 
     def __init__(self, station: Station, folder: Path) -> None:
@@ -69,7 +69,7 @@ class Recordings:
             raise Refusal(f"{name}: {error.strerror}", "see the server's disk") from None
 
     def _files(self) -> dict[str, Path]:
-        """Recordings by name, oldest first; of two of one name in two folders, the later one's
+        """Downloads by name, oldest first; of two of one name in two folders, the later one's
         has a number."""
         found: dict[str, Path] = {}
         for path in dict.fromkeys(self._station.recorded):

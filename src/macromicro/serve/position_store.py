@@ -30,7 +30,7 @@ class Place(NamedTuple):
     laser: float = math.nan
 
 
-class Keeper:
+class PositionStore:
     """Writes the file. Thread-safe; `look` tells the present place, None where none is known.
 
     `begin_motion` must return before the request goes to the loop, `answered` follows its

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recording_format import needed_bytes
 from macromicro.rig.opening import TWIN, named
-from macromicro.serve import health, hosts, persist, places
+from macromicro.serve import health, hosts, persist, storage
 from macromicro.serve.health import FAIL, OK, WARN, Finding, unwritable
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 from macromicro.serve.settings import ServeSettings
@@ -71,7 +71,7 @@ def state_file(path: Path) -> Finding:
     """Can the position be kept, and does nobody serve this machine already?"""
     refusal = unwritable(path.parent)
     try:
-        refusal = refusal or places.kind(path)
+        refusal = refusal or storage.kind(path)
     except OSError as error:
         refusal = error.strerror or str(error)
     if refusal:

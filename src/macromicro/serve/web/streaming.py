@@ -18,7 +18,7 @@ Send = Callable[[str | bytes], Awaitable[None]]
 Answer = Callable[[dict[str, Any], Reply], Awaitable[None]]
 
 
-class Showing:
+class Stream:
     """One viewer's view. A new one costs the server all that it shows: `want` keeps the
     newest until its turn comes."""
 

@@ -12,7 +12,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
 from macromicro.schema.par import entries
 from macromicro.serve.instrument import Instrument
-from macromicro.serve.web import telling
+from macromicro.serve.web import reporting
 from macromicro.serve.web.hub import KEPT, Hub
 
 NAN = math.nan
@@ -20,13 +20,13 @@ NAN = math.nan
 
 def test_plain_values_are_json() -> None:
     value = {"a": np.float64(1.5), "b": np.int64(2), "c": (NAN, math.inf), 3: Control}
-    found = telling.plain(value)
+    found = reporting.plain(value)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert (found["a"], found["b"], found["c"]) == (1.5, 2, [None, None])
 
 
 def test_every_setting_has_its_bounds() -> None:
-    told = telling.settings(Control())
+    told = reporting.settings(Control())
     assert [t["path"] for t in told] == [e.path for e in entries(Control())]
     low = {t["path"]: t["low"] for t in told}
     assert low["sequence.tolerance"] == 0.0 and low["sequence.patience"] == 0.1
