@@ -90,7 +90,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     A token in the environment variable MACROMICRO_TOKEN is asked of whoever gives orders; it
     is needed where others than this computer can connect. Nothing moves at the start.
     """
-    from macromicro.serve import hosts, persist, settings
+    from macromicro.serve import hosts, persist, settings, storage
     from macromicro.serve.log import Log
 
     sys.setswitchinterval(SWITCH_S)
