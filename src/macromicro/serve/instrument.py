@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -15,7 +16,8 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event
 from macromicro.control.live.targets import reach
 from macromicro.control.settings import Control
-from macromicro.programme import Limits
+from macromicro.errors import InputError
+from macromicro.programme import Limits, Programme, load
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
 from macromicro.serve.shared import PERIOD
@@ -87,10 +89,24 @@ class Instrument:
             return reach(self.settings.live, limits, tolerance)[which == "MAX"]
         return float(getattr(limits, f"{kind}_{'low' if which == 'MIN' else 'high'}"))
 
-    def programme_limits(self) -> Limits:
-        """Limits of a programme. Its micro targets may be 0: there the micro-stage is let go."""
+    def programme(self, path: Path, shown: str = "") -> Programme:
+        """The programme in a file, within the soft limits. Raises InputError, in which the file
+        is called `shown`, or by its name without the folder."""
+        # Its micro targets may be 0: there the micro-stage is let go.
         soft, pitch = self.station.snapshot().limits, self.settings.live.pitch
-        return Limits(soft.macro_low, soft.macro_high, 0.0, soft.micro_high * 1e-3, 1.0 / pitch)
+        micro = 0.0, soft.micro_high * 1e-3
+        try:
+            return load(path, Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / pitch))
+        except InputError as error:
+            where = error.where.replace(str(path), shown or path.name)
+            raise InputError(where, error.value, error.accepted) from None
+
+    def programme_of(self, data: bytes, name: str, shown: str = "") -> Programme:
+        """The programme that a file `name` would hold, likewise."""
+        with tempfile.TemporaryDirectory(prefix="macromicro-") as folder:
+            path = Path(folder) / name
+            path.write_bytes(data)
+            return self.programme(path, shown)
 
     # Telemetry
 

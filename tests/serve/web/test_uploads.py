@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from web_parts import Station
 
-from macromicro.control.supervisor import Plan
+from macromicro import programme
+from macromicro.serve import instrument
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.web import uploads
 from macromicro.serve.web.orders import Orders, Refusal
@@ -74,13 +74,14 @@ def test_a_slip_is_reported_with_the_files_own_name() -> None:
     assert "/" not in caught.value.reason.split(":")[0]
 
 
-def test_nothing_stays_on_the_disk() -> None:
+def test_nothing_stays_on_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Path] = []
 
-    def load(path: Path) -> Plan:
+    def load(path: Path, limits: object) -> programme.Programme:
         seen.append(path)
         assert path.read_text(encoding="utf-8") == TEXT
-        return Plan(np.array([np.nan]), np.array([0]), np.array([1.0]), np.array([0.0]), np.nan)
+        return programme.load(path, limits)  # type: ignore[arg-type]
 
-    Upload().take(piece(TEXT, last=True), load)
+    monkeypatch.setattr(instrument, "load", load)
+    Upload().take(piece(TEXT, last=True), LOAD)
     assert seen and not seen[0].parent.exists()

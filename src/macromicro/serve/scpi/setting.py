@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 from macromicro.control.live.messages import Programme, SetGains, SetLimits
 from macromicro.errors import InputError
 from macromicro.schema.par import Entry, entries
@@ -139,28 +136,19 @@ def _load(call: Call) -> Answer:
     from macromicro import programme
     from macromicro.simulate import plan
 
-    given = call.values[0]
-    limits = call.session.instrument.programme_limits()
+    given, instrument = call.values[0], call.session.instrument
     try:
-        if isinstance(given, str):
-            path = programme.shipped().get(given)
-            if path is None:
-                known = ", ".join(programme.shipped())
-                raise ScpiError(-256, f"{given[:60]}; accepted: {known}, or a block of TOML text")
-            loaded = programme.load(path, limits)
-        else:
-            with tempfile.TemporaryDirectory() as folder:
-                file = Path(folder) / "programme.toml"
-                file.write_bytes(given)
-                try:
-                    loaded = programme.load(file, limits)
-                except InputError as error:
-                    where = error.where.replace(str(file), "programme")
-                    raise InputError(where, error.value, error.accepted) from None
+        if not isinstance(given, str):
+            loaded = instrument.programme_of(given, "programme.toml", "programme")
+            call.session.programme = (loaded.title, plan(loaded))
+            return None
+        shipped = programme.shipped()
+        if given not in shipped:
+            known = ", ".join(shipped)
+            raise ScpiError(-256, f"{given[:60]}; accepted: {known}, or a block of TOML text")
+        call.session.programme = (given, plan(instrument.programme(shipped[given])))
     except InputError as error:
         raise ScpiError(-285, str(error)) from None
-    name = given if isinstance(given, str) else loaded.title
-    call.session.programme = (name, plan(loaded))
     return None
 
 

@@ -59,7 +59,7 @@ class SocketMonitor(asyncio.StreamReader):
 
     def look(self, connection: socket.socket) -> None:
         """Ask the system whether the other end is there; to be called now and then."""
-        # Below its limit the stream has gone on, and has taken what there was.
+        # Below its limit the stream has resumed reading, and has taken what there was.
         if self._held <= _LIMIT // 2:
             self.stalled_since = None
         state = peer(connection)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 from macromicro.control.live.messages import Refused
 from macromicro.serve.requests import TOKEN
@@ -60,13 +59,9 @@ def _event(call: Call) -> Answer:
     first = last - len(events) + 1
     session.event_place = first
     event = events[0]
-    evidence = json.dumps(event.evidence, default=_plain)[:_EVENT_TEXT]
+    evidence = json.dumps(event.evidence, default=str)[:_EVENT_TEXT]
     words = (event.kind, event.from_mode, event.to_mode, event.cause, evidence)
     return f"{first + 1},{number(event.time)}," + ",".join(map(quoted, words))
-
-
-def _plain(value: Any) -> str:
-    return str(value)
 
 
 def _events(call: Call) -> Answer:

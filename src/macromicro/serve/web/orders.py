@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from macromicro import programme
@@ -112,16 +111,20 @@ class Orders:
         name, shipped = text(order, "name"), programme.shipped()
         if name not in shipped:
             raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(shipped)}")
-        return m.Programme(self.programme(shipped[name]))
+        return m.Programme(_planned(lambda: self._instrument.programme(shipped[name])))
 
-    def programme(self, path: Path) -> Plan:
-        """The plan of the programme in a file. Raises `Refusal` that names the file's name
-        alone, with the line or the move that is wrong."""
-        try:
-            return plan(programme.load(path, self._instrument.programme_limits()))
-        except InputError as error:
-            words = str(error).replace(str(path), path.name)
-            raise Refusal(words, "correct it, or change the soft limits") from None
+    def programme(self, text: str, name: str) -> Plan:
+        """The plan of a programme in a file `name`. Raises `Refusal` with the line or the move
+        that is wrong."""
+        data = text.encode("utf-8")
+        return _planned(lambda: self._instrument.programme_of(data, name))
+
+
+def _planned(load: Callable[[], programme.Programme]) -> Plan:
+    try:
+        return plan(load())
+    except InputError as error:
+        raise Refusal(str(error), "correct it, or change the soft limits") from None
 
 
 def _replace(order: dict[str, Any]) -> bool:
