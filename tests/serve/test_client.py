@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import threading
 import time
@@ -13,7 +14,10 @@ from fake_station import FakeStation
 from line_protocol import CLIENTS, WAITING, LineServer
 
 from macromicro.control.live import messages as m
+from macromicro.serve.client import Client, Entry, Waiting
 from macromicro.serve.guesses import TRIES
+from macromicro.serve.instrument import Instrument
+from macromicro.serve.requests import OVERTAKEN
 
 
 class Station(FakeStation):
@@ -210,3 +214,36 @@ def test_a_line_without_an_end_ends_the_connection(connect: Connect, station: St
     client.socket.sendall(b"x" * 4096)
     assert client.line() == ""
     until(lambda: not station.connected)
+
+
+def test_what_is_dropped_makes_room_and_the_end_stays(station: Station) -> None:
+    async def main() -> list[int]:
+        client, done = Client(Instrument(station), "a"), []  # type: ignore[arg-type]
+        waiting: Waiting[int] = Waiting(client, 3, largest=100)
+
+        async def do(entry: Entry[int]) -> bool:
+            done.append(entry.order)
+            return True
+
+        await waiting.put(1, 60)
+        late = asyncio.create_task(waiting.put(2, 60))
+        await asyncio.sleep(0.05)
+        assert waiting.drop() == [1] and not late.done()
+        await late
+        await waiting.end()
+        assert waiting.busy and waiting.drop() == [2]
+        assert waiting.offer(3)  # behind the end, which nothing passes
+        await asyncio.wait_for(waiting.work(do), 5.0)
+        return done
+
+    assert asyncio.run(main()) == []
+
+
+def test_an_order_from_before_a_stop_does_not_reach_the_station(station: Station) -> None:
+    client = Client(Instrument(station), "a")  # type: ignore[arg-type]
+    station.acquire("a")
+    entry = Entry("fan", client.stops, station.stops, 0)
+    assert client.request(m.Fan(True), entry) == m.Accepted()
+    client.stop()
+    assert client.request(m.Fan(True), entry) == OVERTAKEN
+    assert [type(r) for r in station.requests] == [m.Fan, m.Stop]

@@ -4,12 +4,24 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 from fake_station import FakeStation
 
 from macromicro.control.live import messages as m
+from macromicro.serve import requests
 from macromicro.serve.instrument import Instrument
-from macromicro.serve.requests import CONTROL, KINDS, REQUESTS, STOPS, Field, RequestType
+from macromicro.serve.requests import (
+    CONTROL,
+    KINDS,
+    OVERTAKEN,
+    REQUESTS,
+    STOPS,
+    TOO_LATE,
+    Field,
+    Order,
+    RequestType,
+)
 from macromicro.serve.scpi import motion
 from macromicro.serve.scpi.execution import attempt
 from macromicro.serve.scpi.header import Tree
@@ -72,3 +84,26 @@ def test_a_new_request_is_one_line_of_the_table(
     with pytest.raises(Refusal):
         Orders(instrument).request({**order, "fan": 1})
     assert parse(Tree(motion.commands("park")), b"PARK 5, ON").error is not None
+
+
+ALWAYS = (m.Stop(), m.EmergencyStop(), m.LinkLost(), m.Disable(), m.Jog("macro", 0), m.Jog("x", 0))
+MOTIONS = (m.Home(), m.MoveTo(0.1), m.MoveBy(0.1), m.MoveMacro(5), m.MoveMicro(1.0))
+JOGS = (m.Jog("macro", 0.1), m.Jog("macro", "x"), m.Jog("micro", np.zeros(2)))  # type: ignore[arg-type]
+OTHERS = (m.Enable(), m.Fan(True), m.ClearFault(), m.SetGains(()), m.Zero())
+
+
+@pytest.mark.parametrize("request_", ALWAYS)
+def test_what_ends_is_always_done(request_: Any) -> None:
+    assert requests.ends(request_)
+    assert not requests.moves(request_)
+    assert requests.void(Order(1, request_, 10, 20), 15, 30) is None
+
+
+@pytest.mark.parametrize("request_", (*MOTIONS, *JOGS, *OTHERS))
+def test_everything_else_has_its_time(request_: Any) -> None:
+    order = Order(1, request_, 10, 20)
+    assert not requests.ends(request_)
+    assert requests.moves(request_) is any(request_ is x for x in (*MOTIONS, *JOGS))
+    assert requests.void(order, 9, 20) is None
+    assert requests.void(order, 9, 21) == TOO_LATE
+    assert requests.void(order, 10, 11) == OVERTAKEN

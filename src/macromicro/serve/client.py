@@ -160,14 +160,13 @@ class Waiting(Generic[T]):
         await self._queue.put(None)
 
     def drop(self) -> list[T]:
-        """Take out all that waits."""
-        dropped = []
-        while not self._queue.empty():
-            entry = self._queue.get_nowait()
-            if entry is not None:
-                self._size -= entry.size
-                dropped.append(entry.order)
-        return dropped
+        """Take out all that waits, but not the `end`."""
+        found = [self._queue.get_nowait() for _ in range(self._queue.qsize())]
+        dropped = [entry for entry in found if entry is not None]
+        if len(dropped) < len(found):
+            self._queue.put_nowait(None)
+        self._size -= sum(entry.size for entry in dropped)
+        return [entry.order for entry in dropped]
 
     async def work(self, do: Callable[[Entry[T]], Awaitable[bool]]) -> None:
         """One order after the other, until `do` returns False or the `end`."""
