@@ -68,8 +68,7 @@ class LoopConnection:
         shared = None
         try:
             shared = Shared.create()
-            kept = persist.load(self._path)
-            settings = self._settings
+            kept, settings = persist.load(self._path), self._settings
             spec = Spec(self._rig, self._seed, settings, kept, self._machine, os.getpid())
             child = launch(spec, shared, lock.fd)
         except BaseException:

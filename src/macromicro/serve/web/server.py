@@ -57,7 +57,7 @@ class WebServer(Threaded):
         bounds: Bounds | None = None,
     ) -> None:
         try:
-            from macromicro.serve.web.gate import Gate
+            from macromicro.serve.web.http import Gate
         except ModuleNotFoundError as error:
             if error.name != "websockets":
                 raise
@@ -117,7 +117,7 @@ class WebServer(Threaded):
         """Bind and listen; InputError in words where that fails."""
         from websockets.asyncio.server import serve
 
-        from macromicro.serve.web.files import Files
+        from macromicro.serve.web.http import Files
 
         host, port = self._where
         check_port(port)

@@ -1,4 +1,4 @@
-"""What is let in: names of this server, the page's own origin, and the headers of its answers.
+"""The page's files by plain HTTP, and what is let in: which host names, which origin.
 
 A page of another origin cannot command the machine: a WebSocket must name the origin that
 our own page has. A name that somebody else's DNS leads here (rebinding) is no name of ours:
@@ -11,6 +11,7 @@ import ipaddress
 import re
 from collections.abc import Iterable
 from http import HTTPStatus
+from pathlib import Path
 
 from websockets.datastructures import Headers, MultipleValuesError
 from websockets.http11 import Request, Response
@@ -21,6 +22,19 @@ _POLICY = (
     "connect-src 'self' ws://{0} wss://{0}; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'; require-trusted-types-for 'script'"
 )
+
+FOLDER = Path(__file__).parent / "static"
+SOCKET = "/live"
+_NO_NAME = (
+    "this server does not answer to that name: open the page by its address, or start the server\n"
+    "with it: macromicro serve --name NAME\n"
+)
+_KINDS = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
 
 
 class Gate:
@@ -88,3 +102,33 @@ def _is_address(name: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+class Files:
+    """Answers requests by plain HTTP from memory; only listed files can be had."""
+
+    def __init__(self, gate: Gate) -> None:
+        self._gate = gate
+        self._files = {
+            f"/{path.name}": (_KINDS[path.suffix], path.read_bytes())
+            for path in sorted(FOLDER.iterdir())
+            if path.suffix in _KINDS
+        }
+        self._files["/"] = self._files["/index.html"]
+
+    def respond(self, request: Request) -> Response | None:
+        """The answer; None where a WebSocket may be opened."""
+        host = self._gate.host(request)
+        if host is None:
+            return refused(HTTPStatus.MISDIRECTED_REQUEST, _NO_NAME)
+        if request.method != "GET":
+            return refused(HTTPStatus.METHOD_NOT_ALLOWED, "only GET\n")
+        path = request.path.partition("?")[0]
+        if path == SOCKET:
+            if self._gate.same_origin(request):
+                return None
+            return refused(HTTPStatus.FORBIDDEN, "only this server's own page may do that\n")
+        found = self._files.get(path)
+        if found is None:
+            return refused(HTTPStatus.NOT_FOUND, "no such page\n")
+        return answer(HTTPStatus.OK, host, *found)
