@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import programme
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event
 from macromicro.control.live.targets import reach
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
-from macromicro.programme import Limits, Programme, load
+from macromicro.programme import Limits, Programme
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
 from macromicro.serve.shared import PERIOD
@@ -96,7 +97,9 @@ class Instrument:
         soft, pitch = self.station.snapshot().limits, self.settings.live.pitch
         micro = 0.0, soft.micro_high * 1e-3
         try:
-            return load(path, Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / pitch))
+            return programme.load(
+                path, Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / pitch)
+            )
         except InputError as error:
             where = error.where.replace(str(path), shown or path.name)
             raise InputError(where, error.value, error.accepted) from None

@@ -9,7 +9,6 @@ import pytest
 from web_parts import Station
 
 from macromicro import programme
-from macromicro.serve import instrument
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.web import uploads
 from macromicro.serve.web.orders import Orders, Refusal
@@ -77,11 +76,13 @@ def test_a_slip_is_reported_with_the_files_own_name() -> None:
 def test_nothing_stays_on_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Path] = []
 
+    real = programme.load
+
     def load(path: Path, limits: object) -> programme.Programme:
         seen.append(path)
         assert path.read_text(encoding="utf-8") == TEXT
-        return programme.load(path, limits)  # type: ignore[arg-type]
+        return real(path, limits)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(instrument, "load", load)
+    monkeypatch.setattr(programme, "load", load)
     Upload().take(piece(TEXT, last=True), LOAD)
     assert seen and not seen[0].parent.exists()
