@@ -63,7 +63,7 @@ mutants: $(VENV)/.dev ## do the tests notice a wrong sign, term, latch? MUTATED=
 	$(BIN)/python tools/mutants $(MUTATED) --jobs 2
 
 soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60
-	$(BIN)/python -m macromicro.serve.soak --minutes $(MINUTES) --out $(SOAK)
+	PYTHONPATH=tools $(BIN)/python -m soak --minutes $(MINUTES) --out $(SOAK)
 
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py

@@ -225,7 +225,15 @@ def test_the_computers_clock_may_be_set(
         assert bench.station.snapshot().holder
     assert bench.end(motion).outcome == "done"
     assert bench.station.snapshot().fault is None
-    for name in ("ticking", "pacing", "loop_process", "shared", "holders", "connection"):
+    for name in (
+        "ticking",
+        "pacing",
+        "loop_process",
+        "shared",
+        "holders",
+        "loop_connection",
+        "client",
+    ):
         source = Path(ticking.__file__).with_name(f"{name}.py").read_text()
         assert "time.time(" not in source
     note("computer's clock set", math.nan, "goes on", "nothing")

@@ -12,7 +12,7 @@ from loop_parts import Scene
 from macromicro.control.live import messages as m
 from macromicro.rig import codes
 from macromicro.serve.link import packed, receive
-from macromicro.serve.orders import OVERTAKEN, TOO_LATE, Order
+from macromicro.serve.requests import OVERTAKEN, TOO_LATE, Order
 from macromicro.serve.shared import COMMANDS, EMERGENCY
 
 

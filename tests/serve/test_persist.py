@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from macromicro.errors import MacromicroError
-from macromicro.serve import keeping, persist
-from macromicro.serve.keeping import Keeper, Place
+from macromicro.serve import persist, position_store
 from macromicro.serve.persist import Evident, Kept, Lock
+from macromicro.serve.position_store import Place, PositionStore
 
 KEPT = Kept("twin", 1400.0, 3.0, True, "homed", False, 1.8e9, -0.0021)
 COUNTED = Evident(counted=True)
@@ -140,19 +140,19 @@ def test_where_no_lock_can_be_made_the_message_says_what_to_do(tmp_path: Path) -
 
 
 class Scene:
-    """A keeper, the place that it is shown, and what it reported."""
+    """A store, the place that it is shown, and what it reported."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.place: Place | None = None
         self.reports: list[str] = []
-        self.keeper = Keeper(path, "twin", lambda: self.place, self.reports.append)
+        self.store = PositionStore(path, "twin", lambda: self.place, self.reports.append)
 
     def show(
         self, row: int, count: float, moving: bool, trusted: bool = True, why: str = "homed"
     ) -> Kept | str:
         self.place = Place(row, count, 0.0, trusted, why, moving, -0.0021)
-        self.keeper.update()
+        self.store.update()
         return persist.load(self.path)
 
 
@@ -163,11 +163,11 @@ def test_moving_is_in_the_file_before_anything_moves(tmp_path: Path) -> None:
         offset=0.0,
         saved=persist.load(scene.path).saved,  # type: ignore[union-attr]
     )
-    scene.keeper.begin_motion()
+    scene.store.begin_motion()
     assert persist.load(scene.path).moving  # type: ignore[union-attr]
     # The loop has not answered, and then rows of before the motion still show rest.
     assert scene.show(11, 5.0, False).moving  # type: ignore[union-attr]
-    scene.keeper.answered(12)
+    scene.store.answered(12)
     assert scene.show(12, 5.0, False).moving  # type: ignore[union-attr]
     assert scene.show(13, 400.0, True).moving  # type: ignore[union-attr]
     ended = scene.show(900, 800.0, False)
@@ -191,27 +191,27 @@ def test_where_nothing_can_be_written_the_file_goes(
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(keeping, "RETRY_S", 0.0)
+    monkeypatch.setattr(position_store, "RETRY_S", 0.0)
     monkeypatch.setattr(persist.os, "fsync", full)
-    scene.keeper.begin_motion()
+    scene.store.begin_motion()
     assert persist.load(scene.path) == "no position was kept"
     assert "No space left" in scene.reports[0]
 
     def locked(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    scene.keeper.answered(1)
+    scene.store.answered(1)
     scene.show(5, 5.0, False)
     monkeypatch.setattr(Path, "unlink", locked)
     with pytest.raises(MacromicroError, match="nor this file be removed"):
-        scene.keeper.begin_motion()
+        scene.store.begin_motion()
 
 
 def test_once_there_is_room_again_the_file_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = Scene(tmp_path / "position.json")
-    monkeypatch.setattr(keeping, "RETRY_S", 0.0)
+    monkeypatch.setattr(position_store, "RETRY_S", 0.0)
 
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
@@ -228,7 +228,7 @@ def test_a_full_disk_is_not_tried_all_the_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = Scene(tmp_path / "position.json")
-    monkeypatch.setattr(keeping, "RETRY_S", math.inf)
+    monkeypatch.setattr(position_store, "RETRY_S", math.inf)
     tries = []
 
     def full(_: int) -> None:

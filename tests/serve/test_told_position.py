@@ -18,8 +18,8 @@ from macromicro.rig.guarded import Guarded
 from macromicro.serve import live
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.live import Live
-from macromicro.serve.orders import Order
 from macromicro.serve.persist import Restored
+from macromicro.serve.requests import Order
 from macromicro.serve.settings import LiveSettings, ServeSettings
 from macromicro.serve.shared import INDEX, Shared
 from macromicro.serve.ticking import Loop

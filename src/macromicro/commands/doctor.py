@@ -47,13 +47,13 @@ def doctor(
     """
     from json import dumps
 
-    from macromicro.serve import health, wanted
+    from macromicro.serve import health, preflight
     from macromicro.serve.settings import load
 
     settings = load(config).serve
-    asked = wanted.Asked(rig, host, _ports(scpi, web, port or ()), state, record or FOLDER)
+    asked = preflight.Asked(rig, host, _ports(scpi, web, port or ()), state, record or FOLDER)
     found = []
-    for each in wanted.findings(asked, settings):
+    for each in preflight.findings(asked, settings):
         found.append(each)
         if not json:
             _say(each)

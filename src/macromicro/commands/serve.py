@@ -90,7 +90,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     A token in the environment variable MACROMICRO_TOKEN is asked of whoever gives orders; it
     is needed where others than this computer can connect. Nothing moves at the start.
     """
-    from macromicro.serve import hosts, persist, places, settings
+    from macromicro.serve import hosts, persist, settings, storage
     from macromicro.serve.log import Log
 
     sys.setswitchinterval(SWITCH_S)
@@ -99,11 +99,11 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     doors = _Doors(host, scpi, web, hosts.names(host, name or ()), _token(host))
     chosen = settings.load(config)
     if state is not None:
-        places.check_state(state)
+        storage.check_state(state)
     else:
-        places.check_state(persist.default_path(rig), "state folder (--state, XDG_STATE_HOME):")
+        storage.check_state(persist.default_path(rig), "state folder (--state, XDG_STATE_HOME):")
     if record is not None:
-        places.make_folder(record, chosen.serve.recorder_capacity)
+        storage.make_folder(record, chosen.serve.recorder_capacity)
     with Log(log), Signals() as signals:
         signals.later(_EARLY)
         print(f"starting {rig}; the first time it compiles, about 15 s", file=sys.stderr)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro.control.live.messages import Event, Finished
+from macromicro.control.live.messages import MODES, Event, Finished
 from macromicro.serve import watching
-from macromicro.serve.connection import Connection
 from macromicro.serve.holders import Holders
-from macromicro.serve.recordings import Recordings
+from macromicro.serve.loop_connection import LoopConnection
+from macromicro.serve.recording import Recordings
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import BINS, NAMES
 from macromicro.serve.snapshot import Snapshot
@@ -20,10 +21,16 @@ from macromicro.serve.snapshot import Snapshot
 class Observed:
     """The half of a `Station` that moves nothing; thread-safe."""
 
-    settings: LiveSettings
-    _connection: Connection
-    _holders: Holders
-    _recordings: Recordings
+    def __init__(
+        self, rig: str, seed: int, settings: LiveSettings, state: Path | None, machine: str
+    ) -> None:
+        self.settings, self.rig = settings, rig
+        serve = settings.serve
+        self._holders = Holders(serve.client_timeout)
+        self._connection = LoopConnection(rig, seed, settings, state, machine)
+        attributes: dict[str, str | int | float] = {"rig": rig, "seed": seed}
+        attributes["modes"] = ", ".join(MODES)
+        self._recordings = Recordings(self._connection, serve, attributes)
 
     @property
     def holder(self) -> str:

@@ -14,11 +14,11 @@ from macromicro.control.live import messages as m
 from macromicro.control.live import transitions
 from macromicro.control.live.messages import Finished, Notice, Refused, Reply
 from macromicro.errors import MacromicroError
-from macromicro.serve import link, orders
-from macromicro.serve.keeping import Keeper
+from macromicro.serve import link, requests
 from macromicro.serve.launching import Child
 from macromicro.serve.ledger import Ledger
-from macromicro.serve.orders import Order
+from macromicro.serve.position_store import PositionStore
+from macromicro.serve.requests import Order
 from macromicro.serve.shared import COMMANDS, EMERGENCY, SAFE_SINCE, SEEN, WRITTEN, Shared
 
 ANSWER_S = 1.0  # an emergency stop that takes longer ends the loop process
@@ -49,7 +49,7 @@ class Sender:
         self,
         child: Child,
         shared: Shared,
-        keeper: Keeper,
+        store: PositionStore,
         ledger: Ledger,
         turn: threading.RLock,
         wait: float,
@@ -58,7 +58,7 @@ class Sender:
     ) -> None:
         self._stops = self._emergencies = self._releases = 0
         self._child, self._shared = child, shared
-        self._keeper, self._ledger = keeper, ledger
+        self._store, self._ledger = store, ledger
         self._turn, self._wait = turn, wait
         self._alive, self._report = alive, report
         self._stamping = threading.Lock()
@@ -77,28 +77,28 @@ class Sender:
         """
         asked = time.monotonic_ns()
         stops, releases = self.stops if since is None else since, self._releases
-        if not orders.begins(request):
+        if not requests.begins(request):
             return self._exchange(request, asked, allowed)
 
         def still() -> Refused | None:
             if self.stops != stops or self._releases != releases:
-                return orders.OVERTAKEN
+                return requests.OVERTAKEN
             return allowed()
 
-        if not orders.moves(request):
+        if not requests.moves(request):
             return self._exchange(request, asked, still)
-        if not self._keeper.moving:  # what is refused costs no write, and is no motion
+        if not self._store.moving:  # what is refused costs no write, and is no motion
             reply = self._exchange(request, asked, still, trial=True)
             if isinstance(reply, Refused):
                 return reply
         try:
-            self._keeper.begin_motion()
+            self._store.begin_motion()
         except MacromicroError as error:
             return Refused(str(error), "make room, or make the file's folder writable")
         try:
             return self._exchange(request, asked, still)
         finally:
-            self._keeper.answered(int(self._shared.cells[WRITTEN]))
+            self._store.answered(int(self._shared.cells[WRITTEN]))
 
     def post(self, request: Any) -> None:
         """Send a request whose reply nobody waits for."""

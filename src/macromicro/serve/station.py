@@ -14,11 +14,8 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.rig.opening import TWIN
-from macromicro.serve.connection import Connection
-from macromicro.serve.holders import Holders
 from macromicro.serve.loop_spec import LIVE
 from macromicro.serve.observed import Observed
-from macromicro.serve.recordings import Recordings
 from macromicro.serve.sending import Stops
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import RecordingState
@@ -49,14 +46,8 @@ class Station(Observed):
         state: Path | None = None,
         machine: str = LIVE,
     ) -> None:
-        self.settings = settings or LiveSettings()
-        self.rig = rig
+        super().__init__(rig, seed, settings or LiveSettings(), state, machine)
         self._serve = self.settings.serve
-        self._holders = Holders(self._serve.client_timeout)
-        self._connection = Connection(rig, seed, self.settings, state, machine)
-        attributes: dict[str, str | int | float] = {"rig": rig, "seed": seed}
-        attributes["modes"] = ", ".join(m.MODES)
-        self._recordings = Recordings(self._connection, self._serve, attributes)
         self._minder: threading.Thread | None = None
         self._ended = threading.Event()
 

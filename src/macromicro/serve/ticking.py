@@ -23,12 +23,12 @@ from macromicro.control.live.messages import (
 from macromicro.rig import codes, guard
 from macromicro.rig.faults import describe
 from macromicro.rig.guarded import Guarded
-from macromicro.serve import faults, orders
+from macromicro.serve import faults, requests
 from macromicro.serve.link import Outbox
 from macromicro.serve.machine import Machine, View
-from macromicro.serve.orders import Order
 from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Evident, Kept, restore
+from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.silence import Silence
@@ -177,7 +177,7 @@ class Loop:
             self._handle(order)
 
     def _handle(self, order: Order) -> None:
-        refusal = orders.void(order, self._emergency, time.monotonic_ns())
+        refusal = requests.void(order, self._emergency, time.monotonic_ns())
         if refusal is None and not order.trial:
             self._answer(order.serial, order.request)
             return

@@ -10,7 +10,7 @@ import numpy as np
 from macromicro.control.live.messages import DISABLED, MODES, MOVING
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve import faults
-from macromicro.serve.keeping import FLICKER, Place
+from macromicro.serve.position_store import FLICKER, Place
 from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, PERIOD, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 

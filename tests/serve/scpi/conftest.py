@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from fake_station import FakeStation
 
 from macromicro.serve.guesses import Token
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.scpi import Server
-from macromicro.serve.scpi.device import Device
+from macromicro.serve.scpi.execution import attempt
 from macromicro.serve.scpi.message import parse
 from macromicro.serve.scpi.session import Session
 from macromicro.serve.scpi.tree import TREE
 
 from .client import Client
-
-_SPEC = importlib.util.spec_from_file_location(
-    "scpi_fake_station", Path(__file__).with_name("fake_station.py")
-)
-assert _SPEC is not None and _SPEC.loader is not None
-_MODULE = importlib.util.module_from_spec(_SPEC)
-sys.modules["scpi_fake_station"] = _MODULE
-_SPEC.loader.exec_module(_MODULE)
 
 Ask = Callable[..., str]
 
@@ -34,9 +26,9 @@ class Bench:
     """A session whose messages are done at once, as the connection does them."""
 
     def __init__(self, folder: Path, token: str | None = None) -> None:
-        self.station = _MODULE.FakeStation()
-        self.device = Device(self.station, folder=folder, token=Token(token))
-        self.session = Session(self.device, "test")
+        self.station = FakeStation()
+        self.instrument = Instrument(self.station, folder=folder, token=Token(token))
+        self.session = Session(self.instrument, "test")
 
     def send(self, message: str | bytes) -> bytes:
         """The answers of a message, parted by semicolons; it never waits."""
@@ -45,12 +37,12 @@ class Bench:
         urgent, rest = found.parted()
         session = self.session
         for unit in urgent:
-            session.attempt(unit, session.stops, session.failed)
+            attempt(session, unit, session.stops, session.failed)
         if found.error is not None:
             session.fail(found.error)
         stops, failed, answers = session.stops, session.failed, []
         for unit in rest:
-            answer = session.attempt(unit, stops, failed)
+            answer = attempt(session, unit, stops, failed)
             if answer is not None:
                 answers.append(answer.encode() if isinstance(answer, str) else answer)
                 session.answered = True
@@ -105,7 +97,7 @@ def guarded(tmp_path: Path) -> Bench:
 @pytest.fixture
 def station() -> Any:
     """A fake station."""
-    return _MODULE.FakeStation()
+    return FakeStation()
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from macromicro.serve.scpi import Server
+from macromicro.serve.scpi.bounds import Bounds
 from macromicro.serve.scpi.errors import QUEUE
 from macromicro.serve.scpi.message import MOST_UNITS
-from macromicro.serve.scpi.rates import Bounds
 from macromicro.serve.scpi.tree import COMMANDS
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 from macromicro.control.live import messages as m
+from macromicro.serve.scpi.execution import attempt
 from macromicro.serve.scpi.message import parse
 from macromicro.serve.scpi.tree import TREE
 
@@ -45,7 +46,7 @@ def test_an_emergency_stop_looks_for_nothing_first(bench, monkeypatch) -> None:
     session = bench.session
     session.began(1, "move")
     for text in (b"ABOR", b"STOP"):
-        session.attempt(parse(TREE, text).units[0], session.stops, session.failed)
+        attempt(session, parse(TREE, text).units[0], session.stops, session.failed)
     assert bench.station.emergencies == 1
     assert m.Stop("test") in bench.station.requests
     assert len(session.errors) == 0

@@ -18,7 +18,7 @@ from macromicro.control.live import messages as m
 from macromicro.errors import InputError
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import is_loopback
-from macromicro.serve.scpi import Bounds, Server, serve, wire
+from macromicro.serve.scpi import Bounds, Server, serve, socket_monitor
 
 from .client import WAIT, Client, until
 
@@ -351,7 +351,7 @@ def test_small_packets_wait_for_nothing(connect, station, server, monkeypatch) -
     from macromicro.serve.scpi import connection
 
     def watched(accepted: socket.socket) -> None:
-        wire.prepare(accepted)
+        socket_monitor.prepare(accepted)
         seen.append(accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
 
     monkeypatch.setattr(connection, "prepare", watched)

@@ -155,7 +155,7 @@ def test_gains_as_at_the_start(bench) -> None:
     assert bench.requests == []
     bench.ask('GAIN "sequence.wait",1.5;GAIN "macro_law","pid"')
     bench.ask("GAIN:DEF")
-    own = bench.device.settings.controller
+    own = bench.instrument.settings.controller
     changes = (("macro_law", own.macro_law), ("sequence.wait", own.sequence.wait))
     assert sorted(bench.requests[-1].changes) == sorted(changes)
     assert bench.ask('GAIN? "sequence.wait";:GAIN? "macro_law"') == '2;"pd-tuned"'
@@ -194,7 +194,7 @@ def test_masks_are_rounded(bench) -> None:
 
 def test_limits_narrow_what_all_clients_may(bench) -> None:
     machine = bench.ask("LIM:ABS?;MACR?;MICR?")
-    own = bench.device.settings.live.limits
+    own = bench.instrument.settings.live.limits
     assert machine.split(";")[1] == f"{own.macro_low:g},{own.macro_high:g}"
     bench.ask("LIM:ABS 40 MM,5 CM")
     assert bench.ask("LIM:ABS?") == "40,50"
@@ -318,6 +318,7 @@ def test_a_stop_in_a_broken_message_is_heard(bench) -> None:
 
 
 def test_orders_from_before_a_stop_are_dropped(bench) -> None:
+    from macromicro.serve.scpi.execution import attempt
     from macromicro.serve.scpi.message import parse
     from macromicro.serve.scpi.tree import TREE
 
@@ -325,7 +326,7 @@ def test_orders_from_before_a_stop_are_dropped(bench) -> None:
     (unit,) = parse(TREE, b"MOVE:ABS 1 MM").units
     stops, failed = session.stops, session.failed
     session.stop()
-    assert session.attempt(unit, stops, failed) is None
+    assert attempt(session, unit, stops, failed) is None
     assert bench.requests == [m.Stop("test")] and bench.errors() == [-200]
 
 
@@ -345,10 +346,10 @@ def test_control_is_not_given_to_who_has_gone(watcher, monkeypatch) -> None:
 
 def test_rows_of_a_station_that_was_started_again(bench) -> None:
     """Its rows count from 0 anew, fewer than were seen before."""
-    assert bench.device.newest(10)[0].tolist() == list(bench.station.rows[0, -10:])
+    assert bench.instrument.newest(10)[0].tolist() == list(bench.station.rows[0, -10:])
     bench.station.rows = bench.station.rows[:, :100]
-    assert bench.device.newest(10)[0].tolist() == list(bench.station.rows[0, -10:])
-    assert bench.device.newest(500).shape == (len(NAMES), 100)
+    assert bench.instrument.newest(10)[0].tolist() == list(bench.station.rows[0, -10:])
+    assert bench.instrument.newest(500).shape == (len(NAMES), 100)
 
 
 def test_status_byte_and_registers(bench) -> None:

@@ -5,18 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from web_parts import Station
 
 from macromicro.control.live import messages as m
 from macromicro.control.settings import Control
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web.orders import Orders, Refusal, read
 
-ORDERS = Orders(LiveSettings())
+ORDERS = Orders(Instrument(Station()))  # type: ignore[arg-type]
 
 
 def request(**order: Any) -> Any:
     assert ORDERS.knows(order["do"])
-    return ORDERS.request(order, Control())
+    return ORDERS.request(order)
 
 
 @pytest.mark.parametrize(
@@ -120,3 +122,14 @@ def test_soft_limits_are_given_whole_or_not_at_all() -> None:
             request(do="limits", values=wrong)
     with pytest.raises(Refusal, match="no finite number"):
         request(do="limits", values={**values, "micro_low": None})
+
+
+def test_a_programme_is_held_to_the_limits_in_force() -> None:
+    """Not to those that the server was started with: they may have been narrowed since."""
+    station = Station()
+    orders = Orders(Instrument(station))  # type: ignore[arg-type]
+    station.acquire("a")
+    narrow = station.settings.live.limits._replace(macro_high=100.0)
+    assert isinstance(station.request("a", m.SetLimits(narrow)), m.Accepted)
+    with pytest.raises(Refusal, match=r"^thesis\.toml"):  # and not where it lies on the server
+        orders.request({"do": "programme", "name": "thesis"})

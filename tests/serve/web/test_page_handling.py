@@ -12,10 +12,10 @@ from page_parts import Page
 from tests.browser import DESK
 from web_parts import until
 
-from macromicro import programme, simulate
+from macromicro import simulate
 from macromicro.control.live import messages as m
 from macromicro.schema.config import load_overrides
-from macromicro.serve.following import programme_limits
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web.hub import Hub
 
@@ -202,9 +202,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     assert page.station.snapshot().position_m == pytest.approx(taught, abs=20e-6)
     file = tmp_path / "points.toml"
     file.write_text(saved(page, "#points-save"), encoding="utf-8")
-    live = page.station.settings.live
-    limits = programme_limits(live.limits, live.pitch)
-    assert len(simulate.plan(programme.load(file, limits)).stage) == 2
+    assert len(simulate.plan(Instrument(page.station).programme(file)).stage) == 2
     page.click("#point-list button:last-of-type")
     until(lambda: page.text("#point-list") == "")
 

@@ -94,7 +94,7 @@ def test_nothing_that_goes_on_by_itself_is_read_aloud(ready: Page) -> None:
 def test_a_download_is_told_at_its_beginning_and_end(
     ready: Page, profile: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("macromicro.serve.web.recordings.PIECE", 2000)
+    monkeypatch.setattr("macromicro.serve.web.downloads.PIECE", 2000)
     station = ready.station
     path = profile / "elsewhere" / "by-another-client.h5"
     path.parent.mkdir(exist_ok=True)

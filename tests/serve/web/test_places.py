@@ -17,7 +17,7 @@ Serve = Callable[..., WebServer]
 
 def far(monkeypatch: pytest.MonkeyPatch) -> None:
     """Viewers seem to be of other computers."""
-    monkeypatch.setattr("macromicro.serve.seats.is_loopback", lambda host: False)
+    monkeypatch.setattr("macromicro.serve.capacity.is_loopback", lambda host: False)
 
 
 def ended(viewer: Client) -> int:

@@ -200,7 +200,7 @@ def test_a_jog_ends_with_its_connection(client: Make, fake: Station) -> None:
     viewer.order("take")
     viewer.order("jog", stage="micro", speed=1e-4)
     viewer.close()
-    until(lambda: fake.requests[-1] == m.Jog("micro", 0.0))
+    until(lambda: fake.requests[-1] == m.Jog("micro", 0.0, viewer.welcome["client"]))
 
 
 def test_a_token_is_needed_for_orders_but_not_for_stops(client: Make, fake: Station) -> None:
@@ -425,7 +425,7 @@ def test_a_recording_belongs_to_who_holds_control(client: Make, fake: Station) -
 def test_a_recording_can_be_fetched_piece_by_piece(
     client: Make, fake: Station, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("macromicro.serve.web.recordings.PIECE", 1000)
+    monkeypatch.setattr("macromicro.serve.web.downloads.PIECE", 1000)
     viewer = client()
     viewer.order("take")
     name = viewer.order("record")["name"]

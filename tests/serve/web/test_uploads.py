@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from web_parts import Station
 
-from macromicro.control.supervisor import Plan
-from macromicro.serve.settings import LiveSettings
+from macromicro import programme
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.web import uploads
 from macromicro.serve.web.orders import Orders, Refusal
 from macromicro.serve.web.uploads import Upload
 
-LOAD = Orders(LiveSettings()).programme
+LOAD = Orders(Instrument(Station())).programme
 TEXT = '[[moves]]\nmacro = "10 counts"\nhold = "1 s"\n'
 
 
@@ -73,13 +73,16 @@ def test_a_slip_is_reported_with_the_files_own_name() -> None:
     assert "/" not in caught.value.reason.split(":")[0]
 
 
-def test_nothing_stays_on_the_disk() -> None:
+def test_nothing_stays_on_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Path] = []
 
-    def load(path: Path) -> Plan:
+    real = programme.load
+
+    def load(path: Path, limits: object) -> programme.Programme:
         seen.append(path)
         assert path.read_text(encoding="utf-8") == TEXT
-        return Plan(np.array([np.nan]), np.array([0]), np.array([1.0]), np.array([0.0]), np.nan)
+        return real(path, limits)  # type: ignore[arg-type]
 
-    Upload().take(piece(TEXT, last=True), load)
+    monkeypatch.setattr(programme, "load", load)
+    Upload().take(piece(TEXT, last=True), LOAD)
     assert seen and not seen[0].parent.exists()

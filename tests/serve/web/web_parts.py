@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -12,19 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fake_station import FakeStation
 from websockets.sync.client import ClientConnection, connect
 
 from macromicro.control.live import messages as m
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import INDEX, NAMES
-
-_SPEC = importlib.util.spec_from_file_location(
-    "web_fake_station", Path(__file__).parents[1] / "scpi" / "fake_station.py"
-)
-assert _SPEC is not None and _SPEC.loader is not None
-_MODULE = importlib.util.module_from_spec(_SPEC)
-sys.modules["web_fake_station"] = _MODULE
-_SPEC.loader.exec_module(_MODULE)
 
 
 def until(what: Callable[[], Any], patience: float = 30.0) -> Any:
@@ -38,7 +29,7 @@ def until(what: Callable[[], Any], patience: float = 30.0) -> Any:
     raise AssertionError("what was waited for never came")
 
 
-class Station(_MODULE.FakeStation):  # type: ignore[misc]
+class Station(FakeStation):
     """`open`: while it is not set, requests but stops wait. Telemetry grows by 33 rows a look."""
 
     def __init__(self) -> None:

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from macromicro.serve.requests import EVERYONE
 from macromicro.serve.scpi.parameters import Parameter
-
-if TYPE_CHECKING:
-    from macromicro.serve.scpi.session import Session
-
-WATCH = "all"  # every client
-CHANGE = "token"  # who has given the token, where there is one
-CONTROL = "control"  # who holds control, the token given
-ALWAYS = "all, at once"  # every client, before all that waits
+from macromicro.serve.scpi.session import Session
 
 
 class Call(NamedTuple):
@@ -31,15 +25,15 @@ Handler = Callable[[Call], Answer]
 class Command(NamedTuple):
     """`header`: pattern as SCPI writes it; `act`: what does it, returning the response data
     of a query; `text`: what it does; `parameters`; `answer`: what a query answers, with
-    units; `access`: who may; `waits`: only once all motions of this client have ended;
-    `cost`: of how many simple commands in the rate limit."""
+    units; `access`: who may (of `serve.requests`); `waits`: only once all motions of this
+    client have ended; `cost`: of how many simple commands in the rate limit."""
 
     header: str
     act: Handler
     text: str
     parameters: tuple[Parameter, ...] = ()
     answer: str = ""
-    access: str = WATCH
+    access: str = EVERYONE
     waits: bool = False
     cost: int = 1
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import macromicro
 from macromicro.control.live.messages import Disable, Fan, SetLimits
-from macromicro.serve.scpi.command import CONTROL, Answer, Call, Command, Handler
+from macromicro.serve.requests import CONTROL
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler
 from macromicro.serve.scpi.parameters import Number
-
-if TYPE_CHECKING:
-    from macromicro.serve.scpi.session import Session
-    from macromicro.serve.scpi.status import Register
+from macromicro.serve.scpi.session import Session
+from macromicro.serve.scpi.status import Register
 
 _BYTE = Number("mask", lo=0, hi=255, rounds=True)
 _BITS = Number("mask", lo=0, hi=65535, rounds=True)
@@ -24,12 +22,12 @@ def _idn(call: Call) -> Answer:
 
 def _rst(call: Call) -> Answer:
     session = call.session
-    session.order(Disable(session.client))
+    session.order(Disable())
     session.completing = False
     session.programme, session.format, session.swapped = None, ("ASC", 0), False
-    session.order(SetLimits(None, session.client))
+    session.order(SetLimits(None))
     if session.snapshot().fault is None:
-        session.order(Fan(False, session.client))
+        session.order(Fan(False))
     return None
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from macromicro.serve.scpi.command import ALWAYS
+from macromicro.serve.requests import STOPS
+from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.data import shown
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.parameters import spellings
-
-if TYPE_CHECKING:
-    from macromicro.serve.scpi.command import Command
 
 LONGEST_MNEMONIC = 12  # IEEE 488.2, 7.6.1.4.1
 _NODE = re.compile(r"(\[?):?([A-Za-z]+)(?:<n=(\d+)\.\.(\d+)>)?(\]?)")
@@ -98,7 +96,7 @@ class Tree:
         entry = self._known.get((names, query))
         if entry is None and path and not query:
             plain = self._known.get((mnemonics, query))
-            if plain is not None and plain[0].access == ALWAYS:
+            if plain is not None and plain[0].access == STOPS:
                 return Found(plain[0], (), mnemonics[:-1])
         if entry is None:
             raise ScpiError(-113, shown(header))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable
 
 from macromicro.serve.bucket import Bucket
+from macromicro.serve.scpi.bounds import Bounds
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.framing import Framer
 from macromicro.serve.scpi.message import Message, reading
-from macromicro.serve.scpi.rates import Bounds
 from macromicro.serve.scpi.tree import TREE
 
 PIECE = 1024  # bytes that are framed in one go

@@ -6,7 +6,8 @@ import re
 from collections.abc import Generator
 from typing import Any, NamedTuple
 
-from macromicro.serve.scpi.command import ALWAYS, CONTROL, Command
+from macromicro.serve.requests import CONTROL, STOPS
+from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.data import BLANK, elements, shown
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.header import Tree
@@ -49,9 +50,9 @@ class Message(NamedTuple):
         """
         first = next((k for k, u in enumerate(self.units) if _ordered(u)), len(self.units))
         head = self.units[:first]
-        kinds = {u.command.act: u for u in reversed(head) if u.command.access == ALWAYS}
+        kinds = {u.command.act: u for u in reversed(head) if u.command.access == STOPS}
         urgent = tuple(reversed(kinds.values()))
-        rest = tuple(u for u in head if u.command.access != ALWAYS)
+        rest = tuple(u for u in head if u.command.access != STOPS)
         return urgent, rest + self.units[first:]
 
 
@@ -95,7 +96,7 @@ def reading(tree: Tree, message: bytes) -> Generator[int, None, Message]:
             end = message.find(b";", start)
             place, path = (len(message) if end < 0 else end + 1), ()
     if error is not None:
-        units = [u for u in units if u.command.access == ALWAYS]
+        units = [u for u in units if u.command.access == STOPS]
     return Message(tuple(units), error, size)
 
 

@@ -5,26 +5,23 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from macromicro.serve.client import Dispatcher
 from macromicro.serve.guesses import Token
 from macromicro.serve.hosts import HOST, guarded
 from macromicro.serve.hosts import SCPI_PORT as PORT
-from macromicro.serve.scpi.connection import Connection
-from macromicro.serve.scpi.device import Device
-from macromicro.serve.scpi.rates import Bounds, Threads
-from macromicro.serve.scpi.wire import Ear
-from macromicro.serve.seats import Places
+from macromicro.serve.instrument import Instrument
+from macromicro.serve.scpi.bounds import Bounds
+from macromicro.serve.scpi.connection import ScpiConnection
+from macromicro.serve.scpi.socket_monitor import SocketMonitor
 from macromicro.serve.threaded import Threaded, check_port, refused
 
 if TYPE_CHECKING:
     from macromicro.serve.station import Station
 
 BEAT = 0.1
-OTHERS = 2  # threads for all clients that may not command
-SPARE = 8  # threads for clients that come and go
 BACKLOG = 128
 _READY = Callable[[str, int], None]
 
@@ -49,12 +46,12 @@ class Server(Threaded):
         bounds: Bounds | None = None,
     ) -> None:
         super().__init__("SCPI", host, port)
-        self._device = Device(station, folder, _token(host, token))
+        self._instrument = Instrument(station, folder, _token(host, token))
         self._bounds = Bounds() if bounds is None else bounds
 
     async def _serve(self) -> None:
         with contextlib.suppress(asyncio.CancelledError):
-            await _serve(self._device, *self._where, self._bounds, self._listening)
+            await _serve(self._instrument, *self._where, self._bounds, self._listening)
 
 
 async def serve(
@@ -71,41 +68,31 @@ async def serve(
 
     `ready` is called with host and port once it listens. Raises InputError as `start` does.
     """
-    device = Device(station, folder, _token(host, token))
-    await _serve(device, host, port, bounds or Bounds(), ready)
+    instrument = Instrument(station, folder, _token(host, token))
+    await _serve(instrument, host, port, bounds or Bounds(), ready)
 
 
 async def _serve(
-    device: Device, host: str, port: int, bounds: Bounds, ready: _READY | None
+    instrument: Instrument, host: str, port: int, bounds: Bounds, ready: _READY | None
 ) -> None:
-    connections: dict[Connection, asyncio.Task[None]] = {}
-    orders = ThreadPoolExecutor(bounds.clients, "scpi-orders")
-    urgent = ThreadPoolExecutor(bounds.clients + SPARE, "scpi-stops")
-    others = ThreadPoolExecutor(OTHERS, "scpi-others")
-    beats = ThreadPoolExecutor(1, "scpi-beats")
-    threads = Threads(orders, urgent, others)
-    places = Places(bounds.clients, bounds.silent, yielding=True)
+    connections: dict[ScpiConnection, asyncio.Task[None]] = {}
+    dispatcher = Dispatcher("scpi", bounds.clients, bounds.silent, bounds.crowd, yielding=True)
 
-    async def run(connection: Connection) -> None:
+    async def run(connection: ScpiConnection) -> None:
         try:
             await connection.run()
         finally:
-            places.leave(connection)
+            dispatcher.capacity.leave(connection)
             del connections[connection]
 
-    def accept(ear: Ear, writer: asyncio.StreamWriter) -> None:
+    def accept(monitor: SocketMonitor, writer: asyncio.StreamWriter) -> None:
         most = 2 * (bounds.clients + bounds.silent)  # those that are on their way out counted
         if len(connections) >= most or writer.get_extra_info("peername") is None:
             writer.transport.abort()
             return
-        connection = Connection(device, ear, writer, threads, bounds, places)
-        places.arrive(connection)
+        connection = ScpiConnection(instrument, monitor, writer, dispatcher, bounds)
+        dispatcher.capacity.arrive(connection)
         connections[connection] = asyncio.create_task(run(connection))
-
-    def beat(living: tuple[Connection, ...]) -> None:
-        for connection in living:
-            with contextlib.suppress(Exception):  # one client's trouble is not the others'
-                connection.beat()
 
     try:
         listening = await _listen(accept, host, port)
@@ -117,7 +104,7 @@ async def _serve(
                 await asyncio.sleep(BEAT)
                 for connection in connections:
                     connection.watch()
-                await asyncio.get_running_loop().run_in_executor(beats, beat, tuple(connections))
+                await dispatcher.beat(connections)
         finally:
             listening.close()
             tasks = tuple(connections.values())
@@ -127,8 +114,7 @@ async def _serve(
                 connection.session.close()
             await asyncio.gather(*tasks, return_exceptions=True)
     finally:
-        for executor in (orders, urgent, others, beats):
-            executor.shutdown(wait=False, cancel_futures=True)
+        dispatcher.close()
 
 
 def _token(host: str, token: str | Token | None) -> Token:
@@ -139,13 +125,13 @@ def _token(host: str, token: str | Token | None) -> Token:
 
 
 async def _listen(
-    accept: Callable[[Ear, asyncio.StreamWriter], None], host: str, port: int
+    accept: Callable[[SocketMonitor, asyncio.StreamWriter], None], host: str, port: int
 ) -> asyncio.Server:
     """Bind and listen; InputError in words where that fails."""
 
     def protocol() -> asyncio.StreamReaderProtocol:
-        ear = Ear()
-        return asyncio.StreamReaderProtocol(ear, lambda _, writer: accept(ear, writer))
+        monitor = SocketMonitor()
+        return asyncio.StreamReaderProtocol(monitor, lambda _, writer: accept(monitor, writer))
 
     check_port(port)
     try:

@@ -1,17 +1,16 @@
-"""One client: its errors, its status, its motions, and the doing of its commands."""
+"""What SCPI keeps of a client: its errors, its status, its motions."""
 
 from __future__ import annotations
 
-import math
 import threading
 from typing import Any
 
-from macromicro.control.live.messages import DONE, FAULTED, LIMIT, STALLED, Finished, Refused, Stop
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import DONE, FAULTED, LIMIT, STALLED, Finished, Refused
 from macromicro.control.supervisor import Plan
-from macromicro.errors import InputError, MacromicroError
+from macromicro.serve.client import Client, Entry
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.scpi import status
-from macromicro.serve.scpi.command import ALWAYS, CHANGE, CONTROL, WATCH, Answer, Call
-from macromicro.serve.scpi.device import Device
 from macromicro.serve.scpi.errors import (
     OPERATION_COMPLETE,
     POWER_ON,
@@ -19,26 +18,21 @@ from macromicro.serve.scpi.errors import (
     ScpiError,
     event_bit,
 )
-from macromicro.serve.scpi.message import Unit
 from macromicro.serve.scpi.status import Register
-from macromicro.serve.sending import Stops
 from macromicro.serve.snapshot import Snapshot
 
 _HARDWARE = (FAULTED, LIMIT, STALLED)
 
 
-class Session:
-    """State of one connection from `address`. Its commands come one after the other, from any
-    thread; `emergency` and `stop` may come at the same time.
+class Session(Client):
+    """State of one connection.
 
     Errors, status registers, format and the programme in memory are the connection's own, so
     that no client reads or clears what belongs to another one.
     """
 
-    def __init__(self, device: Device, client: str, address: str = "127.0.0.1") -> None:
-        self.device: Device = device
-        self.client: str = client
-        self.address: str = address
+    def __init__(self, instrument: Instrument, name: str, address: str = "127.0.0.1") -> None:
+        super().__init__(instrument, name, address)
         self.errors: ErrorQueue = ErrorQueue()
         self.events: int = POWER_ON  # standard event status register
         self.event_enable: int = 0
@@ -48,20 +42,14 @@ class Session:
         self.pending: dict[int, str] = {}
         self.completing = False  # *OPC was given
         self.answered = False  # this message has answered something already
-        self.authenticated = device.token.open
-        self.failures = 0
-        self.watchdog: float = 0.0
         self.format: tuple[str, int] = ("ASC", 0)
         self.swapped: bool = False
         self.programme: tuple[str, Plan] | None = None
         self.running = 0
-        self.gone = threading.Event()
-        self.stops = 0
-        self.since: Stops | None = None  # the station's, when the message under way came
         self.failed = 0  # errors so far
-        self._ordering = threading.Lock()
+        self.entry: Entry[Any] | None = None  # the message under way, as it waited
         self._noting = threading.Lock()
-        self._told, _ = device.station.events(-1)
+        self._told, _ = self.station.events(-1)
         self.event_place = self._told
 
     # Errors and status
@@ -76,8 +64,8 @@ class Session:
 
     def snapshot(self) -> Snapshot:
         """The machine now; the registers see it."""
-        now = self.device.station.snapshot()
-        self._told, events = self.device.station.events(self._told)
+        now = self.station.snapshot()
+        self._told, events = self.station.events(self._told)
         with self._noting:
             recording = self.operation.condition & (1 << 12)
             for event in events:  # modes that came and went between two looks
@@ -115,8 +103,8 @@ class Session:
         Each that ended otherwise than done is an error.
         """
         for motion in list(self.pending):
-            end = self.device.station.finished(motion, 0.0)
-            if end is None and self.device.station.snapshot().running:
+            end = self.station.finished(motion, 0.0)
+            if end is None and self.station.snapshot().running:
                 continue
             words = self.pending.pop(motion, "")  # another thread may have told of it
             if not words:
@@ -130,87 +118,22 @@ class Session:
             self.events |= OPERATION_COMPLETE
         return not self.pending
 
-    # Doing
+    # Orders
 
-    def run(self, unit: Unit) -> Answer:
-        """Do one command: its response data, None if it has none. Raises ScpiError only."""
-        command = unit.command
-        try:
-            if command.access != ALWAYS:  # a stop waits for nothing
-                self.poll()
-            if command.access not in (WATCH, ALWAYS) and not self.authenticated:
-                raise ScpiError(-203, "SYSTem:AUTHenticate first")
-            return command.act(Call(self, unit.values, unit.suffixes))
-        except ScpiError:
-            raise
-        except InputError as error:
-            raise ScpiError(-224, str(error)) from error
-        except MacromicroError as error:
-            raise ScpiError(-200, str(error)) from error
-        except Exception as error:
-            raise ScpiError(-310, f"{type(error).__name__}: {error}") from error
-
-    def attempt(self, unit: Unit, stops: int, failed: int) -> Answer:
-        """As `run`, but an error goes to the queue. `stops`, `failed`: of this client when
-        the message came, and when its first command was begun; what needs control is not done
-        behind a later stop, nor behind an error in the same message."""
-        access, header = unit.command.access, unit.command.header
-        try:
-            if access == CONTROL:
-                with self._ordering:
-                    if self.stops != stops:
-                        raise ScpiError(-200, f"{header} not done: it came before a stop")
-                    if self.failed != failed:
-                        raise ScpiError(-200, f"{header} not done: error before it")
-                    return self._unless_gone(unit)
-            return self._unless_gone(unit) if access == CHANGE else self.run(unit)
-        except ScpiError as error:
-            self.fail(error)
-            return None
-
-    def _unless_gone(self, unit: Unit) -> Answer:
-        if self.gone.is_set():
-            raise ScpiError(-200, f"{unit.command.header} not done: the client is gone")
-        answer = self.run(unit)
-        if self.gone.is_set():  # it went while it was given control, perhaps
-            self.device.station.disconnect(self.client)
-        return answer
-
-    def order(self, request: Any) -> int:
+    def order(self, request: m.Request) -> int:
         """Pass a request on; the number of the motion it began, or 0.
 
         Raises ScpiError -203 without control, -222 for what is out of range, -221 where the
         machine refuses in its present state, -240 where it does not run.
         """
-        reply = self.device.station.request(self.client, request, self.since)
+        reply = self.request(request, self.entry)
         if not isinstance(reply, Refused):
             return reply.id
-        now = self.device.station.snapshot()
-        number = -240 if not now.running else -203 if now.holder != self.client else -221
+        now = self.station.snapshot()
+        number = -240 if not now.running else -203 if now.holder != self.name else -221
         if reply.beyond:
             number = -222
         raise ScpiError(number, f"{reply.reason}; {reply.remedy}")
-
-    def stop(self) -> None:
-        """Decelerate; waits for nothing. An order of this client that is on its way comes
-        before it, or is refused because of it."""
-        self.stops += 1
-        reply = self.device.station.request(self.client, Stop(self.client))
-        if isinstance(reply, Refused):
-            raise ScpiError(-221, f"{reply.reason}; {reply.remedy}")
-        self.ends(self.device.station.snapshot().motion)
-
-    def emergency(self) -> None:
-        """Emergency stop; waits for nothing. Raises ScpiError -240 where no loop answers."""
-        self.stops += 1
-        if math.isnan(self.device.station.emergency(self.client)):
-            raise ScpiError(-240, "the loop did not answer; switch the machine's supply off")
-
-    def close(self) -> None:
-        """The client is gone. The station does to the machine what a lost client does."""
-        if not self.gone.is_set():
-            self.gone.set()
-            self.device.station.disconnect(self.client)
 
 
 def ended(end: Finished, words: str) -> ScpiError:

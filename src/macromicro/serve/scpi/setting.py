@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 from macromicro.control.live.messages import Programme, SetGains, SetLimits
 from macromicro.errors import InputError
-from macromicro.programme import Limits
 from macromicro.schema.par import Entry, entries
-from macromicro.serve.following import programme_limits
+from macromicro.serve.requests import CONTROL, STOPS, TOKEN
 from macromicro.serve.scpi.answers import number, numbers
-from macromicro.serve.scpi.command import ALWAYS, CHANGE, CONTROL, Answer, Call, Command, Handler
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler
 from macromicro.serve.scpi.errors import ScpiError, quoted
-from macromicro.serve.scpi.motion import stop
+from macromicro.serve.scpi.motion import commands, stop
 from macromicro.serve.scpi.parameters import NameOrBlock, Number, NumberOrText, Text, Word
 
 _ENDS = ("MINimum", "MAXimum", "DEFault")
@@ -35,13 +31,13 @@ _TEXTS = {
 def _set_limits(kind: str, scale: float) -> Handler:
     def act(call: Call) -> Answer:
         session = call.session
-        own = session.device.settings.live.limits
+        own = session.instrument.settings.live.limits
         new = {}
         for end, value in zip(("low", "high"), call.values, strict=True):
             place = {"MIN": "low", "MAX": "high"}.get(value, end)
             machine = getattr(own, f"{kind}_{place}")
             new[f"{kind}_{end}"] = machine if isinstance(value, str) else round(value * scale, 9)
-        session.order(SetLimits(session.snapshot().limits._replace(**new), session.client))
+        session.order(SetLimits(session.snapshot().limits._replace(**new)))
         return None
 
     return act
@@ -51,7 +47,7 @@ def _limits(kind: str, shown: float) -> Handler:
     def act(call: Call) -> Answer:
         limits = call.session.snapshot().limits
         if call.values[0] is not None:
-            limits = call.session.device.settings.live.limits
+            limits = call.session.instrument.settings.live.limits
         ends = {"MIN": ("low",), "MAX": ("high",)}.get(call.values[0], ("low", "high"))
         return numbers(*(round(getattr(limits, f"{kind}_{end}") * shown, 9) for end in ends))
 
@@ -85,13 +81,13 @@ def _limit_commands() -> tuple[Command, ...]:
 
 
 def _default_limits(call: Call) -> Answer:
-    call.session.order(SetLimits(None, call.session.client))
+    call.session.order(SetLimits(None))
     return None
 
 
 def _entry(call: Call) -> Entry:
     path = call.values[0]
-    for entry in entries(call.session.device.control()):
+    for entry in entries(call.session.instrument.control()):
         if entry.path == path.lower():
             return entry
     raise ScpiError(-224, f"{path[:60]}; accepted: a name that GAIN:CATalog? lists")
@@ -110,7 +106,7 @@ def _bounds(call: Call) -> Answer:
 
 
 def _gains(call: Call) -> Answer:
-    return ",".join(quoted(e.path) for e in entries(call.session.device.control()))
+    return ",".join(quoted(e.path) for e in entries(call.session.instrument.control()))
 
 
 def _set_gain(call: Call) -> Answer:
@@ -122,17 +118,17 @@ def _set_gain(call: Call) -> Answer:
     except InputError as error:
         code = -224 if isinstance(entry.value, str) else -222
         raise ScpiError(code, f"{entry.path}: {error.value}; accepted: {error.accepted}") from None
-    session.order(SetGains(((entry.path, value),), session.client))
+    session.order(SetGains(((entry.path, value),)))
     return None
 
 
 def _default_gains(call: Call) -> Answer:
     session = call.session
-    own = {e.path: e.value for e in entries(session.device.settings.controller)}
-    now = {e.path: e.value for e in entries(session.device.control())}
+    own = {e.path: e.value for e in entries(session.instrument.settings.controller)}
+    now = {e.path: e.value for e in entries(session.instrument.control())}
     changes = tuple((path, value) for path, value in own.items() if now[path] != value)
     if changes:
-        session.order(SetGains(changes, session.client))
+        session.order(SetGains(changes))
     return None
 
 
@@ -140,34 +136,20 @@ def _load(call: Call) -> Answer:
     from macromicro import programme
     from macromicro.simulate import plan
 
-    given = call.values[0]
-    limits = _programme_limits(call)
+    given, instrument = call.values[0], call.session.instrument
     try:
-        if isinstance(given, str):
-            path = programme.shipped().get(given)
-            if path is None:
-                known = ", ".join(programme.shipped())
-                raise ScpiError(-256, f"{given[:60]}; accepted: {known}, or a block of TOML text")
-            loaded = programme.load(path, limits)
-        else:
-            with tempfile.TemporaryDirectory() as folder:
-                file = Path(folder) / "programme.toml"
-                file.write_bytes(given)
-                try:
-                    loaded = programme.load(file, limits)
-                except InputError as error:
-                    where = error.where.replace(str(file), "programme")
-                    raise InputError(where, error.value, error.accepted) from None
+        if not isinstance(given, str):
+            loaded = instrument.programme_of(given, "programme.toml", "programme")
+            call.session.programme = (loaded.title, plan(loaded))
+            return None
+        shipped = programme.shipped()
+        if given not in shipped:
+            known = ", ".join(shipped)
+            raise ScpiError(-256, f"{given[:60]}; accepted: {known}, or a block of TOML text")
+        call.session.programme = (given, plan(instrument.programme(shipped[given])))
     except InputError as error:
         raise ScpiError(-285, str(error)) from None
-    name = given if isinstance(given, str) else loaded.title
-    call.session.programme = (name, plan(loaded))
     return None
-
-
-def _programme_limits(call: Call) -> Limits:
-    pitch = call.session.device.settings.live.pitch
-    return programme_limits(call.session.snapshot().limits, pitch)
 
 
 def _run(call: Call) -> Answer:
@@ -175,7 +157,7 @@ def _run(call: Call) -> Answer:
     if session.programme is None:
         raise ScpiError(-282, "no programme is loaded; PROGram:LOAD")
     name, plan = session.programme
-    motion = session.order(Programme(plan, session.client))
+    motion = session.order(Programme(plan))
     session.running = motion
     session.began(motion, f"programme {name}")
     return None
@@ -190,12 +172,7 @@ def _state(call: Call) -> Answer:
 _PATH = Text("name")
 COMMANDS = (
     *_limit_commands(),
-    Command(
-        "LIMit:DEFault",
-        _default_limits,
-        "The limits that the machine was started with.",
-        access=CONTROL,
-    ),
+    *commands("limits", _default_limits),
     Command("GAIN:CATalog?", _gains, "All settings of the controller.", answer="names"),
     Command(
         "GAIN?",
@@ -211,13 +188,7 @@ COMMANDS = (
         (_PATH,),
         answer='lowest, highest, "unit", "meaning", "words that are accepted"',
     ),
-    Command(
-        "GAIN",
-        _set_gain,
-        "Set it.",
-        (_PATH, NumberOrText("value")),
-        access=CONTROL,
-    ),
+    *commands("gains", _set_gain, (_PATH, NumberOrText("value"))),
     Command(
         "GAIN:DEFault",
         _default_gains,
@@ -236,7 +207,7 @@ COMMANDS = (
         "Load a programme into this connection's memory: one of these, or TOML text as in "
         "docs/programmes.md.",
         (NameOrBlock("programme"),),
-        access=CHANGE,
+        access=TOKEN,
         cost=100,
     ),
     Command(
@@ -245,12 +216,12 @@ COMMANDS = (
         "What is loaded.",
         answer='"name or title", "" for nothing',
     ),
-    Command("PROGram:RUN", _run, "Run it.", access=CONTROL),
+    *commands("programme", _run),
     Command(
         "PROGram:STOP",
         stop,
         "The same as STOP: a programme, and whatever else moves, decelerates.",
-        access=ALWAYS,
+        access=STOPS,
     ),
     Command("PROGram:STATe?", _state, "Is it running?", answer="RUN or STOP"),
 )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 from macromicro.control.live.messages import Refused
+from macromicro.serve.requests import TOKEN
 from macromicro.serve.scpi.answers import block, number
-from macromicro.serve.scpi.command import CHANGE, Answer, Call, Command
+from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Number, Text
 
@@ -25,7 +25,7 @@ def _all_errors(call: Call) -> Answer:
 
 def _request(call: Call) -> Answer:
     session = call.session
-    reply = session.device.station.acquire(session.client)
+    reply = session.station.acquire(session.name)
     if isinstance(reply, Refused):
         session.fail(ScpiError(-203, f"{reply.reason}; {reply.remedy}"))
         return "0"
@@ -33,7 +33,7 @@ def _request(call: Call) -> Answer:
 
 
 def _release(call: Call) -> Answer:
-    reply = call.session.device.station.release(call.session.client)
+    reply = call.session.station.release(call.session.name)
     if isinstance(reply, Refused):
         raise ScpiError(-203, f"{reply.reason}; {reply.remedy}")
     return None
@@ -46,37 +46,27 @@ def _watchdog(call: Call) -> Answer:
 
 def _authenticate(call: Call) -> Answer:
     session = call.session
-    problem = session.device.token.problem(
-        call.values[0], session.address, known=session.authenticated
-    )
-    session.authenticated = not problem
-    if problem:
-        session.failures += 1
-        session.device.station.trail.client("token", session.client, problem)
+    if problem := session.authenticate(call.values[0]):
         raise ScpiError(-203, problem)
     return None
 
 
 def _event(call: Call) -> Answer:
     session = call.session
-    last, events = session.device.station.events(session.event_place)
+    last, events = session.station.events(session.event_place)
     if not events:
         return '0,0,"none","","","",""'
     first = last - len(events) + 1
     session.event_place = first
     event = events[0]
-    evidence = json.dumps(event.evidence, default=_plain)[:_EVENT_TEXT]
+    evidence = json.dumps(event.evidence, default=str)[:_EVENT_TEXT]
     words = (event.kind, event.from_mode, event.to_mode, event.cause, evidence)
     return f"{first + 1},{number(event.time)}," + ",".join(map(quoted, words))
 
 
-def _plain(value: Any) -> str:
-    return str(value)
-
-
 def _events(call: Call) -> Answer:
     session = call.session
-    return str(len(session.device.station.events(session.event_place)[1]))
+    return str(len(session.station.events(session.event_place)[1]))
 
 
 def _headers(call: Call) -> Answer:
@@ -135,13 +125,13 @@ COMMANDS = (
         _request,
         "Ask for control, which one client at a time holds.",
         answer="1, or 0 where another client holds it",
-        access=CHANGE,
+        access=TOKEN,
     ),
     Command(
         "SYSTem:LOCK:RELease",
         _release,
         "Give control back. A jog ends; another motion under way goes on to its end.",
-        access=CHANGE,
+        access=TOKEN,
     ),
     Command(
         "SYSTem:LOCK:OWNer?",
@@ -165,7 +155,7 @@ COMMANDS = (
     ),
     Command(
         "SYSTem:CLIent?",
-        lambda call: quoted(call.session.client),
+        lambda call: quoted(call.session.name),
         "The name under which this connection is known.",
         answer='"client"',
     ),

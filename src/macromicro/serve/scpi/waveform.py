@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from macromicro.errors import MacromicroError
+from macromicro.serve.requests import CONTROL
 from macromicro.serve.scpi.answers import block, flag, number
-from macromicro.serve.scpi.command import CONTROL, Answer, Call, Command
+from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Flag, Number, Text, Word
 from macromicro.serve.shared import COLUMNS as TELEMETRY
@@ -46,7 +47,7 @@ def _data(call: Call) -> Answer:
     column, seconds = call.values
     if column.lower() not in INDEX:
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
-    rows = call.session.device.newest(round(seconds / PERIOD))
+    rows = call.session.instrument.newest(round(seconds / PERIOD))
     values = rows[INDEX[column.lower()]]
     kind, length = call.session.format
     if kind == "ASC":
@@ -57,23 +58,23 @@ def _data(call: Call) -> Answer:
 
 def _record(call: Call) -> Answer:
     on, name = call.values
-    device = call.session.device
-    refusal = device.station.refusal(call.session.client)
+    session = call.session
+    refusal = session.station.refusal(session.name)
     if refusal is not None:
         raise ScpiError(-203, f"{refusal.reason}; SYSTem:LOCK:REQuest?")
     if not on:
         if name is not None:
             raise ScpiError(-108, "a name goes with ON")
-        if not device.station.snapshot().recording.active:
+        if not session.station.snapshot().recording.active:
             raise ScpiError(-221, "no recording is under way")
-        device.station.end_recording(call.session.client)
+        session.station.end_recording(session.name)
         return None
     name = name or time.strftime("recording-%Y%m%d-%H%M%S")
     if _NAME.fullmatch(name) is None:
         raise ScpiError(-257, "accepted: letters, digits, '.', '_' and '-', no folder")
-    path = Path(device.folder) / (name if name.endswith(".h5") else f"{name}.h5")
+    path = session.instrument.folder / (name if name.endswith(".h5") else f"{name}.h5")
     try:
-        device.station.record(path, client=call.session.client)
+        session.station.record(path, client=session.name)
     except MacromicroError as error:
         raise ScpiError(-250, str(error)) from error
     return None

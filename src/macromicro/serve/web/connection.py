@@ -1,4 +1,4 @@
-"""One viewer: what it orders, in turn, and what it is shown."""
+"""One page's WebSocket: what it orders, in turn, and what it is shown."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import json
 import time
-from collections import deque
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
@@ -15,44 +14,42 @@ from websockets.exceptions import ConnectionClosed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
-from macromicro.serve import seats
+from macromicro.serve import capacity
 from macromicro.serve.bucket import Bucket
+from macromicro.serve.client import Entry, Waiting
 from macromicro.serve.guesses import WRONG
-from macromicro.serve.sending import Stops
-from macromicro.serve.web import telling
-from macromicro.serve.web.clerk import Clerk
-from macromicro.serve.web.desk import Seat
+from macromicro.serve.requests import OVERTAKEN
+from macromicro.serve.web import reporting
+from macromicro.serve.web.context import Context
+from macromicro.serve.web.handler import OrderHandler
 from macromicro.serve.web.orders import Refusal, read
-from macromicro.serve.web.room import Room
-from macromicro.serve.web.showing import Showing
+from macromicro.serve.web.sessions import Session
+from macromicro.serve.web.streaming import Stream
 
 TAKEN_OVER, POLICY, FULL = 4000, 1008, 1013
+_FULL = Refused("too many orders wait", "wait for replies")
 
 
-class Connection:
-    """A WebSocket from its hello to its end; a `desk.Line` and a `seats.Guest`."""
+class PageConnection:
+    """A WebSocket from its hello to its end; `sessions.Attached` and a `capacity.Member`."""
 
-    def __init__(self, room: Room, socket: ServerConnection) -> None:
-        self._room, self._socket = room, socket
-        self._bounds = room.bounds
+    def __init__(self, context: Context, socket: ServerConnection) -> None:
+        self._context, self._socket = context, socket
+        self._bounds = context.bounds
         self._address = str((socket.remote_address or ("?",))[0])
-        self._admitted = False
-        self._bucket = Bucket(room.bounds.rate, room.bounds.burst)
-        # Orders, each with the station's stops when it came.
-        self._waiting: deque[tuple[dict[str, Any], Stops]] = deque()
-        self._news = asyncio.Event()
+        self._bucket = Bucket(context.bounds.rate, context.bounds.burst)
         self._urgent: set[asyncio.Task[None]] = set()
-        self._shown = Showing(room)
-        self._clerk = Clerk(room, self._send)
-        self._seat: Seat | None = None
+        self._stream = Stream(context)
+        self._handler = OrderHandler(context, self._send)
+        self._session: Session | None = None
+        self._waiting: Waiting[dict[str, Any]] | None = None
 
-    # As the desk sees it
+    # As its session sees it
 
-    def flush(self) -> None:
+    def drop_waiting(self) -> None:
         """Orders that wait are refused: a stop came."""
-        dropped, self._waiting = self._waiting, deque()
-        for order, _ in dropped:
-            self._later(self._reply(order, Refused("a stop came before it began", "ask again")))
+        for order in self._waiting.drop() if self._waiting is not None else ():
+            self._later(self._reply(order, OVERTAKEN))
 
     def leave(self) -> None:
         """The page is open elsewhere, by the same key."""
@@ -63,9 +60,9 @@ class Connection:
     @property
     def rank(self) -> int:
         """Who makes room for whom."""
-        if not self._admitted:
-            return seats.stranger(self._address)
-        return seats.HOLDER if self._room.desk.holds(self._seat) else seats.ADMITTED
+        if self._session is None:
+            return capacity.unadmitted(self._address)
+        return self._session.rank
 
     @property
     def heard(self) -> float:
@@ -84,7 +81,7 @@ class Connection:
             hello = read(await asyncio.wait_for(self._socket.recv(), self._bounds.patience))
             if hello.get("do") != "hello":
                 raise Refusal("the first message must be a hello")
-            self._shown.look(hello)
+            self._stream.look(hello)
         except (Refusal, TimeoutError):
             await self._socket.close(POLICY, "say hello first")
             return
@@ -93,48 +90,54 @@ class Connection:
         await self._serve(hello)
 
     async def _serve(self, hello: dict[str, Any]) -> None:
-        room = self._room
-        self._seat = room.desk.find(hello.get("session"))
+        context = self._context
+        session = context.sessions.find(hello.get("session"), self._address)
         problem = ""
-        if room.token.open or hello.get("token") is not None:
-            problem = self._check(hello.get("token"))
-        if not room.places.claim(self, self._seat and self._seat.line):
+        if context.instrument.token.open or hello.get("token") is not None:
+            problem = session.authenticate(hello.get("token"))
+        else:
+            session.authenticated = False
+        self._session = session
+        self._waiting = Waiting(session, self._bounds.waiting)
+        if not context.dispatcher.capacity.claim(self, session.connection):
             await self._socket.close(FULL, "too many viewers")
             return
         if problem:
             await asyncio.sleep(self._bounds.pause)
-        seat = await room.desk.sit(hello.get("session"), self._address, self)
-        seat.admitted, self._seat = self._admitted, seat
+        await context.sessions.attach(session, self)
         tasks: list[asyncio.Task[None]] = []
         try:
-            welcome = self._welcome(seat, problem)
+            welcome = self._welcome(session, problem)
             await self._send(json.dumps({"welcome": welcome}, allow_nan=False))
-            shown = self._shown.run(self._send, self._reply, self._end_stale_jog)
-            tasks = [asyncio.create_task(shown), asyncio.create_task(self._work(seat))]
+            shown = self._stream.run(self._send, self._reply, self._end_stale_jog)
+            work = self._waiting.work(lambda entry: self._do(entry, session))
+            tasks = [asyncio.create_task(shown), asyncio.create_task(work)]
             for task in tasks:
                 task.add_done_callback(self._failed)
             async for message in self._socket:
                 if self._bucket.spend() > 0.0:
                     await self._socket.close(POLICY, "too many messages")
                     return
-                self._take(message, seat)
+                self._take(message, session, self._waiting)
         except ConnectionClosed:
             pass
         finally:
-            await self._end(tasks, seat)
+            await self._end(tasks, session)
 
-    async def _end(self, tasks: list[asyncio.Task[None]], seat: Seat) -> None:
+    async def _end(self, tasks: list[asyncio.Task[None]], session: Session) -> None:
         for task in tasks:
             task.cancel()
-        self._waiting.clear()
-        desk = self._room.desk
+        sessions = self._context.sessions
         with contextlib.suppress(RuntimeError):  # the server is ending: it stops by itself
-            if desk.rise(seat, self):
-                if seat.jog is not None:
-                    stage, seat.jog = seat.jog[0], None
-                    await desk.order(seat.client, m.Jog(stage, 0.0))
-                await desk.clear(seat)
+            if sessions.detach(session, self):
+                await self._end_jog(session)
+                await sessions.clear(session)
         await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _end_jog(self, session: Session) -> None:
+        if session.jog is not None:
+            stage, session.jog = session.jog[0], None
+            await self._context.dispatcher.run(session, session.request, m.Jog(stage, 0.0))
 
     def _failed(self, task: asyncio.Task[None]) -> None:
         """Neither task ends by itself: a page that is shown nothing more shall see that."""
@@ -143,7 +146,9 @@ class Connection:
 
     # Orders
 
-    def _take(self, message: str | bytes, seat: Seat) -> None:
+    def _take(
+        self, message: str | bytes, session: Session, waiting: Waiting[dict[str, Any]]
+    ) -> None:
         """Put a message in its place. Stops need no token, no control and no place in a queue."""
         try:
             order = read(message)
@@ -152,25 +157,22 @@ class Connection:
             return
         what = order.get("do")
         if what == "emergency":
-            self._later(self._emergency(order, seat))
+            self._later(self._emergency(order, session))
         elif what == "stop":
-            self._later(self._stop(order, seat))
+            self._later(self._stop(order, session))
         elif what == "beat":
-            self._room.station.heartbeat(seat.client)
+            session.beat(0.0)
             if "id" in order:  # it measures the way to here and back
                 self._later(self._reply(order, Accepted()))
         elif what == "keep":
-            if seat.jog is not None:
-                seat.jog = (seat.jog[0], time.monotonic() + self._bounds.jog)
+            if session.jog is not None:
+                session.jog = (session.jog[0], time.monotonic() + self._bounds.jog)
         elif what == "view":
-            before = self._shown.want(order)
+            before = self._stream.want(order)
             if before is not None:
                 self._later(self._reply(before, Accepted()))
-        elif len(self._waiting) >= self._bounds.waiting:
-            self._later(self._reply(order, Refused("too many orders wait", "wait for replies")))
-        else:
-            self._waiting.append((order, self._room.station.stops))
-            self._news.set()
+        elif not waiting.offer(order):
+            self._later(self._reply(order, _FULL))
 
     def _later(self, what: Any) -> None:
         task = asyncio.ensure_future(what)
@@ -182,82 +184,65 @@ class Connection:
         if not task.cancelled():
             task.exception()  # a viewer that is gone gets no answer
 
-    async def _emergency(self, order: dict[str, Any], seat: Seat) -> None:
-        reply, took = await self._room.desk.emergency(seat.client)
-        await self._reply(order, reply, {"safe_s": telling.plain(took)})
+    async def _emergency(self, order: dict[str, Any], session: Session) -> None:
+        reply, took = await self._context.sessions.emergency(session)
+        await self._reply(order, reply, {"safe_s": reporting.plain(took)})
 
-    async def _stop(self, order: dict[str, Any], seat: Seat) -> None:
-        await self._reply(order, await self._room.desk.stop(seat.client))
+    async def _stop(self, order: dict[str, Any], session: Session) -> None:
+        await self._reply(order, await self._context.sessions.stop(session))
 
-    async def _work(self, seat: Seat) -> None:
-        """One order after the other."""
-        while True:
-            await self._news.wait()
-            self._news.clear()
-            while self._waiting:
-                order, since = self._waiting.popleft()
-                more: dict[str, Any] = {}
-                try:
-                    reply, more = await self._do(order, seat, since)
-                except Refusal as refusal:
-                    reply = Refused(refusal.reason, refusal.remedy)
-                except (MacromicroError, OSError) as error:
-                    reply = Refused(str(error), "")
-                await self._reply(order, reply, more)
+    async def _do(self, entry: Entry[dict[str, Any]], session: Session) -> bool:
+        """Do one order and answer it."""
+        more: dict[str, Any] = {}
+        try:
+            if entry.order.get("do") == "login":
+                reply = await self._login(entry.order, session)
+            elif not session.authenticated:
+                raise Refusal("this page has not given the token", "log in first")
+            else:
+                reply, more = await self._handler.do(entry, session)
+        except Refusal as refusal:
+            reply = Refused(refusal.reason, refusal.remedy)
+        except (MacromicroError, OSError) as error:
+            reply = Refused(str(error), "")
+        await self._reply(entry.order, reply, more)
+        return True
 
-    async def _do(
-        self, order: dict[str, Any], seat: Seat, since: Stops
-    ) -> tuple[Reply, dict[str, Any]]:
-        if order.get("do") == "login":
-            problem = self._check(order.get("token"))
-            seat.admitted = self._admitted
-            if problem:
-                await asyncio.sleep(self._bounds.pause)
-            return (Refused(problem, "see the server's terminal") if problem else Accepted()), {}
-        if not self._admitted:
-            raise Refusal("this page has not given the token", "log in first")
-        return await self._clerk.do(order, seat, since)
-
-    def _check(self, token: object) -> str:
-        """Look at a token; what is wrong, or "". A page that gave the right one before is not
-        kept out by others at its address."""
-        known = self._seat is not None and self._seat.admitted
-        problem = self._room.token.problem(token, self._address, known=known)
-        if problem in ("", WRONG):  # else it was not looked at
-            self._admitted = not problem
-        if problem:
-            self._room.station.trail.client("token", f"web {self._address}", problem)
-        return problem
+    async def _login(self, order: dict[str, Any], session: Session) -> Reply:
+        problem = session.authenticate(order.get("token"))
+        if not problem:
+            return Accepted()
+        await asyncio.sleep(self._bounds.pause)
+        return Refused(problem, "see the server's terminal")
 
     # What is shown
 
-    def _welcome(self, seat: Seat, problem: str) -> dict[str, Any]:
-        return self._room.about | {
-            "session": seat.key,
-            "client": seat.client,
-            "admitted": self._admitted,
+    def _welcome(self, session: Session, problem: str) -> dict[str, Any]:
+        return self._context.about | {
+            "session": session.key,
+            "client": session.name,
+            "admitted": session.authenticated,
             "problem": problem,
             "wrong": problem == WRONG,
-            "view": self._shown.view._asdict(),
+            "view": self._stream.view._asdict(),
         }
 
     async def _end_stale_jog(self) -> None:
-        seat = self._seat
-        if seat is not None and seat.jog is not None and time.monotonic() > seat.jog[1]:
-            stage, seat.jog = seat.jog[0], None
-            await self._room.desk.order(seat.client, m.Jog(stage, 0.0))
+        session = self._session
+        if session is not None and session.jog is not None and time.monotonic() > session.jog[1]:
+            await self._end_jog(session)
 
     async def _reply(
         self, order: dict[str, Any], reply: Reply, more: dict[str, Any] | None = None
     ) -> None:
         number, what = order.get("id"), order.get("do")
         told: dict[str, Any] = {
-            "reply": telling.plain(number) if isinstance(number, int | float | str) else None,
+            "reply": reporting.plain(number) if isinstance(number, int | float | str) else None,
             "do": what[:60] if isinstance(what, str) else None,
         }
         told["ok"] = isinstance(reply, Accepted)
         told |= reply._asdict() if isinstance(reply, Refused) else {"motion": reply.id}
-        await self._send(json.dumps(telling.plain(told | (more or {})), allow_nan=False))
+        await self._send(json.dumps(reporting.plain(told | (more or {})), allow_nan=False))
 
     async def _send(self, data: str | bytes) -> None:
         """Send; a viewer that takes nothing for too long is sent away."""

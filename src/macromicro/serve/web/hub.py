@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +13,10 @@ from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
 from macromicro.schema.config import changed_toml
 from macromicro.schema.par import entries
-from macromicro.serve import aims, following
+from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
-from macromicro.serve.web import telling
+from macromicro.serve.web import reporting
 from macromicro.serve.web.plane import Plane
-
-if TYPE_CHECKING:
-    from macromicro.serve.station import Station
 
 KEPT = 400  # events and ends of motions that a viewer who comes late still gets
 
@@ -27,18 +24,17 @@ KEPT = 400  # events and ends of motions that a viewer who comes late still gets
 class Hub:
     """State, news, gains and the Preisach plane; `look` brings them up to date."""
 
-    def __init__(self, station: Station, table: FodTable | None = None) -> None:
-        self.station = station
-        self.settings = station.settings
-        self.pitch = station.settings.live.pitch
-        self.control: Control = station.settings.controller
+    def __init__(self, instrument: Instrument, table: FodTable | None = None) -> None:
+        self._instrument, self.station = instrument, instrument.station
+        self.settings = instrument.settings
+        self.pitch = self.settings.live.pitch
+        self.control: Control = self.settings.controller
         self.news: deque[tuple[int, str]] = deque(maxlen=KEPT)
         self.state = "{}"
         self.turn = 0
         self._plane = Plane(self.settings.guard.hottest, table)
         self._row, self._clock = -1, -math.inf
         self._seen, self._told, self._motion = -1, 0, 1
-        self._target = math.nan
         self._time = math.nan
 
     def look(self, extra: dict[str, Any]) -> None:
@@ -47,7 +43,7 @@ class Hub:
         self._time = now.time_s
         self.follow()
         self._follow_heat()
-        told = telling.state(now, self._target, self.settings.live)
+        told = reporting.state(now, self._instrument.target(now), self.settings.live)
         told |= extra
         told["plane"] = self._plane.words()
         self.state = json.dumps({"state": told}, allow_nan=False)
@@ -65,7 +61,7 @@ class Hub:
 
     def gains(self) -> str:
         """The controller's settings in force, as a message."""
-        return json.dumps({"gains": telling.settings(self.control)}, allow_nan=False)
+        return json.dumps({"gains": reporting.settings(self.control)}, allow_nan=False)
 
     def after(self, told: int) -> tuple[int, str]:
         """News behind number `told`: (number of the last one, message or "" for none)."""
@@ -79,17 +75,16 @@ class Hub:
         return {e.path: e.value for e in entries(self.control)}.get(path) == value
 
     def follow(self) -> None:
-        """Take the events that have come: targets, and gains in force."""
+        """Take the events that have come, and the gains in force."""
         self._seen, events = self.station.events(self._seen)
         for event in events:
             # Ends come before the events behind them; whoever is late is not reordered.
-            self._note(telling.event(self._told + 1, event))
-            self._target = aims.aimed(event, self._target)
+            self._note(reporting.event(self._told + 1, event))
             if event.kind == "loop" and event.cause == "started":
-                self._motion, self._target = 1, math.nan
-            self.control = following.gains(self.control, event, self.settings.controller)
+                self._motion = 1
+        self.control = self._instrument.control()
         while (end := self.station.finished(self._motion, 0.0)) is not None:
-            self._note(telling.finished(self._told + 1, end, self._time))
+            self._note(reporting.finished(self._told + 1, end, self._time))
             self._motion += 1
 
     def _note(self, item: dict[str, Any]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from macromicro import programme
@@ -15,8 +14,8 @@ from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError
 from macromicro.schema.par import entries
-from macromicro.serve.following import programme_limits
-from macromicro.serve.settings import LiveSettings
+from macromicro.serve.instrument import Instrument
+from macromicro.serve.requests import KINDS, Field, RequestType
 from macromicro.simulate import plan
 
 LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
@@ -89,51 +88,43 @@ def text(order: dict[str, Any], key: str) -> str:
 
 
 class Orders:
-    """Requests that name nothing but values; `settings` are the station's."""
+    """Requests that name nothing but values, as the table of requests has them."""
 
-    def __init__(self, settings: LiveSettings) -> None:
-        self._settings = settings
-        self._known: dict[str, Callable[[dict[str, Any]], m.Request]] = {
-            "enable": lambda order: m.Enable(),
-            "disable": lambda order: m.Disable(),
-            "home": lambda order: m.Home(),
-            "zero": lambda order: m.Zero(),
-            "clear": lambda order: m.ClearFault(),
-            "move to": lambda order: m.MoveTo(length(order), "", _replace(order)),
-            "move by": lambda order: m.MoveBy(length(order), "", _replace(order)),
-            "move macro": lambda order: m.MoveMacro(number(order, "value"), "", _replace(order)),
-            "move micro": lambda order: m.MoveMicro(millimetres(order), "", _replace(order)),
-            "jog": lambda order: m.Jog(text(order, "stage"), number(order, "speed")),
-            "fan": _fan,
+    def __init__(self, instrument: Instrument) -> None:
+        self._instrument = instrument
+        self._own: dict[str, Callable[[dict[str, Any]], m.Request]] = {
+            "gains": lambda order: gains(order, instrument.control()),
             "limits": _limits,
             "programme": self._shipped,
         }
 
     def knows(self, what: object) -> bool:
         """Is there such a request?"""
-        return isinstance(what, str) and (what in self._known or what == "gains")
+        return isinstance(what, str) and what in KINDS
 
-    def request(self, order: dict[str, Any], control: Control) -> m.Request:
-        """The request; `control`: the settings in force. Raises `Refusal`."""
+    def request(self, order: dict[str, Any]) -> m.Request:
+        """The request. Raises `Refusal`."""
         what = order["do"]
-        return gains(order, control) if what == "gains" else self._known[what](order)
+        return self._own[what](order) if what in self._own else _read(KINDS[what], order)
 
     def _shipped(self, order: dict[str, Any]) -> m.Request:
         name, shipped = text(order, "name"), programme.shipped()
         if name not in shipped:
             raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(shipped)}")
-        return m.Programme(self.programme(shipped[name]))
+        return m.Programme(_planned(lambda: self._instrument.programme(shipped[name])))
 
-    def programme(self, path: Path) -> Plan:
-        """The plan of the programme in a file. Raises `Refusal` that names the file's name
-        alone, with the line or the move that is wrong."""
-        live = self._settings.live
-        limits = programme_limits(live.limits, live.pitch)
-        try:
-            return plan(programme.load(path, limits))
-        except InputError as error:
-            words = str(error).replace(str(path), path.name)
-            raise Refusal(words, "correct it, or change the soft limits") from None
+    def programme(self, text: str, name: str) -> Plan:
+        """The plan of a programme in a file `name`. Raises `Refusal` with the line or the move
+        that is wrong."""
+        data = text.encode("utf-8")
+        return _planned(lambda: self._instrument.programme_of(data, name))
+
+
+def _planned(load: Callable[[], programme.Programme]) -> Plan:
+    try:
+        return plan(load())
+    except InputError as error:
+        raise Refusal(str(error), "correct it, or change the soft limits") from None
 
 
 def _replace(order: dict[str, Any]) -> bool:
@@ -144,11 +135,29 @@ def _replace(order: dict[str, Any]) -> bool:
     return given
 
 
-def _fan(order: dict[str, Any]) -> m.Request:
-    on = order.get("on")
-    if not isinstance(on, bool):
-        raise Refusal(f"{on!r:.20} is neither on nor off", "true or false")
-    return m.Fan(on)
+def _flag(order: dict[str, Any], key: str) -> bool:
+    given = order.get(key)
+    if not isinstance(given, bool):
+        raise Refusal(f"{given!r:.20} is neither on nor off", "true or false")
+    return given
+
+
+def _read(kind: RequestType, order: dict[str, Any]) -> m.Request:
+    """A request that has nothing but the values of its fields."""
+    values = [_value_of(field, order) for field in kind.fields]
+    given = {"replace": _replace(order)} if kind.replaces else {}
+    request: m.Request = kind.message(*values, **given)
+    return request
+
+
+def _value_of(field: Field, order: dict[str, Any]) -> float | bool | str:
+    if field.choices:
+        return text(order, field.key)
+    if field.unit == "m":
+        return length(order)
+    if field.unit == "mm":
+        return millimetres(order)
+    return number(order, field.key) if field.unit else _flag(order, field.key)
 
 
 def _limits(order: dict[str, Any]) -> m.Request:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from macromicro.hysteresis.table import FodTable
     from macromicro.serve.station import Station
-    from macromicro.serve.web.room import Room
+    from macromicro.serve.web.context import Context
 
 LOOK_S = 0.1
 _LOG = logging.getLogger("macromicro.web")
@@ -57,7 +57,7 @@ class WebServer(Threaded):
         bounds: Bounds | None = None,
     ) -> None:
         try:
-            from macromicro.serve.web.gate import Gate
+            from macromicro.serve.web.http import Gate
         except ModuleNotFoundError as error:
             if error.name != "websockets":
                 raise
@@ -95,36 +95,36 @@ class WebServer(Threaded):
             self._gate.answer_to(full)
 
     async def _serve(self) -> None:
-        from macromicro.serve.web.room import Room
+        from macromicro.serve.web.context import Context
 
-        room = Room(self._station, self._token, self._folder, self._table, self._bounds)
+        context = Context(self._station, self._token, self._folder, self._table, self._bounds)
         try:
-            room.look()
-            server = await self._listen(room)
+            context.look()
+            server = await self._listen(context)
             bound = server.sockets[0].getsockname()
             self._listening(bound[0], bound[1])
             with contextlib.suppress(asyncio.CancelledError):
                 while True:
                     await asyncio.sleep(LOOK_S)
-                    room.look()
-                    await room.desk.tidy()
+                    context.look()
+                    await context.sessions.tidy()
             server.close()
             await server.wait_closed()
         finally:
-            room.desk.close()
+            context.close()
 
-    async def _listen(self, room: Room) -> Server:
+    async def _listen(self, context: Context) -> Server:
         """Bind and listen; InputError in words where that fails."""
         from websockets.asyncio.server import serve
 
-        from macromicro.serve.web.files import Files
+        from macromicro.serve.web.http import Files
 
         host, port = self._where
         check_port(port)
         files, bounds = Files(self._gate), self._bounds
 
         async def view(connection: ServerConnection) -> None:
-            await self._view(room, connection)
+            await self._view(context, connection)
 
         try:
             return await serve(
@@ -142,12 +142,12 @@ class WebServer(Threaded):
         except OSError as error:
             raise refused(host, port, error) from None
 
-    async def _view(self, room: Room, opened: Any) -> None:
-        from macromicro.serve.web.connection import Connection
+    async def _view(self, context: Context, opened: Any) -> None:
+        from macromicro.serve.web.connection import PageConnection
 
-        connection = Connection(room, opened)
-        room.places.arrive(connection)
+        connection = PageConnection(context, opened)
+        context.dispatcher.capacity.arrive(connection)
         try:
             await connection.run()
         finally:
-            room.places.leave(connection)
+            context.dispatcher.capacity.leave(connection)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from macromicro.control.supervisor import Plan
@@ -24,9 +22,9 @@ class Upload:
         self._pieces: list[str] = []
         self._size = 0
 
-    def take(self, order: dict[str, Any], load: Callable[[Path], Plan]) -> dict[str, Any]:
+    def take(self, order: dict[str, Any], load: Callable[[str, str], Plan]) -> dict[str, Any]:
         """One piece: `name` of the file, `offset` in characters, `text`, and `last`. `load`
-        reads the programme when it is whole.
+        reads the text of the programme of this name when it is whole.
 
         Returns how much has come, and the number of moves at the end. Raises `Refusal`.
         """
@@ -47,9 +45,5 @@ class Upload:
         if order.get("last") is not True:
             return {"size": self._size}
         whole, self._pieces = "".join(self._pieces), []
-        # Programmes are read from files; this one lives as long as it is read.
-        with tempfile.TemporaryDirectory(prefix="macromicro-") as folder:
-            path = Path(folder) / name
-            path.write_text(whole, encoding="utf-8", newline="")
-            self.plan = load(path)
+        self.plan = load(whole, name)
         return {"size": self._size, "moves": int(self.plan.stage.size)}

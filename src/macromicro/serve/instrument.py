@@ -1,0 +1,167 @@
+"""The machine as the clients of one protocol share it: what is in force, and who may change it."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro import programme
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Event
+from macromicro.control.live.targets import reach
+from macromicro.control.settings import Control
+from macromicro.errors import InputError
+from macromicro.programme import Limits, Programme
+from macromicro.schema.par import entries, replaced
+from macromicro.serve.guesses import Token
+from macromicro.serve.shared import PERIOD
+from macromicro.serve.snapshot import Snapshot
+
+if TYPE_CHECKING:
+    from macromicro.serve.settings import LiveSettings
+    from macromicro.serve.station import Station
+
+SPARE = 1000  # rows: for clocks that differ
+_TOWARDS = (*(m.MODES[k] for k in m.MOVING), m.MODES[m.HOLDING])
+_FINE = (m.MODES[m.MOVING_MICRO], m.MODES[m.HOLDING])
+
+
+class Instrument:
+    """The station, the token, and what the station's events say is in force; thread-safe.
+
+    `folder`: where recordings go; `token`: what a client must give before it may change
+    anything.
+    """
+
+    def __init__(self, station: Station, folder: Path = Path(), token: Token | None = None) -> None:
+        self.station = station
+        self.settings: LiveSettings = station.settings
+        self.folder = folder
+        self.token = token or Token(None)
+        self._lock = threading.Lock()
+        self._control: Control = self.settings.controller
+        self._target = math.nan
+        self._seen = -1  # number of the last event
+        self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
+
+    def admission(self, given: object, name: str, address: str, *, known: bool = False) -> str:
+        """Why the client `name` is not admitted with the token that it gives, which is logged;
+        "" where it is. `known`: it gave the right one before."""
+        problem = self.token.problem(given, address, known=known)
+        if problem:
+            self.station.trail.client("token", name, problem)
+        return problem
+
+    # In force
+
+    def _follow(self) -> None:
+        self._seen, events = self.station.events(self._seen)
+        for event in events:
+            self._control = gains_after(event, self._control, self.settings.controller)
+            self._target = target_after(event, self._target)
+
+    def control(self) -> Control:
+        """The controller's settings, with what any client has changed."""
+        with self._lock:
+            self._follow()
+            return self._control
+
+    def target(self, now: Snapshot | None = None) -> float:
+        """Where the whole positioner is going or is held [m]; NaN where it is not. `now`: the
+        present snapshot, where the caller has it."""
+        with self._lock:
+            self._follow()
+            target = self._target
+        return target_now(now or self.station.snapshot(), target, self.settings.live.pitch)
+
+    def limit(self, kind: str, which: str) -> float:
+        """The lower ("MIN") or upper ("MAX") end of what is accepted now: of the whole, by what
+        both stages reach together [m]; of the macro-stage [counts], of the micro-stage [mm]."""
+        limits = self.station.snapshot().limits
+        if kind == "whole":
+            tolerance = self.control().sequence.tolerance
+            return reach(self.settings.live, limits, tolerance)[which == "MAX"]
+        return float(getattr(limits, f"{kind}_{'low' if which == 'MIN' else 'high'}"))
+
+    def programme(self, path: Path, shown: str = "") -> Programme:
+        """The programme in a file, within the soft limits. Raises InputError, in which the file
+        is called `shown`, or by its name without the folder."""
+        # Its micro targets may be 0: there the micro-stage is let go.
+        soft, pitch = self.station.snapshot().limits, self.settings.live.pitch
+        micro = 0.0, soft.micro_high * 1e-3
+        try:
+            return programme.load(
+                path, Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / pitch)
+            )
+        except InputError as error:
+            where = error.where.replace(str(path), shown or path.name)
+            raise InputError(where, error.value, error.accepted) from None
+
+    def programme_of(self, data: bytes, name: str, shown: str = "") -> Programme:
+        """The programme that a file `name` would hold, likewise."""
+        with tempfile.TemporaryDirectory(prefix="macromicro-") as folder:
+            path = Path(folder) / name
+            path.write_bytes(data)
+            return self.programme(path, shown)
+
+    # Telemetry
+
+    def newest(self, wanted: int) -> NDArray[np.float64]:
+        """The last `wanted` rows of telemetry, or as many as there are: float64[columns, rows].
+
+        Only what may be needed is copied: there is a new row every period at most, so since
+        the last look no more of them can have come than periods have passed.
+        """
+        with self._lock:
+            last, seen = self._newest
+            now = time.monotonic()
+            first = last + round((now - seen) / PERIOD) - wanted - SPARE if last >= 0 else -1
+            last, rows, _ = self.station.telemetry(max(first, -1))
+            if rows.shape[1] < wanted and first >= 0:
+                last, rows, _ = self.station.telemetry()
+            self._newest = last, now
+        return rows[:, rows.shape[1] - min(wanted, rows.shape[1]) :]
+
+
+def gains_after(event: Event, control: Control, own: Control) -> Control:
+    """The controller's settings after an event, `control` before it; `own`: those that a loop
+    starts with."""
+    if event.kind == "loop" and event.cause == "started":
+        return own
+    if event.kind == "gains":
+        known = {e.path for e in entries(control)}
+        for path, change in event.evidence.items():
+            if path in known:
+                control = replaced(control, path, change["new"])
+    return control
+
+
+def target_after(event: Event, target: float) -> float:
+    """The absolute target [m] after an event; NaN where there is none."""
+    if event.kind == "loop" and event.cause == "started":
+        return math.nan
+    if event.kind != "mode":
+        return target
+    if event.to_mode not in _TOWARDS:
+        return math.nan
+    begins = event.cause.endswith((" move", " jog")) or event.cause == "programme"
+    return float(event.evidence.get("target_m", math.nan)) if begins else target
+
+
+def target_now(now: Snapshot, target: float, pitch: float) -> float:
+    """Where the whole positioner is going or is held [m], `target` by the events; NaN where it
+    is not."""
+    if now.mode not in _TOWARDS or now.mode == m.MODES[m.HOMING]:
+        return math.nan
+    if math.isfinite(target):
+        return target
+    if now.mode in _FINE:
+        return now.macro_count * pitch + now.micro_reference_mm * 1e-3
+    return now.macro_reference * pitch

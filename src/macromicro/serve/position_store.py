@@ -1,0 +1,140 @@
+"""Keeping the position file true: "moving" before anything moves, the place once at rest."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from macromicro.errors import MacromicroError
+from macromicro.serve import persist
+from macromicro.serve.persist import Kept
+
+FLICKER = 1.0  # counts: a carriage at rest may stand on an encoder's edge
+RETRY_S = 1.0  # after which a file that could not be written is tried again
+
+
+class Place(NamedTuple):
+    """What the loop shows now: row number, encoder [counts], offset [counts], trust and why,
+    whether anything moves, and the carriage by the laser [m]."""
+
+    row: int
+    encoder: float
+    offset: float
+    trusted: bool
+    why: str
+    moving: bool
+    laser: float = math.nan
+
+
+class PositionStore:
+    """Writes the file. Thread-safe; `look` tells the present place, None where none is known.
+
+    `begin_motion` must return before the request goes to the loop, `answered` follows its
+    reply, `update` is called now and then.
+    """
+
+    def __init__(
+        self, path: Path, rig: str, look: Callable[[], Place | None], report: Callable[[str], None]
+    ) -> None:
+        self._path, self._rig = path, rig
+        self._look, self._report = look, report
+        self._lock = threading.Lock()
+        self._pending = 0
+        self._barrier = -1
+        self._moving = False
+        self._saved: Kept | None = None  # what is in the file; None where that is not known
+        self._failed = -math.inf  # when it could not be written, unless it was since
+        self._told = False
+
+    @property
+    def moving(self) -> bool:
+        """Does the file say so, or is it gone?"""
+        return self._moving
+
+    def begin_motion(self) -> None:
+        """A motion may begin: the file says so when this returns.
+
+        Where it cannot be written it is removed, which the next start takes for "not known".
+        Raises MacromicroError where that fails, too: then nothing may move.
+        """
+        with self._lock:
+            self._pending += 1
+            if self._moving:
+                return
+            place = self._look()
+            nan = math.nan
+            known = place or Place(0, nan, nan, False, "not known", True)
+            try:
+                self._save(known._replace(moving=True))
+            except MacromicroError:
+                self._pending -= 1
+                raise
+            self._moving = True
+
+    def answered(self, row: int) -> None:
+        """The loop has answered; its rows behind number `row` show what came of it."""
+        with self._lock:
+            self._pending -= 1
+            self._barrier = max(self._barrier, row)
+
+    def update(self) -> None:
+        """Write the place if the machine rests and the file says otherwise, or if the position
+        came to be known or unknown."""
+        with self._lock:
+            place = self._look()
+            if place is None or not math.isfinite(place.encoder):
+                return
+            if self._pending or place.row <= self._barrier or self._says(place):
+                return
+            if time.monotonic() - self._failed < RETRY_S:
+                return
+            self._save(place)
+            self._moving = place.moving
+
+    def lose(self, why: str) -> None:
+        """The loop is gone without a word, and what the rig did since is not known: the next
+        start has to home."""
+        with self._lock:
+            place = self._look()
+            if self._moving or place is None:  # "moving" says so already
+                return
+            self._save(place._replace(trusted=False, why=why))
+
+    def _says(self, place: Place) -> bool:
+        """Does the file say this?"""
+        saved = self._saved
+        if saved is None or saved.moving != place.moving or saved.why != place.why:
+            return False
+        same = saved.trusted == place.trusted and saved.offset == place.offset
+        near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
+        return near and (same or not (saved.trusted or place.trusted))
+
+    def _save(self, place: Place) -> None:
+        kept = Kept(
+            self._rig,
+            place.encoder,
+            place.offset,
+            place.trusted,
+            place.why,
+            place.moving,
+            time.time(),
+            place.laser,
+        )
+        self._saved = None
+        try:
+            persist.save(self._path, kept)
+            self._saved, self._failed, self._told = kept, -math.inf, False
+        except OSError as error:
+            self._failed = time.monotonic()
+            text = f"{self._path}: the position cannot be kept: {error.strerror}"
+            try:
+                self._path.unlink(missing_ok=True)
+            except OSError:
+                raise MacromicroError(f"{text}, nor this file be removed") from None
+            if not self._told:
+                self._told = True
+                self._report(f"{text}; the next start will have to home")

@@ -1,4 +1,0 @@
-"""A server on the faulty twin, driven at random for as long as wanted: does it ever surprise?
-
-``python -m macromicro.serve.soak --minutes 60 --seed 1 --out docs/reliability.md``
-"""

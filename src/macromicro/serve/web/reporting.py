@@ -1,0 +1,109 @@
+"""The machine's state, events and ends of motions as plain values for JSON."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Event, Finished
+from macromicro.control.live.parameters import Live
+from macromicro.control.live.possible import possible
+from macromicro.control.settings import Control
+from macromicro.schema.par import Par, entries
+from macromicro.serve.requests import CONTROL, REQUESTS
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.snapshot import Snapshot
+
+
+def plain(value: Any) -> Any:
+    """What JSON can hold: numbers that are not finite become None."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return value if value is None or isinstance(value, bool | int | str) else str(value)
+
+
+def offered(now: Snapshot, supersede: bool) -> list[str]:
+    """Orders that make sense just now, by their names on the page."""
+    if not now.running or now.mode not in m.MODES:
+        return []
+    moving = now.motion != 0
+    kinds = possible(
+        m.MODES.index(now.mode), moving=moving, trusted=now.trusted, supersede=supersede
+    )
+    return [kind.name for kind in REQUESTS if kind.access == CONTROL and kind.message in kinds]
+
+
+def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
+    """The snapshot, and what makes sense now; `target` [m], or NaN."""
+    told: dict[str, Any] = {
+        name: getattr(now, name)
+        for name in ("time_s", "age_s", "running", "mode", "position_m", "uncertainty_m")
+    }
+    told |= {name: getattr(now, name) for name in ("trusted", "trust", "macro_count", "micro_mm")}
+    told |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
+    told |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
+    told["limits"] = now.limits._asdict()
+    told["target_m"] = target
+    told["possible"] = offered(now, settings.supersede == 1)
+    told["fault"] = None if now.fault is None else now.fault._asdict()
+    told["pace"] = now.pace._asdict()
+    told["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}
+    found: dict[str, Any] = plain(told)
+    return found
+
+
+def event(number: int, event: Event) -> dict[str, Any]:
+    """An event as the page's list shows it."""
+    found: dict[str, Any] = plain({"event": number, **event._asdict()})
+    return found
+
+
+def finished(number: int, end: Finished, time: float) -> dict[str, Any]:
+    """The end of a motion, noticed at `time` [s]."""
+    told = {"event": number, "kind": "finished", "time": time, **end._asdict()}
+    found: dict[str, Any] = plain(told)
+    return found
+
+
+def settings(control: Control) -> list[dict[str, Any]]:
+    """The controller's settings: path, value, unit, meaning, bounds, choices."""
+    return [{"path": e.path, "value": e.value, **_words(e.par, e.value)} for e in entries(control)]
+
+
+def _words(par: Par, value: Any) -> dict[str, Any]:
+    kind = "choice" if isinstance(value, str) else "whole" if isinstance(value, int) else "number"
+    return {
+        "kind": kind,
+        "unit": par.unit,
+        "meaning": par.meaning,
+        "source": par.source,
+        "low": plain(par.lo),
+        "high": plain(par.hi),
+        "positive": par.positive,
+        "choices": list(par.choices),
+    }
+
+
+def limits(settings: LiveSettings) -> dict[str, Any]:
+    """What the page needs of the settings: soft limits, jog speeds [m/s], pitch [m]."""
+    live = settings.live
+    return {
+        **live.limits._asdict(),
+        "pitch": live.pitch,
+        "jog_macro": live.jogging.macro,
+        "jog_slow": live.jogging.slow,
+        "jog_micro": live.jogging.micro,
+        "micro_stroke_mm": live.limits.micro_high,
+        "client_timeout": settings.serve.client_timeout,
+        "lost_client": settings.serve.lost_client,
+    }

@@ -1,0 +1,124 @@
+"""Pages through their reloads: who is connected, and which of them the station lists."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import secrets
+import time
+from typing import Protocol
+
+from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.serve.client import Client, Dispatcher
+from macromicro.serve.instrument import Instrument
+from macromicro.serve.web.uploads import Upload
+
+GRACE_S = 10.0  # longest time for which a page that is gone may come back
+
+
+class Attached(Protocol):
+    """A connection, as its session needs it."""
+
+    def drop_waiting(self) -> None:
+        """Refuse the orders that have not begun."""
+
+    def leave(self) -> None:
+        """Another connection has taken this one's place."""
+
+
+class Session(Client):
+    """One page. `key`: its secret; `connection`: None while it is gone, since `left` [s];
+    `listed`: by the station, as a client; `jog`: stage that it jogs, with the time until which
+    it said so, or None; `upload`: its own programme."""
+
+    def __init__(self, instrument: Instrument, name: str, address: str) -> None:
+        super().__init__(instrument, name, address)
+        self.key = secrets.token_urlsafe(24)
+        self.connection: Attached | None = None
+        self.left = 0.0
+        self.listed = False
+        self.listing = asyncio.Lock()
+        self.jog: tuple[str, float] | None = None
+        self.upload = Upload()
+
+
+class Sessions:
+    """Sessions by key."""
+
+    def __init__(self, instrument: Instrument, dispatcher: Dispatcher) -> None:
+        self._instrument, self._dispatcher = instrument, dispatcher
+        self._sessions: dict[str, Session] = {}
+        self._grace = min(instrument.settings.serve.client_timeout, GRACE_S)
+        self._number = 0
+
+    def find(self, key: object, address: str) -> Session:
+        """The session of a page that comes back with its key, else a new one."""
+        session = self._sessions.get(key) if isinstance(key, str) else None
+        if session is None:
+            self._number += 1
+            return Session(self._instrument, f"web {address} #{self._number}", address)
+        session.address = address
+        return session
+
+    async def attach(self, session: Session, connection: Attached) -> None:
+        """The page's connection is this one; from now on the station lists it."""
+        if session.connection is not None:
+            session.connection.leave()
+        self._sessions[session.key] = session
+        session.connection = connection
+        async with session.listing:
+            if not session.listed:
+                session.listed = True
+                await self._dispatcher.run(session, session.connect)
+
+    def detach(self, session: Session, connection: Attached) -> bool:
+        """The connection has ended; True if no other one has its session already."""
+        if session.connection is not connection:
+            return False
+        session.connection, session.left = None, time.monotonic()
+        return True
+
+    async def clear(self, session: Session) -> None:
+        """A page that is gone and holds nothing is no client any more; it may come back."""
+        async with session.listing:
+            if session.connection is None and session.station.holder != session.name:
+                await self._unlist(session)
+
+    async def tidy(self) -> None:
+        """Tell the station of the pages that did not come back."""
+        now = time.monotonic()
+        for session in list(self._sessions.values()):
+            if session.connection is None and now - session.left > self._grace:
+                del self._sessions[session.key]
+                async with session.listing:
+                    await self._unlist(session)
+
+    async def _unlist(self, session: Session) -> None:
+        if session.listed:
+            session.listed = False
+            await self._dispatcher.run(session, session.station.disconnect, session.name)
+
+    async def stop(self, session: Session) -> Reply:
+        """Stop now; what any page has asked for and has not begun is refused."""
+        self._drop_waiting()
+        return await self._dispatcher.overtake(session, session.stop)
+
+    async def emergency(self, session: Session) -> tuple[Reply, float]:
+        """Emergency stop likewise; the reply, and the seconds that the loop took."""
+        self._drop_waiting()
+        took = await self._dispatcher.overtake(session, session.emergency)
+        if math.isnan(took):
+            return Refused("the loop did not answer", "switch the machine's supply off"), took
+        return Accepted(), took
+
+    def _drop_waiting(self) -> None:
+        for session in self._sessions.values():
+            if session.connection is not None:
+                session.connection.drop_waiting()
+
+    def close(self) -> None:
+        """All pages are gone."""
+        for session in self._sessions.values():
+            if session.listed:
+                session.station.disconnect(session.name)
+        self._sessions.clear()

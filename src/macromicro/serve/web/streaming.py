@@ -1,0 +1,95 @@
+"""What one viewer is shown: telemetry, state, news and gains, as fast as it takes them."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+
+from macromicro.control.live.messages import Accepted, Refused, Reply
+from macromicro.serve.web import bins
+from macromicro.serve.web.context import Context
+from macromicro.serve.web.orders import Refusal, number
+
+Send = Callable[[str | bytes], Awaitable[None]]
+Answer = Callable[[dict[str, Any], Reply], Awaitable[None]]
+
+
+class Stream:
+    """One viewer's view. A new one costs the server all that it shows: `want` keeps the
+    newest until its turn comes."""
+
+    def __init__(self, context: Context) -> None:
+        self._context, self._bounds = context, context.bounds
+        self.view = bins.view(0, bins.SPANS[1], 600)
+        self._since = -1
+        self._wanted: dict[str, Any] | None = None
+        self._changed = float("-inf")
+
+    def look(self, order: dict[str, Any]) -> None:
+        """Another span or width of the plots: all that is to be seen is sent anew. Raises
+        `Refusal`."""
+        columns = min(max(int(number({"columns": 600, **order}, "columns")), bins.LEAST), bins.MOST)
+        span = number({"span": bins.SPANS[1], **order}, "span")
+        if span not in bins.SPANS:
+            raise Refusal(f"a span of {span:g} s", f"one of {bins.SPANS}")
+        wanted = number({"view": 0, **order}, "view")
+        self.view = bins.view(int(wanted) & 0xFFFFFFFF, span, columns)
+        self._since = -1
+
+    def want(self, order: dict[str, Any]) -> dict[str, Any] | None:
+        """Such a change, in its turn; the one that waited and is no longer wanted."""
+        before, self._wanted = self._wanted, order
+        return before
+
+    async def run(self, send: Send, answer: Answer, each: Callable[[], Awaitable[None]]) -> None:
+        """Show until the viewer is gone. `answer`: to a wanted view; `each`: done every turn."""
+        hub, period = self._context.hub, 1.0 / self._bounds.frames
+        turn, told, control = -1, 0, None
+        due = time.monotonic()
+        try:
+            while True:
+                await self._turn_to(answer)
+                frame = self._frame()
+                if frame:
+                    await send(frame)
+                if hub.turn != turn:
+                    turn = hub.turn
+                    await send(hub.state)
+                told, news = hub.after(told)
+                if news:
+                    await send(news)
+                if hub.control is not control:
+                    control = hub.control
+                    await send(hub.gains())
+                await each()
+                due = max(due + period, time.monotonic())
+                await asyncio.sleep(due - time.monotonic())
+        except ConnectionClosed:
+            pass
+
+    async def _turn_to(self, answer: Answer) -> None:
+        order = self._wanted
+        if order is None or time.monotonic() - self._changed < 1.0 / self._bounds.views:
+            return
+        self._wanted, self._changed = None, time.monotonic()
+        try:
+            self.look(order)
+            reply: Reply = Accepted()
+        except Refusal as refusal:
+            reply = Refused(refusal.reason, refusal.remedy)
+        await answer(order, reply)
+
+    def _frame(self) -> bytes:
+        last, block, names = self._context.station.telemetry(self._since)
+        view = self.view
+        if last < self._since:  # another loop counts anew
+            self._since = -1
+            return b""
+        data = bins.frame(view, last, block[:, -view.rows :], names, self._context.hub.pitch)
+        # The bin that is being filled is sent again, whole.
+        self._since = last // view.width * view.width - 1 if data else self._since
+        return data

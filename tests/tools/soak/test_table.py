@@ -1,0 +1,63 @@
+"""The table: medians, leaks, and its place in a document."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from soak import table
+from soak.campaign import Round
+from soak.victim import Load
+
+
+def loads(slope: float, files: int = 0) -> list[tuple[float, Load]]:
+    """`slope` [MB] a sample for the server; a descriptor more every sample, or none."""
+    return [
+        (float(k), Load(round(1e6 * (90 + slope * k)), 15 + files * k, 200_000_000, 8))
+        for k in range(40)
+    ]
+
+
+def test_what_grows_is_a_leak_and_what_stands_is_none() -> None:
+    assert table.leaks(loads(0.01)) == []
+    assert "memory grew" in table.leaks(loads(1.0))[0]
+    assert "descriptors" in table.leaks(loads(0.0, files=1))[0]
+    assert table.growth(loads(1.0))[0] == pytest.approx(20.0)
+    assert math.isnan(table.growth(loads(0.0)[:5])[0])
+
+
+def campaign(**rest: Any) -> Any:
+    given = {"verdicts": [], "loads": loads(0.0), "outcomes": {}, "homings": 0, "checked": 0,
+             "missed": 0.0, "busy": 0, **rest}  # fmt: skip
+    from collections import Counter
+
+    return SimpleNamespace(**{**given, "outcomes": Counter(given["outcomes"])})
+
+
+def test_a_row_for_each_fault_and_a_line_for_what_is_unexplained() -> None:
+    rounds = [
+        Round("encoder-jump", 11, 0.0, "It jumped.", "fault"),
+        Round("encoder-jump", 11, 0.002, "It jumped.", "fault"),
+        Round("laser-lost", 0, math.nan, "", "done"),
+    ]
+    text = table.section("Head.", campaign(), rounds, ["a surprise"])
+    assert (
+        "| encoder-jump: the counter jumps by 500 counts | 2 | 2 | 1.0 | 2.0 | It jumped. |" in text
+    )
+    assert "| 1 | 0 | - | - | nothing |" in text
+    assert "- Unexplained: 1." in text and "- **unexplained**: a surprise" in text
+
+
+def test_the_section_is_replaced_and_the_rest_of_the_document_stays(tmp_path: Path) -> None:
+    path = tmp_path / "docs" / "reliability.md"
+    table.write(path, table.section("One.", campaign(), [], []))
+    path.write_text("# Title\n\n" + path.read_text() + "\nThe end.\n")
+    table.write(path, table.section("Two.", campaign(), [], []))
+    text = path.read_text()
+    assert text.startswith("# Title\n\n<!-- soak: begin -->\nTwo.")
+    assert text.endswith("<!-- soak: end -->\n\nThe end.\n")
+    assert "One." not in text
