@@ -101,7 +101,7 @@ def run(
     sink: Callable[[Block], None] | None = None,
     periods: int | None = None,
 ) -> Any:
-    """Drive a guarded rig until the reference is worked off, a fault trips, or `periods` pass.
+    """Drive a guarded rig until the reference is completed, a fault trips, or `periods` pass.
 
     Every period: read, control, guard, write, record, wait. `state` is the controller's
     state at the start; the last one is returned. `sink` takes one column (rows as in

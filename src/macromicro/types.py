@@ -99,4 +99,4 @@ class Controller(Protocol):
         """New state, what is being asked for, and the outputs of this control period."""
 
     def finished(self, state: Any) -> bool:
-        """True when the reference has been worked off."""
+        """True when the reference has been completed."""

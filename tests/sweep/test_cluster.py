@@ -70,7 +70,7 @@ def test_a_lost_worker_s_chunks_go_to_others(make: Make, tmp_path: Path, workers
 def test_a_bug_of_the_job_ends_it_and_keeps_what_is_finished(
     make: Make, tmp_path: Path, workers: Any
 ) -> None:
-    """A sweep of several chunks; the others can be gone on with."""
+    """A sweep of several chunks; the others can be resumed."""
     spec = make(60, block=4, worst=60.0)
     with pytest.raises(SweepError, match="ValueError: a bug of the job"):
         swept(spec, tmp_path / "out", workers.scheduler_address)

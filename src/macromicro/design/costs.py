@@ -22,7 +22,7 @@ class Technology(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Another technology against ours: how many times as dear, and as coarse, at most (its
+    """Another technology against ours: how many times as expensive, and as coarse, at most (its
     worst figure over ours): above 1 it is dearer, below 1 it is finer."""
 
     name: str

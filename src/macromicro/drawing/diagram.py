@@ -34,7 +34,7 @@ class Diagram(NamedTuple):
     "(e)" is a sum; a name in `blocks` is that block; every other name is a signal, written
     as it stands. A mark before a name turns its flow: "<" leftwards, "↓" down, "↑" up.
 
-    `wires`: chains "r > e > D" parted by ";". ">-" ends at a sum with a minus, "~>" is an
+    `wires`: chains "r > e > D" separated by ";". ">-" ends at a sum with a minus, "~>" is an
     event, drawn dashed; ">[V']" has a label. Wires from one source share
     their beginning. Texts as in `symbols`, in wires without spaces.
     """
@@ -78,7 +78,7 @@ def quantiser(*lines: str) -> Shape:
 
 
 def framed(label: str, names: str) -> Frame:
-    """A dashed frame around blocks, their names parted by spaces."""
+    """A dashed frame around blocks, their names separated by spaces."""
     return Frame(label, tuple(names.split()))
 
 

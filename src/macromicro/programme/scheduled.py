@@ -126,7 +126,7 @@ def _rows(lines: list[str], limits: Limits, file: str) -> Iterator[_Row]:
 
 def _cells(content: str, where: str) -> list[str]:
     if ";" in content or "\t" in content:
-        found = "columns parted by ';'" if ";" in content else "columns parted by tabs"
+        found = "columns separated by ';'" if ";" in content else "columns separated by tabs"
         raise InputError(where, found, _COMMAS)
     if '"' not in content:
         return [cell.strip() for cell in content.split(",")]

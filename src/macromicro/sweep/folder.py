@@ -1,4 +1,4 @@
-"""The folder of a sweep: what is in it, who may write to it, and whether it can be gone on with.
+"""The folder of a sweep: what is in it, who may write to it, and whether it can be resumed.
 
 sweep.toml       the spec, as it was given
 sweep.json       what was swept, with which version, and how it went
@@ -46,7 +46,7 @@ def needed_bytes(spec: Spec, left: int) -> int:
 def prepare(
     place: Path, spec: Spec, text: str, code: Code, *, resume: bool, overwrite: bool
 ) -> None:
-    """Make the folder's files for a new sweep, or see that this one can be gone on with.
+    """Make the folder's files for a new sweep, or see that this one can be resumed.
 
     Raises `InputError` for a folder that is in use, of another spec or of other code than
     `code`, or that has content and neither `resume` nor `overwrite` is asked for.
@@ -66,7 +66,7 @@ def prepare(
             raise InputError(f"{where}, {name}", "not of a sweep", "a folder of a sweep")
     (place / JOURNAL).mkdir(parents=True, exist_ok=True)
     with alone(place):
-        for name in (RESULTS, SUMMARY):  # without a summary nothing is gone on with
+        for name in (RESULTS, SUMMARY):  # without a summary nothing is resumed
             (place / name).unlink(missing_ok=True)
         for path in (place / JOURNAL).glob(f"*{journal.SUFFIX}"):
             path.unlink()

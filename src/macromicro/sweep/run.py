@@ -103,7 +103,7 @@ def _check_place(out: Path, spec: Spec, *, resume: bool) -> None:
         raise InputError(where, "not a file name", "a folder, or a place to make one")
     if out.exists() and not out.is_dir():
         raise InputError(where, "a file", "a folder, or a place to make one")
-    # What is finished of a sweep that is gone on with shows its journal, later.
+    # What is finished of a sweep that is resumed shows its journal, later.
     begun = resume and (out / folder.SUMMARY).exists()
     check_space(out, 0 if begun else folder.needed_bytes(spec, spec.variants))
 

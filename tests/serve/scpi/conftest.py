@@ -31,7 +31,7 @@ class Bench:
         self.session = Session(self.instrument, "test")
 
     def send(self, message: str | bytes) -> bytes:
-        """The answers of a message, parted by semicolons; it never waits."""
+        """The answers of a message, separated by semicolons; it never waits."""
         data = message.encode() if isinstance(message, str) else message
         found = parse(TREE, data)
         urgent, rest = found.parted()

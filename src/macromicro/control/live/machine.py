@@ -67,7 +67,7 @@ def step(
     if d.reset:
         s = s._replace(drive=d._replace(reset=False), survey=survey.reset_given(s.survey))
         reset = 1.0
-    # A law that gives NaN, for numbers beyond all measure, is the guard's to stop and to tell.
+    # A law that gives NaN, for numbers that overflow, is the guard's to stop and to tell.
     return s, command, Outputs(motor, ctrl, s.fan, reset), notices
 
 

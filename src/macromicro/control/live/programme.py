@@ -143,7 +143,7 @@ def _result(s: LiveState, work: Running) -> Evidence:
 def _end(
     p: LiveParameters, s: LiveState, work: Running, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """The plan has been worked off: all of it, and is its last move on target?"""
+    """The plan has been completed: all of it, and is its last move on target?"""
     move, plan = work.progress.move, work.plan
     left = len(plan.stage) - move - 1
     found: Evidence = {"moves": move + 1, **(_result(s, work) if move >= 0 else {})}

@@ -136,7 +136,7 @@ class Braking(NamedTuple):
 
 class Running(NamedTuple):
     """A programme: plan in raw counts, the supervisor's progress, time of its start [s]; `over`:
-    when its plan was worked off [s], or NaN; what the first move cut off lacked, if any."""
+    when its plan was completed [s], or NaN; what the first move cut off lacked, if any."""
 
     plan: Plan
     progress: Progress

@@ -18,7 +18,7 @@ def number(x: float, digits: int = 9) -> str:
 
 
 def numbers(*xs: float) -> str:
-    """Several numbers, parted by commas."""
+    """Several numbers, separated by commas."""
     return ",".join(number(x) for x in xs)
 
 

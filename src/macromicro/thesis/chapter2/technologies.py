@@ -124,9 +124,11 @@ def draw(_: None) -> Iterator[Drawn]:
     yield Drawn(
         "Table 6.2",
         "Cost of micro-positioning systems",
-        "The last two columns are ours: how many times as dear as the micro-stage, and how many "
-        "times finer at least.",
-        Grid(("technology", "accuracy", "cost", "times as dear", "times finer, at least"), rows),
+        "The last two columns are ours: how many times as expensive as the micro-stage, and how "
+        "many times finer at least.",
+        Grid(
+            ("technology", "accuracy", "cost", "times as expensive", "times finer, at least"), rows
+        ),
         ("D10",),
     )
     yield Drawn(

@@ -49,7 +49,7 @@ def as_json(results: Sequence[Result]) -> str:
 
 
 def as_csv(results: Sequence[Result]) -> str:
-    """The same as CSV, numbers to the last digit; lists are parted by "; "."""
+    """The same as CSV, numbers to the last digit; lists are separated by "; "."""
     rows = [[_cell(row[name]) for name in _COLUMNS] for row in as_rows(results)]
     return _csv([_COLUMNS, *rows])
 
