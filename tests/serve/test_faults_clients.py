@@ -109,9 +109,10 @@ def test_a_half_open_client_that_falls_silent(served: Served) -> None:
 
 
 @contextlib.contextmanager
-def pestering(client: Client, chunk: Callable[[], bytes]) -> Iterator[list[int]]:
-    """A client that sends as much as it is allowed to and reads nothing; bytes so far."""
-    sent, enough = [0], threading.Event()
+def pestering(client: Client, chunk: Callable[[], bytes]) -> Iterator[Callable[[], bool]]:
+    """A client that sends as much as it is allowed to and reads nothing. Yields whether it has
+    sent 100 kB, or was thrown out, which garbage may be at any byte."""
+    sent, enough, out = [0], threading.Event(), threading.Event()
 
     def send() -> None:
         client.socket.settimeout(0.2)
@@ -122,12 +123,13 @@ def pestering(client: Client, chunk: Callable[[], bytes]) -> Iterator[list[int]]
                 except TimeoutError:
                     raise
                 except OSError:
-                    return  # thrown out
+                    out.set()
+                    return
 
     thread = threading.Thread(target=send, daemon=True)
     thread.start()
     try:
-        yield sent
+        yield lambda: sent[0] >= 100_000 or out.is_set()
     finally:
         enough.set()
         thread.join()
@@ -142,11 +144,11 @@ def test_a_pest_holds_up_nobody(what: str, served: Served) -> None:
     def chunk() -> bytes:
         return orders if what == "flood" else random_bytes.randbytes(4000)
 
-    with pestering(pest, chunk) as sent:
+    with pestering(pest, chunk) as pestered:
         motion = served.moving(client, 300)
         assert served.end(motion).outcome == "done"
         answers = 0
-        while sent[0] < 100_000 or answers < 20:
+        while not pestered() or answers < 20:
             assert client.ask("MODE?") == '"ready"'  # nothing of the pest's was done
             answers += 1
         safe = served.station.emergency()
