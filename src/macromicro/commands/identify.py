@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -71,12 +70,8 @@ def drive(
 ) -> None:
     """Mass and friction of a motor-driven axis (columns t, u, x)."""
 
-    def work(picking: Picking) -> Result:
-        from macromicro.identify.kinds import drive as kind
-
-        return kind.identify(picking, kind.Options(gain, structure, limit, delay))
-
-    _identify(work, files, columns, out, overwrite, as_json)
+    options = {"gain": gain, "structure": structure, "limit": limit, "delay": delay}
+    _identify("drive", options, files, columns, out, overwrite, as_json)
 
 
 @app.command()
@@ -95,12 +90,8 @@ def linear(
 ) -> None:
     """A discrete linear model (columns t, u and y; or a position x, differentiated)."""
 
-    def work(picking: Picking) -> Result:
-        from macromicro.identify.kinds import linear as kind
-
-        return kind.identify(picking, kind.Options(method, order, start, width))
-
-    _identify(work, files, columns, out, overwrite, as_json)
+    options = {"method": method, "order": order, "start": start, "width": width}
+    _identify("linear", options, files, columns, out, overwrite, as_json)
 
 
 @app.command()
@@ -123,12 +114,8 @@ def deadzone(
 ) -> None:
     """Lowest voltages with steady motion, from runs at constant ones (columns t, u, x)."""
 
-    def work(picking: Picking) -> Result:
-        from macromicro.identify.kinds import deadzone as kind
-
-        return kind.identify(picking, kind.Options(travel, pause, gain, width))
-
-    _identify(work, files, columns, out, overwrite, as_json)
+    options = {"travel": travel, "pause": pause, "gain": gain, "width": width}
+    _identify("deadzone", options, files, columns, out, overwrite, as_json)
 
 
 @app.command()
@@ -147,12 +134,8 @@ def hysteresis(
 ) -> None:
     """A Preisach table from first-order curves (columns u, f, and curve; or over time t)."""
 
-    def work(picking: Picking) -> Result:
-        from macromicro.identify.kinds import hysteresis as kind
-
-        return kind.identify(picking, kind.Options(curves, shape, smooth, tuple(test or ())))
-
-    _identify(work, files, columns, out, overwrite, as_json)
+    options = {"curves": curves, "shape": shape, "smooth": smooth, "tests": tuple(test or ())}
+    _identify("hysteresis", options, files, columns, out, overwrite, as_json)
 
 
 @app.command()
@@ -174,12 +157,8 @@ def thermal(
 ) -> None:
     """Gain and dynamics of heating, from steps (columns t, u, T; or x with --table)."""
 
-    def work(picking: Picking) -> Result:
-        from macromicro.identify.kinds import thermal as kind
-
-        return kind.identify(picking, kind.Options(table, ambient, step))
-
-    _identify(work, files, columns, out, overwrite, as_json)
+    options = {"table": table, "ambient": ambient, "step": step}
+    _identify("thermal", options, files, columns, out, overwrite, as_json)
 
 
 @app.command()
@@ -195,16 +174,13 @@ def hall(
 ) -> None:
     """A position sensor's table, from slow sweeps both ways (columns v, x)."""
 
-    def work(picking: Picking) -> Result:
-        from macromicro.identify.kinds import hall as kind
-
-        return kind.identify(picking, kind.Options(low, high, points))
-
-    _identify(work, files, columns, out, overwrite, as_json)
+    options = {"low": low, "high": high, "points": points}
+    _identify("hall", options, files, columns, out, overwrite, as_json)
 
 
 def _identify(
-    work: Callable[[Picking], Result],
+    kind: str,
+    options: dict[str, Any],
     files: list[str],
     columns: list[str] | None,
     out: Path | None,
@@ -218,85 +194,52 @@ def _identify(
 
     what = picking(files, columns or [])
     if out is None:
-        _work(work, what, None, as_json)
+        _work(kind, options, what, None, as_json)
         return
     folder.check(out, NEEDED, overwrite=overwrite, names=NAMES)
     with held(out, overwrite=overwrite, names=NAMES):
-        _work(work, what, out, as_json)
+        _work(kind, options, what, out, as_json)
 
 
 def _work(
-    work: Callable[[Picking], Result], what: Picking, out: Path | None, as_json: bool
+    kind: str, options: dict[str, Any], what: Picking, out: Path | None, as_json: bool
 ) -> None:
     from macromicro.runs import folder
 
     # Nothing is open while it computes: a signal then ends the process, compiler and all.
     with Signals():
-        found, said = _quietly(lambda: work(what), what.files)
-    for text in said:
-        print(f"macromicro: {text}", file=sys.stderr)
-    found.files, found.warnings = tuple(map(str, what.files)), tuple(said)
+        found = _quietly(kind, options, what)
     if out is not None:
         with folder.staged(out, NAMES) as place:
             found.save(place)
     if as_json:
         print(found.to_json(), end="")
         return
-    show(found)
+    found.show()
     if out is not None:
         print(f"results: {out}")
 
 
-def _quietly(work: Callable[[], Result], files: list[Path]) -> tuple[Result, list[str]]:
-    """The result and the warnings as text, each once. What no procedure foresaw in the data
-    becomes an `InputError` as well."""
-    import numpy as np
+def _quietly(kind: str, options: dict[str, Any], what: Picking) -> Result:
+    """The result; warnings go to stderr, each once, before what is refused."""
+    from macromicro.identify.kinds import fitted
 
-    from macromicro.errors import InputError
-    from macromicro.schema.text import printable
-
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            found = work()
-        except InputError:
-            for text in _texts(caught):
-                print(f"macromicro: {text}", file=sys.stderr)
-            raise
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
-            where = printable(files[0], 300)
-            accepted = "data of the kind that docs/identify.md describes"
-            raise InputError(where, f"cannot be fitted: {error}", accepted) from error
-    return found, _texts(caught)
+    said: list[str] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                found = fitted(kind, what, **options)
+            finally:
+                said = _texts(caught)
+    finally:
+        for text in said:
+            print(f"macromicro: {text}", file=sys.stderr)
+    found.warnings = tuple(said)
+    return found
 
 
 def _texts(caught: list[Any]) -> list[str]:
     """Name and message of each warning, once, those of the numbers' library left out."""
     kinds = [w for w in caught if issubclass(w.category, UserWarning)]
     return list(dict.fromkeys(f"{w.category.__name__}: {w.message}" for w in kinds))
-
-
-def show(result: Result) -> None:
-    """The table and the remarks, on stdout."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    from macromicro.identify.result import rounded
-
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=120)
-    console.print(Text(result.title), soft_wrap=True)
-    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
-    for heading, side in (("", "left"), ("value", "right"), ("+-", "right"), ("unit", "left")):
-        table.add_column(heading, justify="right" if side == "right" else "left")
-    noted = any(line.note for line in result.lines)
-    if noted:
-        table.add_column("")
-    for line in result.lines:
-        cells = [line.name, *rounded(line.value, line.error), line.unit]
-        table.add_row(*(Text(c) for c in [*cells, line.note][: 5 if noted else 4]))
-    console.print(table)
-    for name, text in result.remarks:
-        console.print(Text(f"{name}: {text}"), soft_wrap=True)

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from io import StringIO
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,8 +17,10 @@ import macromicro
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from rich.console import Console
 
 RESULT, MODEL = "result.json", "model.toml"
+WIDE = 120  # characters, where no terminal says how wide it is
 
 
 class Line(NamedTuple):
@@ -94,16 +97,37 @@ class Result:
         for name, write in self.extra.items():
             write(place / name)
 
+    def show(self, console: Console | None = None) -> None:
+        """Print the table and the remarks, on stdout or on another console of rich."""
+        from rich.console import Console
+        from rich.table import Table
+        from rich.text import Text
+
+        if console is None:
+            console = Console(highlight=False)
+            if not console.is_terminal:
+                console = Console(highlight=False, width=WIDE)
+        console.print(Text(self.title), soft_wrap=True)
+        table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+        for heading, side in (("", "left"), ("value", "right"), ("+-", "right"), ("unit", "left")):
+            table.add_column(heading, justify="right" if side == "right" else "left")
+        noted = any(line.note for line in self.lines)
+        if noted:
+            table.add_column("")
+        for line in self.lines:
+            cells = [line.name, *rounded(line.value, line.error), line.unit]
+            table.add_row(*(Text(c) for c in [*cells, line.note][: 5 if noted else 4]))
+        console.print(table)
+        for name, text in self.remarks:
+            console.print(Text(f"{name}: {text}"), soft_wrap=True)
+
     def __str__(self) -> str:
-        """Title, a line for each quantity, and the remarks."""
-        rows = [(x.name, *rounded(x.value, x.error), x.unit, x.note) for x in self.lines]
-        wide = [max(len(row[k]) for row in rows) for k in range(4)]
-        texts = [
-            f"{name:<{wide[0]}}  {value:>{wide[1]}}  {error:>{wide[2]}}  {unit:<{wide[3]}}  {note}"
-            for name, value, error, unit, note in rows
-        ]
-        remarks = [f"{name}: {text}" for name, text in self.remarks]
-        return "\n".join([self.title, *(text.rstrip() for text in texts), *remarks])
+        """What `show` prints."""
+        from rich.console import Console
+
+        text = StringIO()
+        self.show(Console(file=text, highlight=False, width=WIDE, force_terminal=False))
+        return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
 
 
 def _plain(value: Any) -> Any:

@@ -14,6 +14,7 @@ from macromicro.errors import InputError
 from macromicro.identify.kinds.loading import Picking, there
 from macromicro.identify.picking import chosen
 from macromicro.identify.result import Result
+from macromicro.schema.text import printable
 
 KINDS = ("drive", "linear", "deadzone", "hysteresis", "thermal", "hall")
 
@@ -42,15 +43,29 @@ def from_files(
     InputError
         An unknown kind, option or column, a file that cannot be read or identified from.
     """
+    names = [files] if isinstance(files, str | PathLike) else list(files)
+    pairs = [f"{role}={name}" for role, name in (columns or {}).items()]
+    return fitted(kind, Picking(there([fspath(n) for n in names]), chosen(pairs)), **options)
+
+
+def fitted(kind: str, what: Picking, **options: Any) -> Result:
+    """`from_files` with files and columns as a command line's are read.
+
+    Raises `InputError`, for what no procedure foresaw in the data as well.
+    """
+    import numpy as np
+
     if kind not in KINDS:
         raise InputError("kind", kind, f"one of {', '.join(KINDS)}")
     module = import_module(f"{__name__}.{kind}")
     for name in options:
         if name not in module.Options._fields:
             raise InputError(f"{kind}, option", name, ", ".join(module.Options._fields))
-    names = [files] if isinstance(files, str | PathLike) else list(files)
-    paths = there([fspath(name) for name in names])
-    pairs = [f"{role}={name}" for role, name in (columns or {}).items()]
-    found: Result = module.identify(Picking(paths, chosen(pairs)), module.Options(**options))
-    found.files = tuple(str(path) for path in paths)
+    try:
+        found: Result = module.identify(what, module.Options(**options))
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+        where = printable(what.files[0], 300)
+        accepted = "data of the kind that docs/identify.md describes"
+        raise InputError(where, f"cannot be fitted: {error}", accepted) from error
+    found.files = tuple(map(str, what.files))
     return found
