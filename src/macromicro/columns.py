@@ -65,3 +65,9 @@ class Row(NamedTuple):
 
 
 COLUMNS = columns(Row)
+
+
+def named(*names: str) -> tuple[Column, ...]:
+    """Those of `COLUMNS` with these names, in this order. Raises KeyError for another name."""
+    known = {column.name: column for column in COLUMNS}
+    return tuple(known[name] for name in names)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import loop
-from macromicro.columns import COLUMNS
+from macromicro.columns import named
 from macromicro.control import macro as control
 from macromicro.control import pi, settings
 from macromicro.control.macro import MacroLaw, Memory
@@ -38,14 +38,10 @@ Array = npt.NDArray[np.float64]
 DT = PERIOD
 
 
-def _columns(*names: str) -> tuple[Column, ...]:
-    return tuple(next(c for c in COLUMNS if c.name == name) for name in names)
-
-
-PUSHED = _columns("t", "macro_position", "motor")
-FOLLOWED = _columns("t", "macro_reference", "macro_position", "motor", "macro_integral")
-HEATED = _columns("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
-BY_LASER = _columns("t", "micro_reference", "ctrl", "laser", "true_micro")
+PUSHED = named("t", "macro_position", "motor")
+FOLLOWED = named("t", "macro_reference", "macro_position", "motor", "macro_integral")
+HEATED = named("t", "ctrl", "laser", "hall_voltage", "contract", "true_micro", "true_wire")
+BY_LASER = named("t", "micro_reference", "ctrl", "laser", "true_micro")
 
 
 def law(name: str) -> MacroLaw:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
+from macromicro.drawing.bar import progress_bar
 from macromicro.sweep.results import Written
 
 EVERY = 10.0  # s between plain lines
@@ -69,17 +70,7 @@ def progress() -> Iterator[Shown]:
     if not sys.stderr.isatty():
         yield _lines(pace)
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    bar = Progress(
-        TextColumn("{task.percentage:3.0f} %"),
-        BarColumn(bar_width=24),
-        TextColumn("{task.description}", markup=False),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with bar:
+    with progress_bar() as bar:
         task = bar.add_task("", total=None)
         shown = 0.0
 

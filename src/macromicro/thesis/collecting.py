@@ -91,10 +91,10 @@ def _electrothermal(lab: Lab) -> Recordings:
 
 def _hall(lab: Lab) -> Recordings:
     from macromicro import hall_table
-    from macromicro.columns import COLUMNS
+    from macromicro.columns import named
     from macromicro.runs import hall
 
-    columns = [next(c for c in COLUMNS if c.name == n) for n in ("t", "hall_voltage", "laser")]
+    columns = named("t", "hall_voltage", "laser")
     runs = [
         Recording.from_arrays(
             columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e3], hall_table.DT, {}

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from macromicro.drawing.bar import progress_bar
 from macromicro.drawing.exhibit import TABLE
 from macromicro.thesis.claims import DIFFERS, REPRODUCED
 from macromicro.thesis.page import claim_text, counting
@@ -40,17 +41,7 @@ def progress(procedures: Sequence[Procedure]) -> Iterator[Report]:
 
         yield tell
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    bar = Progress(
-        TextColumn("{task.percentage:3.0f} %"),
-        BarColumn(bar_width=24),
-        TextColumn("{task.description}", markup=False),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with bar:
+    with progress_bar() as bar:
         total = sum(p.seconds for p in procedures)
         task = bar.add_task(_at_work(left), total=total)
 
