@@ -21,6 +21,7 @@ from macromicro.kernel import compiled, kernel
 from macromicro.loop import PERIOD
 from macromicro.plant import bench, carriage, micro
 from macromicro.plant.carriage import Macro
+from macromicro.recorded import ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
 from macromicro.types import SAFE, Sample
@@ -69,7 +70,7 @@ def _guard(p: Any, s: Any, command: Any, out: Any, ticks: int) -> Any:
 @kernel
 def _note(block: Any, sample: Any, command: Any, out: Any, s: Any, w: Any, real: Any) -> None:
     for k in range(block.shape[1]):
-        loop.note(block, k, sample, command, out, s, w, real)
+        note(block, k, sample, command, out, inside(s, w), real)
 
 
 @kernel
@@ -98,19 +99,19 @@ def measure() -> dict[str, float]:
     what = programmes.load(programmes.find("thesis"), limits)
     rolled = simulate.prepare(Settings(), what)
     plant, state = rolled.plant, rolled.run.bench
-    sample = bench.measure(plant, state, 0.0, 0.0, 0.0)
+    sample = bench.measure(plant, state, 0.0, bench.Noise())
     begun, command, _ = supervisor.step(
         rolled.control, rolled.plan, rolled.run.progress, sample, PERIOD
     )
     calm = command._replace(macro_active=0.0)
-    block = np.empty((loop.ROWS, 2000))
+    block = np.empty((ROWS, 2000))
     steps = plant.macro_steps
     rest, start = carriage.at_rest(0.1), carriage.at_rest(0.05)
     path = 70.0 + 45.0 * np.sin(np.arange(TICKS) * 0.01) * np.cos(np.arange(TICKS) * 1.37e-3)
     fresh = guard.fresh()
     cold = hysteresis.fresh(plant.micro.table, 25.0)
     noise = np.random.default_rng(0).standard_normal((len(path) // 4, bench.NOISES))
-    rows = np.empty((loop.ROWS, len(noise)))
+    rows = np.empty((ROWS, len(noise)))
     fast = compiled(loop.rollout)
     parts: dict[str, Callable[[], Any]] = {
         "macro physics, moving": lambda: compiled(_macro)(

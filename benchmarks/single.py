@@ -15,10 +15,10 @@ from figures import Line, timed
 
 from macromicro import loop, simulate
 from macromicro import programme as programmes
-from macromicro.columns import COLUMNS
 from macromicro.kernel import compiled
 from macromicro.loop import PERIOD
 from macromicro.plant.bench import NOISES
+from macromicro.recorded import COLUMNS, ROWS
 from macromicro.recording import Recorder
 from macromicro.rig.twin import noise_source
 from macromicro.settings import Settings
@@ -33,7 +33,7 @@ TOLD = f"{FIRST}; import time; print(time.time(), flush=True)"
 def whole_bench(repeats: int = 9) -> Line:
     """Bench, sensors, supervisor, guard and noise through the thesis' test, nothing recorded."""
     what = programmes.load(programmes.find("thesis"), LIMITS)
-    settings, block = Settings(), np.empty((loop.ROWS, simulate.CHUNK))
+    settings, block = Settings(), np.empty((ROWS, simulate.CHUNK))
     advance = compiled(loop.rollout)
     periods = 0
 

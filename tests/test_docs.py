@@ -12,7 +12,7 @@ from types import ModuleType
 import pytest
 
 from macromicro import api, programme
-from macromicro.columns import COLUMNS
+from macromicro.recorded import COLUMNS
 from macromicro.rig import faults
 from macromicro.rig.limits import Limits
 from macromicro.schema.par import entries

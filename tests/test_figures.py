@@ -13,8 +13,8 @@ import numpy.typing as npt
 import pytest
 from scipy.optimize import least_squares
 
-from macromicro.columns import COLUMNS
 from macromicro.programme import MACRO, MICRO, Limits, Programme, find, load
+from macromicro.recorded import COLUMNS
 from macromicro.settings import Settings
 from macromicro.simulate import simulate
 

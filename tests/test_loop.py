@@ -7,13 +7,13 @@ import numpy.typing as npt
 import pytest
 
 from macromicro import loop
-from macromicro.columns import COLUMNS
 from macromicro.control import supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.design.response import moves
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.recorded import COLUMNS, NAMES
 from macromicro.recording import Recording
 from macromicro.rig import codes, guard
 from macromicro.rig.guarded import Guarded
@@ -86,8 +86,7 @@ def test_loop_and_rollout_give_equal_recordings(fast: bool) -> None:
     two, rig = looped(prepare(QUICK, SHORT), seed=3, fast=fast)
     assert one.shape == two.shape
     assert one.shape[1] > 900
-    names = [c.name for c in COLUMNS]
-    assert set(one[names.index("phase")]) == {1.0, 2.0, 3.0, 4.0}
+    assert set(one[NAMES.index("phase")]) == {1.0, 2.0, 3.0, 4.0}
     np.testing.assert_allclose(two, one, rtol=1e-12, atol=0.0)
     assert not rig.tripped
 
@@ -102,7 +101,8 @@ def test_same_seed_same_bits_other_seed_other_noise() -> None:
     one, two = rolled(QUICK, SHORT, seed=1), rolled(QUICK, SHORT, seed=1)
     assert one.tobytes() == two.tobytes()
     other = rolled(QUICK, SHORT, seed=2)
-    assert not np.array_equal(other[6, :300], one[6, :300])
+    noisy = NAMES.index("hall_voltage")
+    assert not np.array_equal(other[noisy, :300], one[noisy, :300])
 
 
 def test_a_fault_ends_both_runs_at_the_same_period_with_safe_outputs() -> None:
@@ -114,8 +114,8 @@ def test_a_fault_ends_both_runs_at_the_same_period_with_safe_outputs() -> None:
     two, rig = looped(prepare(stuck, far), seed=0, fast=True)
     np.testing.assert_allclose(two, one, rtol=1e-12, atol=0.0)
     assert rig.watch.fault == codes.STUCK
-    assert one[3, -1] == 0.0 and one[8, -1] == 0.0
-    assert one[12, -1] == supervisor.FAULT
+    assert one[NAMES.index("motor"), -1] == 0.0 and one[NAMES.index("ctrl"), -1] == 0.0
+    assert one[NAMES.index("phase"), -1] == supervisor.FAULT
     limit = stuck.guard.stuck
     assert one[0, -1] == pytest.approx(limit, abs=0.01)
 
@@ -128,15 +128,14 @@ def test_a_schedule_overtakes_fine_moves_that_the_carriage_delays() -> None:
     target = np.column_stack([coarse, np.full(20, 0.5e-3)]).ravel()
     what = Programme("", start, stage, target, np.full(40, 0.05), 4.0, "")
     data = rolled(QUICK, what, seed=0)
-    names = [c.name for c in COLUMNS]
-    assert data[names.index("t"), -1] == pytest.approx(4.0)
-    assert data[names.index("macro_position"), -1] == pytest.approx(780.0, abs=2.0)
-    assert data[names.index("true_micro"), -500:].mean() == pytest.approx(0.5, abs=5e-3)
+    assert data[NAMES.index("t"), -1] == pytest.approx(4.0)
+    assert data[NAMES.index("macro_position"), -1] == pytest.approx(780.0, abs=2.0)
+    assert data[NAMES.index("true_micro"), -500:].mean() == pytest.approx(0.5, abs=5e-3)
     recording = Recording.from_arrays(COLUMNS, data, loop.PERIOD, {})
     done = moves(recording, what)
     assert [m.stage for m in done] == ["macro"] * 20 + ["micro"]
     # Followed, not restarted: the carriage never stands still on the way.
-    position = data[names.index("macro_position")]
+    position = data[NAMES.index("macro_position")]
     on_the_way = position[(position > 60.0) & (position < 700.0)]
     assert len(on_the_way) < 1500
 
@@ -153,12 +152,11 @@ def test_a_run_ended_from_outside_ends_with_its_outputs_off() -> None:
         simulate(QUICK, long, blocks, fan=True, progress=stop)
     simulate(QUICK, long, plain, fan=True)
     rows = np.concatenate(blocks, axis=1)
-    names = [c.name for c in COLUMNS]
-    outputs = [names.index(n) for n in ("motor", "ctrl", "fan", "laser_reset")]
-    assert rows[names.index("ctrl"), -2] > 1.0 and rows[names.index("fan"), -2] == 1.0
+    outputs = [NAMES.index(n) for n in ("motor", "ctrl", "fan", "laser_reset")]
+    assert rows[NAMES.index("ctrl"), -2] > 1.0 and rows[NAMES.index("fan"), -2] == 1.0
     assert not rows[outputs, -1].any()
     # Everything that was measured then is what the run would have measured.
-    measured = [names.index(n) for n in ("t", "macro_position", "true_micro", "true_wire")]
+    measured = [NAMES.index(n) for n in ("t", "macro_position", "true_micro", "true_wire")]
     then = np.concatenate(plain, axis=1)[measured, rows.shape[1] - 1]
     np.testing.assert_allclose(rows[measured, -1], then, rtol=1e-12)
 
@@ -188,8 +186,7 @@ def test_any_controller_is_recorded() -> None:
     rig = Guarded(Twin(rolled_.plant, 0), rolled_.watchdog, loop.PERIOD)
     blocks = Blocks()
     assert loop.run(rig, Bang(), 50.0, loop.PERIOD, 0, blocks.append) == 10
-    names = [c.name for c in COLUMNS]
-    rows = dict(zip(names, blocks.joined(), strict=True))
+    rows = dict(zip(NAMES, blocks.joined(), strict=True))
     assert list(rows["macro_reference"]) == [50.0] * 10
     assert list(rows["phase"]) == [supervisor.MACRO] * 9 + [supervisor.DONE]
     assert list(rows["motor"]) == [3.4] * 10

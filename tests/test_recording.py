@@ -18,15 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError
-from macromicro.recording import (
-    Column,
-    Recorder,
-    Recording,
-    RecordingError,
-    check_space,
-    needed_bytes,
-)
+from macromicro.recording import Recorder, Recording, RecordingError, check_space, needed_bytes
 
 COLUMNS = (
     Column("t", "s", "time"),
@@ -40,7 +34,8 @@ ATTRIBUTES: dict[str, str | int | float] = {"seed": 7, "version": "0.1", "ambien
 WRITER = """
 import itertools, os, sys
 import numpy as np
-from macromicro.recording import Column, Recorder
+from macromicro.columns import Column
+from macromicro.recording import Recorder
 columns = [Column("t", "s", ""), Column("x", "V", ""),
            Column("phase", "-", "", "i1"), Column("move", "-", "", "i4")]
 def block(first, rows):

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from macromicro import recording_format as form
+from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.recording_format import (
-    Column,
     Layout,
     Noted,
     as_block,

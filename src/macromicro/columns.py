@@ -1,73 +1,131 @@
-"""What a run records each control period: one type, from which the recording's columns follow."""
+"""Columns of a recording follow from types: a field that is annotated with a `Quantity` is one."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from collections.abc import Sequence
+from typing import Any, NamedTuple, get_type_hints
 
-from macromicro.recording_format import Column
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.kernel import kernel
 
 
-class Quantity(NamedTuple):
-    """Annotation of a field that is recorded: its unit ("1" if none), meaning and numpy dtype."""
+class Column(NamedTuple):
+    """One column: its name, unit ("-" if none), meaning and numpy dtype (f4, f8, i1 ... u8)."""
 
+    name: str
     unit: str
     meaning: str
     dtype: str = "f8"
 
 
-def columns(row: Any) -> tuple[Column, ...]:
-    """The columns of a ``NamedTuple`` whose fields are annotated with `Quantity`, in order."""
-    hints = get_type_hints(row, include_extras=True)
-    found = []
-    for name in row._fields:
-        notes = [n for n in getattr(hints[name], "__metadata__", ()) if isinstance(n, Quantity)]
-        found.append(Column(name, *notes[0]))
-    return tuple(found)
+class Quantity(NamedTuple):
+    """Annotation of a field that is recorded.
+
+    Attributes
+    ----------
+    unit, meaning : str
+        The column's; unit "1" if there is none.
+    dtype : str
+        Numpy dtype of the column.
+    column : str
+        Name of the column, where it is not the field's.
+    scale : float
+        Column = scale * field: a field in m may be recorded in um.
+    """
+
+    unit: str
+    meaning: str
+    dtype: str = "f8"
+    column: str = ""
+    scale: float = 1.0
 
 
-class Row(NamedTuple):
-    """One control period of a run, as it is recorded; `loop.noted` fills it."""
+class Part(NamedTuple):
+    """Where the fields of one type go in a row: `rows` (-1: not recorded) and `scales`."""
 
-    t: Annotated[float, Quantity("s", "time since the start")]
-    macro_reference: Annotated[float, Quantity("count", "set point of the macro-stage")]
-    macro_position: Annotated[float, Quantity("count", "encoder reading")]
-    motor: Annotated[float, Quantity("V", "motor output at the D/A")]
-    macro_integral: Annotated[float, Quantity("V", "integral effort of the macro controller")]
-    micro_reference: Annotated[float, Quantity("mm", "set point of the micro-stage")]
-    hall_voltage: Annotated[float, Quantity("V", "Hall sensor at the A/D")]
-    hall_position: Annotated[float, Quantity("mm", "contraction by the Hall calibration")]
-    ctrl: Annotated[float, Quantity("V", "CTRL output at the D/A")]
-    micro_integral: Annotated[float, Quantity("V", "integral effort of the micro controller")]
-    laser: Annotated[float, Quantity("um", "stage position by the laser since its last reset")]
-    temperature_estimate: Annotated[
-        float, Quantity("degC", "wire temperature estimated from CTRL by the guard")
-    ]
-    phase: Annotated[
-        float, Quantity("1", "0 waiting 1 macro 2 settling 3 micro 4 done 5 fault", "i1")
-    ]
-    move: Annotated[float, Quantity("1", "index of the present move, -1 before the first", "i4")]
-    extend: Annotated[float, Quantity("1", "EXTEND signal of the actuator", "i1")]
-    contract: Annotated[float, Quantity("1", "CONTRACT signal of the actuator", "i1")]
-    fan: Annotated[float, Quantity("1", "fan output", "i1")]
-    laser_reset: Annotated[float, Quantity("1", "laser reset output", "i1")]
-    true_carriage: Annotated[float, Quantity("mm", "bench truth: carriage position")]
-    true_speed: Annotated[float, Quantity("mm/s", "bench truth: carriage speed")]
-    true_belt: Annotated[
-        float, Quantity("um", "bench truth: belt oscillation as seen at the stage")
-    ]
-    true_micro: Annotated[float, Quantity("mm", "bench truth: contraction")]
-    true_current: Annotated[float, Quantity("A", "bench truth: motor current")]
-    true_wire: Annotated[float, Quantity("degC", "bench truth: wire temperature")]
-    true_plates: Annotated[float, Quantity("degC", "bench truth: plate temperature")]
-    true_body: Annotated[float, Quantity("degC", "bench truth: body temperature")]
-    true_austenite: Annotated[float, Quantity("1", "bench truth: austenite fraction")]
-    true_heat: Annotated[float, Quantity("W", "bench truth: heat into the wires")]
+    rows: npt.NDArray[np.int64]
+    scales: npt.NDArray[np.float64]
 
 
-COLUMNS = columns(Row)
+class Layout(NamedTuple):
+    """The columns of one period's values, and where each type's fields go in them."""
+
+    columns: tuple[Column, ...]
+    parts: tuple[Part, ...]
 
 
-def named(*names: str) -> tuple[Column, ...]:
-    """Those of `COLUMNS` with these names, in this order. Raises KeyError for another name."""
-    known = {column.name: column for column in COLUMNS}
-    return tuple(known[name] for name in names)
+def quantities(kind: Any) -> dict[str, Quantity]:
+    """The recorded fields of a ``NamedTuple`` class, each with its annotation."""
+    hints = get_type_hints(kind, include_extras=True)
+    found = {}
+    for field in kind._fields:
+        for note in getattr(hints[field], "__metadata__", ()):
+            if isinstance(note, Quantity):
+                found[field] = note._replace(column=note.column or field)
+    return found
+
+
+def layout(*kinds: Any) -> Layout:
+    """The columns that follow from types, in their order and that of their fields.
+
+    Parameters
+    ----------
+    *kinds : type
+        ``NamedTuple`` classes; their fields that are annotated with a `Quantity` are recorded.
+
+    Returns
+    -------
+    Layout
+        With one part for each type.
+
+    Raises
+    ------
+    ValueError
+        Two fields have one column.
+    """
+    columns: list[Column] = []
+    parts = []
+    for kind in kinds:
+        known = quantities(kind)
+        rows, scales = [], []
+        for note in map(known.get, kind._fields):
+            rows.append(len(columns) if note else -1)
+            scales.append(note.scale if note else 1.0)
+            if note:
+                columns.append(Column(note.column, note.unit, note.meaning, note.dtype))
+        parts.append(Part(np.array(rows, np.int64), np.array(scales)))
+    names = [c.name for c in columns]
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise ValueError(f"columns of two fields: {', '.join(sorted(twice))}")
+    return Layout(tuple(columns), tuple(parts))
+
+
+@kernel
+def put(
+    out: npt.NDArray[np.float64],
+    k: int,
+    values: Any,
+    rows: npt.NDArray[np.int64],
+    scales: npt.NDArray[np.float64],
+) -> None:
+    """Write what is recorded of `values` into column `k` of the block `out` (rows, periods).
+
+    `rows` and `scales` are those of the type's `Part`.
+    """
+    for j in range(len(values)):
+        if rows[j] >= 0:
+            out[rows[j], k] = scales[j] * values[j]
+
+
+def whole(block: npt.NDArray[np.float64], columns: Sequence[Column]) -> npt.NDArray[np.float64]:
+    """The block (columns, rows), with -1 for what is no number in columns of whole numbers.
+
+    It is changed in place.
+    """
+    for k, column in enumerate(columns):
+        if not column.dtype.startswith("f"):
+            np.nan_to_num(block[k], copy=False, nan=-1.0, posinf=-1.0, neginf=-1.0)
+    return block

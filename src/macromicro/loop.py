@@ -13,21 +13,20 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import nominal
-from macromicro.columns import COLUMNS, Row
 from macromicro.control import macro, pi, supervisor
 from macromicro.control.pi import PiAntiWindup
-from macromicro.control.supervisor import DONE, FAULT, Plan, Progress, Supervisor
+from macromicro.control.supervisor import DONE, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import Plant, State, Truth
+from macromicro.recorded import ROWS, Block, inside, note
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
 from macromicro.rig.guarded import Guarded
-from macromicro.types import Command, Controller, Outputs, Sample
+from macromicro.types import Command, Controller, Outputs
 
 PERIOD = nominal.PERIOD
-ROWS = len(COLUMNS)
 
 
 class Run(NamedTuple):
@@ -37,59 +36,6 @@ class Run(NamedTuple):
     bench: State
     progress: Progress
     watch: Watch
-
-
-@kernel
-def noted(
-    sample: Sample,
-    command: Command,
-    given: Outputs,
-    progress: Progress,
-    watch: Watch,
-    real: Truth,
-) -> Row:
-    """What is recorded of one control period."""
-    phase = float(progress.phase if watch.fault == OK else FAULT)
-    return Row(
-        t=sample.t,
-        macro_reference=progress.macro_reference,
-        macro_position=sample.encoder,
-        motor=given.motor,
-        macro_integral=macro.integral(progress.macro),
-        micro_reference=progress.micro_reference,
-        hall_voltage=sample.hall,
-        hall_position=command.micro_position,
-        ctrl=given.ctrl,
-        micro_integral=progress.integral,
-        laser=sample.laser * 1e6,
-        temperature_estimate=guard.temperature(watch),
-        phase=phase,
-        move=float(progress.move),
-        extend=sample.extend,
-        contract=sample.contract,
-        fan=given.fan,
-        laser_reset=given.laser_reset,
-        true_carriage=real.carriage * 1e3,
-        true_speed=real.speed * 1e3,
-        true_belt=real.belt * 1e6,
-        true_micro=real.micro * 1e3,
-        true_current=real.current,
-        true_wire=real.wire,
-        true_plates=real.plates,
-        true_body=real.body,
-        true_austenite=real.austenite,
-        true_heat=real.heat,
-    )
-
-
-@kernel
-def note(out: npt.NDArray[np.float64], k: int, row: Row) -> None:
-    """Write one control period into column `k` of a block; rows as in `COLUMNS`."""
-    for j in range(len(row)):
-        out[j, k] = row[j]
-
-
-Block = npt.NDArray[np.float64]
 
 
 def run(
@@ -121,7 +67,8 @@ def run(
                 column = np.empty((ROWS, 1))
                 over = controller.finished(state)
                 shown = _shown(state, command, over)
-                note(column, 0, noted(sample, command, rig.given, shown, rig.watch, truth))
+                seen = inside(shown, rig.watch)
+                note(column, 0, sample, command, rig.given, seen, truth)
                 sink(column)
             done += 1
             if controller.finished(state) or rig.tripped:
@@ -181,7 +128,7 @@ def rollout(
         progress, command, wanted = supervisor.step(control, plan, progress, sample, dt)
         watch, given = guard.step(watchdog, watch, sample, command, wanted, dt)
         truth = bench.truth(plant, machine)
-        note(out, k, noted(sample, command, given, progress, watch, truth))
+        note(out, k, sample, command, given, inside(progress, watch), truth)
         machine = bench.advance(plant, machine, given, draw, dt)
         tick += 1
         written += 1

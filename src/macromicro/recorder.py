@@ -20,11 +20,11 @@ from typing import Self
 
 import numpy as np
 
+from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recording_format import (
     Attribute,
     Block,
-    Column,
     Layout,
     Noted,
     Places,

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError
 from macromicro.recorder import Recorder, RecordingError, check_space
 from macromicro.recording_format import (
@@ -26,7 +27,6 @@ from macromicro.recording_format import (
     TIME,
     Attribute,
     Block,
-    Column,
     Layout,
     Noted,
     as_block,

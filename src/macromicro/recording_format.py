@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.columns import Column
 from macromicro.errors import InputError
 
 FORMAT = "macromicro recording 1"
@@ -30,15 +31,6 @@ Block = NDArray[Any] | Sequence[NDArray[Any]]
 
 _METADATA_BYTES = 1 << 20
 _OWN_NAMES = (ROWS, EVENTS, EVENT_BYTES)
-
-
-class Column(NamedTuple):
-    """One column: its name, unit ("-" if none), meaning and numpy dtype (f4, f8, i1 ... u8)."""
-
-    name: str
-    unit: str
-    meaning: str
-    dtype: str = "f8"
 
 
 class Noted(NamedTuple):

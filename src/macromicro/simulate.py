@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from macromicro import hall_table, loop
+from macromicro import hall_table, loop, recorded
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.supervisor import Plan, Supervisor
@@ -91,7 +91,7 @@ def is_compiled() -> bool:
 def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -> None:
     """Compile the bench, or load it from the cache, so that a run need not wait for it."""
     rolled = prepare(settings, programme, fan)
-    nothing, block = np.empty((0, NOISES)), np.empty((loop.ROWS, 0))
+    nothing, block = np.empty((0, NOISES)), np.empty((recorded.ROWS, 0))
     compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
 
@@ -113,9 +113,10 @@ def _switched_off(rolled: Rolled, run: Run, random: np.random.Generator) -> npt.
     sample = bench.measure(rolled.plant, run.bench, run.tick * PERIOD, draw)
     place = calibration.position(rolled.control.calibration, sample.hall)
     command = Command(run.progress.macro_reference, 0.0, run.progress.micro_reference, 0.0, place)
-    column = np.empty((loop.ROWS, 1))
+    column = np.empty((recorded.ROWS, 1))
     real = bench.truth(rolled.plant, run.bench)
-    loop.note(column, 0, loop.noted(sample, command, SAFE, run.progress, run.watch, real))
+    shown = recorded.inside(run.progress, run.watch)
+    recorded.note(column, 0, sample, command, SAFE, shown, real)
     return column
 
 
@@ -143,7 +144,7 @@ def simulate(
     began = time.perf_counter()
     while run.tick < limit:
         noise = random.standard_normal((CHUNK, NOISES))
-        block = np.empty((loop.ROWS, CHUNK))
+        block = np.empty((recorded.ROWS, CHUNK))
         run, written = advance(
             rolled.plant, rolled.control, rolled.watchdog, rolled.plan, run, noise, block, PERIOD
         )

@@ -3,31 +3,37 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Annotated, Any, NamedTuple, Protocol, Self
+
+from macromicro.columns import Quantity
 
 
 class Sample(NamedTuple):
     """What a rig shows at one instant. A channel that gave no new value is NaN.
 
+    Fields that are annotated with a `Quantity` are recorded, here and in `Outputs` and `Command`.
+
     t [s]; encoder [counts]; hall [V]; laser [m], from its last reset; extend and
     contract: the actuator's end signals, 0.0 or 1.0.
     """
 
-    t: float
-    encoder: float
-    hall: float
-    laser: float
-    extend: float
-    contract: float
+    t: Annotated[float, Quantity("s", "time since the start")]
+    encoder: Annotated[float, Quantity("count", "encoder reading", column="macro_position")]
+    hall: Annotated[float, Quantity("V", "Hall sensor at the A/D", column="hall_voltage")]
+    laser: Annotated[
+        float, Quantity("um", "stage position by the laser since its last reset", scale=1e6)
+    ]
+    extend: Annotated[float, Quantity("1", "EXTEND signal (-1: not measured)", "i1")]
+    contract: Annotated[float, Quantity("1", "CONTRACT signal (-1: not measured)", "i1")]
 
 
 class Outputs(NamedTuple):
     """What a rig takes: motor and ctrl [V at the D/A], fan and laser_reset 0 or 1."""
 
-    motor: float
-    ctrl: float
-    fan: float
-    laser_reset: float
+    motor: Annotated[float, Quantity("V", "motor output at the D/A")]
+    ctrl: Annotated[float, Quantity("V", "CTRL output at the D/A")]
+    fan: Annotated[float, Quantity("1", "fan output", "i1")]
+    laser_reset: Annotated[float, Quantity("1", "laser reset output", "i1")]
 
 
 class Command(NamedTuple):
@@ -37,11 +43,13 @@ class Command(NamedTuple):
     that stage is under control; micro_position [mm]: the calibrated Hall reading.
     """
 
-    macro_reference: float
+    macro_reference: Annotated[float, Quantity("count", "set point of the macro-stage")]
     macro_active: float
-    micro_reference: float
+    micro_reference: Annotated[float, Quantity("mm", "set point of the micro-stage")]
     micro_active: float
-    micro_position: float
+    micro_position: Annotated[
+        float, Quantity("mm", "contraction by the Hall calibration", column="hall_position")
+    ]
 
 
 SAFE = Outputs(0.0, 0.0, 0.0, 0.0)

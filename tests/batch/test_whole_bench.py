@@ -11,12 +11,12 @@ import pytest
 from macromicro import batch, simulate
 from macromicro.batch import Variants
 from macromicro.batch.whole_bench import METRICS, ProgrammeJob, directions, mean, worst
-from macromicro.columns import COLUMNS
 from macromicro.design.extension import extension
 from macromicro.design.response import moves
 from macromicro.design.vibration import vibration
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.rig import codes
 from macromicro.schema.par import replaced

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import DONE, MACRO, MICRO
 from macromicro.design.extension import extension, per_cycle
 from macromicro.design.response import moves
 from macromicro.programme import Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 
 DT, ON, OFF = 1e-3, 1000, 3000

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING
 from macromicro.design.extension import Cycle, Extension, extension, per_cycle
 from macromicro.design.response import MoveResult
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 
 DT = 2e-3

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design.served import is_live, ran, timetable
 from macromicro.errors import InputError
 from macromicro.programme import MACRO, MICRO
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 
 DT = 0.5

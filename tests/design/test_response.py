@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import DONE, FAULT, MACRO, MICRO, SETTLING
 from macromicro.design.response import PITCH, MoveResult, entry, moves, smoothed, tail
 from macromicro.programme import Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 
 DT = 1e-3

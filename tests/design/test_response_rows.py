@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import DONE, FAULT, MICRO, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.design.response import MoveResult, moves, smoothed
 from macromicro.programme import Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 
 DT = 1e-3

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import macromicro
+from macromicro.columns import Column
 from macromicro.control.live.messages import MODES
 from macromicro.design.served import is_live, served, timetable
 from macromicro.errors import InputError
 from macromicro.programme import MACRO, MICRO
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 
 NAMES = ("t", "mode", "motion", "macro_reference", "macro_position", "micro_reference")
 NAMES += ("hall_position", "laser", "laser_reset")

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design.tracking import course, followed, lagging, tracking
 from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 
 DT = 1e-3

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from macromicro.columns import COLUMNS
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, WAITING
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import CREEP, Vibration, decaying_sine, vibration
 from macromicro.programme import Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 
 DT, REST, ROWS = 1e-3, 500, 2700

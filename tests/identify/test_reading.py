@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.identify.notices import SaturationWarning
 from macromicro.identify.picking import (
@@ -22,7 +23,7 @@ from macromicro.identify.picking import (
     runs,
 )
 from macromicro.identify.reading import is_forc, parted, read
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 
 T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "voltage", ("u", "volts"), ("V",))

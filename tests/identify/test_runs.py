@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.identify import Run
 from macromicro.identify.notices import ResampledWarning
 from macromicro.identify.runs import as_run, checked
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 
 T = np.arange(100) * 1e-3
 

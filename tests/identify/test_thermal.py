@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from macromicro.columns import Column
 from macromicro.hysteresis import from_density
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.inference import on_heating
 from macromicro.identify.thermal import inferred_step
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 
 COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""))
 TABLE = FodTable.from_everett(

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from macromicro.columns import COLUMNS
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.plant.steps import Steps
 from macromicro.programme import MACRO, MICRO
+from macromicro.recorded import COLUMNS
 from macromicro.schema.par import entries, replaced
 from macromicro.settings import Settings
 from macromicro.simulate import simulate

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import macromicro
+from macromicro.columns import Column
 from macromicro.errors import InputError
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 from macromicro.rig.replay import Replay, opened
 from macromicro.runs import job
 from macromicro.types import SAFE

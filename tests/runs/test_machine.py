@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from macromicro import hall_table
-from macromicro.columns import COLUMNS
 from macromicro.control import calibration
 from macromicro.errors import InputError, MacromicroError
 from macromicro.kernel import compiled
 from macromicro.plant import bench
 from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.rig.fixtures import KILN_PERIOD
 from macromicro.rig.guarded import IDLE

@@ -7,11 +7,10 @@ import threading
 import numpy as np
 
 from macromicro.batch.variants import Array
-from macromicro.columns import COLUMNS
 from macromicro.loop import PERIOD
+from macromicro.recorded import COLUMNS, NAMES
 from macromicro.recording import Recording
 
-_NAMES = [c.name for c in COLUMNS]
 _LOCAL = threading.local()
 
 
@@ -19,7 +18,7 @@ class Scratch:
     """A sink for `runs.programmed.perform` that keeps the named columns of one run at a time."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
-        self._rows = [_NAMES.index(name) for name in names]
+        self._rows = [NAMES.index(name) for name in names]
         self._columns = [COLUMNS[k] for k in self._rows]
         self._place = np.empty((len(names), 0))
         self._used = 0

@@ -21,7 +21,6 @@ from macromicro.batch.variants import (
     seeds,
 )
 from macromicro.batch.variants import table as parameters
-from macromicro.columns import COLUMNS
 from macromicro.design.extension import extension
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import vibration
@@ -30,6 +29,7 @@ from macromicro.kernel import compiled
 from macromicro.loop import PERIOD
 from macromicro.programme import Programme
 from macromicro.programme.travel import limits
+from macromicro.recorded import COLUMNS
 from macromicro.runs import programmed
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.columns import Column
 from macromicro.control.live.messages import MODES
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
@@ -14,7 +15,6 @@ from macromicro.control.supervisor import MICRO as FINE
 from macromicro.errors import InputError
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recording import Recording
-from macromicro.recording_format import Column
 
 _PHASES = {"moving-macro": MOVING, "settling": SETTLING, "moving-micro": FINE, "holding": FINE}
 _CUT = ("stopped", "fault", "disabled", "off")

@@ -7,11 +7,12 @@ as the D/A board latches them (the chatter of Figure 4.20 depends on it).
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.columns import Quantity
 from macromicro.kernel import kernel
 from macromicro.plant import amplifier, carriage, encoder, hall, laser, micro
 from macromicro.plant.amplifier import Amplifier
@@ -171,6 +172,10 @@ class Noise(NamedTuple):
 NOISES = len(Noise._fields)
 
 
+def _true(name: str, unit: str, meaning: str, scale: float = 1.0) -> Quantity:
+    return Quantity(unit, f"bench truth: {meaning}", column=f"true_{name}", scale=scale)
+
+
 class State(NamedTuple):
     """The positioner at one instant; motor, ctrl: latched outputs [V] still to take effect."""
 
@@ -262,19 +267,18 @@ def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
 
 
 class Truth(NamedTuple):
-    """What only the bench knows: carriage [m], speed [m/s], belt [m] as seen at the stage,
-    micro [m], current [A], wire, plates, body [degC], austenite [0..1], heat [W]."""
+    """What only the bench knows, in SI units and degC; each is a column of a recording."""
 
-    carriage: float
-    speed: float
-    belt: float
-    micro: float
-    current: float
-    wire: float
-    plates: float
-    body: float
-    austenite: float
-    heat: float
+    carriage: Annotated[float, _true("carriage", "mm", "carriage position", 1e3)]
+    speed: Annotated[float, _true("speed", "mm/s", "carriage speed", 1e3)]
+    belt: Annotated[float, _true("belt", "um", "belt oscillation as seen at the stage", 1e6)]
+    micro: Annotated[float, _true("micro", "mm", "contraction", 1e3)]
+    current: Annotated[float, _true("current", "A", "motor current")]
+    wire: Annotated[float, _true("wire", "degC", "wire temperature")]
+    plates: Annotated[float, _true("plates", "degC", "plate temperature")]
+    body: Annotated[float, _true("body", "degC", "body temperature")]
+    austenite: Annotated[float, _true("austenite", "1", "austenite fraction")]
+    heat: Annotated[float, _true("heat", "W", "heat into the wires")]
 
 
 @kernel

@@ -10,20 +10,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.columns import quantities
 from macromicro.errors import InputError
 from macromicro.recording import Recording
 from macromicro.types import Outputs, Sample
 
 SCHEME = "replay:"
-# A sensor's column, and what one unit of it is in a `Sample`; whole numbers of a live recording
-# say -1 for what was not measured.
-_COLUMNS = {
-    "encoder": ("macro_position", 1.0),
-    "hall": ("hall_voltage", 1.0),
-    "laser": ("laser", 1e-6),
-    "extend": ("extend", 1.0),
-    "contract": ("contract", 1.0),
-}
+_SENSORS = {name: note for name, note in quantities(Sample).items() if name != "t"}
 
 
 class Replay:
@@ -32,21 +25,21 @@ class Replay:
 
     def __init__(self, recording: Recording, name: str = "recording") -> None:
         found: dict[str, NDArray[np.float64]] = {}
-        for channel, (column, unit) in _COLUMNS.items():
-            if column in recording:
-                values = recording[column].astype(float) * unit
-                if channel in ("extend", "contract"):
+        for channel, note in _SENSORS.items():
+            if note.column in recording:
+                values = recording[note.column].astype(float) * (1.0 / note.scale)
+                if not note.dtype.startswith("f"):  # -1: not measured
                     values[values < 0.0] = math.nan
                 if not np.isnan(values).all():
                     found[channel] = values
         if not {"encoder", "hall"} & set(found) or not len(recording):
-            columns = ", ".join(column for column, _ in _COLUMNS.values())
+            columns = ", ".join(note.column for note in _SENSORS.values())
             raise InputError(f"{SCHEME}{name}", "no sensors", f"a recording with {columns}")
         self.channels = tuple(found)
         self.clock = self
         self.rows = len(recording)
         self._t = recording["t"] - recording["t"][0]
-        self._values = [found.get(channel) for channel in _COLUMNS]
+        self._values = [found.get(channel) for channel in _SENSORS]
         self._row = 0
 
     def now(self) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import loop
-from macromicro.columns import named
+from macromicro.columns import Column
 from macromicro.control import macro as control
 from macromicro.control import pi, settings
 from macromicro.control.macro import MacroLaw, Memory
@@ -26,7 +26,8 @@ from macromicro.nominal import PERIOD
 from macromicro.plant import amplifier, bench, carriage, encoder
 from macromicro.plant.bench import NOISES, Plant
 from macromicro.plant.carriage import MacroState
-from macromicro.recording import Column, Recording
+from macromicro.recorded import named
+from macromicro.recording import Recording
 from macromicro.rig.guarded import IDLE
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from macromicro import hall_table, simulate
 from macromicro import programme as programmes
-from macromicro.columns import COLUMNS
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.served import timetable
@@ -20,6 +19,7 @@ from macromicro.errors import InputError
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, Programme
 from macromicro.programme.travel import limits
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig import faults
 from macromicro.rig.faults import Fault

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.columns import COLUMNS
+from macromicro.columns import Column, quantities
 from macromicro.control import calibration, macro, settings
 from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
@@ -17,7 +17,8 @@ from macromicro.errors import MacromicroError
 from macromicro.plant.bench import Plant
 from macromicro.plant.cycle import CyclePlant
 from macromicro.plant.kiln import KilnPlant
-from macromicro.recording import Column, Recording
+from macromicro.recorded import COLUMNS
+from macromicro.recording import Recording
 from macromicro.rig import guard
 from macromicro.rig.faults import describe
 from macromicro.rig.guard import Guard
@@ -35,9 +36,9 @@ Law = Callable[[int, Sample], tuple[Command, Outputs]]
 NEAR = 1.0  # counts
 SETTLE_S = 0.2
 PATIENCE_S = 20.0
-FLAGS = ("extend", "contract")
-_SHOWN_AS = {"macro_position": "encoder", "hall_voltage": "hall", "hall_position": "hall"}
-_SHOWN_AS |= {name: name for name in ("laser", *FLAGS)}
+FLAGS = tuple(k for k, note in quantities(Sample).items() if not note.dtype.startswith("f"))
+_SHOWN_AS = {note.column: channel for channel, note in quantities(Sample).items()}
+_SHOWN_AS |= {"hall_position": "hall"}
 
 
 class GuardTripped(MacromicroError):

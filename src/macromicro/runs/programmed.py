@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 import macromicro
 from macromicro import loop, simulate
-from macromicro.columns import COLUMNS
+from macromicro.columns import Column
 from macromicro.control import settings as control_settings
 from macromicro.control import supervisor
 from macromicro.control.two_stage import TwoStage
@@ -26,8 +26,9 @@ from macromicro.design.response import MoveResult
 from macromicro.design.tracking import followed
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, MICRO, Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
-from macromicro.recording_format import Attribute, Column
+from macromicro.recording_format import Attribute
 from macromicro.rig.faults import describe
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.session import Fixture

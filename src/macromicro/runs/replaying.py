@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro import hall_table, loop, simulate
-from macromicro.columns import COLUMNS
+from macromicro.columns import Column, whole
 from macromicro.control import settings as control_settings
 from macromicro.control import supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
 from macromicro.programme import Programme
+from macromicro.recorded import COLUMNS, NAMES
 from macromicro.recording import Recording
-from macromicro.recording_format import Column
 from macromicro.rig.guarded import Guarded
 from macromicro.rig.replay import Replay
 from macromicro.runs.machine import watchdog
@@ -27,8 +27,7 @@ from macromicro.simulate import Outcome, Sink
 
 _BESIDE = ("motor", "ctrl", "fan", "laser_reset")  # outputs that are kept as they were
 _BLOCK = 1000  # rows that are passed on at once
-_MOVE = [c.name for c in COLUMNS].index("move")
-_FLAGS = [k for k, c in enumerate(COLUMNS) if not c.dtype.startswith("f")]
+_MOVE = NAMES.index("move")
 
 
 def columns(source: Recording) -> tuple[Column, ...]:
@@ -69,8 +68,7 @@ def replay(
         nonlocal done
         if not rows:
             return
-        block = np.concatenate(rows, axis=1)
-        block[_FLAGS] = np.nan_to_num(block[_FLAGS])  # of what was not measured
+        block = whole(np.concatenate(rows, axis=1), COLUMNS)
         first, done = done, done + block.shape[1]
         rows.clear()
         sink.append(np.vstack([block, *(values[first:done] for values in kept)]))

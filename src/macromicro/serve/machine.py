@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
+from macromicro.columns import Quantity
 from macromicro.control.live.messages import Notice, Refused, Reply
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve.persist import Restored
@@ -15,13 +16,18 @@ class View(NamedTuple):
     number under way, or 0; integrals [V]; `position`, `uncertainty` [m]; `trusted` 0 or 1;
     `offset` [counts]: what the encoder reads at coordinate 0; `limits`: soft limits in force."""
 
-    mode: float
-    motion: float
-    macro_integral: float
-    micro_integral: float
-    position: float
-    uncertainty: float
-    trusted: float
+    mode: Annotated[
+        float, Quantity("1", "mode of the live machine, as its attribute `modes` lists them", "i1")
+    ]
+    motion: Annotated[float, Quantity("1", "number of the motion under way, 0 for none", "i4")]
+    macro_integral: Annotated[float, Quantity("V", "integral effort of the macro controller")]
+    micro_integral: Annotated[float, Quantity("V", "integral effort of the micro controller")]
+    position: Annotated[float, Quantity("mm", "absolute position of the whole system", scale=1e3)]
+    uncertainty: Annotated[
+        float,
+        Quantity("um", "half width of the interval that holds this position", scale=1e6),
+    ]
+    trusted: Annotated[float, Quantity("1", "is the position known since homing? 0 or 1", "i1")]
     offset: float
     limits: SoftLimits = SoftLimits()
 

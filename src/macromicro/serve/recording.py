@@ -7,9 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from macromicro.columns import whole
 from macromicro.control.live.messages import Stop
 from macromicro.errors import MacromicroError
 from macromicro.recorder import Recorder
@@ -89,18 +87,10 @@ class Recording:
     def _drain(self) -> None:
         lost, self._count, block = self._shared.since(self._count)
         if block.shape[1]:
-            self._recorder.append(whole(block))
+            self._recorder.append(whole(block, COLUMNS))
         if entries := self._trail.take():
             self._recorder.note(entries)
         self._state = self._state._replace(rows=self._recorder.rows, lost=self._state.lost + lost)
-
-
-def whole(block: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The block, with -1 for what is not a number in columns of whole numbers."""
-    for k, column in enumerate(COLUMNS):
-        if not column.dtype.startswith("f"):
-            np.nan_to_num(block[k], copy=False, nan=-1.0, posinf=-1.0, neginf=-1.0)
-    return block
 
 
 class Recordings:

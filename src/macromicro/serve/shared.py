@@ -17,35 +17,54 @@ import os
 import struct
 import time
 from collections.abc import Sequence
-from typing import NamedTuple
+from operator import itemgetter
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from macromicro import nominal
-from macromicro.columns import COLUMNS as RUN_COLUMNS
-from macromicro.recording_format import Column
+from macromicro.columns import Quantity, layout
+from macromicro.serve.machine import View
+from macromicro.types import Command, Outputs, Sample
 
 RING_S = 60.0
 PERIOD = nominal.PERIOD
 ROWS = round(RING_S / PERIOD)
 
-_RUN = {c.name: c for c in RUN_COLUMNS}
-COLUMNS = (
-    *RUN_COLUMNS[: RUN_COLUMNS.index(_RUN["temperature_estimate"]) + 1],
-    Column("mode", "1", "mode of the live machine, as its attribute `modes` lists them", "i1"),
-    Column("motion", "1", "number of the motion under way, 0 for none", "i4"),
-    Column("extend", "1", "EXTEND signal of the actuator (NaN of a rig without it: -1)", "i1"),
-    Column("contract", "1", "CONTRACT signal of the actuator (NaN of a rig without it: -1)", "i1"),
-    _RUN["fan"],
-    _RUN["laser_reset"],
-    Column("position", "mm", "absolute position of the whole system"),
-    Column("uncertainty", "um", "half width of the interval that holds this position"),
-    Column("trusted", "1", "is the position known since homing? 0 or 1", "i1"),
-    Column("fault", "1", "code of the latched fault, 0 for none", "i2"),
-    Column("late", "us", "how late this period began"),
-    Column("work", "us", "time the period before took to compute"),
-)
+
+class Vitals(NamedTuple):
+    """What guard and loop know of one period: fault code, lateness and work [s]."""
+
+    temperature_estimate: Annotated[
+        float, Quantity("degC", "wire temperature estimated from CTRL by the guard")
+    ]
+    fault: Annotated[float, Quantity("1", "code of the latched fault, 0 for none", "i2")]
+    late: Annotated[float, Quantity("us", "how late this period began", scale=1e6)]
+    work: Annotated[float, Quantity("us", "time the period before took to compute", scale=1e6)]
+
+
+COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals)
+_FLAT_ROWS = np.concatenate([part.rows for part in _PARTS])
+_recorded = itemgetter(*np.flatnonzero(_FLAT_ROWS >= 0).tolist())
+_SCALED = [
+    (int(row), float(scale))
+    for part in _PARTS
+    for row, scale in zip(part.rows, part.scales, strict=True)
+    if row >= 0 and scale != 1.0
+]
+
+
+def telemetry(
+    sample: Sample, command: Command, given: Outputs, view: View, vitals: Vitals
+) -> list[float]:
+    """One period as a row of telemetry, as `COLUMNS` say."""
+    row = list(_recorded((*sample, *command, *given, *view, *vitals)))
+    for k, scale in _SCALED:
+        row[k] *= scale
+    return row
+
+
 NAMES = tuple(c.name for c in COLUMNS)
 INDEX = {name: k for k, name in enumerate(NAMES)}
 

@@ -6,7 +6,6 @@ read; emergency stop, requests; control; guard; write; telemetry; wait.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -30,7 +29,7 @@ from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared
+from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared, Vitals, telemetry
 from macromicro.serve.silence import Silence
 from macromicro.types import SAFE, Command, Sample
 
@@ -240,36 +239,9 @@ class Loop:
     def _show(self, sample: Sample, command: Command) -> None:
         """Telemetry and status of this period."""
         rig, pacer, view = self._rig, self.pacer, self._machine.view()
-        given = rig.given
-        self._shared.show(
-            (
-                sample.t,
-                command.macro_reference,
-                sample.encoder,
-                given.motor,
-                view.macro_integral,
-                command.micro_reference,
-                sample.hall,
-                command.micro_position,
-                given.ctrl,
-                view.micro_integral,
-                sample.laser * 1e6,
-                rig.temperature,
-                view.mode,
-                view.motion,
-                -1.0 if math.isnan(sample.extend) else sample.extend,
-                -1.0 if math.isnan(sample.contract) else sample.contract,
-                given.fan,
-                given.laser_reset,
-                view.position * 1e3,
-                view.uncertainty * 1e6,
-                view.trusted,
-                self._fault[0],
-                pacer.late * 1e6,
-                pacer.worked * 1e6,
-            ),
-            self._status(view),
-        )
+        vitals = Vitals(rig.temperature, self._fault[0], pacer.late, pacer.worked)
+        row = telemetry(sample, command, rig.given, view, vitals)
+        self._shared.show(row, self._status(view))
 
     def _status(self, view: View) -> tuple[float, ...]:
         pacer = self.pacer

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from macromicro.columns import Column
 from macromicro.errors import InputError
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.schema.text import printable
 
@@ -91,7 +92,7 @@ def _electrothermal(lab: Lab) -> Recordings:
 
 def _hall(lab: Lab) -> Recordings:
     from macromicro import hall_table
-    from macromicro.columns import named
+    from macromicro.recorded import named
     from macromicro.runs import hall
 
     columns = named("t", "hall_voltage", "laser")

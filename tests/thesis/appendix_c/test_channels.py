@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from macromicro.columns import COLUMNS
+from macromicro.recorded import COLUMNS
 from macromicro.settings import Settings
 from macromicro.thesis.appendix_c import channels
 from macromicro.types import Outputs, Sample

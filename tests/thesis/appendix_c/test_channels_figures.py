@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from macromicro.columns import COLUMNS
 from macromicro.drawing.exhibit import Grid
+from macromicro.recorded import COLUMNS
 from macromicro.thesis.appendix_c.channels import PROCEDURE
 from macromicro.thesis.procedure import Lab
 from macromicro.types import Outputs, Sample

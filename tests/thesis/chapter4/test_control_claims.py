@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from macromicro import loop
-from macromicro.columns import COLUMNS
 from macromicro.design import steps
 from macromicro.plant import bench
 from macromicro.programme import MACRO, Programme
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.runs import drives
 from macromicro.schema.par import replaced

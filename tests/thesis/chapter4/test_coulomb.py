@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.columns import COLUMNS
 from macromicro.errors import InputError
 from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Plant, Sensors
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.thesis.chapter4 import friction_runs
 

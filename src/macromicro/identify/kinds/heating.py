@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Picked, railed, runs
 from macromicro.identify.runs import Run, checked
 from macromicro.identify.thermal import CoolingFit, StepRecord, cooling, inferred_step
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 
 Array = npt.NDArray[np.float64]
 

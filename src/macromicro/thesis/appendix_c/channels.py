@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from macromicro import loop
-from macromicro.columns import COLUMNS
+from macromicro.columns import Column
 from macromicro.control import supervisor
 from macromicro.drawing.exhibit import Drawn, Grid
 from macromicro.plant.bench import Truth
-from macromicro.recording import Column
+from macromicro.recorded import COLUMNS, ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.settings import Settings
 from macromicro.thesis.claims import Claim, measured_by
@@ -85,15 +84,17 @@ def _noted(marked: dict[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
     def made(part: str, kind: type[Any]) -> Any:
         return kind(*[MARK if marked.get(part) == field else 0.0 for field in kind._fields])
 
-    row = loop.noted(
+    block = np.empty((ROWS, 1))
+    note(
+        block,
+        0,
         made("sample", Sample),
         made("command", Command),
         made("outputs", Outputs),
-        supervisor.begin(0.0),
-        guard.fresh(),
+        inside(supervisor.begin(0.0), guard.fresh()),
         made("bench truth", Truth),
     )
-    found: np.ndarray[Any, np.dtype[np.float64]] = np.nan_to_num(np.array(row))
+    found: np.ndarray[Any, np.dtype[np.float64]] = np.nan_to_num(block[:, 0])
     return found
 
 

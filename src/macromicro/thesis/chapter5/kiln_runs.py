@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import kiln
 from macromicro.plant.kiln import KILN_NOISES, KilnBench, KilnPlant, KilnState
-from macromicro.recording import Column, Recording
+from macromicro.recording import Recording
 from macromicro.rig.fixtures import KILN_PERIOD, KilnOutputs
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source

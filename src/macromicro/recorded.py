@@ -1,0 +1,84 @@
+"""What a run records each control period: the columns follow from the types behind them."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.columns import Column, Quantity, layout, put
+from macromicro.control import macro
+from macromicro.control.supervisor import FAULT, Progress
+from macromicro.kernel import kernel
+from macromicro.plant.bench import Truth
+from macromicro.rig import guard
+from macromicro.rig.codes import OK
+from macromicro.rig.guard import Watch
+from macromicro.types import Command, Outputs, Sample
+
+Block = npt.NDArray[np.float64]
+
+
+class Inside(NamedTuple):
+    """What controller and guard know beside what they ask for."""
+
+    macro_integral: Annotated[float, Quantity("V", "integral effort of the macro controller")]
+    micro_integral: Annotated[float, Quantity("V", "integral effort of the micro controller")]
+    temperature_estimate: Annotated[
+        float, Quantity("degC", "wire temperature estimated from CTRL by the guard")
+    ]
+    phase: Annotated[
+        float, Quantity("1", "0 waiting 1 macro 2 settling 3 micro 4 done 5 fault", "i1")
+    ]
+    move: Annotated[float, Quantity("1", "index of the present move, -1 before the first", "i4")]
+
+
+COLUMNS, (_SAMPLE, _COMMAND, _OUTPUTS, _INSIDE, _TRUTH) = layout(
+    Sample, Command, Outputs, Inside, Truth
+)
+ROWS = len(COLUMNS)
+NAMES = tuple(c.name for c in COLUMNS)
+
+
+def named(*names: str) -> tuple[Column, ...]:
+    """Those of `COLUMNS` with these names, in this order.
+
+    Raises
+    ------
+    KeyError
+        There is no such column.
+    """
+    known = {column.name: column for column in COLUMNS}
+    return tuple(known[name] for name in names)
+
+
+@kernel
+def inside(progress: Progress, watch: Watch) -> Inside:
+    """What is recorded of a controller and a guard in these states."""
+    return Inside(
+        macro.integral(progress.macro),
+        progress.integral,
+        guard.temperature(watch),
+        float(progress.phase if watch.fault == OK else FAULT),
+        float(progress.move),
+    )
+
+
+@kernel
+def note(
+    out: Block,
+    k: int,
+    sample: Sample,
+    command: Command,
+    given: Outputs,
+    shown: Inside,
+    real: Truth,
+) -> None:
+    """Write one control period into column `k` of a block (`ROWS`, periods); rows as in
+    `COLUMNS`."""
+    put(out, k, sample, _SAMPLE.rows, _SAMPLE.scales)
+    put(out, k, command, _COMMAND.rows, _COMMAND.scales)
+    put(out, k, given, _OUTPUTS.rows, _OUTPUTS.scales)
+    put(out, k, shown, _INSIDE.rows, _INSIDE.scales)
+    put(out, k, real, _TRUTH.rows, _TRUTH.scales)
