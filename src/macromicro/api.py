@@ -17,13 +17,12 @@ from macromicro.design import served
 from macromicro.design import tracking as following
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
-from macromicro.errors import InputError
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
 from macromicro.runs import programmed
-from macromicro.runs.job import DEFAULT, MAX_SEED, load
-from macromicro.schema import config
+from macromicro.runs.job import DEFAULT, load
+from macromicro.schema import config, keys
 from macromicro.settings import Settings
 
 PathLike = str | os.PathLike[str]
@@ -53,8 +52,7 @@ def run(
     run on a machine compiles the bench, which takes about 10 s. Raises `InputError`.
     """
     settings = Settings() if settings is None else settings
-    if not 0 <= seed <= MAX_SEED:
-        raise InputError("seed", seed, f"a whole number from 0 to {MAX_SEED}")
+    keys.seed(seed, "seed")
     config.check(settings, "settings")
     if not isinstance(programme, Programme):
         programme = load(programmes.find(os.fspath(programme)), settings)

@@ -13,6 +13,7 @@ from macromicro import __version__
 from macromicro.commands import identify, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.doctor import doctor
+from macromicro.commands.group import whole
 from macromicro.commands.latency import latency
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.robust import robust
@@ -75,14 +76,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-def _whole(text: str | int) -> int:
-    """A whole number; the message names the value, which typer's own does not."""
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r}; accepted: a whole number") from None
-
-
 @app.callback()
 def options(
     version: Annotated[
@@ -109,11 +102,11 @@ def run(
         Path | None, typer.Option(help="TOML file with units that overrides settings.")
     ] = None,
     cycles: Annotated[
-        int, typer.Option(parser=_whole, metavar="N", help="How often the programme runs.")
+        int, typer.Option(parser=whole, metavar="N", help="How often the programme runs.")
     ] = 1,
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
     seed: Annotated[
-        int, typer.Option(parser=_whole, metavar="N", help="Seed of the sensors' noise.")
+        int, typer.Option(parser=whole, metavar="N", help="Seed of the sensors' noise.")
     ] = 0,
     rig: Annotated[
         str,

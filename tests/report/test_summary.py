@@ -8,6 +8,7 @@ import math
 import pytest
 
 import macromicro
+from macromicro.recorded import NAMES
 from macromicro.report.summary import as_json, summary
 from macromicro.runs.job import Ended
 
@@ -64,7 +65,7 @@ def test_same_seed_same_recording_bit_for_bit(ended: Ended) -> None:
             blocks.append(block)
 
     simulate.simulate(ended.job.settings, ended.job.programme, Kept(), seed=3)
-    laser = [x for block in blocks for x in block[10]]
+    laser = [x for block in blocks for x in block[NAMES.index("laser")]]
     assert (ended.recording["laser"] == laser).all()
 
 

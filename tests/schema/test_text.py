@@ -1,13 +1,15 @@
 """Reading a file that a user names: every way it can be wrong is one sentence."""
 
+import math
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from macromicro.errors import InputError
 from macromicro.schema import text as textfile
-from macromicro.schema.text import printable, read_text, read_toml
+from macromicro.schema.text import plain, printable, read_text, read_toml
 
 
 def refused(path: Path) -> str:
@@ -96,3 +98,25 @@ def test_printable_is_one_short_line() -> None:
     assert printable("a\nb\x1b[31m") == "a\\nb\\x1b[31m"
     assert len(printable("x" * 1000)) == 63
     assert printable(int("f" * 10_000, 16)) == "a very long number"
+
+
+def test_plain_is_what_json_holds() -> None:
+    given = {
+        1: np.array([[1.0, math.nan]]),
+        "n": np.int64(3),
+        "flag": np.bool_(True),
+        "never": -math.inf,
+        "path": Path("a"),
+        "none": None,
+    }
+    assert plain(given) == {
+        "1": [[1.0, None]],
+        "n": 3,
+        "flag": True,
+        "never": None,
+        "path": "a",
+        "none": None,
+    }
+    assert plain((math.inf, [-math.inf, math.nan]), spelled=True) == ["inf", ["-inf", None]]
+    assert plain((math.inf,)) == [None]
+    assert type(plain(np.float32(0.5))) is float

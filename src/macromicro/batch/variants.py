@@ -12,12 +12,12 @@ from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.schema.config import check
+from macromicro.schema.keys import EXACT
 from macromicro.schema.par import Entry, changed, entries
 
 Array = npt.NDArray[np.float64]
 
 SEED = "seed"  # beside the tree's paths: the seed of the measurement noise
-MAX_SEED = 2.0**53
 
 
 @cache
@@ -129,10 +129,10 @@ def seeds(variants: Variants, values: Array, seed: int, first: int) -> list[int]
     if SEED not in variants.paths:
         return [seed] * len(values)
     column = values[:, variants.paths.index(SEED)]
-    good = (column >= 0.0) & (column <= MAX_SEED) & (column == np.floor(column))
+    good = (column >= 0.0) & (column <= EXACT) & (column == np.floor(column))
     if not good.all():
         row = int(np.argmin(good))
-        accepted = f"a whole number from 0 to {MAX_SEED:.0f}"
+        accepted = f"a whole number from 0 to {EXACT}"
         raise InputError(named(first + row, SEED), float(column[row]), accepted)
     return [int(v) for v in column]
 

@@ -10,8 +10,6 @@ import typer
 
 from macromicro.commands.signals import Signals
 
-MAX_SEED = 2**31  # trials count on from it
-
 
 def collect(
     experiment: Annotated[
@@ -34,10 +32,10 @@ def collect(
     listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
 ) -> None:
     """Run a laboratory procedure and save the recordings that `identify` needs."""
-    from macromicro.errors import InputError
     from macromicro.rig.opening import TWIN, open_rig
     from macromicro.runs import folder
     from macromicro.runs.folder import held
+    from macromicro.schema import keys
     from macromicro.thesis import collecting
     from macromicro.thesis.procedure import Lab
 
@@ -47,8 +45,7 @@ def collect(
             print(f"{one.name:16}{one.gives}\n{'':16}needs: {one.needs}\n{'':16}then: {then}")
         return
     procedure = collecting.find(experiment or "")
-    if not 0 <= seed < MAX_SEED:
-        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
+    keys.seed(seed, "--seed")
     lab = Lab(seed=seed, rigs=() if rig == TWIN else (open_rig(rig, seed),))
     lab.check(procedure)
     place = out if out is not None else Path("results") / procedure.name

@@ -1,9 +1,10 @@
-"""A group of commands that says, for an unknown one, which there are."""
+"""What the commands share: a group that names its commands, an option of a whole number."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from typer import BadParameter
 from typer.core import TyperGroup
 
 from macromicro.errors import InputError
@@ -19,3 +20,11 @@ class Group(TyperGroup):
             names = ", ".join(self.commands)
             raise InputError(ctx.info_name or "command", printable(cmd_name), f"one of {names}")
         return super().get_command(ctx, cmd_name)
+
+
+def whole(text: str | int) -> int:
+    """Parser of an option; its message names the value, which typer's own does not."""
+    try:
+        return int(text)
+    except ValueError:
+        raise BadParameter(f"{text!r}; accepted: a whole number") from None

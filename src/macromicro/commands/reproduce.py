@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from macromicro.thesis.procedure import Lab, Procedure
     from macromicro.thesis.reproduce import Chosen
 
-MAX_SEED = 2**31  # trials count on from it
 MAX_JOBS = 256
 OUT = Path("results/reproduction")
 FOLDER_BYTES = 60_000_000
@@ -96,12 +95,11 @@ def _processes(jobs: int | None) -> int:
 
 
 def _lab(rigs: Sequence[str], seed: int, chosen: Sequence[Chosen]) -> Lab:
-    from macromicro.errors import InputError
     from macromicro.rig.opening import TWIN, open_rig
+    from macromicro.schema import keys
     from macromicro.thesis.procedure import Lab
 
-    if not 0 <= seed < MAX_SEED:
-        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - 1}")
+    keys.seed(seed, "--seed")
     lab = Lab(seed=seed, rigs=tuple(open_rig(name, seed) for name in rigs if name != TWIN))
     for each in chosen:
         lab.check(each.procedure)

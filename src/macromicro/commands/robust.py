@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.group import whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -17,25 +18,16 @@ if TYPE_CHECKING:
     from macromicro.robustness.study import Request
 
 SAMPLES = 200
-MAX_SEED = 2**53
 MAX_WORKERS = 256
-
-
-def _whole(text: str | int) -> int:
-    """A whole number; the message names the value, which typer's own does not."""
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r}; accepted: a whole number") from None
 
 
 def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     samples: Annotated[
-        int, typer.Option(parser=_whole, metavar="N", help="Machines to try.")
+        int, typer.Option(parser=whole, metavar="N", help="Machines to try.")
     ] = SAMPLES,
     seed: Annotated[
         int,
-        typer.Option(parser=_whole, metavar="N", help="Seed of the sample and the sensors' noise."),
+        typer.Option(parser=whole, metavar="N", help="Seed of the sample and the sensors' noise."),
     ] = 0,
     config: Annotated[
         Path | None,
@@ -55,7 +47,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
     workers: Annotated[
         int | None,
-        typer.Option(parser=_whole, metavar="N", help="Threads.", show_default="one for each core"),
+        typer.Option(parser=whole, metavar="N", help="Threads.", show_default="one for each core"),
     ] = None,
     out: Annotated[
         Path | None,
@@ -98,12 +90,12 @@ def _request(
     from macromicro.robustness.study import Request
     from macromicro.runs.job import load
     from macromicro.schema import config as configs
+    from macromicro.schema import keys
     from macromicro.settings import Settings
 
     if not LEAST <= samples <= MOST:
         raise InputError("--samples", samples, f"a whole number from {LEAST} to {MOST}")
-    if not 0 <= seed <= MAX_SEED - samples:
-        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED - samples}")
+    keys.seed(seed, "--seed")
     if workers is not None and not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
     settings = Settings() if config is None else configs.load_overrides(config, Settings())

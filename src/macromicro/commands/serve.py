@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from macromicro.serve.threaded import Threaded
 
 TOKEN = "MACROMICRO_TOKEN"
-MAX_SEED = 2**63 - 1
 SWITCH_S = 0.001  # after which a thread that computes lets the others on: stops do not wait
 _EARLY = "interrupted; ending as soon as it has started (once more: at once)"
 
@@ -125,11 +124,11 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
 def _check(rig: str, scpi: int, web: int, seed: int) -> None:
     from macromicro.errors import InputError
     from macromicro.rig.opening import TWIN, named
+    from macromicro.schema import keys
 
     if rig != TWIN:
         named(rig)
-    if not 0 <= seed <= MAX_SEED:
-        raise InputError("--seed", seed, f"a whole number from 0 to {MAX_SEED}")
+    keys.seed(seed, "--seed")
     for option, port in (("--scpi", scpi), ("--web", web)):
         if not -1 <= port <= 65535:
             accepted = "a port from 1 to 65535, 0 for any free one, -1 for none"

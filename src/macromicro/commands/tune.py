@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.group import whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -18,14 +19,6 @@ if TYPE_CHECKING:
 
 class _Stopped(Exception):
     """A signal ended the search."""
-
-
-def _whole(text: str | int) -> int:
-    """A whole number; the message names the value, which typer's own does not."""
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r}; accepted: a whole number") from None
 
 
 def tune(  # noqa: PLR0913, PLR0917 - one for each option
@@ -39,11 +32,11 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = None,
     evaluations: Annotated[
         int | None,
-        typer.Option(parser=_whole, metavar="N", help="Most designs to try.", show_default="300"),
+        typer.Option(parser=whole, metavar="N", help="Most designs to try.", show_default="300"),
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(parser=_whole, metavar="N", help="Seed of the search.", show_default="0"),
+        typer.Option(parser=whole, metavar="N", help="Seed of the search.", show_default="0"),
     ] = None,
     on: Annotated[
         str | None,
@@ -68,12 +61,12 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = None,
     benches: Annotated[
         int | None,
-        typer.Option(parser=_whole, metavar="N", help="Benches to search on.", show_default="16"),
+        typer.Option(parser=whole, metavar="N", help="Benches to search on.", show_default="16"),
     ] = None,
     held_out: Annotated[
         int | None,
         typer.Option(
-            parser=_whole, metavar="N", help="Fresh benches to judge on.", show_default="200"
+            parser=whole, metavar="N", help="Fresh benches to judge on.", show_default="200"
         ),
     ] = None,
     penalty: Annotated[

@@ -11,9 +11,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 import macromicro
+from macromicro.schema.text import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +76,7 @@ class Result:
             "warnings": self.warnings,
             "version": macromicro.__version__,
         }
-        return json.dumps(_plain(content), indent=2, allow_nan=False) + "\n"
+        return json.dumps(plain(content), indent=2, allow_nan=False) + "\n"
 
     def plot(self) -> dict[str, Figure]:
         """The figures, by name: measured against model, residuals, and what the kind has more."""
@@ -128,21 +127,6 @@ class Result:
         text = StringIO()
         self.show(Console(file=text, highlight=False, width=WIDE, force_terminal=False))
         return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
-
-
-def _plain(value: Any) -> Any:
-    """`value` with arrays as lists and numbers as JSON has them."""
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(v) for v in value]
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, int | np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 def rounded(value: float, error: float = math.nan) -> tuple[str, str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import Any
 
 import macromicro
 from macromicro.runs.job import Ended
+from macromicro.schema.text import plain
 
 
 def summary(ended: Ended, started: str) -> dict[str, Any]:
@@ -40,14 +40,4 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
 
 def as_json(content: dict[str, Any]) -> str:
     """JSON without NaN or infinity: they become null."""
-    return json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    return json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"

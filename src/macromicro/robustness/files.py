@@ -22,6 +22,7 @@ from macromicro.robustness.study import Study, Worst, influences, overall, worst
 from macromicro.robustness.words import About
 from macromicro.runs import folder
 from macromicro.schema import config
+from macromicro.schema.text import plain
 from macromicro.settings import Settings
 
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
@@ -100,7 +101,10 @@ def _cell(value: float) -> str:
 
 def as_json(study: Study, about: About) -> str:
     """Everything but the pictures. null: not known; "inf": never."""
-    return json.dumps(_plain(dict(_content(study, about))), indent=2, allow_nan=False) + "\n"
+    return (
+        json.dumps(plain(dict(_content(study, about)), spelled=True), indent=2, allow_nan=False)
+        + "\n"
+    )
 
 
 def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
@@ -181,17 +185,3 @@ def _spread(study: Study, column: int) -> dict[str, Any]:
     found = spread(study.rows[:, column])
     levels = dict(zip((f"{level:g}" for level in LEVELS), found.quantiles, strict=True))
     return {**found._asdict(), "quantiles": levels}
-
-
-def _plain(value: Any) -> Any:
-    """`value` as JSON has it."""
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float):
-        value = float(value)
-        if math.isnan(value):
-            return None
-        return "inf" if math.isinf(value) else value
-    return value

@@ -26,11 +26,10 @@ from macromicro.rig.faults import Fault
 from macromicro.rig.opening import TWIN
 from macromicro.rig.replay import SCHEME, Replay, opened
 from macromicro.runs import folder, programmed
-from macromicro.schema import config
+from macromicro.schema import config, keys
 from macromicro.settings import Settings
 
 DEFAULT = "thesis"
-MAX_SEED = 2**63 - 1
 # What a macro move usually takes until its arrival is declared [s]; only a progress bar
 # relies on it.
 _USUAL_MOVE = 0.9
@@ -111,8 +110,7 @@ def check(request: Request) -> Job:
     else:
         path = programmes.find(request.programme or DEFAULT)
         single, name = load(path, settings), path.stem
-    if not 0 <= request.seed <= MAX_SEED:
-        raise InputError("--seed", request.seed, f"a whole number from 0 to {MAX_SEED}")
+    keys.seed(request.seed, "--seed")
     try:
         programme = single.repeated(request.cycles)
     except InputError as error:

@@ -11,6 +11,8 @@ from macromicro.schema.par import Entry
 from macromicro.schema.text import printable
 
 _FEW = 12
+EXACT = 2**53  # up to here a table of floats and JSON hold every whole number
+MAX_SEED = EXACT // 2  # trials may count on from it
 
 
 def nearest(name: str, known: Iterable[str], hint: str = "") -> str:
@@ -52,6 +54,11 @@ def whole(raw: object, low: int, high: int, where: str) -> int:
     if isinstance(raw, bool) or not isinstance(raw, int) or not low <= raw <= high:
         raise InputError(where, found(raw), f"a whole number from {low} to {high}")
     return raw
+
+
+def seed(value: int, where: str) -> int:
+    """A seed, from which trials may count on; `InputError` below 0 and beyond 2^52."""
+    return whole(value, 0, MAX_SEED, where)
 
 
 def leaves(

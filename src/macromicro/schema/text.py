@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 import stat
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -86,3 +88,27 @@ def printable(value: object, length: int = 60) -> str:
         return f"<{type(value).__name__}>"
     safe = text if text.isprintable() else ascii(text)[1:-1]
     return safe if len(safe) <= length else f"{safe[:length]}..."
+
+
+def plain(value: Any, *, spelled: bool = False) -> Any:
+    """`value` as JSON can hold it.
+
+    Parameters
+    ----------
+    value : object
+        Arrays become lists, numbers of numpy plain ones, keys and unknown objects text. What is
+        not a finite number becomes None.
+    spelled : bool
+        An infinite number becomes "inf" or "-inf" instead, where it means something.
+    """
+    if hasattr(value, "tolist"):  # of numpy
+        value = value.tolist()
+    if isinstance(value, float):
+        if math.isinf(value) and spelled:
+            return str(value)
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(item, spelled=spelled) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item, spelled=spelled) for item in value]
+    return value if value is None or isinstance(value, bool | int | str) else str(value)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import multiprocessing
 import time
 import traceback
@@ -13,6 +12,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from macromicro.drawing.exhibit import Exhibit, label, rendered
+from macromicro.schema.text import plain
 from macromicro.thesis.claims import Claim, in_order, lost
 from macromicro.thesis.procedure import Lab, Procedure
 
@@ -234,8 +234,8 @@ def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
             "id": c.id,
             "section": c.section,
             "claim": c.claim,
-            "printed": _plain(c.printed) if c.printed is not None else c.printed_text or None,
-            "measured": _plain(c.measured),
+            "printed": plain(c.printed) if c.printed is not None else c.printed_text or None,
+            "measured": plain(c.measured),
             "unit": c.unit,
             "verdict": c.verdict,
             "reason": c.reason,
@@ -243,11 +243,3 @@ def as_rows(results: Sequence[Result]) -> list[dict[str, Any]]:
         }
         for c in claims_of(results)
     ]
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_plain(v) for v in value]
-    if isinstance(value, str) or value is None:
-        return value
-    return float(value) if math.isfinite(value) else None

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
 import macromicro
 from macromicro.runs import folder
 from macromicro.schema import config
-from macromicro.schema.text import printable
+from macromicro.schema.text import plain, printable
 from macromicro.settings import Settings
 from macromicro.tuning import pictures, tables
 from macromicro.tuning.tune import Plan, Tuning
@@ -96,7 +95,7 @@ def as_json(found: Tuning) -> str:
         "trials": found.trials,
         "overrides": config.difference(found.tuned, Settings()),
     }
-    return json.dumps(_plain(record), indent=2, allow_nan=False) + "\n"
+    return json.dumps(plain(record, spelled=True), indent=2, allow_nan=False) + "\n"
 
 
 def _ensemble(found: Tuning) -> dict[str, Any] | None:
@@ -124,14 +123,3 @@ def _pair(values: Any) -> dict[str, Any]:
 
 def _pairs(lines: list[tables.Line]) -> list[dict[str, Any]]:
     return [line._asdict() for line in lines]
-
-
-def _plain(value: Any) -> Any:
-    """Numbers that JSON has; the rest as text or null."""
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else str(value)
-    return value

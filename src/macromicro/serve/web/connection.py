@@ -14,12 +14,12 @@ from websockets.exceptions import ConnectionClosed
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
+from macromicro.schema.text import plain
 from macromicro.serve import capacity
 from macromicro.serve.bucket import Bucket
 from macromicro.serve.client import Entry, Waiting
 from macromicro.serve.guesses import WRONG
 from macromicro.serve.requests import OVERTAKEN
-from macromicro.serve.web import reporting
 from macromicro.serve.web.context import Context
 from macromicro.serve.web.handler import OrderHandler
 from macromicro.serve.web.orders import Refusal, read
@@ -186,7 +186,7 @@ class PageConnection:
 
     async def _emergency(self, order: dict[str, Any], session: Session) -> None:
         reply, took = await self._context.sessions.emergency(session)
-        await self._reply(order, reply, {"safe_s": reporting.plain(took)})
+        await self._reply(order, reply, {"safe_s": plain(took)})
 
     async def _stop(self, order: dict[str, Any], session: Session) -> None:
         await self._reply(order, await self._context.sessions.stop(session))
@@ -237,12 +237,12 @@ class PageConnection:
     ) -> None:
         number, what = order.get("id"), order.get("do")
         told: dict[str, Any] = {
-            "reply": reporting.plain(number) if isinstance(number, int | float | str) else None,
+            "reply": plain(number) if isinstance(number, int | float | str) else None,
             "do": what[:60] if isinstance(what, str) else None,
         }
         told["ok"] = isinstance(reply, Accepted)
         told |= reply._asdict() if isinstance(reply, Refused) else {"motion": reply.id}
-        await self._send(json.dumps(reporting.plain(told | (more or {})), allow_nan=False))
+        await self._send(json.dumps(plain(told | (more or {})), allow_nan=False))
 
     async def _send(self, data: str | bytes) -> None:
         """Send; a viewer that takes nothing for too long is sent away."""

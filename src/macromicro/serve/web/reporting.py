@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished
@@ -14,22 +11,10 @@ from macromicro.control.live.parameters import Live
 from macromicro.control.live.possible import possible
 from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries
+from macromicro.schema.text import plain
 from macromicro.serve.requests import CONTROL, REQUESTS
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Snapshot
-
-
-def plain(value: Any) -> Any:
-    """What JSON can hold: numbers that are not finite become None."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    return value if value is None or isinstance(value, bool | int | str) else str(value)
 
 
 def offered(now: Snapshot, supersede: bool) -> list[str]:

@@ -105,7 +105,7 @@ def channels(settings: Settings) -> list[Channel]:
     rows = []
     for part, fields in (("sample", Sample._fields[1:]), ("outputs", Outputs._fields)):
         for name in fields:
-            hardware, span, step = facts[name]
+            hardware, span, step = facts.get(name, ("not in the thesis", "", ""))
             own = tuple(w for w in traced if (w.part, w.field) == (part, name))
             out = part == "outputs"
             safe = f"{getattr(SAFE, name):g}" if out else ""
