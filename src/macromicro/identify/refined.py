@@ -36,10 +36,35 @@ def mls(
 ) -> LinearFit:
     """Modified least squares (Section 4.1.1, Figure 4.2), read as Steiglitz-McBride (1965).
 
-    Least squares; input and output are filtered by 1 / A; repeated until the parameters
-    settle. At the end the residual is y - (B / A) u, the output's own noise. The flow chart
-    is lost; this reading fits its text ("an additional loop filters bias noise"). Arguments
-    as `least_squares`. Exact for white output noise, slightly biased for coloured noise.
+    Least squares; input and output are filtered by 1 / A; repeated until the parameters settle. At
+    the end the residual is y - (B / A) u, the output's own noise. The flow chart is lost; this
+    reading fits its text ("an additional loop filters bias noise"). Exact for white output noise,
+    slightly biased for coloured noise.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, count, done = steiglitz_mcbride(task)
@@ -47,7 +72,27 @@ def mls(
 
 
 def steiglitz_mcbride(task: Task) -> tuple[Solution, int, bool]:
-    """The iteration of `mls`: solution, number of iterations, whether it settled."""
+    """The iteration of `mls`.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+
+    Returns
+    -------
+    solution : Solution
+        Of the last iteration.
+    count : int
+        Number of iterations.
+    done : bool
+        Whether they settled.
+
+    Raises
+    ------
+    InputError
+        The data do not determine the parameters.
+    """
     inputs, outputs = [r.u for r in task.data], [r.y for r in task.data]
     solution, roots = plain(task), task.roots
     done, count = False, 0
@@ -74,11 +119,35 @@ def sriv(
     *,
     start: Start = "rest",
 ) -> LinearFit:
-    """Simplified refined instrumental variables (Young and Jakeman, 1979).
+    """Simplified refined instrumental variables (Young and Jakeman, 1979), starting from `mls`.
 
-    As `mls`, but the regressors are correlated with those of the model's own noise-free
-    output (the instruments), which removes the bias under any noise that the input did not
-    cause. Starts from `mls`; arguments as `least_squares`.
+    As `mls`, but the regressors are correlated with those of the model's own noise-free output (the
+    instruments), which removes the bias under any noise that the input did not cause.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, _, _ = steiglitz_mcbride(task)

@@ -35,10 +35,35 @@ def output_error(
     *,
     start: Start = "rest",
 ) -> LinearFit:
-    """min sum w (y - (B / A) u)^2 by Levenberg-Marquardt with exact gradients, from `mls`.
+    """Minimiser of sum w (y - (B / A) u)^2, by Levenberg-Marquardt with exact gradients from `mls`.
 
-    Consistent under any noise that the input did not cause, and of least variance when that
-    noise is white (Ljung, System Identification, chapter 7). Arguments as `least_squares`.
+    Consistent under any noise that the input did not cause, and of least variance when that noise
+    is white (Ljung, System Identification, chapter 7).
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     first, _, _ = steiglitz_mcbride(task)
