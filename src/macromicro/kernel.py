@@ -40,7 +40,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Parameters
     ----------
     function : Callable[P, R]
-        Of floats, ints, arrays and ``NamedTuple``s of them, with ``math`` only.
+        Takes and returns floats, ints, arrays and ``NamedTuple``s of them, with ``math`` only.
 
     Returns
     -------

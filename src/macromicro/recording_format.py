@@ -277,7 +277,7 @@ class Layout(NamedTuple):
     Attributes
     ----------
     columns : tuple[Column, ...]
-        With dtypes in their short form.
+        Columns with dtypes in their short form.
     dt : float
         Sample time, s.
     attributes : dict[str, Attribute]

@@ -55,7 +55,7 @@ def within(p: Sequence, error: float) -> bool:
     Parameters
     ----------
     p : Sequence
-        Parameters.
+        Parameters of the sequence.
     error : float
         counts.
 
@@ -74,7 +74,7 @@ def since(p: Sequence, error: float, before: float, t: float) -> float:
     Parameters
     ----------
     p : Sequence
-        Parameters.
+        Parameters of the sequence.
     error : float
         counts.
     before : float
@@ -99,7 +99,7 @@ def arrived(p: Sequence, inside: float, t: float) -> bool:
     Parameters
     ----------
     p : Sequence
-        Parameters.
+        Parameters of the sequence.
     inside : float
         Since when it is within, s, or NaN.
     t : float

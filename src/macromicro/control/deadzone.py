@@ -14,7 +14,7 @@ def inverse(width: float, effort: float) -> float:
     Parameters
     ----------
     width : float
-        Of the dead zone, V.
+        Width of the dead zone, V.
     effort : float
         V.
 

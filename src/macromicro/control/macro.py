@@ -33,11 +33,11 @@ class MacroLaw(NamedTuple):
     law : int
         Its place in `LAWS`.
     dead_zone : float
-        Of the inverse, V; 0 leaves the friction uncompensated.
+        Dead zone of the inverse, V; 0 leaves the friction uncompensated.
     limit : float
-        Of the effort, V.
+        Limit of the effort, V.
     gains : tuple[Any, ...]
-        Of every law, in the order of `LAWS`.
+        Gains of every law, in the order of `LAWS`.
     """
 
     law: int
@@ -56,7 +56,7 @@ class MacroLaw(NamedTuple):
         Parameters
         ----------
         gains : Any
-            Of the chosen law.
+            Gains of the chosen law.
 
         Returns
         -------
@@ -150,7 +150,7 @@ def step(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float
     memory : Memory
         New memories.
     effort : float
-        At the D/A, lifted over the dead zone and saturated, V.
+        Effort at the D/A, lifted over the dead zone and saturated, V.
     """
     memory, effort = _stepped(p, s, error, dt)
     return memory, sent(effort, p.dead_zone, p.limit)
@@ -201,7 +201,7 @@ def sent(effort: float, dead_zone: float, limit: float) -> float:
     Parameters
     ----------
     effort : float
-        Of a law, V.
+        Effort of a law, V.
     dead_zone : float
         V.
     limit : float

@@ -37,7 +37,7 @@ class PdMemory(NamedTuple):
     Attributes
     ----------
     error : float
-        Of the last period, counts.
+        Error of the last period, counts.
     """
 
     error: float

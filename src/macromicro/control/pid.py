@@ -38,7 +38,7 @@ class PidMemory(NamedTuple):
     integral : float
         Integral effort, V.
     error : float
-        Of the last period, counts.
+        Error of the last period, counts.
     """
 
     integral: float

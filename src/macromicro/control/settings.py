@@ -82,7 +82,7 @@ def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) 
     Parameters
     ----------
     spec : Control
-        Settings.
+        Laws, gains and sequence.
     fan : bool, optional
         Whether the fan cools the wires.
     table : Calibration | None, optional

@@ -220,11 +220,11 @@ def step(
     Parameters
     ----------
     p : Supervisor
-        Parameters.
+        Parameters of the supervisor.
     plan : Plan
         The programme.
     s : Progress
-        State.
+        State of the supervisor.
     sample : Sample
         What the rig shows.
     dt : float

@@ -34,7 +34,7 @@ class TwoStage:
         Parameters
         ----------
         state : Progress
-            State.
+            State of the supervisor.
         reference : Plan
             The programme.
         sample : Sample
@@ -59,7 +59,7 @@ class TwoStage:
         Parameters
         ----------
         state : Progress
-            State.
+            State of the supervisor.
 
         Returns
         -------

@@ -15,7 +15,7 @@ class Technology(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the technology.
+        Name of the technology.
     accuracy : tuple[float, float]
         From best to worst, m; equal where one figure is given, best 0 where only "below" is.
     cost : tuple[float, float]
@@ -42,7 +42,7 @@ class Comparison(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the technology.
+        Name of the technology.
     cheapest : float
         Its lowest cost over ours.
     dearest : float

@@ -81,7 +81,7 @@ def extension(recording: Recording) -> list[Extension]:
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
 
     Returns
     -------
@@ -121,9 +121,9 @@ def per_cycle(
     Parameters
     ----------
     moves : Sequence[MoveResult]
-        Of the recording.
+        Moves of the recording.
     returns : Sequence[Extension]
-        Of the recording.
+        Returns of the recording.
     moves_per_cycle : int
         Number of moves of the programme.
 

@@ -18,7 +18,7 @@ class Sensor(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the sensor.
+        Name of the sensor.
     field : float | None
         Greatest field of either sign, G; None where it follows from a sensitivity that can be
         programmed.

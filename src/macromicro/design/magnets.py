@@ -22,9 +22,9 @@ class Magnet(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the magnet.
+        Name of the magnet.
     distance : tuple[float, ...]
-        To the sensor, m, rising.
+        Distance to the sensor, m, rising.
     flux : tuple[float, ...]
         G, one per distance.
     """
@@ -40,7 +40,7 @@ class Change(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the magnet.
+        Name of the magnet.
     flux : float
         G.
     start : float

@@ -194,9 +194,9 @@ def open_loop(taps: PdTaps, num: npt.ArrayLike, den: npt.ArrayLike) -> tuple[Arr
     Returns
     -------
     num : ndarray
-        Of the loop.
+        Numerator of the loop.
     den : ndarray
-        Of the loop.
+        Denominator of the loop.
     """
     return (
         np.convolve([taps.now, taps.before], np.asarray(num, np.float64)),
@@ -219,7 +219,7 @@ def pd_by_margin(
     dt : float
         Sample time, s.
     frequency : float
-        Of the crossover, rad/s.
+        Frequency of the crossover, rad/s.
     margin : float
         deg.
 
@@ -252,7 +252,7 @@ def pd_by_time(
     dt : float
         Sample time, s.
     frequency : float
-        Of the crossover, rad/s.
+        Frequency of the crossover, rad/s.
     derivative_time : float
         s.
 

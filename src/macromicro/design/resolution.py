@@ -89,7 +89,7 @@ def metres_per_gauss(slope: float) -> float:
     Parameters
     ----------
     slope : float
-        Of the flux, G/m.
+        Slope of the flux, G/m.
 
     Returns
     -------
@@ -135,13 +135,14 @@ def budget(span: float, bits: int, sensitivity: float, slope: float) -> Budget:
     Parameters
     ----------
     span : float
-        Of the converter, V.
+        Span of the converter, V.
     bits : int
-        Of the converter, without the sign.
+        Bits of the converter, without the sign.
     sensitivity : float
-        Of the sensor, V/G.
+        Sensitivity of the sensor, V/G.
     slope : float
-        Of the flux in the flattest part of the travel, its ends, G/m: there a bit is worth most.
+        Slope of the flux in the flattest part of the travel, its ends, G/m: there a bit is worth
+        most.
 
     Returns
     -------

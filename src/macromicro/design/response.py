@@ -110,7 +110,7 @@ def moves(
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
     programme : Programme
         Its moves.
     pitch : float, optional
@@ -187,7 +187,7 @@ def tail(rows: int, dt: float) -> int:
     Parameters
     ----------
     rows : int
-        Of the hold.
+        Number of rows of the hold.
     dt : float
         Sample time, s.
 
@@ -207,7 +207,7 @@ def smoothed(y: Floats, width: int) -> Floats:
     y : ndarray, shape (n,)
         Values.
     width : int
-        Of the window, rows, odd.
+        Width of the window, rows, odd.
 
     Returns
     -------

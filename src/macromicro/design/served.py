@@ -64,7 +64,7 @@ def served(recording: Recording) -> Served:
     Parameters
     ----------
     recording : Recording
-        Of the live machine.
+        Recording of the live machine.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def ran(recording: Recording) -> tuple[NDArray[np.bool_], Programme]:
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def timetable(recording: Recording) -> Programme:
     Parameters
     ----------
     recording : Recording
-        Of a run or of the live machine.
+        Recording of a run or of the live machine.
 
     Returns
     -------

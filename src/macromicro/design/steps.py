@@ -28,7 +28,7 @@ def rise_time(x: Array, target: float, share: float = 0.98) -> float:
     target : float
         counts.
     share : float, optional
-        Of the move.
+        Share of the move.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def settling_time(x: Array, target: float, share: float = 0.02) -> float:
     target : float
         counts.
     share : float, optional
-        Of the move.
+        Share of the move.
 
     Returns
     -------

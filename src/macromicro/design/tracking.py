@@ -41,7 +41,7 @@ class Tracking(NamedTuple):
     end_s : float
         Last row, s.
     rms_error : float
-        Of reference less reading.
+        RMS of reference less reading.
     peak_error : float
         Its largest magnitude.
     peak_s : float
@@ -88,7 +88,7 @@ def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
     programme : Programme
         Its targets.
 
@@ -117,7 +117,7 @@ def course(
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
     programme : Programme
         Its targets.
     stage : int
@@ -152,7 +152,7 @@ def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
     programme : Programme
         Its targets.
     pitch : float, optional

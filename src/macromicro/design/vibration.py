@@ -42,9 +42,9 @@ class Vibration(NamedTuple):
     decay_s : float | None
         Time from rest until the envelope is down to 2 um (0: never above), s.
     frequency_hz : float
-        Of the fitted sine, Hz.
+        Frequency of the fitted sine, Hz.
     decay_rate : float
-        Of the fitted sine, 1/s.
+        Decay rate of the fitted sine, 1/s.
     settled_um : float
         The laser's settled value, um.
     """
@@ -64,7 +64,7 @@ def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
     move : MoveResult
         One of its moves.
 

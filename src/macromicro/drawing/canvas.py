@@ -33,7 +33,7 @@ class Shape(NamedTuple):
     outline : str
         BLOCK, SUM, SIGNAL, ROUND or HEXAGON.
     lines : tuple[str, ...]
-        Of text.
+        Lines of text.
     icon : str
         A key of ``icons.ICONS``, or "".
     """
@@ -76,7 +76,7 @@ def drawing(title: str, layout: Layout, shapes: Mapping[str, Shape]) -> str:
     Parameters
     ----------
     title : str
-        Of the picture.
+        Title of the picture.
     layout : Layout
         Where everything stands.
     shapes : Mapping[str, Shape]

@@ -34,7 +34,7 @@ class Diagram(NamedTuple):
     Attributes
     ----------
     title : str
-        Of the picture.
+        Title of the picture.
     grid : str
         Rows of names, one a line, "." for an empty cell. "(e)" is a sum; a name in `blocks` is that
         block; every other name is a signal, written as it stands. A mark before a name turns its
@@ -68,9 +68,9 @@ def block(*lines: str, icon: str = "") -> Shape:
     Parameters
     ----------
     *lines : str
-        Of text.
+        Lines of text.
     icon : str, optional
-        Of its characteristic, above the text; a key of `icons.ICONS`.
+        Picture of its characteristic, above the text; a key of `icons.ICONS`.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def saturation(*lines: str) -> Shape:
     Parameters
     ----------
     *lines : str
-        Of text.
+        Lines of text.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def dead_zone(*lines: str) -> Shape:
     Parameters
     ----------
     *lines : str
-        Of text.
+        Lines of text.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def relay(*lines: str) -> Shape:
     Parameters
     ----------
     *lines : str
-        Of text.
+        Lines of text.
 
     Returns
     -------
@@ -134,7 +134,7 @@ def quantiser(*lines: str) -> Shape:
     Parameters
     ----------
     *lines : str
-        Of text.
+        Lines of text.
 
     Returns
     -------
@@ -150,9 +150,9 @@ def framed(label: str, names: str) -> Frame:
     Parameters
     ----------
     label : str
-        Of the frame.
+        Label of the frame.
     names : str
-        Of the blocks, separated by spaces.
+        Names of the blocks, separated by spaces.
 
     Returns
     -------

@@ -19,7 +19,7 @@ class Grid(NamedTuple):
     Attributes
     ----------
     headings : tuple[str, ...]
-        Of the columns.
+        Headings of the columns.
     rows : list[tuple[str, ...]]
         Texts, each as long as `headings`.
     """

@@ -55,7 +55,7 @@ class Flow(NamedTuple):
     Attributes
     ----------
     title : str
-        Of the picture.
+        Title of the picture.
     steps : tuple[Step, ...]
         In order.
     """

@@ -192,7 +192,7 @@ def placed(points: Sequence[Point], w: float, taken: Sequence[Rect], first: bool
     Parameters
     ----------
     points : Sequence[Point]
-        Of the wire.
+        Points of the wire.
     w : float
         Width of the label.
     taken : Sequence[Rect]

@@ -13,7 +13,7 @@ class Picture(NamedTuple):
     Attributes
     ----------
     name : str
-        Of its file, without suffix.
+        Name of its file, without suffix.
     title : str
         Heading.
     caption : str

@@ -26,7 +26,7 @@ class Thing(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the box.
+        Name of the box.
     cell : Cell
         Column and row.
     w : float

@@ -35,16 +35,16 @@ def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Fig
     height : float
         Inches.
     rows, columns : int
-        Of axes.
+        Numbers of rows and columns of axes.
     **options : Any
-        For matplotlib's `subplots`.
+        Options of matplotlib's `subplots`.
 
     Returns
     -------
     figure : Figure
         Belongs to no window.
     axes : ndarray, shape (rows, columns)
-        Of matplotlib's axes.
+        The axes, objects of matplotlib.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -106,11 +106,11 @@ def line(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any) 
     t, y : ndarray, shape (n,)
         Column over time.
     color : str
-        Of matplotlib.
+        Any of matplotlib's colours.
     label : str
-        For the legend.
+        Entry in the legend.
     **options : Any
-        For matplotlib's `plot`.
+        Options of matplotlib's `plot`.
     """
     ax.plot(*thinned(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
 
@@ -123,7 +123,7 @@ def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: boo
     ax : Any
         Axes.
     title : str
-        Above them.
+        Title above them.
     x, y : str, optional
         Labels, with units.
     legend : bool, optional
@@ -176,11 +176,11 @@ def smooth(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any
     t, y : ndarray, shape (n,)
         Column over time.
     color : str
-        Of matplotlib.
+        Any of matplotlib's colours.
     label : str
-        For the legend.
+        Entry in the legend.
     **options : Any
-        For matplotlib's `plot`.
+        Options of matplotlib's `plot`.
     """
     every = slice(None, None, -(-len(t) // (2 * BINS)))
     line(ax, t[every], y[every], color, label, **options)

@@ -30,7 +30,7 @@ class Run(NamedTuple):
     text : str
         Without markup.
     size : float
-        Of the font, units.
+        Font size, units.
     shift : float
         How far below the base line, units.
     """
@@ -46,7 +46,7 @@ def runs(text: str) -> list[Run]:
     Parameters
     ----------
     text : str
-        With markup.
+        Text with markup.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def plain(text: str) -> str:
     Parameters
     ----------
     text : str
-        With markup.
+        Text with markup.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def width(text: str) -> float:
     Parameters
     ----------
     text : str
-        With markup.
+        Text with markup.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def height(text: str) -> float:
     Parameters
     ----------
     text : str
-        With markup.
+        Text with markup.
 
     Returns
     -------
@@ -133,11 +133,11 @@ def text_element(x: float, y: float, text: str, anchor: str = "middle") -> str:
     Parameters
     ----------
     x : float
-        Of its anchor, units.
+        Place of its anchor, units.
     y : float
-        Of its base line, units.
+        Place of its base line, units.
     text : str
-        With markup.
+        Text with markup.
     anchor : str, optional
         "start", "middle" or "end".
 
@@ -163,11 +163,11 @@ def line_elements(x: float, top: float, text: str) -> list[str]:
     Parameters
     ----------
     x : float
-        Of its centre, units.
+        Place of its centre, units.
     top : float
-        Of its upper edge, units.
+        Upper edge, units.
     text : str
-        With markup.
+        Text with markup.
 
     Returns
     -------

@@ -24,9 +24,9 @@ class Deviation(NamedTuple):
     Attributes
     ----------
     rms : float
-        Of the gaps.
+        RMS of the gaps.
     largest : float
-        Of the gaps' sizes.
+        Largest size of a gap.
     gaps : ndarray, shape (k,)
         Signed for wiping-out, sizes for congruency.
     samples : ndarray, shape (k, 2)

@@ -36,7 +36,7 @@ def branches(curves: list[Curve], grid: Grid, monotone: bool) -> tuple[Array, Ar
     curves : list[Curve]
         Descending ones, by rising reversal.
     grid : Grid
-        Of the table.
+        Grid of the table.
     monotone : bool
         Whether both branches are made monotone, the rising one nowhere above the falling one.
 
@@ -145,7 +145,7 @@ def fitted(
     curves : list[Curve]
         Descending ones, by rising reversal.
     grid : Grid
-        Of the table.
+        Grid of the table.
     loop : tuple[Array, Array]
         Rising and falling branch at the nodes, shape (n,) each.
     shape : str

@@ -27,7 +27,7 @@ def invert(table: Everett, memory: Memory, target: float) -> float:
     Parameters
     ----------
     table : Everett
-        Of the model.
+        Relay weights of the model.
     memory : Memory
         The present state; not changed. Its stack must not be full.
     target : float
@@ -100,7 +100,7 @@ def maximum_for(table: Everett, u: float, target: float) -> float:
     Parameters
     ----------
     table : Everett
-        Of the model.
+        Relay weights of the model.
     u : float
         Input at the end, clamped to the table.
     target : float
@@ -143,7 +143,7 @@ def follow(
     Parameters
     ----------
     table : Everett
-        Of the model.
+        Relay weights of the model.
     memory : Memory
         State at the start; its array is changed.
     inputs : ndarray, shape (m,)
@@ -179,7 +179,7 @@ def follow_inverse(
     Parameters
     ----------
     table : Everett
-        Of the model.
+        Relay weights of the model.
     memory : Memory
         State at the start; its array is changed.
     targets : ndarray, shape (m,)

@@ -82,7 +82,7 @@ def peek(table: Everett, memory: Memory, u: float) -> float:
     Parameters
     ----------
     table : Everett
-        Of the model.
+        Relay weights of the model.
     memory : Memory
         The present state; not changed.
     u : float
@@ -123,7 +123,7 @@ def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
     Parameters
     ----------
     table : Everett
-        Of the model.
+        Relay weights of the model.
     memory : Memory
         The present state. Its array is changed in place, so it must not be used again.
     u : float
@@ -174,7 +174,7 @@ def fresh(table: Everett, u: float, depth: int = DEPTH) -> Memory:
     Parameters
     ----------
     table : Everett
-        Of the model.
+        Relay weights of the model.
     u : float
         Input, clamped to the table.
     depth : int, optional

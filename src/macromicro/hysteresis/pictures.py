@@ -52,7 +52,7 @@ def draw_plane(model: Preisach, unit: str = "") -> Figure:
     model : Preisach
         In its present state.
     unit : str, optional
-        Of the input, for the labels.
+        Unit of the input, for the labels.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def draw_density(table: FodTable, unit: str = "") -> Figure:
     table : FodTable
         Whose density is drawn.
     unit : str, optional
-        Of the input, for the labels.
+        Unit of the input, for the labels.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def draw_curves(table: FodTable, u_unit: str = "", f_unit: str = "", most: int =
     table : FodTable
         Without raw curves, the curves from evenly chosen grid lines are drawn.
     u_unit, f_unit : str, optional
-        Of input and output, for the labels.
+        Units of input and output, for the labels.
     most : int, optional
         Of more raw curves than this, evenly chosen ones are drawn.
 

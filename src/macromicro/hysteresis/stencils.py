@@ -54,7 +54,7 @@ def readings(grid: Grid, ids: Index, alpha: Array, beta: Array) -> Any:
     Parameters
     ----------
     grid : Grid
-        Of the table.
+        Grid of the table.
     ids : ndarray, shape (n, n)
         From `numbered`.
     alpha, beta : ndarray, shape (m,)

@@ -187,7 +187,7 @@ def against(model: Actuator, trials: list[Recording]) -> Judgement:
     Parameters
     ----------
     model : Actuator
-        Of (5.2.3).
+        The model of Section 5.2.3.
     trials : list[Recording]
         Recordings of one profile, with columns t, ctrl and laser.
 

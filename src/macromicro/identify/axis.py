@@ -58,7 +58,7 @@ def decay(p: Axis, direction: float, h: float) -> tuple[float, float]:
     Parameters
     ----------
     p : Axis
-        Parameters.
+        Parameters of the axis.
     direction : float
         1 or -1.
     h : float
@@ -89,7 +89,7 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
     Parameters
     ----------
     p : Axis
-        Parameters.
+        Parameters of the axis.
     v : float
         Speed, m/s.
     pull : float
@@ -133,7 +133,7 @@ def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) ->
     Parameters
     ----------
     p : Axis
-        Parameters.
+        Parameters of the axis.
     force : ndarray, shape (n,)
         N, held for `h` each.
     x : float
@@ -157,7 +157,7 @@ def simulate(p: Axis, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float 
     Parameters
     ----------
     p : Axis
-        Parameters.
+        Parameters of the axis.
     force : array_like, shape (n,)
         N, held for `dt` each.
     dt : float

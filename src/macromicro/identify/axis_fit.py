@@ -37,7 +37,7 @@ class Filtering(NamedTuple):
     Attributes
     ----------
     cutoff : float | None
-        Of the zero-phase low-pass on positions, Hz; by default 0.08 / dt.
+        Cut-off of the zero-phase low-pass on positions, Hz; by default 0.08 / dt.
     decimate : int | None
         Every how many samples remain, after a low-pass on force and regressors alike; by default
         10, fewer for short records.

@@ -54,7 +54,7 @@ class Estimate:
     names : tuple[str, ...]
         The free ones.
     covariance : ndarray, shape (p, p)
-        Of these, in their order.
+        Covariance of these, in their order.
     rms : float
         Error of the force (inverse dynamics) or of the position (output error).
     percent : float
@@ -117,7 +117,7 @@ def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
     run : Run
         Evenly sampled.
     force : ndarray, shape (n,)
-        Of the drive.
+        Force of the drive.
     cutoff : float
         Hz.
     factor : int

@@ -125,7 +125,7 @@ def gls(
     weights : Signals | None, optional
         As for `least_squares`.
     noise_order : int, optional
-        Of D, 1 to 50.
+        Order of D, 1 to 50.
     start : Start, optional
         As for `least_squares`.
 

@@ -24,9 +24,9 @@ class Doubt(NamedTuple):
     Attributes
     ----------
     position : float
-        Of the reading and of the table, mm.
+        Error of the reading and of the table, mm.
     temperature : float
-        Of the thermometer that the table was made with, as it stands for the wires, K.
+        Error of the thermometer that the table was made with, as it stands for the wires, K.
     """
 
     position: float = 0.006
@@ -45,7 +45,7 @@ class Inferred(NamedTuple):
     high : ndarray, shape (n,)
         Upper end, deg C.
     slope : ndarray, shape (n,)
-        Of the branch, mm/K: what a kelvin of error is worth in position.
+        Slope of the branch, mm/K: what a kelvin of error is worth in position.
     """
 
     temperature: Array

@@ -51,7 +51,7 @@ def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
     Parameters
     ----------
     recording : Recording
-        With the columns t, thermocouple and position.
+        Recording with the columns t, thermocouple and position.
     noise : float, optional
         Window of the parabola that is fitted to the temperature around each sample, s; 0 leaves the
         noise in.
@@ -171,7 +171,7 @@ def fod_table(
     Parameters
     ----------
     recordings : Sequence[Recording]
-        With the columns t, thermocouple and position.
+        Recordings with the columns t, thermocouple and position.
     cold : float, optional
         A curve counts after a rise from this temperature or less, deg C.
     nodes : int, optional
@@ -224,7 +224,7 @@ def predicted(table: FodTable, recording: Recording) -> Prediction:
     table : FodTable
         deg C to mm.
     recording : Recording
-        With the columns t, thermocouple and position.
+        Recording with the columns t, thermocouple and position.
 
     Returns
     -------

@@ -61,7 +61,7 @@ class LinearFit:
     whiteness : Whiteness
         Test of the residuals.
     iterations : int
-        Of the method; 1 where it needs none.
+        Iterations of the method; 1 where it needs none.
     converged : bool
         Whether they settled.
     noise : ndarray, shape (noise_order,)

@@ -36,7 +36,7 @@ class Role(NamedTuple):
     name : str
         Short, such as "u".
     meaning : str
-        In words.
+        Meaning in words.
     names : tuple[str, ...]
         Column names that are taken for it, lower case, best first.
     units : tuple[str, ...]
@@ -66,7 +66,7 @@ class Picked(NamedTuple):
     names : dict[str, str]
         Names in the file, by role.
     constants : dict[str, float]
-        Of the file, by name.
+        Constants of the file, by name.
     """
 
     file: str

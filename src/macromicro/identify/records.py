@@ -289,7 +289,7 @@ def lowpassed(
     cutoff : float
         Hz.
     order : int, optional
-        Of the filter.
+        Order of the filter.
 
     Returns
     -------

@@ -82,7 +82,7 @@ def steiglitz_mcbride(task: Task) -> tuple[Solution, int, bool]:
     Returns
     -------
     solution : Solution
-        Of the last iteration.
+        Solution of the last iteration.
     count : int
         Number of iterations.
     done : bool

@@ -200,7 +200,7 @@ def regressors(task: Task, inputs: Sequence[Array], outputs: Sequence[Array], a:
     inputs, outputs : Sequence[Array]
         Shape (n,) per record.
     a : ndarray, shape (na,)
-        Of the filter, without the leading 1; empty for no filter.
+        Coefficients of the filter, without the leading 1; empty for no filter.
 
     Returns
     -------
@@ -352,7 +352,7 @@ def covariance(task: Task, solution: Solution) -> Array:
     task : Task
         Records.
     solution : Solution
-        As found.
+        What was found.
 
     Returns
     -------
@@ -374,7 +374,7 @@ def settled(task: Task, new: Array, old: Array, solution: Solution) -> bool:
     new, old : ndarray, shape (p,)
         Parameters after and before an iteration.
     solution : Solution
-        With the regressors of `new`.
+        Solution with the regressors of `new`.
 
     Returns
     -------
@@ -409,7 +409,7 @@ def finished(
     task : Task
         Records and orders.
     solution : Solution
-        As found.
+        What was found.
     iterations : int, optional
         How many it took.
     converged : bool, optional

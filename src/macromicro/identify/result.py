@@ -29,7 +29,7 @@ class Line(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the quantity.
+        Name of the quantity.
     value : float
         In `unit`.
     error : float
@@ -56,7 +56,7 @@ class Result:
     kind : str
         One of `KINDS`.
     title : str
-        In words.
+        Title in words.
     model : Any
         The fitted object: an `Axis`, a `LinearFit`, a `DeadZone`, a `FodTable`, heating and
         cooling, a `Calibration`.
@@ -165,7 +165,7 @@ class Result:
         Parameters
         ----------
         console : Console | None, optional
-            Of rich; None for stdout.
+            A console of rich; None for stdout.
         """
         from rich.console import Console
         from rich.table import Table

@@ -47,7 +47,7 @@ class Run(NamedTuple):
         Parameters
         ----------
         recording : Recording
-            With the column t and the two below.
+            Recording with the column t and the two below.
         u, x : str, optional
             Names of columns.
 

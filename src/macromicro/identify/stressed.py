@@ -47,7 +47,7 @@ class StressedFit(NamedTuple):
     Attributes
     ----------
     model : Stressed
-        With the fitted values.
+        Model with the fitted values.
     values : dict[str, float]
         By name, heats as "heat 1.5 V" (K).
     std : dict[str, float]
@@ -55,7 +55,7 @@ class StressedFit(NamedTuple):
     rms : float
         Over the samples fitted to, mm.
     iterations : int
-        Of the search.
+        Iterations of the search.
     """
 
     model: Stressed
@@ -139,14 +139,14 @@ def fit(
     table : FodTable
         From the kiln, deg C to mm.
     recordings : Sequence[Recording]
-        With the columns t, ctrl, laser, and contract perhaps; two or more. Each must start cold and
-        fully extended.
+        Recordings with the columns t, ctrl, laser, and contract perhaps; two or more. Each must
+        start cold and fully extended.
     gain : Weighted | None, optional
         A first guess for the heats.
     ambient : float, optional
         deg C.
     lag : float, optional
-        Of the driver, s: too short to be found from such records, and taken as given.
+        Lag of the driver, s: too short to be found from such records, and taken as given.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def against(model: Stressed, recording: Recording) -> Judgement:
     model : Stressed
         The better model.
     recording : Recording
-        With the columns t, ctrl and laser.
+        Recording with the columns t, ctrl and laser.
 
     Returns
     -------

@@ -51,7 +51,7 @@ def averaged(trials: Sequence[Recording]) -> tuple[Array, Array]:
     Parameters
     ----------
     trials : Sequence[Recording]
-        With the columns t and laser, of one sample time.
+        Trials with the columns t and laser, of one sample time.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def inferred_step(
     table : FodTable
         From the kiln, deg C to mm.
     trials : list[Recording]
-        Of one voltage.
+        Trials of one voltage.
     ambient : float
         deg C.
     doubt : Doubt | None, optional
@@ -289,7 +289,7 @@ class CoolingFit(NamedTuple):
     fitted : float
         Time constant by least squares, s.
     nrmse : float
-        Of that exponential.
+        RMS error of that exponential, over the range of the fall.
     peak : float
         Where the fall began, deg C.
     """
@@ -308,7 +308,7 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     table : FodTable
         From the kiln, deg C to mm.
     trials : Sequence[Recording]
-        Of one voltage, with the columns t, ctrl and laser.
+        Trials of one voltage, with the columns t, ctrl and laser.
     ambient : float
         deg C.
 

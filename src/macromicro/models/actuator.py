@@ -70,7 +70,7 @@ class ActuatorState(NamedTuple):
     heat : Heat
         Parts of the temperature, K above ambient.
     memory : Memory
-        Of the relays.
+        Memory of the relays.
     x : float
         Contraction, mm.
     """
@@ -86,7 +86,7 @@ def cold(p: Actuator) -> ActuatorState:
     Parameters
     ----------
     p : Actuator
-        Parameters.
+        Parameters of the model.
 
     Returns
     -------
@@ -104,9 +104,9 @@ def temperature(p: Actuator, s: ActuatorState) -> float:
     Parameters
     ----------
     p : Actuator
-        Parameters.
+        Parameters of the model.
     s : ActuatorState
-        State.
+        State of the model.
 
     Returns
     -------
@@ -126,9 +126,9 @@ def step(p: Actuator, s: ActuatorState, ctrl: float, dt: float) -> ActuatorState
     Parameters
     ----------
     p : Actuator
-        Parameters.
+        Parameters of the model.
     s : ActuatorState
-        State; its memory is changed in place.
+        State of the model; its memory is changed in place.
     ctrl : float
         CTRL, V.
     dt : float
@@ -166,7 +166,7 @@ def simulate(p: Actuator, ctrl: npt.ArrayLike, dt: npt.ArrayLike) -> tuple[Array
     Parameters
     ----------
     p : Actuator
-        Parameters.
+        Parameters of the model.
     ctrl : array_like, shape (n,)
         CTRL, V.
     dt : npt.ArrayLike

@@ -63,7 +63,7 @@ def step(s: Heating, goal: float, dt: float) -> Heating:
     Parameters
     ----------
     s : Heating
-        State.
+        State of (5.6).
     goal : float
         T_d, K above ambient.
     dt : float
@@ -87,7 +87,7 @@ def temperature(s: Heating) -> float:
     Parameters
     ----------
     s : Heating
-        State.
+        State of (5.6).
 
     Returns
     -------

@@ -84,9 +84,9 @@ class MacroModel(NamedTuple):
     width : float
         Dead zone, V.
     a0 : float
-        Of (4.5), V.
+        a0 of (4.5), V.
     delta : float
-        Of (4.5), dimensionless.
+        Delta of (4.5), dimensionless.
     limit : float
         Saturation, V.
     """
@@ -235,9 +235,9 @@ def jump_zone(width: float, a0: float, delta: float, volts: float) -> float:
     width : float
         To either side, V.
     a0 : float
-        Of (4.5), V.
+        a0 of (4.5), V.
     delta : float
-        Of (4.5).
+        Delta of (4.5).
     volts : float
         V.
 
@@ -283,7 +283,7 @@ def net_volts(p: MacroModel, motor: float) -> float:
     p : MacroModel
         The model.
     motor : float
-        At the D/A board, V.
+        Volts at the D/A board, V.
 
     Returns
     -------
@@ -308,9 +308,9 @@ def step(p: MacroModel, s: MacroModelState, motor: float) -> MacroModelState:
     p : MacroModel
         The model.
     s : MacroModelState
-        State.
+        State of the model.
     motor : float
-        At the D/A board, held, V.
+        Volts at the D/A board, held, V.
 
     Returns
     -------

@@ -32,7 +32,7 @@ class Stressed(NamedTuple):
     heat : ndarray, shape (k,)
         Heat there, K: one K of heat warms the wires by r1 + r2 + r3 K in the end.
     lag : float
-        Of driver and sensor together, s.
+        Lag of driver and sensor together, s.
     ladder : Ladder
         Wire, plates and body.
     latent : float
@@ -82,7 +82,7 @@ class StressedState(NamedTuple):
     content : float
         The wire's temperature and latent share, K.
     memory : Memory
-        Of the relays.
+        Memory of the relays.
     x : float
         Contraction, mm.
     """
@@ -103,7 +103,7 @@ def cold(p: Stressed) -> StressedState:
     Parameters
     ----------
     p : Stressed
-        Parameters.
+        Parameters of the model.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def static_heat(p: Stressed, ctrl: float) -> float:
     Parameters
     ----------
     p : Stressed
-        Parameters.
+        Parameters of the model.
     ctrl : float
         V.
 
@@ -182,9 +182,9 @@ def step(p: Stressed, s: StressedState, ctrl: float, dt: float) -> StressedState
     Parameters
     ----------
     p : Stressed
-        Parameters.
+        Parameters of the model.
     s : StressedState
-        State; its memory is changed in place.
+        State of the model; its memory is changed in place.
     ctrl : float
         CTRL, V.
     dt : float
@@ -206,9 +206,9 @@ def warmed(p: Stressed, s: StressedState, ctrl: float, cut: float, dt: float) ->
     Parameters
     ----------
     p : Stressed
-        Parameters.
+        Parameters of the model.
     s : StressedState
-        State; its memory is changed in place.
+        State of the model; its memory is changed in place.
     ctrl : float
         CTRL, V.
     cut : float
@@ -267,7 +267,7 @@ def simulate(
     Parameters
     ----------
     p : Stressed
-        Parameters.
+        Parameters of the model.
     ctrl : array_like, shape (n,)
         CTRL, V.
     dt : npt.ArrayLike

@@ -49,7 +49,7 @@ class Weighted(NamedTuple):
     offset : float
         K.
     sharpness : float
-        Of the transition, 1/V.
+        Sharpness of the transition, 1/V.
     join : float
         Middle of the transition, V.
     """
@@ -70,7 +70,7 @@ def exponential(p: Exponential, ctrl: float) -> float:
     Parameters
     ----------
     p : Exponential
-        Parameters.
+        Parameters of the curve.
     ctrl : float
         CTRL, V.
 
@@ -89,7 +89,7 @@ def weighted(p: Weighted, ctrl: float) -> float:
     Parameters
     ----------
     p : Weighted
-        Parameters.
+        Parameters of the curve.
     ctrl : float
         CTRL, V.
 

@@ -37,7 +37,7 @@ def convert(p: Amplifier, volts: float) -> float:
     Parameters
     ----------
     p : Amplifier
-        Parameters.
+        Parameters of the amplifier.
     volts : float
         V.
 
@@ -58,7 +58,7 @@ def duty(p: Amplifier, volts: float, at_full_scale: float) -> float:
     Parameters
     ----------
     p : Amplifier
-        Parameters.
+        Parameters of the amplifier.
     volts : float
         D/A voltage, V.
     at_full_scale : float
@@ -79,7 +79,7 @@ def motor_volts(p: Amplifier, volts: float) -> float:
     Parameters
     ----------
     p : Amplifier
-        Parameters.
+        Parameters of the amplifier.
     volts : float
         D/A voltage, V.
 
@@ -100,7 +100,7 @@ def ctrl_level(p: Amplifier, volts: float) -> float:
     Parameters
     ----------
     p : Amplifier
-        Parameters.
+        Parameters of the amplifier.
     volts : float
         D/A voltage, V.
 

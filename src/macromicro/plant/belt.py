@@ -50,11 +50,11 @@ def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float,
     Parameters
     ----------
     p : Belt
-        Parameters.
+        Parameters of the mode.
     q : float
         Deflection, m.
     speed : float
-        Of the deflection, m/s.
+        Speed of the deflection, m/s.
     kick : float
         What the carriage's speed gains in the step, m/s.
     h : float
@@ -84,13 +84,13 @@ def reaction(p: Belt, mass: float, q: float, speed: float) -> float:
     Parameters
     ----------
     p : Belt
-        Parameters.
+        Parameters of the mode.
     mass : float
-        Of the carriage, kg.
+        Mass of the carriage, kg.
     q : float
         Deflection, m.
     speed : float
-        Of the deflection, m/s.
+        Speed of the deflection, m/s.
 
     Returns
     -------

@@ -179,11 +179,11 @@ class Noise(NamedTuple):
     Attributes
     ----------
     hall : float
-        Of the Hall sensor.
+        Draw for the Hall sensor's noise.
     laser : float
-        Of the laser.
+        Draw for the laser's fast noise.
     drift : float
-        Of the laser's drift.
+        Draw for the laser's slow noise.
     """
 
     hall: float = 0.0
@@ -263,9 +263,9 @@ def initial(p: Plant, position: float = 0.0) -> State:
     Parameters
     ----------
     p : Plant
-        Parameters.
+        Parameters of the positioner.
     position : float, optional
-        Of the carriage, m; half a count is added, so that it stands on no edge.
+        Position of the carriage, m; half a count is added, so that it stands on no edge.
 
     Returns
     -------
@@ -304,9 +304,9 @@ def stage(p: Plant, s: State) -> float:
     Parameters
     ----------
     p : Plant
-        Parameters.
+        Parameters of the positioner.
     s : State
-        State.
+        State of the positioner.
 
     Returns
     -------
@@ -323,9 +323,9 @@ def measure(p: Plant, s: State, t: float, draw: Noise) -> Sample:
     Parameters
     ----------
     p : Plant
-        Parameters.
+        Parameters of the positioner.
     s : State
-        State.
+        State of the positioner.
     t : float
         Time to report, s.
     draw : Noise
@@ -353,9 +353,9 @@ def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
     Parameters
     ----------
     p : Plant
-        Parameters.
+        Parameters of the positioner.
     s : State
-        State; its memory is changed in place.
+        State of the positioner; its memory is changed in place.
     out : Outputs
         Latched now; they take effect a period later.
     draw : Noise
@@ -416,9 +416,9 @@ def truth(p: Plant, s: State) -> Truth:
     Parameters
     ----------
     p : Plant
-        Parameters.
+        Parameters of the positioner.
     s : State
-        State.
+        State of the positioner.
 
     Returns
     -------

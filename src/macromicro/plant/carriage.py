@@ -101,7 +101,7 @@ def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
     Parameters
     ----------
     p : Carriage
-        Parameters.
+        Parameters of the macro-stage.
     x : float
         Position before the step, m.
     h : float
@@ -134,11 +134,11 @@ def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> M
     Parameters
     ----------
     p : Macro
-        Parameters.
+        Parameters of the macro-stage.
     s : MacroState
-        State.
+        State of the macro-stage.
     volts : float
-        At the motor, V.
+        Volts at the motor, V.
     offset : float
         Local deviation of the friction level, N.
     h : float
@@ -176,11 +176,11 @@ def advance(p: Macro, s: MacroState, volts: float, dt: float, substeps: int) -> 
     Parameters
     ----------
     p : Macro
-        Parameters.
+        Parameters of the macro-stage.
     s : MacroState
-        State.
+        State of the macro-stage.
     volts : float
-        At the motor throughout, V.
+        Volts at the motor throughout, V.
     dt : float
         s.
     substeps : int

@@ -148,7 +148,7 @@ def initial(p: CyclePlant) -> CycleState:
     Parameters
     ----------
     p : CyclePlant
-        Parameters.
+        Parameters of the fixture.
 
     Returns
     -------
@@ -165,9 +165,9 @@ def measure(p: CyclePlant, s: CycleState, t: float) -> CycleSample:
     Parameters
     ----------
     p : CyclePlant
-        Parameters.
+        Parameters of the fixture.
     s : CycleState
-        State.
+        State of the fixture.
     t : float
         Time to report, s.
 
@@ -192,9 +192,9 @@ def advance(p: CyclePlant, s: CycleState, ctrl: float, fan: float, dt: float) ->
     Parameters
     ----------
     p : CyclePlant
-        Parameters.
+        Parameters of the fixture.
     s : CycleState
-        State; its memory is changed in place.
+        State of the fixture; its memory is changed in place.
     ctrl : float
         D/A voltage latched now, V.
     fan : float

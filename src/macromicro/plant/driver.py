@@ -76,7 +76,7 @@ class DriverTable(NamedTuple):
     Attributes
     ----------
     gain : float
-        Of heat, by the supply.
+        Factor on the heat, by the supply.
     ctrl : ndarray, shape (k,)
         CTRL values of the map, V.
     heat : ndarray, shape (k,)
@@ -133,7 +133,7 @@ def heat(p: DriverTable, ctrl: float) -> float:
     Parameters
     ----------
     p : DriverTable
-        Parameters.
+        Parameters of the driver.
     ctrl : float
         CTRL, D/A volts, V.
 
@@ -161,7 +161,7 @@ def contract(p: DriverTable, on: float, x: float) -> float:
     Parameters
     ----------
     p : DriverTable
-        Parameters.
+        Parameters of the driver.
     on : float
         Before, 1 closed.
     x : float
@@ -187,7 +187,7 @@ def delivered(p: DriverTable, power: float, ctrl: float, cut: float, dt: float) 
     Parameters
     ----------
     p : DriverTable
-        Parameters.
+        Parameters of the driver.
     power : float
         Present heat, W.
     ctrl : float

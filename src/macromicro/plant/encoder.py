@@ -44,7 +44,7 @@ def count(p: Encoder, x: float) -> float:
     Parameters
     ----------
     p : Encoder
-        Parameters.
+        Parameters of encoder or converter.
     x : float
         Position, m.
 
@@ -66,7 +66,7 @@ def sample(p: Converter, volts: float) -> float:
     Parameters
     ----------
     p : Converter
-        Parameters.
+        Parameters of encoder or converter.
     volts : float
         V.
 

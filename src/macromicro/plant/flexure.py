@@ -44,7 +44,7 @@ def stiffness(p: Flexure) -> float:
     Parameters
     ----------
     p : Flexure
-        Parameters.
+        Parameters of the guide.
 
     Returns
     -------

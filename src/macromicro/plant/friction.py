@@ -53,7 +53,7 @@ def ripple(p: Friction, x: float) -> float:
     Parameters
     ----------
     p : Friction
-        Parameters.
+        Parameters of the friction.
     x : float
         Position, m.
 
@@ -79,7 +79,7 @@ def level(p: Friction, v: float, offset: float) -> float:
     Parameters
     ----------
     p : Friction
-        Parameters.
+        Parameters of the friction.
     v : float
         Speed, m/s.
     offset : float
@@ -105,7 +105,7 @@ def bristle_terms(
     Parameters
     ----------
     p : Friction
-        Parameters.
+        Parameters of the friction.
     z : float
         Deflection of the bristles, m.
     v : float

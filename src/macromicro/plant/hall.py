@@ -76,7 +76,7 @@ def volts(p: Hall, x: float) -> float:
     Parameters
     ----------
     p : Hall
-        Parameters.
+        Parameters of the sensor.
     x : float
         Contraction, m.
 
@@ -97,7 +97,7 @@ def lagged(p: Hall, level: float, x: float, dt: float) -> float:
     Parameters
     ----------
     p : Hall
-        Parameters.
+        Parameters of the sensor.
     level : float
         Output before, V.
     x : float

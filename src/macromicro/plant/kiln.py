@@ -168,7 +168,7 @@ def initial(p: KilnPlant) -> KilnState:
     Parameters
     ----------
     p : KilnPlant
-        Parameters.
+        Parameters of the fixture.
 
     Returns
     -------
@@ -185,11 +185,11 @@ class KilnNoise(NamedTuple):
     Attributes
     ----------
     thermocouple : float
-        Of the thermocouple.
+        Draw for the thermocouple's noise.
     onset : float
-        Of a spike.
+        Draw for the onset of a spike.
     height : float
-        Of that spike.
+        Draw for the height of that spike.
     """
 
     thermocouple: float = 0.0
@@ -226,9 +226,9 @@ def measure(p: KilnPlant, s: KilnState, t: float, draw: KilnNoise) -> KilnSample
     Parameters
     ----------
     p : KilnPlant
-        Parameters.
+        Parameters of the fixture.
     s : KilnState
-        State.
+        State of the fixture.
     t : float
         Time to report, s.
     draw : KilnNoise
@@ -250,9 +250,9 @@ def advance(p: KilnPlant, s: KilnState, heater: float, draw: KilnNoise, dt: floa
     Parameters
     ----------
     p : KilnPlant
-        Parameters.
+        Parameters of the fixture.
     s : KilnState
-        State; its memory is changed in place.
+        State of the fixture; its memory is changed in place.
     heater : float
         The heater's relay, 0 or 1.
     draw : KilnNoise

@@ -36,7 +36,7 @@ def drifted(p: Laser, drift: float, draw: float, dt: float) -> float:
     Parameters
     ----------
     p : Laser
-        Parameters.
+        Parameters of the laser.
     drift : float
         Before, m.
     draw : float
@@ -60,7 +60,7 @@ def reading(p: Laser, path: float, draw: float, drift: float) -> float:
     Parameters
     ----------
     p : Laser
-        Parameters.
+        Parameters of the laser.
     path : float
         True path since the reset, m.
     draw : float

@@ -81,7 +81,7 @@ def cold(p: Micro, temperature: float) -> MicroState:
     Parameters
     ----------
     p : Micro
-        Parameters.
+        Parameters of the actuator.
     temperature : float
         deg C.
 
@@ -106,7 +106,7 @@ def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireSt
     Parameters
     ----------
     p : Wire
-        Parameters.
+        Parameters of the actuator.
     load : Load
         What they pull.
     table : Everett
@@ -132,9 +132,9 @@ def advance(
     Parameters
     ----------
     p : Micro
-        Parameters.
+        Parameters of the actuator.
     s : MicroState
-        State; its memory is changed in place.
+        State of the actuator; its memory is changed in place.
     ctrl : float
         CTRL, D/A volts, V.
     fan : float

@@ -36,11 +36,11 @@ def current_terms(p: Motor, current: float, volts: float, h: float) -> tuple[flo
     Parameters
     ----------
     p : Motor
-        Parameters.
+        Parameters of the motor.
     current : float
         Present current, A.
     volts : float
-        At the motor, V.
+        Volts at the motor, V.
     h : float
         s.
 
@@ -65,9 +65,9 @@ def force(p: Motor, current: float) -> float:
     Parameters
     ----------
     p : Motor
-        Parameters.
+        Parameters of the motor.
     current : float
-        Of the armature, A.
+        Current of the armature, A.
 
     Returns
     -------

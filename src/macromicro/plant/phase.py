@@ -66,7 +66,7 @@ def weights(
     Parameters
     ----------
     p : Phase
-        Parameters.
+        Parameters of the density.
     up, down : ndarray
         Heating and cooling thresholds, deg C; they broadcast.
 
@@ -93,7 +93,7 @@ def table(p: Phase) -> Everett:
     Parameters
     ----------
     p : Phase
-        Parameters.
+        Parameters of the density.
 
     Returns
     -------

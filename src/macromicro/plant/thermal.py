@@ -71,7 +71,7 @@ def flows(
     Parameters
     ----------
     p : Thermal
-        Parameters.
+        Parameters of the ladder.
     wire, plates, body : float
         Temperatures, deg C.
     fan : float

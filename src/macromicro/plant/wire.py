@@ -81,7 +81,7 @@ class Load(NamedTuple):
     preload : float
         Force at full extension, N.
     rate : float
-        Of the force over the contraction, N/m.
+        Rise of the force with the contraction, N/m.
     mass : float
         That moves, kg.
     """
@@ -109,7 +109,7 @@ class WireState(NamedTuple):
     temperature : float
         deg C.
     memory : Memory
-        Of the relays.
+        Memory of the relays.
     """
 
     content: float
@@ -131,7 +131,7 @@ def geometry(p: Wire, load: Load, austenite: float, inertia: float) -> tuple[flo
     Parameters
     ----------
     p : Wire
-        Parameters.
+        Parameters of the wires.
     load : Load
         What they pull.
     austenite : float
@@ -179,7 +179,7 @@ def solve(
     Parameters
     ----------
     p : Wire
-        Parameters.
+        Parameters of the wires.
     load : Load
         What they pull.
     table : Everett
@@ -240,13 +240,13 @@ def heated(
     Parameters
     ----------
     p : Wire
-        Parameters.
+        Parameters of the wires.
     load : Load
         What they pull.
     table : Everett
         Relays.
     s : WireState
-        State; its memory is changed in place.
+        State of the wires; its memory is changed in place.
     gain : float
         Heat, J.
     inertia : float
@@ -278,13 +278,13 @@ def tempered(p: Wire, load: Load, table: Everett, s: WireState, temperature: flo
     Parameters
     ----------
     p : Wire
-        Parameters.
+        Parameters of the wires.
     load : Load
         What they pull.
     table : Everett
         Relays.
     s : WireState
-        State; its memory is changed in place.
+        State of the wires; its memory is changed in place.
     temperature : float
         deg C.
 

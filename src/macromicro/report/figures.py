@@ -30,7 +30,7 @@ class Drawn(NamedTuple):
     Attributes
     ----------
     name : str
-        Of its file, without suffix.
+        Name of its file, without suffix.
     title : str
         Heading.
     caption : str
@@ -72,7 +72,7 @@ def fine_laser(recording: Recording) -> Floats:
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
 
     Returns
     -------

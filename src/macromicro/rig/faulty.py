@@ -70,7 +70,7 @@ class Fault(NamedTuple):
     hall : float | str
         "stuck", a voltage that is read whatever the field is, or NaN for none.
     noise : float
-        Added to the Hall voltage, V rms.
+        Noise added to the Hall voltage, V rms.
     later : float
         Added to the time of samples, s.
     clock : str
@@ -188,7 +188,7 @@ class Faulty(Twin):
     cells : ndarray, shape (CELLS,)
         The board.
     **more : Any
-        As for `Twin`.
+        As for `Twin`, by name.
     """
 
     counted = True

@@ -87,7 +87,7 @@ class FixtureTwin(Generic[Shown, Taken]):
         Parameters
         ----------
         outputs : Taken
-            Of the fixture.
+            In the fixture's own type.
         """
         self._outputs = outputs
 
@@ -119,7 +119,7 @@ class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
     dt : float, optional
         Control period, s.
     state : KilnState | None, optional
-        At the start; default: cold.
+        State at the start; default: cold.
     measure, advance : Any, optional
         The physics; by default interpreted. The compiled ones may be passed for speed and give the
         same bits.
@@ -176,7 +176,7 @@ class CycleTwin(FixtureTwin[CycleSample, CycleOutputs]):
     dt : float, optional
         Control period, s.
     state : CycleState | None, optional
-        At the start; default: cold.
+        State at the start; default: cold.
     measure, advance : Any, optional
         The physics; by default interpreted.
     """

@@ -36,7 +36,7 @@ class Guard(NamedTuple):
     micro : Bounds
         Envelope, mm.
     calibration : Calibration
-        Of the Hall sensor.
+        Calibration of the Hall sensor.
     """
 
     limits: Limits
@@ -83,7 +83,7 @@ class Watch(NamedTuple):
     micro : Envelope
         Envelope, mm.
     heat : Heat
-        Of the actuator.
+        Estimate of the actuator's heat.
     """
 
     fault: int
@@ -151,7 +151,7 @@ def temperature(s: Watch) -> float:
     Parameters
     ----------
     s : Watch
-        State.
+        State of the guard.
 
     Returns
     -------
@@ -219,9 +219,9 @@ def step(
     Parameters
     ----------
     p : Guard
-        Parameters.
+        Parameters of the guard.
     s : Watch
-        State.
+        State of the guard.
     sample : Sample
         What the rig shows.
     command : Command

@@ -27,7 +27,7 @@ class Replay:
     Parameters
     ----------
     recording : Recording
-        With the encoder's or the Hall sensor's column.
+        Recording with the encoder's or the Hall sensor's column.
     name : str, optional
         For messages.
 

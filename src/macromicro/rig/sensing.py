@@ -37,9 +37,9 @@ class Seen(NamedTuple):
     hall_age : float
         Without a new value, s.
     same : float
-        Of one and the same Hall code, s.
+        For how long the Hall sensor has given one and the same code, s.
     railed : float
-        Of the Hall sensor off its scale, s.
+        For how long the Hall sensor has been off its scale, s.
     pushed : float
         Pushed hard without a count, s.
     leant : float
@@ -55,7 +55,7 @@ class Seen(NamedTuple):
     noise : float
         Mean square of the Hall sensor's noise, V^2.
     time : float
-        Of the last sample, s.
+        Time of the last sample, s.
     passed : float
         Its last step, s.
     stood : float
@@ -107,7 +107,7 @@ def expecting(s: Seen, encoder: bool, hall: bool) -> Seen:
     Parameters
     ----------
     s : Seen
-        State.
+        State of what the sensors have shown.
     encoder, hall : bool
         Whether the rig has it.
 
@@ -169,7 +169,7 @@ def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
     p : Limits
         Limits.
     s : Seen
-        State.
+        State of what the sensors have shown.
     sample : Sample
         What the rig shows.
     effort : float
@@ -253,7 +253,7 @@ def doubt(p: Limits, s: Seen, dt: float) -> int:
     p : Limits
         Limits.
     s : Seen
-        State.
+        State of what the sensors have shown.
     dt : float
         Control period, s.
 
@@ -280,7 +280,7 @@ def fault(p: Limits, s: Seen, push: float) -> tuple[int, float, float]:
     p : Limits
         Limits.
     s : Seen
-        State.
+        State of what the sensors have shown.
     push : float
         Size of the motor output asked for, V.
 

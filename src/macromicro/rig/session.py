@@ -70,7 +70,7 @@ class Fixture(NamedTuple):
         How long it is left with outputs safe before a run that must begin cold, s; 0 where `make`
         gives it cold, its laser at zero.
     limits : Limits | None
-        Of its guard; None for the user's settings or the defaults.
+        Limits of its guard; None for the user's settings or the defaults.
     table : Calibration | None
         Its Hall calibration; None where it has none (`calibrated`).
     pitch : float
@@ -224,7 +224,7 @@ class Session:
         Returns
         -------
         Any
-            Of the rig's own type, its time from zero.
+            In the rig's own type, its time from zero.
         """
         if self._sample is None:
             self._sample = self._rig.read()
@@ -240,7 +240,7 @@ class Session:
         Parameters
         ----------
         outputs : Any
-            Of the rig's own type.
+            In the rig's own type.
         """
         self.unstopped = "its stop was not called"
         self._rig.write(outputs)

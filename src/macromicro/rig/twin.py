@@ -104,7 +104,7 @@ class Twin:
     dt : float, optional
         Control period, s.
     state : State | None, optional
-        At the start; default: at rest at 0 m, cold.
+        State at the start; default: at rest at 0 m, cold.
     measure, advance : Any, optional
         The physics; by default interpreted. Pass the compiled ones for speed; both give the same
         bits.
@@ -244,7 +244,7 @@ class CompiledTwin(Twin):
     dt : float, optional
         Control period, s.
     state : State | None, optional
-        At the start; default: at rest at 0 m, cold.
+        State at the start; default: at rest at 0 m, cold.
     """
 
     def __init__(self, plant: Plant, seed: int, dt: float = 1e-3, state: State | None = None):

@@ -25,9 +25,9 @@ def store(s: Watch, row: Any) -> None:
     Parameters
     ----------
     s : Watch
-        State.
+        State of the guard.
     row : ndarray, shape (FIELDS,)
-        Written here.
+        Row to write into.
     """
     row[0] = float(s.fault)
     row[1] = s.value
@@ -69,7 +69,7 @@ def restored(row: Any) -> Watch:
     Parameters
     ----------
     row : ndarray, shape (FIELDS,)
-        From `store`.
+        Row that `store` wrote.
 
     Returns
     -------

@@ -93,7 +93,7 @@ def open_loop(machine: Machine, volts: npt.ArrayLike, start: float) -> Recording
     Parameters
     ----------
     machine : Machine
-        Virtual bench or rig.
+        The virtual bench's parameters, or a rig.
     volts : array_like, shape (n,)
         V at the D/A, a sample each ms.
     start : float
@@ -121,7 +121,7 @@ def closed_loop(
     Parameters
     ----------
     machine : Machine
-        Virtual bench or rig.
+        The virtual bench's parameters, or a rig.
     controller : MacroLaw
         The law.
     reference : array_like, shape (n,)
@@ -190,7 +190,7 @@ def heated(machine: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1)
     Parameters
     ----------
     machine : Machine
-        Virtual bench or rig.
+        The virtual bench's parameters, or a rig.
     ctrl : array_like, shape (n,)
         CTRL, V, a sample each ms.
     seed : int, optional
@@ -225,7 +225,7 @@ def by_laser(
     Parameters
     ----------
     machine : Machine
-        Virtual bench or rig.
+        The virtual bench's parameters, or a rig.
     target : float
         mm.
     p : PiAntiWindup
@@ -266,7 +266,7 @@ def stage(
     Parameters
     ----------
     machine : Machine
-        Virtual bench or rig.
+        The virtual bench's parameters, or a rig.
     what : str
         What is run, for messages.
     channels : tuple[str, ...]

@@ -46,7 +46,7 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
     overwrite : bool
         Whether files may be replaced.
     names : Sequence[str], optional
-        Of the files, by default a run's.
+        Names of the files, by default a run's.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str
     overwrite : bool
         Whether files of `names` may be replaced.
     names : Sequence[str]
-        Of the files.
+        Names of the files.
 
     Raises
     ------

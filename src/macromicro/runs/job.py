@@ -52,7 +52,7 @@ class Request(NamedTuple):
     fan : bool
         Whether the fan cools the wires.
     seed : int
-        Of the sensor noise.
+        Seed of the sensor noise.
     overwrite : bool
         Whether files may be replaced.
     rig : str
@@ -77,7 +77,7 @@ class Job(NamedTuple):
     request : Request
         As it was.
     settings : Settings
-        With the user's overrides.
+        Settings with the user's overrides.
     programme : Programme
         All cycles.
     per_cycle : int
@@ -119,7 +119,7 @@ class Ended(NamedTuple):
     interrupted : bool
         Whether it was stopped from outside.
     fault : Fault | None
-        Of the guard.
+        Fault of the guard.
     simulated : float
         Time on the bench, s.
     wall : float
@@ -127,7 +127,7 @@ class Ended(NamedTuple):
     moves : list[MoveResult]
         None of a stage that follows a trajectory.
     tracking : list[Tracking]
-        Of those stages.
+        How those stages followed.
     vibration : list[Vibration]
         After the first cycle's macro moves.
     cycles : list[Cycle]
@@ -162,7 +162,7 @@ def load(path: Path, settings: Settings) -> Programme:
     path : Path
         .toml or .csv.
     settings : Settings
-        Of travel and encoder.
+        Travel and encoder count.
 
     Returns
     -------
@@ -307,7 +307,7 @@ def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wa
     job : Job
         What was run.
     recording : Recording
-        Of that run.
+        Recording of that run.
     outcome : simulate.Outcome | None
         How it ended; None for a run that was stopped early.
     wall : float

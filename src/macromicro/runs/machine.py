@@ -176,7 +176,7 @@ def play(
     law : Law
         From period and sample to command and outputs.
     seed : int, optional
-        Of a virtual rig's noise.
+        Seed of a virtual rig's noise.
     start : float | None, optional
         Where the carriage is at rest, counts; None: from cold, the laser at zero.
 
@@ -239,7 +239,7 @@ def seen(fixture: Fixture, columns: Sequence[Column] = COLUMNS) -> tuple[Column,
     fixture : Fixture
         The rig.
     columns : Sequence[Column], optional
-        Of a run.
+        Columns of a run.
 
     Returns
     -------
@@ -268,7 +268,7 @@ def recorded(
     fixture : Fixture
         The rig.
     columns : Sequence[Column]
-        Of a run; those that the rig did not measure are left out.
+        Columns of a run; those that the rig did not measure are left out.
     values : dict[str, Any]
         Shape (n,) by name.
     dt : float

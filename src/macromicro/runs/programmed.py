@@ -83,7 +83,7 @@ def perform(
     programme : Programme
         Targets in counts and m.
     settings : Settings
-        Of bench, sensors, controller and guard.
+        Bench, sensors, controller and guard.
     sink : Sink
         Takes rows of ``columns(on)``.
     on : Place, optional
@@ -151,7 +151,7 @@ def record(
     programme : Programme
         Targets in counts and m.
     settings : Settings
-        Of bench, sensors, controller and guard.
+        Bench, sensors, controller and guard.
     on : Place, optional
         As for `perform`.
     seed : int, optional
@@ -193,11 +193,11 @@ def about(
     Parameters
     ----------
     title : str
-        Of the programme.
+        Title of the programme.
     settings : Settings
         Under which it ran.
     seed : int
-        Of the sensor noise.
+        Seed of the sensor noise.
     fan : bool
         Whether the fan cooled the wires.
     cycles : int
@@ -266,7 +266,7 @@ def on_twin(
     programme : Programme
         Targets in counts and m.
     settings : Settings
-        Of bench, sensors, controller and guard.
+        Bench, sensors, controller and guard.
     seed : int, optional
         Seed of the sensor noise.
     fan : bool, optional
@@ -342,11 +342,11 @@ def moves_of(recording: Recording, programme: Programme, settings: Settings) -> 
     Parameters
     ----------
     recording : Recording
-        Of a run.
+        Recording of a run.
     programme : Programme
         Its moves.
     settings : Settings
-        Of encoder and tolerance.
+        Encoder and tolerance count.
 
     Returns
     -------

@@ -71,7 +71,7 @@ def replay(
     programme : Programme
         Targets in counts and m.
     settings : Settings
-        Of controller and guard.
+        Controller and guard.
     sink : Sink
         Takes rows of ``columns(source)``.
     fan : bool, optional

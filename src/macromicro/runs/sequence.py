@@ -30,7 +30,7 @@ def micro_steps(
     levels : Sequence[float]
         mm.
     hold : float, optional
-        Of each, or with `times` of the last, s.
+        How long each is held, or with `times` the last, s.
     times : Sequence[float] | None, optional
         When they come, s, from 0 on and rising.
 
@@ -69,7 +69,7 @@ def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
     Parameters
     ----------
     recording : Recording
-        Of the sequence of Section 5.3.1.
+        Recording of the sequence of Section 5.3.1.
     band : float | None, optional
         Into which it settles, um; None: 2 % of the step.
 

@@ -140,7 +140,7 @@ def leaves(
     Parameters
     ----------
     table : dict[str, Any]
-        Of a TOML file; a path may be dotted or nested.
+        Table of a TOML file; a path may be dotted or nested.
     known : dict[str, Entry]
         The parameters, by path.
     where : str

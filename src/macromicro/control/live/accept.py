@@ -30,9 +30,9 @@ def accept(p: LiveParameters, s: LiveState, request: Any) -> Answer:
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     request : Any
         One of `messages`, or anything that a client sent.
 

@@ -29,7 +29,7 @@ def change(
     p : LiveParameters
         Parameters; no limit goes beyond the machine's own.
     s : LiveState
-        State.
+        State of the live machine.
     limits : Any
         `SoftLimits`; None for the machine's own.
 

@@ -34,7 +34,7 @@ def distance(p: LiveParameters, speed: float) -> float:
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     speed : float
         counts/s.
 
@@ -55,13 +55,13 @@ def start(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     outcome : str
-        Of the motion, once the carriage has come to rest.
+        Outcome of the motion, once the carriage has come to rest.
     cause : str
-        Of the transition.
+        Cause of the transition.
     found : Evidence | None, optional
         Evidence that the motion's end reports beside the way.
 
@@ -95,11 +95,11 @@ def step(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Braking
         How far the braking is.
     sample : Sample

@@ -46,7 +46,7 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     encoder : float
         Raw counts, or NaN.
     reference : float
@@ -74,7 +74,7 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     hall : float
         V, or NaN.
     reference : float
@@ -102,7 +102,7 @@ def parked_effort(s: LiveState, sample: Sample, dt: float) -> tuple[Drive, float
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     sample : Sample
         What the rig shows.
     dt : float
@@ -131,11 +131,11 @@ def fine_efforts(
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     sample : Sample
         What the rig shows.
     reference : float
-        Of the micro-stage, mm.
+        Reference of the micro-stage, mm.
     dt : float
         Control period, s.
 
@@ -144,7 +144,7 @@ def fine_efforts(
     state : LiveState
         New state.
     efforts : Efforts
-        Of both stages.
+        Efforts of both stages.
     """
     drive, ctrl = micro_effort(s, sample.hall, reference, dt)
     s = s._replace(drive=drive)
@@ -181,7 +181,7 @@ def observe(p: Fine, w: Window, hall: float, error: float, dt: float) -> Window:
     p : Fine
         Length of a window, and the band.
     w : Window
-        So far.
+        Window so far.
     hall : float
         Reading, V or whatever is read; only changes count.
     error : float

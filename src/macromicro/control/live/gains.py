@@ -28,9 +28,9 @@ def change(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     changes : Any
         Pairs of a dotted path within `Control` and a value, or anything that a client sent.
 

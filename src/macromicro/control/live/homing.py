@@ -49,11 +49,11 @@ def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, t
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        As accepted.
+        The motion as accepted.
 
     Returns
     -------
@@ -86,11 +86,11 @@ def step(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Search
         How far the search is.
     sample : Sample
@@ -131,7 +131,7 @@ def pace(q: Homing, above: float) -> float:
     Parameters
     ----------
     q : Homing
-        Parameters.
+        Parameters of homing.
     above : float
         How far above the place where the stop is expected, counts; NaN where it is expected
         nowhere.

@@ -24,11 +24,11 @@ def start_macro(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        As accepted.
+        The motion as accepted.
     speed : float
         m/s.
 
@@ -52,9 +52,9 @@ def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, 
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        As accepted.
+        The motion as accepted.
     speed : float
         m/s.
 
@@ -82,11 +82,11 @@ def step(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Jogged
         How far the jog is.
     sample : Sample
@@ -114,9 +114,9 @@ def macro(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     work : Jogged
         How far the jog is.
     sample : Sample
@@ -173,9 +173,9 @@ def micro(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     work : Jogged
         How far the jog is.
     sample : Sample

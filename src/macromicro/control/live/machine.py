@@ -54,9 +54,9 @@ def step(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     sample : Sample
         What the rig shows.
     dt : float
@@ -193,9 +193,9 @@ def fault(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     words : str
         What happened.
     evidence : Evidence
@@ -230,9 +230,9 @@ def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     words : str
         Why they are none; "" if they are one again.
 
@@ -260,7 +260,7 @@ def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     words : str
         Why.
 

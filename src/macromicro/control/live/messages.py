@@ -296,7 +296,7 @@ class Event(NamedTuple):
     Attributes
     ----------
     time : float
-        Of the samples, s.
+        Time of the samples, s.
     kind : str
         "mode" (a transition), "move" (a programme's next move, or one cut off), "trust", "gains",
         "limits", "zero", "fan".
@@ -324,7 +324,7 @@ class Finished(NamedTuple):
     Attributes
     ----------
     id : int
-        Of the motion.
+        Number of the motion.
     outcome : str
         One of `OUTCOMES`.
     position : float

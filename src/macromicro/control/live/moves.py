@@ -45,13 +45,13 @@ def start_macro(
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        As accepted.
+        The motion as accepted.
     cause : str
-        Of the transition.
+        Cause of the transition.
     evidence : Evidence
-        Of the transition.
+        Evidence of the transition.
 
     Returns
     -------
@@ -74,13 +74,13 @@ def start_micro(
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        As accepted.
+        The motion as accepted.
     cause : str
-        Of the transition.
+        Cause of the transition.
     evidence : Evidence
-        Of the transition.
+        Evidence of the transition.
 
     Returns
     -------
@@ -113,13 +113,13 @@ def coarse(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Approach
-        How far it is.
+        How far the motion is.
     sample : Sample
         What the rig shows.
     dt : float
@@ -144,13 +144,13 @@ def approach(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Approach
-        How far it is.
+        How far the motion is.
     sample : Sample
         What the rig shows.
     dt : float
@@ -192,13 +192,13 @@ def settle(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Approach
-        How far it is.
+        How far the motion is.
     sample : Sample
         What the rig shows.
     dt : float
@@ -244,9 +244,9 @@ def remaining(p: LiveParameters, s: LiveState, target: float) -> float:
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     target : float
         m.
 
@@ -266,13 +266,13 @@ def fine(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Settle
-        How far it is.
+        How far the motion is.
     sample : Sample
         What the rig shows.
     dt : float
@@ -333,7 +333,7 @@ def hold(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     sample : Sample
         What the rig shows.
     dt : float
@@ -359,13 +359,13 @@ def stay(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     outcome : str
-        Of the motion.
+        Outcome of the motion.
     cause : str
-        Of the transition.
+        Cause of the transition.
 
     Returns
     -------

@@ -244,7 +244,7 @@ class LiveParameters(NamedTuple):
     control : Control
         The laws at the start.
     calibration : Calibration
-        Of the Hall sensor.
+        Calibration of the Hall sensor.
     """
 
     settings: Live

@@ -36,9 +36,9 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        As accepted.
+        The motion as accepted.
     plan : Plan
         Macro targets in the homed frame, micro targets in mm.
 
@@ -74,13 +74,13 @@ def step(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     motion : Motion
-        Under way.
+        The motion under way.
     work : Running
-        How far it is.
+        How far the motion is.
     sample : Sample
         What the rig shows.
     dt : float

@@ -31,7 +31,7 @@ class Seen(NamedTuple):
     fine : float
         Contraction, mm.
     position : float
-        Of the whole positioner, m.
+        Position of the whole positioner, m.
     """
 
     encoder: float
@@ -75,9 +75,9 @@ class Drive(NamedTuple):
     micro_reference : float
         mm.
     memory : Memory
-        Of the macro law.
+        Memory of the macro law.
     integral : float
-        Of the micro law, V.
+        Integral of the micro law, V.
     reset : bool
         Whether a laser reset is still to be given.
     """
@@ -97,7 +97,7 @@ class Motion(NamedTuple):
     id : int
         1, 2, ...
     kind : str
-        In words.
+        Kind in words.
     target : float
         m, or NaN.
     coarse : float
@@ -141,7 +141,7 @@ class Window(NamedTuple):
     number : int
         How many.
     mean : float
-        Of the window before, mm.
+        Mean of the window before, mm.
     held : float
         For how long such means have been on target, s.
     hall : float
@@ -169,7 +169,7 @@ class Settle(NamedTuple):
     entered : float
         Since when, s.
     base : float
-        Of the encoder then, raw counts.
+        Encoder then, raw counts.
     window : Window
         Errors by the Hall sensor.
     witness : Window
@@ -220,11 +220,11 @@ class Jogged(NamedTuple):
     goal : float
         Requested speed, counts/s or mm/s.
     speed : float
-        Of the reference at present, in the same unit.
+        Speed of the reference at present, in the same unit.
     held_back : float
         For how long the carriage has held the reference back, s.
     settle : Settle
-        Of the micro-stage at its limit.
+        The micro-stage's arrival at its limit.
     """
 
     goal: float
@@ -243,7 +243,7 @@ class Braking(NamedTuple):
     until : float
         Until when it may last, s.
     speed : float
-        Of the reference, counts/s.
+        Speed of the reference, counts/s.
     outcome : str
         How it will be reported.
     cause : str
@@ -341,7 +341,7 @@ class LiveState(NamedTuple):
     motion : Motion | None
         The one under way.
     work : Work | None
-        How far it is.
+        How far the motion is.
     target : float
         What is being held after an absolute move, m, or NaN.
     fan : float
@@ -388,7 +388,7 @@ def begin(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     coordinate : float | None, optional
         Where the carriage was left, as kept from the run before, counts of the homed frame; the
         encoder's first count is given that name. Without it the place is not trusted.
@@ -427,7 +427,7 @@ def now(s: LiveState) -> float:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
 
     Returns
     -------
@@ -446,9 +446,9 @@ def uncertainty(p: LiveParameters, s: LiveState) -> float:
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
 
     Returns
     -------
@@ -471,9 +471,9 @@ def by_laser(p: LiveParameters, s: LiveState) -> bool:
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
 
     Returns
     -------
@@ -489,9 +489,9 @@ def position(p: LiveParameters, s: LiveState) -> float:
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
 
     Returns
     -------
@@ -509,9 +509,9 @@ def carriage(p: LiveParameters, s: LiveState) -> float:
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
 
     Returns
     -------
@@ -529,7 +529,7 @@ def coordinate(s: LiveState) -> float:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
 
     Returns
     -------
@@ -545,7 +545,7 @@ def busy(s: LiveState) -> bool:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
 
     Returns
     -------

@@ -41,7 +41,7 @@ class Survey(NamedTuple):
     Attributes
     ----------
     phase : Phase | None
-        Of the edges.
+        Phase of the edges.
     laser : float
         Last reading, m.
     base : float
@@ -53,13 +53,13 @@ class Survey(NamedTuple):
     held : float
         The count when it was new.
     counts : float
-        Of the sample before, NaN where it was not complete.
+        Encoder in the sample before, raw counts; NaN where it was not complete.
     whole : float
-        Of the sample before: laser + base, m.
+        laser + base in the sample before, m.
     fine : float
-        Of the sample before, mm.
+        Contraction in the sample before, mm.
     path : float
-        Of the carriage, mean of the period before, m.
+        Path of the carriage, mean of the period before, m.
     pace : float
         Its last step, m.
     hall : float
@@ -132,7 +132,7 @@ class Moving(NamedTuple):
     fine : float
         Contraction, mm.
     speed : float
-        Of the carriage, counts/s.
+        Speed of the carriage, counts/s.
     standing : float
         For how long it has stood, s.
     offset : float
@@ -151,7 +151,7 @@ def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: 
     Parameters
     ----------
     q : Edges
-        Parameters.
+        Parameters of the edges.
     pitch : float
         Travel per count, m.
     v : Survey
@@ -198,7 +198,7 @@ def followed(
     Parameters
     ----------
     q : Edges
-        Parameters.
+        Parameters of the edges.
     pitch : float
         Travel per count, m.
     v : Survey
@@ -348,7 +348,7 @@ def homed(q: Edges, v: Survey, offset: float) -> Survey:
     Parameters
     ----------
     q : Edges
-        Parameters.
+        Parameters of the edges.
     v : Survey
         Survey.
     offset : float

@@ -88,7 +88,7 @@ class Surveying:
     Parameters
     ----------
     q : Edges
-        Parameters.
+        Parameters of the edges.
     pitch : float
         Travel per count, m.
     dt : float

@@ -69,13 +69,13 @@ def whole(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     target : Any
         m, or anything that a client sent.
     kind : str
-        Of the motion, in words.
+        Kind of the motion, in words.
     carriage_rests : bool
         Whether the carriage stands.
 
@@ -118,11 +118,11 @@ def reach(settings: Live, limits: SoftLimits, tolerance: float) -> tuple[float, 
     Parameters
     ----------
     settings : Live
-        Of the machine.
+        Settings of the machine.
     limits : SoftLimits
         Soft limits in force.
     tolerance : float
-        Of the macro-stage, counts.
+        Tolerance of the macro-stage, counts.
 
     Returns
     -------
@@ -148,9 +148,9 @@ def coarse(s: LiveState, counts: Any) -> Motion | Refused:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     counts : Any
-        Of the homed frame, or anything that a client sent.
+        counts of the homed frame, or anything that a client sent.
 
     Returns
     -------
@@ -176,7 +176,7 @@ def contraction(s: LiveState, position: Any) -> Motion | Refused:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     position : Any
         mm, or anything that a client sent.
 
@@ -198,9 +198,9 @@ def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Ref
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     stage : Any
         "macro", "micro", or anything that a client sent.
     speed : Any
@@ -247,7 +247,7 @@ def plan(s: LiveState, plan: Any) -> Motion | Refused:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     plan : Any
         `Plan` in the homed frame, or anything that a client sent.
 

@@ -85,7 +85,7 @@ def go(s: LiveState, mode: int, cause: str, evidence: Evidence) -> tuple[LiveSta
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     mode : int
         Index into `messages.MODES`.
     cause : str
@@ -110,7 +110,7 @@ def told(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     kind : str
         As of `Event`.
     cause : str
@@ -132,7 +132,7 @@ def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
     Parameters
     ----------
     s : LiveState
-        State.
+        State of the live machine.
     why : str
         Cause of the event.
 
@@ -174,9 +174,9 @@ def finished(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     outcome : str
         One of `messages.OUTCOMES`.
     evidence : Evidence
@@ -206,9 +206,9 @@ def conclude(
     Parameters
     ----------
     p : LiveParameters
-        Parameters.
+        Parameters of the live machine.
     s : LiveState
-        State.
+        State of the live machine.
     mode : int
         Index into `messages.MODES`.
     how : tuple[str, str]

@@ -29,7 +29,7 @@ class Found(NamedTuple):
     curves : list[Pair]
         Pairs of input and output, shape (m,) each.
     kind : Kind
-        Of all of them.
+        The kind of all of them.
     records : list[Pair]
         The whole records that they were cut from, as pairs.
     """
@@ -45,7 +45,7 @@ def from_tables(tables: list[Picked], kind: str) -> Found:
     Parameters
     ----------
     tables : list[Picked]
-        With the roles u and f.
+        Tables with the roles u and f.
     kind : str
         "descending", "ascending", or "auto" for the kind of most curves.
 
@@ -97,7 +97,7 @@ def cleaned(table: Picked) -> Pair:
     Parameters
     ----------
     table : Picked
-        With the roles u and f, and t perhaps.
+        Table with the roles u and f, and t perhaps.
 
     Returns
     -------

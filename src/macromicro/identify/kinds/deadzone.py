@@ -63,9 +63,9 @@ def identify(picking: Picking, options: Options) -> Result:
     Parameters
     ----------
     picking : Picking
-        Files and columns.
+        Files to read, and role to column.
     options : Options
-        As on the command line.
+        Options as on the command line.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def constant(table: Picked) -> list[Run]:
     Parameters
     ----------
     table : Picked
-        With the roles t, u and x.
+        Table with the roles t, u and x.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def step_below(zone: DeadZone, direction: float) -> float:
     Parameters
     ----------
     zone : DeadZone
-        As found.
+        The dead zone that was found.
     direction : float
         1 or -1.
 
@@ -203,9 +203,9 @@ def spread(zone: DeadZone, unit: str) -> str:
     Parameters
     ----------
     zone : DeadZone
-        As found.
+        The dead zone that was found.
     unit : str
-        Of positions.
+        Unit of positions.
 
     Returns
     -------
@@ -269,7 +269,7 @@ def settings(zone: DeadZone) -> str:
     Parameters
     ----------
     zone : DeadZone
-        As found.
+        The dead zone that was found.
 
     Returns
     -------

@@ -50,7 +50,7 @@ class Options(NamedTuple):
     gain : float | None
         Force per unit of u; None: as the file says, else 1.
     structure : str
-        Of the friction.
+        Structure of the friction.
     limit : float | None
         u saturates there.
     delay : int | None
@@ -69,9 +69,9 @@ def identify(picking: Picking, options: Options) -> Result:
     Parameters
     ----------
     picking : Picking
-        Files and columns.
+        Files to read, and role to column.
     options : Options
-        As on the command line.
+        Options as on the command line.
 
     Returns
     -------
@@ -194,7 +194,7 @@ def structure(fit: DriveFit) -> str:
     Parameters
     ----------
     fit : DriveFit
-        As found.
+        What was found.
 
     Returns
     -------
@@ -213,7 +213,7 @@ def settings(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
     Parameters
     ----------
     fit : DriveFit
-        As found.
+        What was found.
     force : str
         Unit of the force.
     x : str

@@ -54,9 +54,9 @@ def identify(picking: Picking, options: Options) -> Result:
     Parameters
     ----------
     picking : Picking
-        Files and columns.
+        Files to read, and role to column.
     options : Options
-        As on the command line.
+        Options as on the command line.
 
     Returns
     -------
@@ -147,7 +147,7 @@ def one_way(table: Picked) -> list[tuple[Array, Array]]:
     Parameters
     ----------
     table : Picked
-        With the roles v and x.
+        Table with the roles v and x.
 
     Returns
     -------

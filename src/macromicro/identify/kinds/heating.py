@@ -60,7 +60,7 @@ def steps(tables: Sequence[Picked], role: str) -> Steps:
     Parameters
     ----------
     tables : Sequence[Picked]
-        With the roles t, u and `role`.
+        Tables with the roles t, u and `role`.
     role : str
         "T" or "x": what x of a run holds, temperature (deg C) or position (mm).
 

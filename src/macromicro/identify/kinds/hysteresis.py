@@ -45,7 +45,7 @@ class Options(NamedTuple):
     curves : str
         Their kind, or "auto".
     shape : str
-        Of the density, as for ``FodTable.from_curves``.
+        Shape of the density, as for ``FodTable.from_curves``.
     smooth : float
         Grid steps.
     tests : tuple[str, ...]
@@ -82,9 +82,9 @@ def identify(picking: Picking, options: Options) -> Result:
     Parameters
     ----------
     picking : Picking
-        Files and columns.
+        Files to read, and role to column.
     options : Options
-        As on the command line.
+        Options as on the command line.
 
     Returns
     -------

@@ -63,9 +63,9 @@ def identify(picking: Picking, options: Options) -> Result:
     Parameters
     ----------
     picking : Picking
-        Files and columns.
+        Files to read, and role to column.
     options : Options
-        As on the command line.
+        Options as on the command line.
 
     Returns
     -------
@@ -178,7 +178,7 @@ def measured(tables: list[Picked], width: float) -> list[Run]:
     Parameters
     ----------
     tables : list[Picked]
-        With the roles t, u, and y or x.
+        Tables with the roles t, u, and y or x.
     width : float
         Dead zone, unit of u.
 
@@ -221,7 +221,7 @@ def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
     made : list[Run]
         The runs to fit to.
     said : list[str]
-        In words; none for a single run.
+        What was done, in words; none for a single run.
     """
     from macromicro.identify import average_runs
 
@@ -250,9 +250,9 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
     Parameters
     ----------
     fit : LinearFit
-        As found.
+        What was found.
     out_unit, in_unit : str
-        Of output and input.
+        Units of output and input.
 
     Returns
     -------
@@ -287,7 +287,7 @@ def data(fit: LinearFit) -> dict[str, Any]:
     Parameters
     ----------
     fit : LinearFit
-        As found.
+        What was found.
 
     Returns
     -------
@@ -314,9 +314,9 @@ def coefficients_toml(fit: LinearFit, in_unit: str, out_unit: str) -> str:
     Parameters
     ----------
     fit : LinearFit
-        As found.
+        What was found.
     in_unit, out_unit : str
-        Of input and output.
+        Units of input and output.
 
     Returns
     -------

@@ -34,9 +34,9 @@ def free_runs(
     measured, model : Sequence[Array]
         Shape (n,) per record.
     label : str
-        Of the y axis, with unit.
+        Label of the y axis, with unit.
     x : str, optional
-        Of the x axis, with unit.
+        Label of the x axis, with unit.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
     dt : float
         s.
     label : str
-        Of the y axis, with unit.
+        Label of the y axis, with unit.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def points(
     Parameters
     ----------
     title : str
-        Above it.
+        Title above it.
     x, y : str
         Labels of the axes, with units.
     series : Sequence[tuple[str, Array, Array, str]]

@@ -88,9 +88,9 @@ def identify(picking: Picking, options: Options) -> Result:
     Parameters
     ----------
     picking : Picking
-        Files and columns.
+        Files to read, and role to column.
     options : Options
-        As on the command line.
+        Options as on the command line.
 
     Returns
     -------
