@@ -136,6 +136,12 @@ def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
     f : float
         The output, 0 to 1.
     """
+    # Rows of the stack, for inputs 0 -> 8 -> 2 -> 6 -> 3 -> u: (8, 2), (6, 3), nested intervals.
+    # A rise to u = 5 stays inside the last one and opens (5, 5): f = f(3) + E(5, 3). One to u = 7
+    # passes 6, which from then on is as if it had never been: (6, 3) is popped,
+    # and the branch is that which left the corner at 2: f = f(2) + E(7, 2). A fall mirrors this
+    # with the minima, and moves the present end of the last row: f = f(M) - E(M, u).
+    # Each row keeps the outputs at its two corners, so a branch needs one value of E.
     v = _reached(table, memory, u)
     k = memory.pairs
     if v > memory.u:

@@ -97,6 +97,10 @@ def refined(rows: list[Rows], start: Estimate) -> Estimate:
     def axis(values: Array) -> Axis:
         return Axis(**dict(zip(names, values.tolist(), strict=True)))
 
+    # What is minimised is the distance of a simulation from the record, not of an equation from
+    # the data: positions are taken as measured and never differentiated, so their noise does not
+    # bias the result. The price is a cost with local minima, and kinks where the axis sticks; that
+    # is why the search starts from inverse dynamics and is given wide differences.
     def missed(scaled: Array) -> Array:
         return np.concatenate(free_runs(rows, axis(scaled * scale))[1])
 

@@ -90,6 +90,8 @@ def output_error(
 
 def _linearised(task: Task, theta: Array) -> Solution:
     """Free-run errors at `theta` and the gradient of the free run."""
+    # Of A x = B u: dx/da_i = -z^-i x / A and dx/db_j = z^-j u / A. That is the matrix of
+    # regressors with the free run x in place of the measured y, all through 1 / A.
     runs = free_runs(task, theta)
     psi = regressors(task, [r.u for r in task.data], runs, theta[: task.na])
     return Solution(theta, psi, np.concatenate([r.y for r in task.data]) - np.concatenate(runs))

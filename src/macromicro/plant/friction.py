@@ -126,7 +126,13 @@ def bristle_terms(
     d : float
         N s/m.
     """
-    # dz/dt = v - sigma0 |v| z / g(v);  F = sigma0 z + sigma1 dz/dt
+    # LuGre: dz/dt = v - sigma0 |v| z / g(v),  F = sigma0 z + sigma1 dz/dt.
+    # Backward Euler, the new v1 and z1 where they count, |v| and g taken from before the step:
+    #   z1 = z + h (v1 - sigma0 |v| z1 / g)   ->   z1 = hold (z + h v1)
+    #   F  = sigma0 z1 + sigma1 (z1 - z) / h, which is linear in v1 as z1 is.
+    # With 0 < hold <= 1 the bristle relaxes towards g / sigma0 for any h. Taken explicitly it
+    # would have the factor 1 - h sigma0 |v| / g, and ring from h = 2 g / (sigma0 |v|) on: some
+    # 60 us at 0.5 m/s.
     hold = 1.0 / (1.0 + h * p.bristle * abs(v) / level(p, v, offset))
     a = hold * z
     b = hold * h

@@ -173,7 +173,7 @@ def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
     e : Phase
         What is known.
     edge : float
-        Where it lies, counts (n - 1/2).
+        Count n above it: it lies at (n - 1/2) pitch.
     z : float
         Its phase, m.
     noise : float
@@ -184,6 +184,9 @@ def taken(e: Phase, edge: float, z: float, noise: float) -> Phase:
     Phase
         What is known then.
     """
+    # Kalman's update of x = (a, b) by the reading z = H x + noise, H = (1, d):
+    #   error = z - H x, total = H P H' + noise, K = P H' / total, x += K error, P -= K H P.
+    # (pa, pb) is P H'. One edge far from the origin thus corrects the slope, and with it home.
     d = edge - e.origin
     pa, pb = e.aa + d * e.ab, e.ab + d * e.bb
     total = pa + d * pb + noise

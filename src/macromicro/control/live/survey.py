@@ -67,7 +67,7 @@ class Survey(NamedTuple):
     hall_same : int
         Periods with the same reading of the Hall sensor.
     slow : float
-        Since when the carriage was last fast, s.
+        Time since the carriage was last fast, s.
     edge : float
         The last one taken.
     anchor : float
@@ -269,6 +269,8 @@ def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
 def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
     """Carriage path [m], mean of the period: of the laser, less the contraction that the lag
     `q.lag` of the Hall sensor hides."""
+    # A lag's output goes from f0 to f1 = keep f0 + (1 - keep) c while its input is c, which this
+    # solves for c: the contraction now, of which the sensor will know `q.lag` later.
     keep = math.exp(-dt / q.lag) if q.lag > 0.0 else 0.0
     contraction = (fine - keep * v.fine) / (1.0 - keep) * 1e-3
     return 0.5 * (whole + v.whole) - contraction
@@ -293,6 +295,8 @@ def _judged(
         edge = v.edge  # none, or one that flickers: it tells no more than it did once
     else:
         rocking = 0.0 if now.slow >= _SETTLED else q.rocking
+        # The edge was crossed at some instant of the period, any as likely: a uniform spread over
+        # the way of the period has the variance width^2 / 12.
         width = moving.speed * pitch * dt
         noise = width * width / 12.0 + q.noise * q.noise + rocking * rocking
         phase = edges.taken(phase, edge, now.path - (edge - 0.5) * pitch, noise)
