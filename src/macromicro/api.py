@@ -31,7 +31,20 @@ PathLike = str | os.PathLike[str]
 def load_settings(path: PathLike) -> Settings:
     """The defaults with what a TOML file overrides, as ``--config`` does it.
 
-    Raises `InputError` that names file and key.
+    Parameters
+    ----------
+    path : PathLike
+        File of settings (see ``macromicro config show``); a key that it lacks keeps its default.
+
+    Returns
+    -------
+    Settings
+        The whole tree; units as in its parameters' annotations.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a key or a value is not accepted; names file and key.
     """
     return config.load_overrides(Path(path), Settings())
 
@@ -44,12 +57,35 @@ def run(
     fan: bool = False,
     settings: Settings | None = None,
 ) -> Recording:
-    """Run a programme (a file, an example's name) on the virtual bench, in memory.
+    """Run a programme on the virtual bench, in memory.
 
-    The recording has the columns and numbers that ``macromicro run`` writes for the same
-    arguments; save it with ``Recording.save``. If the guard stops the run, a warning says
-    why, and the recording ends there; its attribute ``finished`` is then 0. The first
-    run on a machine compiles the bench, which takes about 10 s. Raises `InputError`.
+    The recording has the columns and numbers that ``macromicro run`` writes for the same arguments;
+    save it with ``Recording.save``. The first run on a machine compiles the bench, which takes
+    about 10 s.
+
+    Parameters
+    ----------
+    programme : PathLike | Programme, optional
+        A programme, its file, or the name of a shipped example.
+    seed : int, optional
+        Seed of the sensor noise: the same seed gives the same rows, bit for bit.
+    cycles : int, optional
+        How often a programme of moves is repeated.
+    fan : bool, optional
+        Whether the fan cools the wires.
+    settings : Settings | None, optional
+        Bench, sensors, controller and guard; default: the nominal machine.
+
+    Returns
+    -------
+    Recording
+        One row per control period (1 ms). If the guard stopped the run, a warning says why, the
+        recording ends there, and its attribute ``finished`` is 0.
+
+    Raises
+    ------
+    InputError
+        An argument, the programme or the settings are not accepted.
     """
     settings = Settings() if settings is None else settings
     keys.seed(seed, "seed")
@@ -67,11 +103,21 @@ def run(
 def moves(recording: Recording, settings: Settings | None = None) -> list[MoveResult]:
     """How each move went: arrival, settling, final error, overshoot, in the units of a table.
 
-    Needs nothing but the recording: stages and targets are read from its references.
-    A stage whose targets change all the time makes no moves: `tracking` tells how it went.
-    `settings`: those of the run, if its encoder or its macro tolerance were overridden. Of a
-    recording of the live machine these are the moves to a place that it shows, homing and
-    jogs left out; macro targets are where its encoder counted them.
+    Needs nothing but the recording: stages and targets are read from its references. A stage whose
+    targets change all the time makes no moves: see `tracking`.
+
+    Parameters
+    ----------
+    recording : Recording
+        A run, or a recording of the live machine. In the latter the moves are those to a given
+        place, without homing and jogs; macro targets are where its encoder counted them.
+    settings : Settings | None, optional
+        Settings of the run; needed if its encoder or its macro tolerance were overridden.
+
+    Returns
+    -------
+    list[MoveResult]
+        One entry per move, in order; none for a recording without rows.
     """
     settings = Settings() if settings is None else settings
     if not len(recording):
@@ -88,8 +134,17 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
 def tracking(recording: Recording, settings: Settings | None = None) -> list[Tracking]:
     """How each stage followed targets that change all the time: RMS and peak error, lag.
 
-    Empty for a recording of moves, which `moves` is for. `settings`: those of the run, if its
-    encoder was overridden.
+    Parameters
+    ----------
+    recording : Recording
+        A run whose programme gives targets by time.
+    settings : Settings | None, optional
+        Settings of the run; needed if its encoder was overridden.
+
+    Returns
+    -------
+    list[Tracking]
+        One entry per stage that was moved so; none for a recording of moves, which `moves` is for.
     """
     settings = Settings() if settings is None else settings
     if not len(recording) or served.is_live(recording):

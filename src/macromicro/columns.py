@@ -43,7 +43,15 @@ class Quantity(NamedTuple):
 
 
 class Part(NamedTuple):
-    """Where the fields of one type go in a row: `rows` (-1: not recorded) and `scales`."""
+    """Where the fields of one type go in a row.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (fields,)
+        Row of each field; -1: not recorded.
+    scales : ndarray, shape (fields,)
+        Column per field.
+    """
 
     rows: npt.NDArray[np.int64]
     scales: npt.NDArray[np.float64]
@@ -57,7 +65,18 @@ class Layout(NamedTuple):
 
 
 def quantities(kind: Any) -> dict[str, Quantity]:
-    """The recorded fields of a ``NamedTuple`` class, each with its annotation."""
+    """The recorded fields of a ``NamedTuple`` class.
+
+    Parameters
+    ----------
+    kind : Any
+        The class.
+
+    Returns
+    -------
+    dict[str, Quantity]
+        Each with its annotation, in the fields' order.
+    """
     hints = get_type_hints(kind, include_extras=True)
     found = {}
     for field in kind._fields:
@@ -111,9 +130,18 @@ def put(
     rows: npt.NDArray[np.int64],
     scales: npt.NDArray[np.float64],
 ) -> None:
-    """Write what is recorded of `values` into column `k` of the block `out` (rows, periods).
+    """Write what is recorded of one value into a block.
 
-    `rows` and `scales` are those of the type's `Part`.
+    Parameters
+    ----------
+    out : ndarray, shape (rows, periods)
+        The block.
+    k : int
+        Column of the block.
+    values : Any
+        A ``NamedTuple`` of floats.
+    rows, scales : ndarray, shape (fields,)
+        Those of the type's `Part`.
     """
     for j in range(len(values)):
         if rows[j] >= 0:
@@ -121,9 +149,19 @@ def put(
 
 
 def whole(block: npt.NDArray[np.float64], columns: Sequence[Column]) -> npt.NDArray[np.float64]:
-    """The block (columns, rows), with -1 for what is no number in columns of whole numbers.
+    """A block with -1 for what is no number in columns of whole numbers.
 
-    It is changed in place.
+    Parameters
+    ----------
+    block : ndarray, shape (columns, rows)
+        Changed in place.
+    columns : Sequence[Column]
+        What it holds.
+
+    Returns
+    -------
+    ndarray, shape (columns, rows)
+        `block` itself.
     """
     for k, column in enumerate(columns):
         if not column.dtype.startswith("f"):

@@ -28,12 +28,37 @@ def _exact(value: float) -> float:
 
 
 def finer(tree: Any) -> float:
-    """How many counts are one of the nominal encoder's."""
+    """How many counts are one of the nominal encoder's.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings with sensors.
+
+    Returns
+    -------
+    float
+        1 for the nominal pitch, 2 for half of it.
+    """
     return float(nominal.PITCH / tree.sensors.encoder.pitch)
 
 
 def in_counts(path: str, nominally: float) -> Derivation:
-    """A length or a speed that is set in counts: the same in metres, whatever the pitch."""
+    """The rule for a length or a speed that is set in counts: the same in metres, whatever the
+    pitch.
+
+    Parameters
+    ----------
+    path : str
+        Path of the parameter, such as "guard.macro_rate".
+    nominally : float
+        Its default with the nominal encoder, counts or counts/s.
+
+    Returns
+    -------
+    Derivation
+        Path, and what computes the value from a tree.
+    """
     return path, lambda tree: _exact(nominally * finer(tree))
 
 
@@ -64,7 +89,20 @@ DERIVED: tuple[Derivation, ...] = (
 
 
 def end_counts(tree: Any) -> tuple[int, int]:
-    """What the encoder reads at the two end stops."""
+    """What the encoder reads at the two end stops.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings with bench and sensors.
+
+    Returns
+    -------
+    low : int
+        The lowest whole count between the stops.
+    high : int
+        The highest.
+    """
     stops, pitch = tree.bench.carriage, tree.sensors.encoder.pitch
     low, high = round(stops.stop_low / pitch, 6), round(stops.stop_high / pitch, 6)
     return math.ceil(low), math.floor(high)

@@ -10,10 +10,18 @@ class MacromicroError(Exception):
 
 
 class InputError(MacromicroError):
-    """Bad input: names where it stands, what was found and what is accepted.
+    """Bad input: the message says where it stands, what was found and what is accepted.
 
-    `where` is a file, a key or a line ("wave.toml, moves[2].macro"), `value` what
-    stood there, `accepted` what would have been right. Exit status 2.
+    Exit status 2.
+
+    Parameters
+    ----------
+    where : str
+        A file, a key or a line ("wave.toml, moves[2].macro").
+    value : object
+        What stood there; "" or None if nothing is to be shown.
+    accepted : str
+        What would have been right.
     """
 
     exit_status = 2

@@ -44,7 +44,20 @@ class Described(Protocol):
 
 
 def profile(runs: int) -> tuple[Array, list[slice]]:
-    """CTRL [V] over all ramps, and where each one-way run lies in it."""
+    """CTRL over all ramps, and where each one-way run lies in it.
+
+    Parameters
+    ----------
+    runs : int
+        How often up and down, `RAMP_S` each way, with a rest behind.
+
+    Returns
+    -------
+    ctrl : ndarray, shape (n,)
+        V, a sample every `DT`.
+    parts : list[slice]
+        2 x `runs` slices of `ctrl`: up, down, up, ...
+    """
     n, rest = round(RAMP_S / DT), round(REST_S / DT)
     up = np.linspace(LOW, HIGH, n)
     one = np.concatenate([up, up[::-1], np.zeros(rest)])
@@ -56,7 +69,22 @@ def profile(runs: int) -> tuple[Array, list[slice]]:
 
 
 def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
-    """Runs of (Hall [V], laser [mm]) on a twin, up and down in turn."""
+    """Runs of Hall voltage against the laser on a twin, up and down in turn (Section 3.2.3).
+
+    Parameters
+    ----------
+    plant : Plant
+        The bench, prepared.
+    seed : int, optional
+        Seed of the sensor noise.
+    runs : int, optional
+        How often up and down.
+
+    Returns
+    -------
+    list[tuple[Array, Array]]
+        Pairs of Hall sensor (V) and laser (mm), shape (n,) each, two per run.
+    """
     ctrl, parts = profile(runs)
     noise = noise_source(seed).standard_normal((len(ctrl), NOISES))
     out = np.empty((6, len(ctrl)))
@@ -66,9 +94,20 @@ def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array
 
 
 def needed(settings: Described) -> bool:
-    """Is the shipped calibration void, because sensor or converter were changed?
+    """Whether the shipped calibration is void, because sensor or converter were changed.
 
     A real bench whose sensor was exchanged would have to be calibrated anew as well.
+
+    Parameters
+    ----------
+    settings : Described
+        Whose bench and sensors are compared with the default ones. The sensor's noise and lag do
+        not count.
+
+    Returns
+    -------
+    bool
+        True if the table must be measured on that bench.
     """
     default = Sensors()
     hall = settings.sensors.hall._replace(noise=default.hall.noise, lag=default.hall.lag)
@@ -78,8 +117,20 @@ def needed(settings: Described) -> bool:
 def of_bench(settings: Described) -> Calibration:
     """The table that holds for the virtual bench of these settings.
 
-    Raises `InputError` where the sensor cannot be calibrated: it does not rise over half of the
-    range.
+    Parameters
+    ----------
+    settings : Described
+        Bench and sensors.
+
+    Returns
+    -------
+    Calibration
+        The shipped table, or one measured on that bench (kept, so that it is measured once).
+
+    Raises
+    ------
+    InputError
+        The sensor cannot be calibrated: it does not rise over half of the range.
     """
     if not needed(settings):
         return _shipped()

@@ -35,7 +35,18 @@ _IN_USE = 3600.0  # s: a process that began so short a time ago may still read i
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Mark `function` as compilable and return it unchanged."""
+    """Mark a function as compilable.
+
+    Parameters
+    ----------
+    function : Callable[P, R]
+        Takes and returns floats, ints, arrays and ``NamedTuple``s of them, with ``math`` only.
+
+    Returns
+    -------
+    Callable[P, R]
+        The same function, unchanged.
+    """
     if _register is None:
         _waiting.append(function)
     else:
@@ -50,6 +61,11 @@ def cache_folder() -> Path:
     upgrade of a kernel that it calls would leave stale machine code behind, and two
     versions of numba would overwrite each other's index for ever; so the folder's name is
     a digest of all sources and of what compiles them. ``MACROMICRO_CACHE`` moves its parent.
+
+    Returns
+    -------
+    Path
+        The folder, which need not exist yet.
     """
     digest = hashlib.sha256()
     package = Path(__file__).parent
@@ -133,6 +149,16 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
     Division by zero follows IEEE (inf, nan) instead of raising; nothing is
     reassociated, so results equal the interpreted ones bit for bit.
+
+    Parameters
+    ----------
+    function : Callable[P, R]
+        A plain function; the kernels that it calls are marked with `kernel`.
+
+    Returns
+    -------
+    Callable[P, R]
+        The compiled function, or one that compiles at its first call.
     """
     numba = _numba()
     # Kernels never allocate, so numba need not count references to their arrays: that halves

@@ -11,8 +11,22 @@ from typing import Any
 def front_door(
     package: str, homes: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package (PEP 562). `homes`: public name -> the module
-    within the package that defines it. AttributeError for any other name."""
+    """`__getattr__` and `__dir__` of a package (PEP 562).
+
+    Parameters
+    ----------
+    package : str
+        Its ``__name__``.
+    homes : Mapping[str, str]
+        Public name -> the module within the package that defines it.
+
+    Returns
+    -------
+    get : Callable[[str], Any]
+        ``__getattr__``: AttributeError for a name that `homes` lacks.
+    names : Callable[[], list[str]]
+        ``__dir__``: the public names and what the package holds already, sorted.
+    """
 
     def get(name: str) -> Any:
         if name not in homes:

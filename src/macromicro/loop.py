@@ -49,10 +49,31 @@ def run(
 ) -> Any:
     """Drive a guarded rig until the reference is completed, a fault trips, or `periods` pass.
 
-    Every period: read, control, guard, write, record, wait. `state` is the controller's
-    state at the start; the last one is returned. `sink` takes one column (rows as in
-    `COLUMNS`) a period; quantities that only a bench knows are NaN on a real rig. The
-    rig is entered and left here, so it ends safe whatever happens.
+    Every period: read, control, guard, write, record, wait. The rig is entered and left here, so it
+    ends safe whatever happens.
+
+    Parameters
+    ----------
+    rig : Guarded
+        The machine with its guard.
+    controller : Controller
+        Whose `step` answers each sample.
+    reference : Any
+        What is to be reached, in the controller's form.
+    dt : float
+        Control period, s.
+    state : Any
+        The controller's at the start.
+    sink : Callable[[Block], None] | None, optional
+        Takes a block of shape (columns, 1) each period, rows as in `COLUMNS`; quantities that only
+        a bench knows are NaN on a real rig.
+    periods : int | None, optional
+        The most periods; None for no limit.
+
+    Returns
+    -------
+    Any
+        The controller's state at the end.
     """
     real = getattr(rig.rig, "truth", None)
     done = 0
@@ -115,10 +136,34 @@ def rollout(
     out: npt.NDArray[np.float64],
     dt: float,
 ) -> tuple[Run, int]:
-    """Run the twin for up to ``len(noise)`` control periods into `out` (rows, periods).
+    """Run the twin for up to ``len(noise)`` control periods.
 
-    Returns the state after them and the number of periods written: fewer than asked
-    for when the programme ended or the guard tripped (that period is the last written).
+    Parameters
+    ----------
+    plant : Plant
+        The bench, prepared.
+    control : Supervisor
+        The supervisor's parameters.
+    watchdog : Guard
+        The guard's parameters.
+    plan : Plan
+        The programme; macro targets in counts, micro targets in mm.
+    run : Run
+        The state at the start.
+    noise : ndarray, shape (periods, NOISES)
+        Standard normal draws, a row per period.
+    out : ndarray, shape (columns, periods)
+        Written here; rows as in `COLUMNS`.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    run : Run
+        The state at the end.
+    written : int
+        Periods written: fewer than asked for when the programme ended or the guard tripped (that
+        period is the last written).
     """
     tick, machine, progress, watch = run.tick, run.bench, run.progress, run.watch
     written = 0
@@ -149,11 +194,35 @@ def stage(
     every: int,
     dt: float,
 ) -> State:
-    """The twin's micro-stage alone: `wanted` is CTRL [V], or, where `closed`, the place [mm] that
-    `law` holds by the laser's reading.
+    """The twin's micro-stage alone, under a given CTRL or, `closed`, under a law that sees the
+    laser.
 
-    Every `every`-th sample into `out` (6, n): CTRL [V], laser [m], Hall [V], CONTRACT,
-    contraction [m], wire [degC].
+    Parameters
+    ----------
+    p : Plant
+        The bench, prepared.
+    s : State
+        Its state at the start.
+    law : PiAntiWindup
+        Gains, used where `closed`.
+    closed : bool
+        Whether `wanted` is a place to be held instead of CTRL.
+    wanted : ndarray, shape (n,)
+        CTRL in V; where `closed`, the place in mm by the laser's reading.
+    noise : ndarray, shape (n, NOISES)
+        Standard normal draws.
+    out : ndarray, shape (6, n / every)
+        Written here: CTRL (V), laser (m), Hall (V), CONTRACT (0 or 1), contraction (m), wire (deg
+        C).
+    every : int
+        Which samples are written: each `every`-th.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    State
+        The bench's state at the end.
     """
     integral = 0.0
     for k in range(len(wanted)):

@@ -42,7 +42,17 @@ NAMES = tuple(c.name for c in COLUMNS)
 
 
 def named(*names: str) -> tuple[Column, ...]:
-    """Those of `COLUMNS` with these names, in this order.
+    """Some of `COLUMNS`.
+
+    Parameters
+    ----------
+    *names : str
+        Names of columns.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        In the order of `names`.
 
     Raises
     ------
@@ -55,7 +65,20 @@ def named(*names: str) -> tuple[Column, ...]:
 
 @kernel
 def inside(progress: Progress, watch: Watch) -> Inside:
-    """What is recorded of a controller and a guard in these states."""
+    """What is recorded of a controller and a guard.
+
+    Parameters
+    ----------
+    progress : Progress
+        The supervisor's state.
+    watch : Watch
+        The guard's state.
+
+    Returns
+    -------
+    Inside
+        In the units of its fields.
+    """
     return Inside(
         macro.integral(progress.macro),
         progress.integral,
@@ -75,8 +98,25 @@ def note(
     shown: Inside,
     real: Truth,
 ) -> None:
-    """Write one control period into column `k` of a block (`ROWS`, periods); rows as in
-    `COLUMNS`."""
+    """Write one control period into a block.
+
+    Parameters
+    ----------
+    out : ndarray, shape (ROWS, periods)
+        The block; rows as in `COLUMNS`.
+    k : int
+        Column of the block.
+    sample : Sample
+        What the rig showed.
+    command : Command
+        What the controller asked for.
+    given : Outputs
+        The outputs as the guard let them through.
+    shown : Inside
+        What controller and guard know beside.
+    real : Truth
+        What only the bench knows, SI; NaN on a real rig.
+    """
     put(out, k, sample, _SAMPLE.rows, _SAMPLE.scales)
     put(out, k, command, _COMMAND.rows, _COMMAND.scales)
     put(out, k, given, _OUTPUTS.rows, _OUTPUTS.scales)

@@ -43,9 +43,21 @@ class RecordingError(MacromicroError):
 
 
 def check_space(folder: str | os.PathLike[str], needed: int) -> None:
-    """InputError unless `needed` bytes can be written in `folder`.
+    """Refuse a folder in which a file of some size cannot be written.
 
     A folder that does not exist yet is judged by the nearest one above it that does.
+
+    Parameters
+    ----------
+    folder : str | os.PathLike[str]
+        Where the file is to be.
+    needed : int
+        Bytes.
+
+    Raises
+    ------
+    InputError
+        Not a folder, not writable, or too little space.
     """
     wanted = Path(folder)
     place = wanted.absolute()
@@ -64,16 +76,36 @@ def check_space(folder: str | os.PathLike[str], needed: int) -> None:
 class Recorder:
     """Writes a recording, block by block; a context manager that closes it.
 
-    What `append` was given is in the file when it returns, and a process killed at any
-    instant leaves a file that opens in h5py as it is. `Recording.load` shows its rows;
-    other readers see the unused rows up to the capacity too, until `close` cuts them off.
-    Disk space for `capacity` rows is reserved at once. A longer run grows the file by
-    copying it to twice the capacity, so choose a capacity that suffices.
+    What `append` was given is in the file when it returns, and a process killed at any instant
+    leaves a file that opens in h5py as it is. `Recording.load` shows its rows; other readers see
+    the unused rows up to the capacity too, until `close` cuts them off.
 
-    `dt`: sample time [s]; `attributes`: provenance, such as seed and version; with `events` it
-    takes what happened, too (`note`). Raises InputError for an existing `path` (unless
-    `overwrite`), an unfit folder, or columns and attributes that HDF5 cannot hold;
-    RecordingError if the file cannot be made.
+    Disk space for `capacity` rows is reserved at once. A longer run grows the file by copying it to
+    twice the capacity, so choose a capacity that suffices.
+
+    Parameters
+    ----------
+    path : str | os.PathLike[str]
+        The new file, in a folder that exists.
+    columns : Sequence[Column]
+        Names, units, meanings and types, `t` among them.
+    capacity : int
+        Rows to reserve space for, at least 1.
+    dt : float
+        Sample time, s.
+    attributes : Mapping[str, Attribute]
+        Provenance, such as seed and version.
+    overwrite : bool, optional
+        Whether a file that is there may be replaced.
+    events : bool, optional
+        Whether it takes what happened, too (`note`).
+
+    Raises
+    ------
+    InputError
+        The path exists already, the folder is unfit, or HDF5 cannot hold the columns or attributes.
+    RecordingError
+        The file cannot be made.
     """
 
     def __init__(
@@ -120,11 +152,22 @@ class Recorder:
         return self._rows
 
     def append(self, block: Block) -> None:
-        """Write a block of shape (columns, rows) behind the earlier rows.
+        """Write a block behind the earlier rows.
 
-        Raises InputError for a block of another shape or values that a column cannot
-        hold, RecordingError when the disk refuses; either way the earlier rows stay as
-        they are, nothing of this block counts, and `append` may be tried again.
+        Whatever is raised, the earlier rows stay as they are, nothing of this block counts, and
+        `append` may be tried again.
+
+        Parameters
+        ----------
+        block : Block
+            Shape (columns, rows), or one array per column.
+
+        Raises
+        ------
+        InputError
+            Another shape, or values that a column cannot hold.
+        RecordingError
+            The disk refuses, or the recorder is closed.
         """
         if self._closed:
             raise RecordingError(f"{self.path}: is closed; {self._rows} rows are in it")
@@ -144,7 +187,15 @@ class Recorder:
     def note(self, entries: Sequence[Noted]) -> None:
         """Write what happened behind what did before, in a recording with `events`.
 
-        Raises RecordingError as `append` does.
+        Parameters
+        ----------
+        entries : Sequence[Noted]
+            In time order.
+
+        Raises
+        ------
+        RecordingError
+            The disk refuses, or the recorder is closed or takes no events.
         """
         if self._closed or not self._has_events:
             raise RecordingError(f"{self.path}: takes no events")
@@ -166,8 +217,20 @@ class Recorder:
         )
 
     def attribute(self, name: str, value: Attribute) -> None:
-        """An attribute more, in the file once `close` has laid it out for the last time.
-        Raises InputError for one that HDF5 cannot hold."""
+        """Add an attribute; it is in the file once `close` has laid it out for the last time.
+
+        Parameters
+        ----------
+        name : str
+            Name of the attribute.
+        value : Attribute
+            Replaces an earlier one of this name.
+
+        Raises
+        ------
+        InputError
+            HDF5 cannot hold it.
+        """
         layout = self._layout
         attributes = {**layout.attributes, name: value}
         self._layout = Layout.checked(layout.columns, layout.dt, attributes, str(self.path))
@@ -176,7 +239,12 @@ class Recorder:
     def flush(self) -> None:
         """Force all appended rows onto the disk itself, against a power failure.
 
-        Slow, and not needed against a killed process. Raises RecordingError.
+        Slow, and not needed against a killed process.
+
+        Raises
+        ------
+        RecordingError
+            The disk refuses.
         """
         try:
             os.fsync(self._fd)

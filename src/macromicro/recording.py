@@ -54,9 +54,21 @@ _DAMAGE = (KeyError, TypeError, ValueError, AttributeError, OSError, RuntimeErro
 class Recording:
     """What a run recorded: ``recording["motor"]`` is one column as an array.
 
-    `columns`, `dt` [s], `rows` and `attributes` (seed, version, ...) describe it;
-    ``len(recording)`` is `rows`. From a file, a column is read when first asked for, and
-    the file is open only meanwhile. Make one with `load` or `from_arrays`.
+    ``len(recording)`` is the number of rows. From a file, a column is read when first asked for,
+    and the file is open only meanwhile. Make one with `load` or `from_arrays`.
+
+    Parameters
+    ----------
+    columns : tuple[Column, ...]
+        Names, units and meanings, `t` among them.
+    rows : int
+        Number of rows.
+    dt : float
+        Sample time, s.
+    attributes : dict[str, Attribute]
+        Provenance, such as seed and version.
+    source : Path | dict[str, NDArray[Any]]
+        The file, or arrays of shape (rows,) by column name.
     """
 
     def __init__(
@@ -78,7 +90,20 @@ class Recording:
     def load(cls, path: str | os.PathLike[str]) -> Self:
         """The recording in a file, without the unused rows that a killed run leaves.
 
-        Raises InputError if there is no such file or it is not a recording.
+        Parameters
+        ----------
+        path : str | os.PathLike[str]
+            A file that `Recorder` wrote, or is still writing.
+
+        Returns
+        -------
+        Self
+            The recording; its columns are read later.
+
+        Raises
+        ------
+        InputError
+            There is no such file, or it is not a recording, or it is damaged.
         """
         place = Path(path)
         with _opened(place) as file:
@@ -109,10 +134,30 @@ class Recording:
         dt: float,
         attributes: Mapping[str, Attribute],
     ) -> Self:
-        """A recording in memory: one array per column, in the columns' order, equally long.
+        """A recording in memory.
 
-        A matrix of shape (columns, rows) will do. Arrays are cast as `Recorder.append`
-        does, and shared where they need no cast. Raises InputError as it does.
+        Parameters
+        ----------
+        columns : Sequence[Column]
+            What the arrays are, in their order; one of them is `t`.
+        arrays : Block
+            One array of shape (rows,) per column, equally long; a matrix of shape (columns, rows)
+            will do. Cast as `Recorder.append` does, and shared where they need no cast.
+        dt : float
+            Sample time, s.
+        attributes : Mapping[str, Attribute]
+            Provenance; text, whole numbers or floats.
+
+        Returns
+        -------
+        Self
+            The recording.
+
+        Raises
+        ------
+        InputError
+            Columns or attributes that no recording can hold, arrays of unequal lengths, or a value
+            that its column cannot hold.
         """
         where = "recording"
         layout = Layout.checked(columns, dt, attributes, where)
@@ -124,7 +169,13 @@ class Recording:
     def events(self) -> tuple[Noted, ...]:
         """What happened while it was made, and who caused it, oldest first: orders of clients,
         changes of mode, faults, ends of motions. Empty for a recording that has no events, as
-        those of `macromicro run`. Raises InputError where the file is damaged."""
+        those of `macromicro run`.
+
+        Raises
+        ------
+        InputError
+            The file is damaged.
+        """
         if self._path is None:
             return ()
         with _opened(self._path) as file:
@@ -156,11 +207,42 @@ class Recording:
         return self.rows
 
     def unit(self, name: str) -> str:
-        """Unit of the column `name`; InputError names the columns there are."""
+        """Unit of a column.
+
+        Parameters
+        ----------
+        name : str
+            Name of the column.
+
+        Returns
+        -------
+        str
+            As text, "-" or "1" if it has none.
+
+        Raises
+        ------
+        InputError
+            There is no such column; names those there are.
+        """
         return self._find(name).unit
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write this recording to a new file; raises what `Recorder` raises."""
+        """Write this recording to a new file.
+
+        Parameters
+        ----------
+        path : str | os.PathLike[str]
+            The file, in a folder that exists.
+        overwrite : bool, optional
+            Whether a file that is there may be replaced.
+
+        Raises
+        ------
+        InputError
+            The file exists, or the folder is unfit.
+        RecordingError
+            The file cannot be written.
+        """
         arrays = [self[c.name] for c in self.columns]
         capacity = max(self.rows, 1)
         with Recorder(
@@ -169,7 +251,18 @@ class Recording:
             recorder.append(arrays)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The same as an xarray Dataset with the coordinate `t`, units as attributes."""
+        """The same as an xarray Dataset with the coordinate `t`, units as attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable of dimension `t` per column.
+
+        Raises
+        ------
+        MacromicroError
+            xarray is not installed.
+        """
         try:
             import xarray
         except ImportError as error:

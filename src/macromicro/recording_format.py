@@ -34,9 +34,21 @@ _OWN_NAMES = (ROWS, EVENTS, EVENT_BYTES)
 
 
 class Noted(NamedTuple):
-    """Something that happened while a recording was made, at `t` [s, as in its column `t`; NaN
-    where that is not known]: its `kind`, `who` caused it ("" for the machine), `what`, and
-    what is particular."""
+    """Something that happened while a recording was made.
+
+    Attributes
+    ----------
+    t : float
+        When, s as in the recording's column `t`; NaN where that is not known.
+    kind : str
+        Kind of event.
+    who : str
+        Who caused it; "" for the machine.
+    what : str
+        What happened, in words.
+    facts : Mapping[str, Any]
+        Details, by name.
+    """
 
     t: float
     kind: str
@@ -45,13 +57,37 @@ class Noted(NamedTuple):
     facts: Mapping[str, Any]
 
     def line(self) -> bytes:
-        """As it stands in a file: a line of JSON."""
+        """As it stands in a file.
+
+        Returns
+        -------
+        bytes
+            A line of JSON, with its newline.
+        """
         t = self.t if math.isfinite(self.t) else None
         return json.dumps({**self._asdict(), "t": t}, default=str).encode() + b"\n"
 
 
 def noted(text: bytes) -> tuple[Noted, ...]:
-    """The entries of a file's lines. Raises ValueError or KeyError where they are damaged."""
+    """The entries of a file's lines.
+
+    Parameters
+    ----------
+    text : bytes
+        Lines of JSON, as `Noted.line` writes them.
+
+    Returns
+    -------
+    tuple[Noted, ...]
+        In the order of the lines.
+
+    Raises
+    ------
+    ValueError
+        A line is not JSON, or not of the right types.
+    KeyError
+        An entry lacks a key.
+    """
     return tuple(_noted(json.loads(line)) for line in text.splitlines())
 
 
@@ -113,10 +149,28 @@ def _is_text(text: str) -> bool:
 
 
 def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
-    """`values` (one-dimensional) as a contiguous array of the column's dtype.
+    """Values as a contiguous array of a column's type.
 
-    Integer columns take the nearest whole number (halves to the even one). InputError
-    for NaN, infinity or too large a number there, and for anything that is not a number.
+    Parameters
+    ----------
+    values : Any
+        Array-like, shape (n,). Integer columns take the nearest whole number (halves to the even
+        one).
+    column : Column
+        Whose dtype it gets.
+    where : str
+        The recording, for the message.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Shared with `values` where they need no cast.
+
+    Raises
+    ------
+    InputError
+        NaN, infinity or too large a number for an integer column, a number that overflows a float
+        column, or not a row of numbers.
     """
     given = np.asarray(values)
     wanted = np.dtype(column.dtype)
@@ -145,7 +199,27 @@ def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
 
 
 def as_block(arrays: Block, columns: Sequence[Column], where: str) -> list[NDArray[Any]]:
-    """One array per column, each through `as_column`; InputError unless equally long."""
+    """One array per column, each through `as_column`.
+
+    Parameters
+    ----------
+    arrays : Block
+        Shape (columns, rows), or one array per column.
+    columns : Sequence[Column]
+        What they are.
+    where : str
+        The recording, for the message.
+
+    Returns
+    -------
+    list[NDArray[Any]]
+        Arrays of shape (rows,).
+
+    Raises
+    ------
+    InputError
+        A wrong number of arrays, unequal lengths, or a value that a column cannot hold.
+    """
     if len(arrays) != len(columns):
         raise InputError(where, f"{len(arrays)} columns", f"{len(columns)} columns")
     done = [as_column(a, c, where) for a, c in zip(arrays, columns, strict=True)]
@@ -156,15 +230,40 @@ def as_block(arrays: Block, columns: Sequence[Column], where: str) -> list[NDArr
 
 
 def needed_bytes(columns: Sequence[Column], capacity: int, events: int = 0) -> int:
-    """Bytes on disk for `capacity` rows of `columns` and so many bytes of `events`, with a
-    margin for the metadata."""
+    """Disk space of a recording, with a margin for the metadata.
+
+    Parameters
+    ----------
+    columns : Sequence[Column]
+        Whose types count.
+    capacity : int
+        Number of rows.
+    events : int, optional
+        Bytes of events.
+
+    Returns
+    -------
+    int
+        Bytes.
+    """
     rows = capacity * sum(np.dtype(c.dtype).itemsize for c in columns)
     return rows + events + _METADATA_BYTES
 
 
 class Places(NamedTuple):
-    """Where in a file [bytes] is the number of rows, each column, the number of bytes of
-    events, and those; -1 where there are no events."""
+    """Where things are in a recording's file.
+
+    Attributes
+    ----------
+    rows : int
+        Offset of the number of rows, bytes.
+    columns : tuple[int, ...]
+        Offset of each column, bytes.
+    event_bytes : int
+        Offset of the number of bytes of events; -1 where there are none.
+    events : int
+        Offset of the events; -1 where there are none.
+    """
 
     rows: int
     columns: tuple[int, ...]
@@ -173,7 +272,17 @@ class Places(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """What stays the same when a recording's file is laid out anew. `dt` in s."""
+    """What stays the same when a recording's file is laid out anew.
+
+    Attributes
+    ----------
+    columns : tuple[Column, ...]
+        Columns with dtypes in their short form.
+    dt : float
+        Sample time, s.
+    attributes : dict[str, Attribute]
+        Plain values that HDF5 can hold.
+    """
 
     columns: tuple[Column, ...]
     dt: float
@@ -187,16 +296,54 @@ class Layout(NamedTuple):
         attributes: Mapping[str, Attribute],
         where: str,
     ) -> Self:
-        """The layout, or InputError about what no recording can hold."""
+        """The layout, if a recording can hold it.
+
+        Parameters
+        ----------
+        columns : Sequence[Column]
+            What is recorded, `t` among them.
+        dt : float
+            Sample time, s.
+        attributes : Mapping[str, Attribute]
+            Provenance.
+        where : str
+            The recording, for the message.
+
+        Returns
+        -------
+        Self
+            With plain values and short dtypes.
+
+        Raises
+        ------
+        InputError
+            Columns, sample time or attributes are unfit.
+        """
         if not (math.isfinite(dt) and dt > 0.0):
             raise InputError(f"{where}, sample time", dt, "a time above 0 s")
         return cls(_columns(columns, where), float(dt), _attributes(attributes, where))
 
     def write(self, fd: int, capacity: int, events: int | None = None) -> Places:
-        """Lay out an empty open file for `capacity` rows, none of them written yet, and so many
-        bytes of `events` (None: without them).
+        """Lay out an empty open file and reserve its disk space; no row is written yet.
 
-        Reserves the disk space. Raises OSError where the disk refuses.
+        Parameters
+        ----------
+        fd : int
+            Descriptor of the file.
+        capacity : int
+            Number of rows.
+        events : int | None, optional
+            Bytes of events to reserve; None: without events.
+
+        Returns
+        -------
+        Places
+            Where the numbers go.
+
+        Raises
+        ------
+        OSError
+            The disk refuses.
         """
         import h5py
 
@@ -306,7 +453,17 @@ def _reserve(fd: int, size: int) -> None:
 
 
 def write_all(fd: int, data: memoryview | bytes, offset: int) -> None:
-    """Write all of `data` at `offset`; the system may take it in parts."""
+    """Write all of some data; the system may take it in parts.
+
+    Parameters
+    ----------
+    fd : int
+        Descriptor of the file.
+    data : memoryview | bytes
+        What is written.
+    offset : int
+        Where in the file, bytes.
+    """
     rest = memoryview(data)
     while rest:
         done = os.pwrite(fd, rest, offset)

@@ -25,19 +25,52 @@ CALIBRATED = 3.0  # standard errors by which the live machine's pitch may be ano
 
 
 def machine(tree: Any) -> list[Problem]:
-    """Of settings with bench, sensors, controller, guard and travel."""
+    """What cannot work together in settings of a machine.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings with bench, sensors, controller, guard and travel.
+
+    Returns
+    -------
+    list[Problem]
+        Path, value, and what is accepted and why, of every rule that is broken.
+    """
     every = (*_drive(tree), *_ways(tree), *_actuator(tree), *_hall(tree), *_watch(tree))
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 
 def live(tree: Any) -> list[Problem]:
-    """Of settings that have the table [live] beside them."""
+    """What cannot work together in settings of the live machine; `machine` has the rest.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings that have the table [live] beside those of a machine.
+
+    Returns
+    -------
+    list[Problem]
+        Path, value, and what is accepted and why, of every rule that is broken.
+    """
     found = leaning.problems(tree.live, tree.guard.lean, tree.guard.leant)
     return [*found, *((path, value, words) for wrong, path, value, words in _live(tree) if wrong)]
 
 
 def breakaway(tree: Any) -> float:
-    """Greatest effort [V at the D/A] that the carriage takes to start."""
+    """Greatest effort that the carriage takes to start.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings with a bench.
+
+    Returns
+    -------
+    float
+        V at the D/A.
+    """
     motor, amplifier, friction = tree.bench.motor, tree.bench.amplifier, tree.bench.friction
     pull = motor.constant / (motor.resistance * motor.pulley)  # N per V at the motor
     pull *= amplifier.supply * amplifier.motor_duty / amplifier.full_scale

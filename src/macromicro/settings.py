@@ -21,9 +21,21 @@ class Settings(NamedTuple):
     travel: Travel = Travel()
 
     def derived(self) -> tuple[derived.Derivation, ...]:
-        """What follows from other settings, unless it is set itself."""
+        """What follows from other settings, unless it is set itself.
+
+        Returns
+        -------
+        tuple[derived.Derivation, ...]
+            Pairs of a path and the rule that computes its value from the tree.
+        """
         return derived.DERIVED
 
     def together(self) -> list[rules.Problem]:
-        """What cannot work together."""
+        """What cannot work together.
+
+        Returns
+        -------
+        list[rules.Problem]
+            Path, value, and what is accepted and why; none if all is well.
+        """
         return rules.machine(self)

@@ -32,12 +32,29 @@ class Sink(Protocol):
     """Where recorded blocks go: a `Recorder`, or a list in memory."""
 
     def append(self, block: npt.NDArray[np.float64]) -> None:
-        """Take a block of shape (columns, rows)."""
+        """Take a block of recorded periods.
+
+        Parameters
+        ----------
+        block : ndarray, shape (columns, rows)
+            Rows in time order, columns as in `columns.COLUMNS`.
+        """
 
 
 class Outcome(NamedTuple):
-    """How a run ended. `finished`: the programme came to its end; `watch`: the guard's
-    last state, with the fault and its evidence; times in s."""
+    """How a run ended.
+
+    Attributes
+    ----------
+    finished : bool
+        Whether the programme came to its end.
+    watch : Watch
+        The guard's last state, with the fault and its evidence.
+    simulated : float
+        Time on the bench, s.
+    wall : float
+        Time that it took, s.
+    """
 
     finished: bool
     watch: Watch
@@ -56,7 +73,18 @@ class Rolled(NamedTuple):
 
 
 def plan(programme: Programme) -> Plan:
-    """The programme as the supervisor takes it: macro targets in counts, micro in mm."""
+    """The programme as the supervisor takes it.
+
+    Parameters
+    ----------
+    programme : Programme
+        Macro targets in counts, micro targets in m.
+
+    Returns
+    -------
+    Plan
+        Macro targets in counts, micro targets in mm.
+    """
     fine = programme.stage == moves.MICRO
     target = np.where(fine, programme.target * 1e3, programme.target)
     return Plan(
@@ -69,8 +97,29 @@ def plan(programme: Programme) -> Plan:
 
 
 def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Rolled:
-    """Runtime parameters and the state at the start: at rest at 0 mm, cold. The Hall sensor is
-    calibrated on the bench of the settings."""
+    """Runtime parameters, and the state at the start: at rest at 0 mm, cold.
+
+    The Hall sensor is calibrated on the bench of the settings.
+
+    Parameters
+    ----------
+    settings : Settings
+        Bench, sensors, controller and guard.
+    programme : Programme
+        What is to be run.
+    fan : bool, optional
+        Whether the fan cools the wires.
+
+    Returns
+    -------
+    Rolled
+        The arguments of ``loop.rollout``.
+
+    Raises
+    ------
+    InputError
+        The Hall sensor of these settings cannot be calibrated.
+    """
     table = hall_table.of_bench(settings)
     plant = bench.prepare(settings.bench, settings.sensors)
     control = control_settings.prepare(settings.controller, fan, table)
@@ -84,19 +133,48 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
 
 
 def is_compiled() -> bool:
-    """Whether the compiler's cache seems to hold the bench already."""
+    """Whether the compiler's cache seems to hold the bench already.
+
+    Returns
+    -------
+    bool
+        True if a cached file of ``loop.rollout`` is there; it may be for other types of arguments.
+    """
     return any(cache_folder().rglob("loop.rollout*.nbi"))
 
 
 def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -> None:
-    """Compile the bench, or load it from the cache, so that a run need not wait for it."""
+    """Compile the bench, or load it from the cache, so that a run need not wait for it.
+
+    Parameters
+    ----------
+    settings : Settings
+        Settings of the run to come; their parameter sets decide the types.
+    programme : Programme
+        Programme of the run to come.
+    fan : bool, optional
+        Whether the fan cools the wires.
+    """
     rolled = prepare(settings, programme, fan)
     nothing, block = np.empty((0, NOISES)), np.empty((recorded.ROWS, 0))
     compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
 
 def longest(settings: Settings, programme: Programme) -> float:
-    """Upper bound of a programme's duration [s]: every macro move out of patience."""
+    """Upper bound of a programme's duration: every macro move out of patience.
+
+    Parameters
+    ----------
+    settings : Settings
+        Whose sequence has the patience.
+    programme : Programme
+        What is to be run.
+
+    Returns
+    -------
+    float
+        s.
+    """
     if not np.isnan(programme.end):
         return float(programme.end) + 1.0
     sequence = settings.controller.sequence
@@ -129,12 +207,36 @@ def simulate(
     fan: bool = False,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
-    """Run `programme` on the twin and append every period to `sink`.
+    """Run a programme on the twin and append every period to a sink.
 
-    `progress` is told the simulated time [s] and the present move after every chunk.
-    The same settings, programme, seed and fan give the same rows, bit for bit. An
-    exception from `progress` or the sink (a full disk, Ctrl-C) ends the run; what was
-    appended stays. One from `progress` adds a last row that shows all outputs off.
+    The same settings, programme, seed and fan give the same rows, bit for bit. An exception from
+    `progress` or the sink (a full disk, Ctrl-C) ends the run; what was appended stays. One from
+    `progress` adds a last row that shows all outputs off.
+
+    Parameters
+    ----------
+    settings : Settings
+        Bench, sensors, controller and guard.
+    programme : Programme
+        What is to be run.
+    sink : Sink
+        Takes blocks of shape (columns, rows), at most `CHUNK` rows each.
+    seed : int, optional
+        Seed of the sensor noise.
+    fan : bool, optional
+        Whether the fan cools the wires.
+    progress : Callable[[float, int], None] | None, optional
+        Called after every chunk with the simulated time (s) and the index of the present move.
+
+    Returns
+    -------
+    Outcome
+        How the run ended, and what the guard saw.
+
+    Raises
+    ------
+    InputError
+        The Hall sensor of these settings cannot be calibrated.
     """
     rolled = prepare(settings, programme, fan)
     advance = compiled(loop.rollout)

@@ -59,10 +59,22 @@ class Clock(Protocol):
     """Time of a rig: real, or virtual and as fast as the machine can compute."""
 
     def now(self) -> float:
-        """Seconds since the rig was opened."""
+        """Time since the rig was opened.
+
+        Returns
+        -------
+        float
+            Seconds.
+        """
 
     def wait(self, dt: float) -> None:
-        """Return when the next control period of `dt` seconds begins."""
+        """Return when the next control period begins.
+
+        Parameters
+        ----------
+        dt : float
+            Length of a period, s.
+        """
 
 
 class Rig(Protocol):
@@ -77,10 +89,22 @@ class Rig(Protocol):
         """The clock that paces the loop."""
 
     def read(self) -> Sample:
-        """Measure all channels."""
+        """Measure all channels.
+
+        Returns
+        -------
+        Sample
+            The present values; NaN in a channel that gave no new one.
+        """
 
     def write(self, outputs: Outputs) -> None:
-        """Set all outputs."""
+        """Set all outputs.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            What motor, CTRL, fan and laser reset are to be from now on.
+        """
 
     def stop(self) -> None:
         """Set every output to its safe value, at once."""
@@ -104,7 +128,39 @@ class Controller(Protocol):
     def step(
         self, state: Any, reference: Any, sample: Sample, dt: float
     ) -> tuple[Any, Command, Outputs]:
-        """New state, what is being asked for, and the outputs of this control period."""
+        """One control period: a new state and the outputs, from the old state and a sample.
+
+        Parameters
+        ----------
+        state : Any
+            What the controller remembers, as it last returned it.
+        reference : Any
+            What is to be reached, in the controller's own form.
+        sample : Sample
+            What the rig shows now.
+        dt : float
+            Control period, s.
+
+        Returns
+        -------
+        state : Any
+            The new state.
+        command : Command
+            What is being asked for, for the guard and the recording.
+        outputs : Outputs
+            What the rig is to be given.
+        """
 
     def finished(self, state: Any) -> bool:
-        """True when the reference has been completed."""
+        """Whether the reference has been completed.
+
+        Parameters
+        ----------
+        state : Any
+            As `step` returned it.
+
+        Returns
+        -------
+        bool
+            True when nothing is left to do.
+        """

@@ -139,14 +139,36 @@ def _names() -> tuple[str, ...]:
 
 @cache
 def alike(unit: str) -> tuple[str, ...]:
-    """The units that a quantity stored in `unit` may be given in, `unit` itself first."""
+    """The units that a quantity may be given in.
+
+    Parameters
+    ----------
+    unit : str
+        Unit in which it is stored.
+
+    Returns
+    -------
+    tuple[str, ...]
+        `unit` itself first, then all others of its dimension.
+    """
     dimension = _size(unit)[1]
     same = [name for name in _names() if name != unit and _size(name)[1] == dimension]
     return (unit, *same) if unit not in _NONE else tuple(same)
 
 
 def remedy(*units: str) -> str:
-    """What to write for a quantity that is stored in one of `units`, in words."""
+    """What to write for a quantity, in words.
+
+    Parameters
+    ----------
+    *units : str
+        Units in which it may be stored.
+
+    Returns
+    -------
+    str
+        The end of an error message: what is accepted.
+    """
     names = [name for unit in units if unit not in _NONE for name in alike(unit)]
     if not names:
         return "a plain number, such as 0.5"
@@ -156,10 +178,29 @@ def remedy(*units: str) -> str:
 
 
 def measured(text: str, units: tuple[str, ...], where: str) -> tuple[float, str]:
-    """The value of `text` and which of `units` it has the dimension of.
+    """The value of a text, and which of several units it has the dimension of.
 
-    `text` is a decimal number and a unit ("1.5 mm", "8 J/(kg K)", "3e-4 V"), never more
-    than 100 characters and never evaluated. Raises `InputError` with `where`.
+    Parameters
+    ----------
+    text : str
+        A decimal number and a unit ("1.5 mm", "8 J/(kg K)", "3e-4 V"), at most 100 characters;
+        never evaluated.
+    units : tuple[str, ...]
+        Those it may be stored in.
+    where : str
+        File and key, for the message.
+
+    Returns
+    -------
+    value : float
+        In the unit found.
+    unit : str
+        The first of `units` of the same dimension.
+
+    Raises
+    ------
+    InputError
+        No number, no or a wrong unit, NaN, infinity, or an overflow.
     """
     short = len(text) <= MAX_TEXT
     match = _TEXT.fullmatch(" ".join(text.split())) if short else None
@@ -181,16 +222,53 @@ def measured(text: str, units: tuple[str, ...], where: str) -> tuple[float, str]
 
 
 def quantity(text: str, unit: str, where: str) -> float:
-    """The value of `text` in `unit`: "4 mm" is 0.004 for "m".
+    """The value of a text in a unit: "4 mm" is 0.004 for "m".
 
-    A number without a unit is accepted only for the units "", "1" and "-" (none). Raises
-    `InputError` with `where` for everything else: no or a wrong unit, NaN, infinity.
+    Parameters
+    ----------
+    text : str
+        A decimal number and a unit. Without a unit it is accepted only for the units "", "1" and
+        "-" (none).
+    unit : str
+        Unit in which the value is stored.
+    where : str
+        File and key, for the message.
+
+    Returns
+    -------
+    float
+        In `unit`.
+
+    Raises
+    ------
+    InputError
+        No number, no or a wrong unit, NaN, infinity.
     """
     return measured(text, (unit,), where)[0]
 
 
 def convert(value: float, unit: str, to: str) -> float:
-    """`value` given in `unit`, in the unit `to`. Both are the program's own, not a user's."""
+    """A value in another unit. Both units are the program's own, not a user's.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`.
+    unit : str
+        Unit of `value`.
+    to : str
+        Requested unit.
+
+    Returns
+    -------
+    float
+        In `to`.
+
+    Raises
+    ------
+    ValueError
+        The units have different dimensions.
+    """
     size, dimension = _size(unit)
     goal, wanted = _size(to)
     if dimension != wanted:
@@ -199,10 +277,31 @@ def convert(value: float, unit: str, to: str) -> float:
 
 
 def shown(value: float, unit: str, shown_unit: str = "", digits: int = 17) -> str:
-    """`value`, stored in `unit`, as text in `shown_unit` (default: `unit`).
+    """A stored value as text with its unit.
 
-    The fewest digits, at most `digits`, that `quantity` reads back to the same float.
-    NaN and infinity are shown as such; `quantity` refuses them.
+    The fewest digits, at most `digits`, that `quantity` reads back to the same float. NaN and
+    infinity are shown as such; `quantity` refuses them.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`.
+    unit : str
+        Unit in which it is stored.
+    shown_unit : str, optional
+        Unit in which it is shown; "" for `unit`.
+    digits : int, optional
+        Largest number of significant digits.
+
+    Returns
+    -------
+    str
+        Number and unit, without one if the quantity has none.
+
+    Raises
+    ------
+    ValueError
+        The units have different dimensions.
     """
     other = shown_unit or unit
     tail = "" if other in _NONE else f" {other}"

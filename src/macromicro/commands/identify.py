@@ -69,7 +69,6 @@ def drive(
     as_json: AsJson = False,
 ) -> None:
     """Mass and friction of a motor-driven axis (columns t, u, x)."""
-
     options = {"gain": gain, "structure": structure, "limit": limit, "delay": delay}
     _identify("drive", options, files, columns, out, overwrite, as_json)
 
@@ -89,7 +88,6 @@ def linear(
     as_json: AsJson = False,
 ) -> None:
     """A discrete linear model (columns t, u and y; or a position x, differentiated)."""
-
     options = {"method": method, "order": order, "start": start, "width": width}
     _identify("linear", options, files, columns, out, overwrite, as_json)
 
@@ -113,7 +111,6 @@ def deadzone(
     as_json: AsJson = False,
 ) -> None:
     """Lowest voltages with steady motion, from runs at constant ones (columns t, u, x)."""
-
     options = {"travel": travel, "pause": pause, "gain": gain, "width": width}
     _identify("deadzone", options, files, columns, out, overwrite, as_json)
 
@@ -133,7 +130,6 @@ def hysteresis(
     as_json: AsJson = False,
 ) -> None:
     """A Preisach table from first-order curves (columns u, f, and curve; or over time t)."""
-
     options = {"curves": curves, "shape": shape, "smooth": smooth, "tests": tuple(test or ())}
     _identify("hysteresis", options, files, columns, out, overwrite, as_json)
 
@@ -156,7 +152,6 @@ def thermal(
     as_json: AsJson = False,
 ) -> None:
     """Gain and dynamics of heating, from steps (columns t, u, T; or x with --table)."""
-
     options = {"table": table, "ambient": ambient, "step": step}
     _identify("thermal", options, files, columns, out, overwrite, as_json)
 
@@ -173,7 +168,6 @@ def hall(
     as_json: AsJson = False,
 ) -> None:
     """A position sensor's table, from slow sweeps both ways (columns v, x)."""
-
     options = {"low": low, "high": high, "points": points}
     _identify("hall", options, files, columns, out, overwrite, as_json)
 

@@ -50,14 +50,43 @@ class Sequence(NamedTuple):
 
 @kernel
 def within(p: Sequence, error: float) -> bool:
-    """Is the error [counts] within the tolerance? A missing reading (NaN) is not."""
+    """Whether an error is within the tolerance. A missing reading (NaN) is not.
+
+    Parameters
+    ----------
+    p : Sequence
+        Parameters of the sequence.
+    error : float
+        counts.
+
+    Returns
+    -------
+    bool
+        True if so.
+    """
     return abs(error) <= p.tolerance
 
 
 @kernel
 def since(p: Sequence, error: float, before: float, t: float) -> float:
-    """Since when [s] the error [counts] is within the tolerance, NaN where it is not; `before`:
-    the same of the last period."""
+    """Since when the error is within the tolerance.
+
+    Parameters
+    ----------
+    p : Sequence
+        Parameters of the sequence.
+    error : float
+        counts.
+    before : float
+        The same of the last period, s.
+    t : float
+        Now, s.
+
+    Returns
+    -------
+    float
+        s; NaN where it is not.
+    """
     if not within(p, error):
         return math.nan
     return t if math.isnan(before) else before
@@ -65,5 +94,20 @@ def since(p: Sequence, error: float, before: float, t: float) -> float:
 
 @kernel
 def arrived(p: Sequence, inside: float, t: float) -> bool:
-    """Has it been within since `inside` [s] for the dwell? NaN fails the comparison."""
+    """Whether it has been within the tolerance for the dwell.
+
+    Parameters
+    ----------
+    p : Sequence
+        Parameters of the sequence.
+    inside : float
+        Since when it is within, s, or NaN.
+    t : float
+        Now, s.
+
+    Returns
+    -------
+    bool
+        NaN fails the comparison.
+    """
     return t - inside >= p.dwell - TICK

@@ -13,7 +13,17 @@ from macromicro.kernel import kernel
 
 
 class Calibration(NamedTuple):
-    """Positions [mm] on a uniform grid of voltages: low + i * step [V]; straight between."""
+    """Positions on a uniform grid of voltages; straight between.
+
+    Attributes
+    ----------
+    low : float
+        Lowest voltage, V.
+    step : float
+        From point to point, V.
+    position : ndarray, shape (n,)
+        mm.
+    """
 
     low: float
     step: float
@@ -22,7 +32,20 @@ class Calibration(NamedTuple):
 
 @kernel
 def position(p: Calibration, volts: float) -> float:
-    """Contraction [mm] for a Hall reading [V]; held at the table's ends."""
+    """Contraction for a Hall reading; held at the table's ends.
+
+    Parameters
+    ----------
+    p : Calibration
+        The table.
+    volts : float
+        V.
+
+    Returns
+    -------
+    float
+        mm.
+    """
     last = len(p.position) - 1
     place = (volts - p.low) / p.step
     if not place > 0.0:
@@ -35,7 +58,13 @@ def position(p: Calibration, volts: float) -> float:
 
 
 def shipped() -> Calibration:
-    """The calibration of the default bench, made by ``macromicro.identify.hall``."""
+    """The calibration of the default bench, made by ``macromicro.identify.hall``.
+
+    Returns
+    -------
+    Calibration
+        Volts to mm.
+    """
     return _parsed(
         resources.files("macromicro.control").joinpath("hall_calibration.csv").read_text("utf-8")
     )
@@ -44,7 +73,20 @@ def shipped() -> Calibration:
 def read(text: str) -> Calibration:
     """The table in the text of the file that `macromicro identify hall` writes.
 
-    Raises `InputError` for what is no such table.
+    Parameters
+    ----------
+    text : str
+        Lines of hall_V,position_mm.
+
+    Returns
+    -------
+    Calibration
+        Volts to mm.
+
+    Raises
+    ------
+    InputError
+        It is no such table.
     """
     accepted = "the text of a hall_calibration.csv, lines hall_V,position_mm at equal steps"
     try:

@@ -9,6 +9,19 @@ from macromicro.kernel import kernel
 
 @kernel
 def inverse(width: float, effort: float) -> float:
-    """Effort [V] lifted by `width` [V] in its own direction; zero stays zero."""
+    """An effort lifted over the dead zone in its own direction; zero stays zero.
+
+    Parameters
+    ----------
+    width : float
+        Width of the dead zone, V.
+    effort : float
+        V.
+
+    Returns
+    -------
+    float
+        V.
+    """
     # One expression without a branch: many variants side by side stay in vector registers.
     return effort + math.copysign(width, effort) if abs(effort) > 0.0 else 0.0

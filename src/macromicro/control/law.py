@@ -7,13 +7,22 @@ from typing import Any, NamedTuple
 
 
 class Law(NamedTuple):
-    """A law as `control.macro.LAWS` lists it.
+    """A law as `control.macro.LAWS` lists it. `start` and `step` are kernels.
 
-    `gains`: a ``NamedTuple`` with defaults, its fields annotated with `Par`; they become the
-    set `field` of `controller` in the settings. `start(error) -> memory`: what the law
-    remembers before its first period, as if `error` [counts] had been there before; a
-    ``NamedTuple`` of floats, of any fields. `step(gains, memory, error, dt) -> (memory,
-    effort [V])`. Both are kernels. `compensated`: the dead-zone inverse is on "as designed".
+    Attributes
+    ----------
+    name : str
+        As in the settings.
+    gains : Any
+        A ``NamedTuple`` with defaults, its fields annotated with `Par`; they become the set `field`
+        of `controller` in the settings.
+    start : Callable[[float], Any]
+        From an error (counts) to what the law remembers before its first period, as if that error
+        had been there before; a ``NamedTuple`` of floats, of any fields.
+    step : Callable[[Any, Any, float, float], tuple[Any, float]]
+        From gains, memory, error (counts) and period (s) to a new memory and an effort (V).
+    compensated : bool
+        Whether the dead-zone inverse is on "as designed".
     """
 
     name: str

@@ -26,8 +26,19 @@ Memory = tuple[Any, ...]  # one of each law, in the order of `LAWS`
 
 
 class MacroLaw(NamedTuple):
-    """Which law, by its place; dead_zone [V] 0 leaves the friction uncompensated; limit [V];
-    the gains of every law, in the order of `LAWS`."""
+    """The chosen law of the macro-stage, and the gains of all.
+
+    Attributes
+    ----------
+    law : int
+        Its place in `LAWS`.
+    dead_zone : float
+        Dead zone of the inverse, V; 0 leaves the friction uncompensated.
+    limit : float
+        Limit of the effort, V.
+    gains : tuple[Any, ...]
+        Gains of every law, in the order of `LAWS`.
+    """
 
     law: int
     dead_zone: float
@@ -40,7 +51,18 @@ class MacroLaw(NamedTuple):
         return self.gains[self.law]
 
     def with_gains(self, gains: Any) -> MacroLaw:
-        """The same law with other gains."""
+        """The same law with other gains.
+
+        Parameters
+        ----------
+        gains : Any
+            Gains of the chosen law.
+
+        Returns
+        -------
+        MacroLaw
+            The law.
+        """
         every = list(self.gains)
         every[self.law] = gains
         return self._replace(gains=tuple(every))
@@ -93,13 +115,43 @@ _started, _stepped = _starts(0), _steps(0)
 
 @kernel
 def rest(error: float) -> Memory:
-    """The memories of all laws before the first period, as if `error` [counts] had been there."""
+    """The memories of all laws before the first period.
+
+    Parameters
+    ----------
+    error : float
+        As if it had been there, counts.
+
+    Returns
+    -------
+    Memory
+        In the order of `LAWS`.
+    """
     return _started(error)
 
 
 @kernel
 def step(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
-    """Effort [V at the D/A] for an error [counts], saturated at `limit`."""
+    """One period of the chosen law.
+
+    Parameters
+    ----------
+    p : MacroLaw
+        The law.
+    s : Memory
+        Memories of all laws.
+    error : float
+        counts.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    memory : Memory
+        New memories.
+    effort : float
+        Effort at the D/A, lifted over the dead zone and saturated, V.
+    """
     memory, effort = _stepped(p, s, error, dt)
     return memory, sent(effort, p.dead_zone, p.limit)
 
@@ -127,13 +179,39 @@ _integrated = _integrals(0)
 
 @kernel
 def integral(s: Memory) -> float:
-    """Integral effort [V], for the recording: of a law whose memory has a field `integral`."""
+    """Integral effort, for the recording: of a law whose memory has a field `integral`.
+
+    Parameters
+    ----------
+    s : Memory
+        Memories of all laws.
+
+    Returns
+    -------
+    float
+        V.
+    """
     return _integrated(s)
 
 
 @kernel
 def sent(effort: float, dead_zone: float, limit: float) -> float:
-    """The effort [V] of a law, lifted over the dead zone [V] and saturated."""
+    """An effort, lifted over the dead zone and saturated.
+
+    Parameters
+    ----------
+    effort : float
+        Effort of a law, V.
+    dead_zone : float
+        V.
+    limit : float
+        V.
+
+    Returns
+    -------
+    float
+        V at the D/A.
+    """
     if dead_zone > 0.0:
         effort = deadzone.inverse(dead_zone, effort)
     return min(max(effort, -limit), limit)

@@ -32,26 +32,79 @@ class PdTuned(NamedTuple):
 
 
 class PdMemory(NamedTuple):
-    """Last error [counts]."""
+    """What the PD remembers.
+
+    Attributes
+    ----------
+    error : float
+        Error of the last period, counts.
+    """
 
     error: float
 
 
 @kernel
 def start(error: float) -> PdMemory:
-    """Before the first period, `error` [counts] as the last one."""
+    """The memory before the first period.
+
+    Parameters
+    ----------
+    error : float
+        Taken as the last one, counts.
+
+    Returns
+    -------
+    PdMemory
+        Memory.
+    """
     return PdMemory(error)
 
 
 @kernel
 def effort(now: float, before: float, error: float, past: float) -> float:
-    """Effort [V] from this and the last error [counts]: (4.9), (4.10)."""
+    """Effort from this and the last error: (4.9), (4.10).
+
+    Parameters
+    ----------
+    now : float
+        Weight of this error, V/count.
+    before : float
+        Weight of the last error, V/count.
+    error : float
+        counts.
+    past : float
+        The last one, counts.
+
+    Returns
+    -------
+    float
+        V.
+    """
     return now * error + before * past
 
 
 @kernel
 def step(p: PdInitial | PdTuned, s: PdMemory, error: float, dt: float) -> tuple[PdMemory, float]:
-    """New memory and effort [V] for an error [counts]."""
+    """One period of the PD.
+
+    Parameters
+    ----------
+    p : PdInitial | PdTuned
+        Gains.
+    s : PdMemory
+        Memory.
+    error : float
+        counts.
+    dt : float
+        Not used: the taps hold for 1 ms.
+
+    Returns
+    -------
+    memory : PdMemory
+        New memory.
+    effort : float
+        V.
+    """
     return PdMemory(error), effort(p.now, p.before, error, s.error)
 
 

@@ -62,7 +62,26 @@ class PiAntiWindup(NamedTuple):
 
 @kernel
 def step(p: PiAntiWindup, integral: float, error: float, dt: float) -> tuple[float, float]:
-    """New integral effort [V] and clamped effort [V] for an error [mm] (Figure 5.24)."""
+    """One period of the PI with anti-windup (Figure 5.24): dI/dt = Ki e + Kaw (sat(u) - u).
+
+    Parameters
+    ----------
+    p : PiAntiWindup
+        Gains and limits.
+    integral : float
+        Integral effort, V.
+    error : float
+        mm.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    integral : float
+        New integral effort, V.
+    effort : float
+        Clamped, V.
+    """
     wanted = p.kp * error + integral
     given = min(max(wanted, p.low), p.high)
     # dI/dt = Ki e + Kaw (sat(u) - u)

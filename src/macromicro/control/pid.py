@@ -31,7 +31,15 @@ class Pid(NamedTuple):
 
 
 class PidMemory(NamedTuple):
-    """Integral effort [V] and last error [counts]."""
+    """What the PID remembers.
+
+    Attributes
+    ----------
+    integral : float
+        Integral effort, V.
+    error : float
+        Error of the last period, counts.
+    """
 
     integral: float
     error: float
@@ -39,13 +47,43 @@ class PidMemory(NamedTuple):
 
 @kernel
 def start(error: float) -> PidMemory:
-    """Before the first period, `error` [counts] as the last one."""
+    """The memory before the first period.
+
+    Parameters
+    ----------
+    error : float
+        Taken as the last one, counts.
+
+    Returns
+    -------
+    PidMemory
+        Memory.
+    """
     return PidMemory(0.0, error)
 
 
 @kernel
 def step(p: Pid, s: PidMemory, error: float, dt: float) -> tuple[PidMemory, float]:
-    """New memory and effort [V] for an error [counts]."""
+    """One period of the PID.
+
+    Parameters
+    ----------
+    p : Pid
+        Gains.
+    s : PidMemory
+        Memory.
+    error : float
+        counts.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    memory : PidMemory
+        New memory.
+    effort : float
+        V.
+    """
     integral = s.integral + p.ki * error * dt
     effort = p.kp * error + integral + p.kd * (error - s.error) / dt
     return PidMemory(integral, error), effort

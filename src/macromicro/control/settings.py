@@ -53,7 +53,13 @@ class Control(NamedTuple):
     sequence: Sequence = Sequence()
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What cannot work: (parameter, value, what is accepted)."""
+        """What cannot work.
+
+        Returns
+        -------
+        list[tuple[str, Any, str]]
+            Parameter, value, and what is accepted.
+        """
         laws = (("p", self.p), ("pi", self.pi), ("pi_antiwindup", self.pi_antiwindup))
         rules: list[tuple[bool, str, Any, str]] = [
             (self.dead_zone >= self.motor_limit, "dead_zone", self.dead_zone, "motor_limit"),
@@ -71,7 +77,22 @@ class Control(NamedTuple):
 
 
 def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) -> Supervisor:
-    """The supervisor's runtime parameters; `table`: Hall calibration, else the shipped one."""
+    """The supervisor's runtime parameters.
+
+    Parameters
+    ----------
+    spec : Control
+        Laws, gains and sequence.
+    fan : bool, optional
+        Whether the fan cools the wires.
+    table : Calibration | None, optional
+        Hall calibration; None for the shipped one.
+
+    Returns
+    -------
+    Supervisor
+        For the kernels.
+    """
     law = macro.NAMES.index(spec.macro_law)
     lifted = spec.dead_zone_inverse == "on" or (
         spec.dead_zone_inverse == "as designed" and LAWS[law].compensated

@@ -36,8 +36,21 @@ class Supervisor(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """A programme as arrays of one length: start [s] (NaN: when the move before is
-    complete), stage (0 macro, 1 micro), target [counts | mm], hold [s]; end [s] or NaN."""
+    """A programme as arrays of one length.
+
+    Attributes
+    ----------
+    start : ndarray, shape (n,)
+        s; NaN: when the move before is complete.
+    stage : ndarray, shape (n,)
+        0 macro, 1 micro.
+    target : ndarray, shape (n,)
+        counts for macro, mm for micro.
+    hold : ndarray, shape (n,)
+        s.
+    end : float
+        s, or NaN.
+    """
 
     start: npt.NDArray[np.float64]
     stage: npt.NDArray[np.int64]
@@ -47,7 +60,31 @@ class Plan(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """The supervisor's state. Times in s; `inside`: since when within tolerance, or NaN."""
+    """State of the supervisor; times in s.
+
+    Attributes
+    ----------
+    move : int
+        Index of the present one, -1 before the first.
+    phase : int
+        WAITING, MACRO, SETTLING, MICRO or DONE.
+    began : float
+        When the move began.
+    entered : float
+        When the phase began.
+    inside : float
+        Since when it is within the tolerance, or NaN.
+    zeroed : int
+        Whether the laser has been reset for this place, 0 or 1.
+    macro_reference : float
+        counts.
+    micro_reference : float
+        mm.
+    macro : Memory
+        Memories of the macro laws.
+    integral : float
+        Integral effort of the micro law, V.
+    """
 
     move: int
     phase: int
@@ -62,7 +99,18 @@ class Progress(NamedTuple):
 
 
 def begin(position: float) -> Progress:
-    """Before the first move, the macro-stage standing at `position` [counts]."""
+    """The supervisor before the first move.
+
+    Parameters
+    ----------
+    position : float
+        Where the macro-stage stands, counts.
+
+    Returns
+    -------
+    Progress
+        State.
+    """
     return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, macro.rest(0.0), 0.0)
 
 
@@ -165,9 +213,31 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
 def step(
     p: Supervisor, plan: Plan, s: Progress, sample: Sample, dt: float
 ) -> tuple[Progress, Command, Outputs]:
-    """One control period: new state, what is being asked for, and the outputs.
+    """One control period.
 
     Errors are in counts for the macro-stage and in mm for the micro-stage, as in the thesis.
+
+    Parameters
+    ----------
+    p : Supervisor
+        Parameters of the supervisor.
+    plan : Plan
+        The programme.
+    s : Progress
+        State of the supervisor.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : Progress
+        New state.
+    command : Command
+        What is being asked for.
+    outputs : Outputs
+        What the guard is to judge.
     """
     t = sample.t
     s = _scheduled(p, plan, s, sample.encoder, t)

@@ -12,9 +12,26 @@ LEAST, MOST = 1e-15, 1e15
 
 
 def positive(where: str, value: Any, unit: str = "") -> float:
-    """`value`, if it is a number above zero, 1e-15 to 1e15; otherwise raises `InputError`.
+    """A number above zero, 1e-15 to 1e15. Numbers of numpy count, truth values do not.
 
-    Numbers of numpy count as numbers, truth values do not.
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : Any
+        Anything.
+    unit : str, optional
+        Named in the message.
+
+    Returns
+    -------
+    float
+        The same as a plain float.
+
+    Raises
+    ------
+    InputError
+        Anything else.
     """
     known = isinstance(value, Real) and not isinstance(value, bool)
     if not known or not LEAST <= value <= MOST:
@@ -23,7 +40,27 @@ def positive(where: str, value: Any, unit: str = "") -> float:
 
 
 def whole(where: str, value: Any, least: int, most: int) -> int:
-    """`value`, if it is a whole number from `least` to `most`; otherwise raises `InputError`."""
+    """A whole number within bounds.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : Any
+        Anything.
+    least, most : int
+        Inclusive bounds.
+
+    Returns
+    -------
+    int
+        The same as a plain int.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
     known = isinstance(value, Integral) and not isinstance(value, bool)
     if not known or not least <= value <= most:
         raise InputError(where, value, f"a whole number from {least} to {most}")
@@ -31,7 +68,22 @@ def whole(where: str, value: Any, least: int, most: int) -> int:
 
 
 def sheet(where: str, value: Any, kind: type) -> None:
-    """InputError unless `value` is a `kind`, such as a `Sensor`; a plain tuple is none."""
+    """Refuse what is not of a type; a plain tuple is no `Sensor`.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : Any
+        Anything.
+    kind : type
+        A ``NamedTuple``, such as `Sensor`.
+
+    Raises
+    ------
+    InputError
+        Another type.
+    """
     if not isinstance(value, kind):
         fields = ", ".join(getattr(kind, "_fields", ()))
         raise InputError(where, value, f"{kind.__name__}({fields})")

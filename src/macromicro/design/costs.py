@@ -10,8 +10,23 @@ from macromicro.errors import InputError
 
 
 class Technology(NamedTuple):
-    """A way to position. `accuracy` [m] and `cost` [USD]: from best to worst, equal where one
-    figure is given, `accuracy` best 0 where only "below" is; the rest in the table's words."""
+    """A way to position, in the tables' words where no unit is given.
+
+    Attributes
+    ----------
+    name : str
+        Name of the technology.
+    accuracy : tuple[float, float]
+        From best to worst, m; equal where one figure is given, best 0 where only "below" is.
+    cost : tuple[float, float]
+        From lowest to highest, USD; equal where one figure is given.
+    travel : str
+        In words.
+    speed : str
+        In words.
+    load : str
+        In words.
+    """
 
     name: str
     accuracy: tuple[float, float]
@@ -22,8 +37,19 @@ class Technology(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Another technology against ours: how many times as expensive, and as coarse, at most (its
-    worst figure over ours): above 1 it is dearer, below 1 it is finer."""
+    """Another technology against ours: above 1 it costs more, or is coarser.
+
+    Attributes
+    ----------
+    name : str
+        Name of the technology.
+    cheapest : float
+        Its lowest cost over ours.
+    dearest : float
+        Its highest cost over ours.
+    accuracy : float
+        Its worst over ours.
+    """
 
     name: str
     cheapest: float
@@ -32,17 +58,48 @@ class Comparison(NamedTuple):
 
 
 def total(parts: Mapping[str, float]) -> float:
-    """Sum of the parts' costs [USD]. Raises `InputError` for no parts or a cost not above 0."""
+    """Sum of the parts' costs.
+
+    Parameters
+    ----------
+    parts : Mapping[str, float]
+        USD by name.
+
+    Returns
+    -------
+    float
+        USD.
+
+    Raises
+    ------
+    InputError
+        No parts, or a cost not above 0.
+    """
     if not parts:
         raise InputError("costs", "no parts", "one part or more")
     return sum(positive(f"costs, {name}", cost, "USD") for name, cost in parts.items())
 
 
 def compare(own: Technology, others: Sequence[Technology]) -> list[Comparison]:
-    """Each of the others against `own`; both ends of their costs over our greatest.
+    """Each of several technologies against one; both ends of their costs over its greatest.
 
-    Raises `InputError` for what is no `Technology`, and for a cost or an accuracy that is not
-    above 0 or whose best exceeds its worst.
+    Parameters
+    ----------
+    own : Technology
+        The one.
+    others : Sequence[Technology]
+        The others.
+
+    Returns
+    -------
+    list[Comparison]
+        One per `others`, in their order.
+
+    Raises
+    ------
+    InputError
+        Not a `Technology`, or a cost or an accuracy that is not above 0 or whose best exceeds its
+        worst.
     """
     for each in (own, *others):
         _check(each)
@@ -99,9 +156,22 @@ TABLE_6_2 = (
 
 
 def micro_stage(accuracy: float = 5e-6) -> Technology:
-    """The SMA micro-stage: Table 6.1 summed, with an `accuracy` [m] (5 um in Table 6.2).
+    """The SMA micro-stage: Table 6.1 summed.
 
-    Raises `InputError` for an accuracy that is not above 0.
+    Parameters
+    ----------
+    accuracy : float, optional
+        m; 5 um in Table 6.2.
+
+    Returns
+    -------
+    Technology
+        With its cost.
+
+    Raises
+    ------
+    InputError
+        `accuracy` is not above 0.
     """
     accuracy, cost = positive("SMA micro-stage, accuracy", accuracy, "m"), total(MICRO_STAGE)
     return Technology("SMA micro-stage", (accuracy, accuracy), (cost, cost), travel="4 mm")

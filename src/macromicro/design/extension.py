@@ -21,10 +21,21 @@ RETURNED = 20.0
 
 
 class Extension(NamedTuple):
-    """One return to zero: the micro-stage is disabled at `start_s`, at the Hall position
-    `from_um`; after `time_s` it stays within 20 um of zero (None: not before it is enabled
-    again or the recording ends). `left_um`: mean Hall position of the last 20 ms before
-    that end, which is where the laser is reset. `move`: the micro move that it ends.
+    """One return to zero of the micro-stage.
+
+    Attributes
+    ----------
+    move : int
+        The micro move that it ends.
+    start_s : float
+        When it is disabled, s.
+    from_um : float
+        Hall position then, um.
+    time_s : float | None
+        After which it stays within 20 um of zero, s; None: not before it is enabled again or the
+        recording ends.
+    left_um : float
+        Mean Hall position of the last 20 ms before that end, which is where the laser is reset, um.
     """
 
     move: int
@@ -35,8 +46,25 @@ class Extension(NamedTuple):
 
 
 class Cycle(NamedTuple):
-    """A cycle's returns to zero [s], None where there are none, and its bias [um]: the mean
-    final error by the laser, beside it by the bench's truth."""
+    """A cycle's returns to zero and its bias; None where there are none.
+
+    Attributes
+    ----------
+    cycle : int
+        Number, from 1.
+    returns : int
+        How many.
+    extension_s : float | None
+        Mean time, s.
+    slowest_s : float | None
+        Longest time, s.
+    left_um : float | None
+        Mean of what was left, um.
+    bias_um : float | None
+        Mean final error by the laser, um.
+    true_bias_um : float | None
+        The same by the bench's truth, um.
+    """
 
     cycle: int
     returns: int
@@ -48,7 +76,18 @@ class Cycle(NamedTuple):
 
 
 def extension(recording: Recording) -> list[Extension]:
-    """Every return to zero of the recording, from more than 20 um."""
+    """Every return to zero of a recording, from more than 20 um (Section 6.3).
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+
+    Returns
+    -------
+    list[Extension]
+        In order of time.
+    """
     phase = recording["phase"]
     on = np.concatenate(([False], phase == MICRO, [False]))
     enabled, disabled = np.flatnonzero(on[1:] & ~on[:-1]), np.flatnonzero(~on[1:] & on[:-1])
@@ -77,7 +116,22 @@ def extension(recording: Recording) -> list[Extension]:
 def per_cycle(
     moves: Sequence[MoveResult], returns: Sequence[Extension], moves_per_cycle: int
 ) -> list[Cycle]:
-    """The returns and the bias of every cycle that was begun."""
+    """The returns and the bias of every cycle that was begun.
+
+    Parameters
+    ----------
+    moves : Sequence[MoveResult]
+        Moves of the recording.
+    returns : Sequence[Extension]
+        Returns of the recording.
+    moves_per_cycle : int
+        Number of moves of the programme.
+
+    Returns
+    -------
+    list[Cycle]
+        In order.
+    """
     count = max((m.move for m in moves), default=-1) // moves_per_cycle + 1
     cycles = []
     for k in range(count):

@@ -20,9 +20,16 @@ GRAM_FORCE = 9.80665e-3  # N
 
 
 class Beam(NamedTuple):
-    """What is given before the thickness: Young's modulus [Pa], width w and length L [m].
+    """What is given before the thickness; by default the aluminium beams of Section 3.2.2.
 
-    By default the aluminium beams of Section 3.2.2.
+    Attributes
+    ----------
+    modulus : float
+        Young's modulus, Pa.
+    width : float
+        w, m.
+    length : float
+        L, m.
     """
 
     modulus: float = 70e9
@@ -31,16 +38,53 @@ class Beam(NamedTuple):
 
 
 def deflection(beam: Beam, thickness: float, force: float) -> float:
-    """Deflection [m] of one beam of `thickness` [m] under `force` [N]: (3.1).
+    """Deflection of one beam (3.1): dx = F L^3 / (12 E I), I = w t^3 / 12.
 
-    dx = F L^3 / (12 E I), I = w t^3 / 12. Raises `InputError` unless all are above zero.
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    thickness : float
+        t, m.
+    force : float
+        F, N.
+
+    Returns
+    -------
+    float
+        m.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
     """
     return positive("flexure, force", force, "N") / stiffness(beam, thickness)
 
 
 def max_thickness(beam: Beam, force: float, deflection: float) -> float:
-    """Greatest thickness [m] with which `force` [N] bends one beam by `deflection` [m]: (3.1)
-    solved for t, t^3 = F L^3 / (E w dx). Raises `InputError` unless all are above zero."""
+    """Greatest thickness with which a force bends one beam far enough: (3.1) solved for t, t^3 = F
+    L^3 / (E w dx).
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    force : float
+        F, N.
+    deflection : float
+        dx, m.
+
+    Returns
+    -------
+    float
+        m.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
+    """
     _check(beam)
     positive("flexure, force", force, "N")
     positive("flexure, deflection", deflection, "m")
@@ -49,7 +93,25 @@ def max_thickness(beam: Beam, force: float, deflection: float) -> float:
 
 
 def stiffness(beam: Beam, thickness: float) -> float:
-    """Stiffness [N/m] of one beam and of the whole guide: 12 E I / L^3, from (3.1)."""
+    """Stiffness of one beam and of the whole guide: 12 E I / L^3, from (3.1).
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    thickness : float
+        t, m.
+
+    Returns
+    -------
+    float
+        N/m.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
+    """
     _check(beam)
     positive("flexure, thickness", thickness, "m")
     inertia = beam.width * thickness**3 / 12.0
@@ -57,10 +119,29 @@ def stiffness(beam: Beam, thickness: float) -> float:
 
 
 def bending_stress(beam: Beam, thickness: float, deflection: float) -> float:
-    """Greatest stress [Pa], at the clamps of a beam bent by `deflection` [m]: 3 E t dx / L^2.
+    """Greatest stress, at the clamps of a bent beam: 3 E t dx / L^2.
 
-    From the end moment F L / 2 and (3.1); to be held against the yield strength, which the
-    thesis does not do.
+    From the end moment F L / 2 and (3.1); to be held against the yield strength, which the thesis
+    does not do.
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    thickness : float
+        t, m.
+    deflection : float
+        dx, m.
+
+    Returns
+    -------
+    float
+        Pa.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
     """
     _check(beam)
     positive("flexure, thickness", thickness, "m")
@@ -69,12 +150,33 @@ def bending_stress(beam: Beam, thickness: float, deflection: float) -> float:
 
 
 def shape(beam: Beam, deflection: float, points: int = 61) -> tuple[Array, Array, float]:
-    """The beam bent by `deflection` [m] (Figure 3.6a): places along it [m], sideways shift [m]
-    there, shape (points,) each, and by how much [m] its free end comes nearer.
+    """A bent beam (Figure 3.6a).
 
-    Both ends keep their direction: y = dx (3 s^2 - 2 s^3) with s = place / L. The beam keeps
-    its length, so the end comes nearer by the integral of y'^2 / 2, 3 dx^2 / (5 L). Places
-    are those on the shortened axis, to the same order. Raises `InputError` unless above zero.
+    Both ends keep their direction: y = dx (3 s^2 - 2 s^3) with s = place / L. The beam keeps its
+    length, so the end comes nearer by the integral of y'^2 / 2, 3 dx^2 / (5 L).
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    deflection : float
+        dx, m.
+    points : int, optional
+        Number of places along the beam.
+
+    Returns
+    -------
+    x : ndarray, shape (points,)
+        Places on the shortened axis, to the same order, m.
+    y : ndarray, shape (points,)
+        Sideways shift there, m.
+    nearer : float
+        By how much its free end comes nearer, m.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
     """
     _check(beam)
     positive("flexure, deflection", deflection, "m")

@@ -13,8 +13,20 @@ from macromicro.errors import InputError
 
 
 class Sensor(NamedTuple):
-    """A data sheet. `field` [G]: greatest field of either sign, None where it follows from a
-    sensitivity that can be programmed; `sensitivity` [V/G]: least and greatest; `cost` [USD]."""
+    """A data sheet.
+
+    Attributes
+    ----------
+    name : str
+        Name of the sensor.
+    field : float | None
+        Greatest field of either sign, G; None where it follows from a sensitivity that can be
+        programmed.
+    sensitivity : tuple[float, float]
+        Least and greatest, V/G.
+    cost : float
+        USD.
+    """
 
     name: str
     field: float | None
@@ -23,8 +35,17 @@ class Sensor(NamedTuple):
 
 
 class Needs(NamedTuple):
-    """What is required. `field` [G]: the range must exceed it; `sensitivity` [V/G]: at least
-    that (see `resolution.sensitivity_floor`); `cost` [USD]: below that, None for any."""
+    """What is required.
+
+    Attributes
+    ----------
+    field : float
+        The range must exceed it, G.
+    sensitivity : float
+        At least that, V/G (see `resolution.sensitivity_floor`).
+    cost : float | None
+        Below that, USD; None for any.
+    """
 
     field: float = 650.0
     sensitivity: float = 3.0e-3
@@ -39,11 +60,27 @@ class Verdict(NamedTuple):
 
 
 def judge(sensors: Sequence[Sensor], needs: Needs) -> list[Verdict]:
-    """Every sensor with the requirements that it misses.
+    """Every sensor with the requirements that it misses (Table 3.2).
 
-    The table prints no supply or output voltage, so the requirement of the converter's
-    input range cannot be judged. Raises `InputError` for impossible numbers and for what is
-    no `Sensor` or no `Needs`.
+    The table prints no supply or output voltage, so the requirement of the converter's input range
+    cannot be judged.
+
+    Parameters
+    ----------
+    sensors : Sequence[Sensor]
+        Data sheets.
+    needs : Needs
+        Requirements.
+
+    Returns
+    -------
+    list[Verdict]
+        One per sensor, in their order.
+
+    Raises
+    ------
+    InputError
+        Impossible numbers, or what is no `Sensor` or no `Needs`.
     """
     sheet("Hall sensor, needs", needs, Needs)
     positive("Hall sensor, field", needs.field, "G")
@@ -54,7 +91,25 @@ def judge(sensors: Sequence[Sensor], needs: Needs) -> list[Verdict]:
 
 
 def suitable(sensors: Sequence[Sensor], needs: Needs) -> list[Sensor]:
-    """The sensors that miss nothing, the cheapest first, otherwise in the order given."""
+    """The sensors that miss nothing, the cheapest first, otherwise in the order given.
+
+    Parameters
+    ----------
+    sensors : Sequence[Sensor]
+        Data sheets.
+    needs : Needs
+        Requirements.
+
+    Returns
+    -------
+    list[Sensor]
+        Some of `sensors`.
+
+    Raises
+    ------
+    InputError
+        As for `judge`.
+    """
     found = [v.sensor for v in judge(sensors, needs) if not v.against]
     return sorted(found, key=lambda s: s.cost)
 

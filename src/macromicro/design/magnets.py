@@ -17,7 +17,17 @@ INCH = 0.0254  # m
 
 
 class Magnet(NamedTuple):
-    """A data sheet: flux [G] over the distance [m] to the sensor, straight in between."""
+    """A data sheet, straight between its readings.
+
+    Attributes
+    ----------
+    name : str
+        Name of the magnet.
+    distance : tuple[float, ...]
+        Distance to the sensor, m, rising.
+    flux : tuple[float, ...]
+        G, one per distance.
+    """
 
     name: str
     distance: tuple[float, ...]
@@ -25,7 +35,17 @@ class Magnet(NamedTuple):
 
 
 class Change(NamedTuple):
-    """The largest change of flux [G] over a travel, and the distance [m] where that begins."""
+    """The largest change of flux over a travel.
+
+    Attributes
+    ----------
+    name : str
+        Name of the magnet.
+    flux : float
+        G.
+    start : float
+        Distance where the travel begins, m.
+    """
 
     name: str
     flux: float
@@ -33,11 +53,27 @@ class Change(NamedTuple):
 
 
 def largest_change(magnet: Magnet, travel: float) -> Change:
-    """The largest change of flux over `travel` [m], anywhere within the data sheet.
+    """The largest change of flux over a travel, anywhere within the data sheet.
 
-    Exact for straight lines between the readings: the difference of the flux at both ends
-    of the travel is then itself made of straight lines, and greatest where one end meets a
-    reading. Raises `InputError` for a travel longer than the sheet or readings out of order.
+    Exact for straight lines between the readings: the difference of the flux at both ends of the
+    travel is then itself made of straight lines, and greatest where one end meets a reading.
+
+    Parameters
+    ----------
+    magnet : Magnet
+        Data sheet.
+    travel : float
+        m.
+
+    Returns
+    -------
+    Change
+        Its size and place.
+
+    Raises
+    ------
+    InputError
+        A travel longer than the sheet, or readings out of order.
     """
     _check(magnet)
     positive("magnet, travel", travel, "m")
@@ -58,7 +94,25 @@ def largest_change(magnet: Magnet, travel: float) -> Change:
 
 
 def ranking(magnets: Sequence[Magnet], travel: float) -> list[Change]:
-    """All magnets by their largest change over `travel` [m], the best first."""
+    """All magnets by their largest change over a travel (Table 3.1).
+
+    Parameters
+    ----------
+    magnets : Sequence[Magnet]
+        Data sheets.
+    travel : float
+        m.
+
+    Returns
+    -------
+    list[Change]
+        The best first.
+
+    Raises
+    ------
+    InputError
+        No magnet, or as for `largest_change`.
+    """
     if not magnets:
         raise InputError("magnets", "none", "one magnet or more")
     return sorted((largest_change(m, travel) for m in magnets), key=lambda c: -c.flux)

@@ -22,7 +22,15 @@ _GRID = 4000
 
 
 class Crossover(NamedTuple):
-    """A frequency [rad/s] where the open loop's gain is 1, and the phase margin [deg] there."""
+    """A frequency where the open loop's gain is 1.
+
+    Attributes
+    ----------
+    frequency : float
+        rad/s.
+    phase_margin : float
+        deg.
+    """
 
     frequency: float
     phase_margin: float
@@ -40,14 +48,40 @@ class PdTaps(NamedTuple):
         return self.now + self.before
 
     def derivative_time(self, dt: float) -> float:
-        """T_d [s] of D(z) = K (1 + T_d (z - 1) / (z dt)); below 0 where D lags."""
+        """T_d of D(z) = K (1 + T_d (z - 1) / (z dt)).
+
+        Parameters
+        ----------
+        dt : float
+            Sample time, s.
+
+        Returns
+        -------
+        float
+            s; below 0 where D lags.
+        """
         return -self.before * dt / self.proportional
 
 
 def damping_margin(ratio: float) -> float:
-    """Phase margin [deg] of a second-order loop with this damping ratio (Section 4.3.2).
+    """Phase margin of a second-order loop with a damping ratio (Section 4.3.2).
 
-    atan(2 r / sqrt(sqrt(1 + 4 r^4) - 2 r^2)): 76.35 deg for 1. Raises InputError at 0 or less.
+    atan(2 r / sqrt(sqrt(1 + 4 r^4) - 2 r^2)): 76.35 deg for 1.
+
+    Parameters
+    ----------
+    ratio : float
+        r.
+
+    Returns
+    -------
+    float
+        deg.
+
+    Raises
+    ------
+    InputError
+        `ratio` is not a finite number above 0.
     """
     if not (ratio > 0.0 and math.isfinite(ratio)):
         raise InputError("damping ratio", ratio, "a finite number above 0")
@@ -57,16 +91,48 @@ def damping_margin(ratio: float) -> float:
 
 
 def response(num: npt.ArrayLike, den: npt.ArrayLike, frequency: float, dt: float) -> complex:
-    """num(z) / den(z) at z = exp(j frequency dt), frequency in rad/s."""
+    """num(z) / den(z) at z = exp(j frequency dt).
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    frequency : float
+        rad/s.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    complex
+        Complex gain.
+    """
     z = np.exp(1j * frequency * dt)
     return complex(np.polyval(np.asarray(num), z) / np.polyval(np.asarray(den), z))
 
 
 def crossovers(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[Crossover]:
-    """Every gain crossover of an open loop num/den, slowest first.
+    """Every gain crossover of an open loop num/den.
 
-    Sought from 1e-5 of the Nyquist frequency up to it; roots to 1e-12. Two crossovers
-    closer together than 0.3 % in frequency can be missed.
+    Sought from 1e-5 of the Nyquist frequency up to it; roots to 1e-12. Two crossovers closer
+    together than 0.3 % in frequency can be missed.
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    list[Crossover]
+        Slowest first.
+
+    Raises
+    ------
+    InputError
+        `dt` is not above 0.
     """
     from scipy.optimize import brentq
 
@@ -90,7 +156,25 @@ def crossovers(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> list[Crosso
 
 
 def first_crossover(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Crossover:
-    """The slowest gain crossover; InputError where the gain never is 1."""
+    """The slowest gain crossover of an open loop num/den.
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    Crossover
+        Frequency and phase margin.
+
+    Raises
+    ------
+    InputError
+        The gain never is 1.
+    """
     found = crossovers(num, den, dt)
     if not found:
         raise InputError("open loop", "gain never 1", "a gain that crosses 1")
@@ -98,7 +182,22 @@ def first_crossover(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Crosso
 
 
 def open_loop(taps: PdTaps, num: npt.ArrayLike, den: npt.ArrayLike) -> tuple[Array, Array]:
-    """D(z) of the taps times a plant num/den."""
+    """D(z) of the taps times a plant num/den.
+
+    Parameters
+    ----------
+    taps : PdTaps
+        The controller, V/count.
+    num, den : array_like
+        Coefficients, highest power of z first.
+
+    Returns
+    -------
+    num : ndarray
+        Numerator of the loop.
+    den : ndarray
+        Denominator of the loop.
+    """
     return (
         np.convolve([taps.now, taps.before], np.asarray(num, np.float64)),
         np.convolve([1.0, 0.0], np.asarray(den, np.float64)),
@@ -108,10 +207,31 @@ def open_loop(taps: PdTaps, num: npt.ArrayLike, den: npt.ArrayLike) -> tuple[Arr
 def pd_by_margin(
     num: npt.ArrayLike, den: npt.ArrayLike, dt: float, frequency: float, margin: float
 ) -> PdTaps:
-    """The taps that give a plant this crossover [rad/s] and phase margin [deg] exactly.
+    """The taps that give a plant num/den a crossover and a phase margin exactly (Section 4.3.2).
 
-    Below the frequency where the plant alone has the margin, the controller must lag, and
-    two taps do that only with opposed gains: see `lowest_frequency`.
+    Below the frequency where the plant alone has the margin, the controller must lag, and two taps
+    do that only with opposed gains: see `lowest_frequency`.
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    dt : float
+        Sample time, s.
+    frequency : float
+        Frequency of the crossover, rad/s.
+    margin : float
+        deg.
+
+    Returns
+    -------
+    PdTaps
+        V/count.
+
+    Raises
+    ------
+    InputError
+        `frequency` is not below the Nyquist frequency.
     """
     _below_nyquist(frequency, dt)
     wanted = np.exp(1j * math.radians(margin - 180.0)) / response(num, den, frequency, dt)
@@ -123,7 +243,29 @@ def pd_by_margin(
 def pd_by_time(
     num: npt.ArrayLike, den: npt.ArrayLike, dt: float, frequency: float, derivative_time: float
 ) -> PdTaps:
-    """The taps with this crossover [rad/s] and derivative time [s]."""
+    """The taps that give a plant num/den a crossover with a derivative time.
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    dt : float
+        Sample time, s.
+    frequency : float
+        Frequency of the crossover, rad/s.
+    derivative_time : float
+        s.
+
+    Returns
+    -------
+    PdTaps
+        V/count.
+
+    Raises
+    ------
+    InputError
+        `frequency` is not below the Nyquist frequency.
+    """
     _below_nyquist(frequency, dt)
     share = derivative_time / dt
     shape = response([1.0 + share, -share], [1.0, 0.0], frequency, dt)
@@ -132,10 +274,29 @@ def pd_by_time(
 
 
 def lowest_frequency(num: npt.ArrayLike, den: npt.ArrayLike, dt: float, margin: float) -> float:
-    """The frequency [rad/s] at which the plant alone has the margin [deg].
+    """The frequency at which a plant num/den alone has a phase margin.
 
-    It is the lowest at which a PD that leads, or does nothing, can give it; the plant's
-    phase must fall with the frequency.
+    It is the lowest at which a PD that leads, or does nothing, can give it; the plant's phase must
+    fall with the frequency.
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    dt : float
+        Sample time, s.
+    margin : float
+        deg.
+
+    Returns
+    -------
+    float
+        rad/s.
+
+    Raises
+    ------
+    InputError
+        The plant does not pass through the margin.
     """
     from scipy.optimize import brentq
 
@@ -156,12 +317,32 @@ def _below_nyquist(frequency: float, dt: float) -> None:
 class Margins(NamedTuple):
     """How far a stable closed loop is from instability; every infinite one is `math.inf`.
 
-    `gain`, `gain_down`: the factors above and below 1 by which the loop's gain may change
-    (0: down to nothing). `phase` [deg] at `crossover` [rad/s], of the smallest magnitude;
-    `delay` [s] that may be added. `disk`: the symmetric disk margin alpha, and the factors
-    and the phase [deg] that it grants, gain and phase changing together; `peak_s`,
-    `peak_t`: largest |S| and |T|. A closed loop that is not stable has `stable` False and
-    NaN for everything else.
+    A closed loop that is not stable has `stable` False and NaN for everything else.
+
+    Attributes
+    ----------
+    stable : bool
+        Whether the closed loop is.
+    gain : float
+        Factor above 1 by which the loop's gain may change.
+    gain_down : float
+        Factor below 1; 0: down to nothing.
+    phase : float
+        Phase margin of the smallest magnitude, deg.
+    crossover : float
+        Its frequency, rad/s.
+    delay : float
+        That may be added, s.
+    disk : float
+        Symmetric disk margin alpha.
+    disk_gain : float
+        Factor that it grants, gain and phase changing together.
+    disk_phase : float
+        Phase that it grants, deg.
+    peak_s : float
+        Largest |S|.
+    peak_t : float
+        Largest |T|.
     """
 
     stable: bool
@@ -178,21 +359,47 @@ class Margins(NamedTuple):
 
 
 def is_stable(num: npt.ArrayLike, den: npt.ArrayLike) -> bool:
-    """Whether unity feedback around num/den has all its poles within the unit circle."""
+    """Whether unity feedback around num/den has all its poles within the unit circle.
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+
+    Returns
+    -------
+    bool
+        True if so.
+    """
     poles = np.roots(np.polyadd(np.asarray(num, np.float64), np.asarray(den, np.float64)))
     return bool(np.all(np.abs(poles) < 1.0))
 
 
 def margins(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Margins:
-    """Every margin of the loop num/den, closed by unity feedback, sampled each `dt` [s].
+    """Every margin of a loop num/den, closed by unity feedback.
 
-    With S = 1 / (1 + L) and T = L / (1 + L), the symmetric disk margin is
-    alpha = 1 / max |(S - T) / 2|: the loop stays stable for every factor
-    (1 + d/2) / (1 - d/2) with |d| < alpha, which contains the gains from
-    (2 - alpha) / (2 + alpha) to its inverse and the phases within +-2 atan(alpha / 2)
-    (Seiler, Packard and Gahinet, An introduction to disk margins, 2020, skew 0).
-    Frequencies from 1e-5 of the Nyquist frequency up to it. Raises InputError for a `dt`
-    that is not above 0.
+    With S = 1 / (1 + L) and T = L / (1 + L), the symmetric disk margin is alpha = 1 / max |(S - T)
+    / 2|: the loop stays stable for every factor (1 + d/2) / (1 - d/2) with |d| < alpha, which
+    contains the gains from (2 - alpha) / (2 + alpha) to its inverse and the phases within +-2
+    atan(alpha / 2) (Seiler, Packard and Gahinet, An introduction to disk margins, 2020, skew 0).
+    Frequencies from 1e-5 of the Nyquist frequency up to it.
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    Margins
+        All of them.
+
+    Raises
+    ------
+    InputError
+        `dt` is not above 0.
     """
     found = crossovers(num, den, dt)
     if not is_stable(num, den):
@@ -220,13 +427,41 @@ def margins(num: npt.ArrayLike, den: npt.ArrayLike, dt: float) -> Margins:
 
 
 def frequencies(dt: float, count: int = _GRID) -> Array:
-    """`count` frequencies [rad/s], geometric from 1e-5 of the Nyquist frequency up to it."""
+    """Frequencies, geometric from 1e-5 of the Nyquist frequency up to it.
+
+    Parameters
+    ----------
+    dt : float
+        Sample time, s.
+    count : int, optional
+        How many.
+
+    Returns
+    -------
+    ndarray, shape (count,)
+        rad/s.
+    """
     nyquist = math.pi / dt
     return np.geomspace(1e-5 * nyquist, nyquist * (1.0 - 1e-9), count)
 
 
 def responses(num: npt.ArrayLike, den: npt.ArrayLike, frequency: Array, dt: float) -> Complex:
-    """num(z) / den(z) at z = exp(j frequency dt), frequencies [rad/s] (n,)."""
+    """num(z) / den(z) at z = exp(j frequency dt).
+
+    Parameters
+    ----------
+    num, den : array_like
+        Coefficients, highest power of z first.
+    frequency : ndarray, shape (n,)
+        rad/s.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        Gains.
+    """
     z = np.exp(1j * frequency * dt)
     over, under = (np.polyval(np.asarray(p, np.complex128), z) for p in (num, den))
     return np.asarray(over / under, np.complex128)

@@ -15,7 +15,17 @@ MAX_BITS = 64
 
 
 class Budget(NamedTuple):
-    """What one bit of the converter is worth: [V], [G], [m]."""
+    """What one bit of the converter is worth.
+
+    Attributes
+    ----------
+    volts : float
+        V.
+    field : float
+        G.
+    position : float
+        m.
+    """
 
     volts: float
     field: float
@@ -23,37 +33,126 @@ class Budget(NamedTuple):
 
 
 def converter(span: float, bits: int) -> float:
-    """Resolution [V/bit] of a converter with 2^bits steps over `span` [V]: span / 2^bits.
+    """Resolution of a converter: span / 2^bits.
 
     A sign bit beside them doubles the range, not the resolution.
+
+    Parameters
+    ----------
+    span : float
+        V.
+    bits : int
+        Without the sign.
+
+    Returns
+    -------
+    float
+        V/bit.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero, or `bits` is not whole.
     """
     positive("resolution, span", span, "V")
     return float(span / 2.0 ** whole("resolution, bits", bits, 1, MAX_BITS))
 
 
 def field(volts_per_bit: float, sensitivity: float) -> float:
-    """Resolution [G/bit] behind a sensor of `sensitivity` [V/G]: (V/bit) / (V/G)."""
+    """Resolution behind a sensor: (V/bit) / (V/G).
+
+    Parameters
+    ----------
+    volts_per_bit : float
+        V/bit.
+    sensitivity : float
+        V/G.
+
+    Returns
+    -------
+    float
+        G/bit.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
+    """
     return positive("resolution, volts per bit", volts_per_bit, "V/bit") / positive(
         "resolution, sensitivity", sensitivity, "V/G"
     )
 
 
 def metres_per_gauss(slope: float) -> float:
-    """Travel per field [m/G] where the flux changes by `slope` [G/m]: 1 / slope."""
+    """Travel per field: 1 / slope.
+
+    Parameters
+    ----------
+    slope : float
+        Slope of the flux, G/m.
+
+    Returns
+    -------
+    float
+        m/G.
+
+    Raises
+    ------
+    InputError
+        `slope` is not above zero.
+    """
     return 1.0 / positive("resolution, flux slope", slope, "G/m")
 
 
 def sensitivity_floor(output: float, field_span: float) -> float:
-    """Least useful sensitivity [V/G]: output range [V] over the field's span [G] (both signs)."""
+    """Least useful sensitivity: output range over the field's span.
+
+    Parameters
+    ----------
+    output : float
+        V.
+    field_span : float
+        Both signs, G.
+
+    Returns
+    -------
+    float
+        V/G.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
+    """
     return positive("resolution, output range", output, "V") / positive(
         "resolution, field span", field_span, "G"
     )
 
 
 def budget(span: float, bits: int, sensitivity: float, slope: float) -> Budget:
-    """The whole chain for a converter [V, bits], a sensor [V/G] and a flux slope [G/m].
+    """The whole chain: converter, sensor, flux.
 
-    The slope is that of the flattest part of the travel, its ends: there a bit is worth most.
+    Parameters
+    ----------
+    span : float
+        Span of the converter, V.
+    bits : int
+        Bits of the converter, without the sign.
+    sensitivity : float
+        Sensitivity of the sensor, V/G.
+    slope : float
+        Slope of the flux in the flattest part of the travel, its ends, G/m: there a bit is worth
+        most.
+
+    Returns
+    -------
+    Budget
+        What a bit is worth.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero, or `bits` is not whole.
     """
     volts = converter(span, bits)
     gauss = field(volts, sensitivity)
@@ -61,7 +160,25 @@ def budget(span: float, bits: int, sensitivity: float, slope: float) -> Budget:
 
 
 def calibrated(volts_per_bit: float, slope: float) -> float:
-    """Resolution [m/bit] of a sensor calibrated as a whole, with `slope` [m/V]: their product."""
+    """Resolution of a sensor calibrated as a whole: the product of both.
+
+    Parameters
+    ----------
+    volts_per_bit : float
+        V/bit.
+    slope : float
+        m/V.
+
+    Returns
+    -------
+    float
+        m/bit.
+
+    Raises
+    ------
+    InputError
+        A number is not above zero.
+    """
     return positive("resolution, volts per bit", volts_per_bit, "V/bit") * positive(
         "resolution, slope", slope, "m/V"
     )

@@ -32,15 +32,40 @@ Floats = NDArray[np.float64]
 
 
 class MoveResult(NamedTuple):
-    """One move. `unit` (mm for macro, um for micro) holds for target, band, the errors and
-    overshoot; times in s. None: did not happen, or cannot be known.
+    """One move; None: did not happen, or cannot be known.
 
-    settling_s: from `start_s` until the error has entered `band` for good (`arrived_s`).
-    final_error: target minus the mean reading (encoder or laser) over the hold's last
-    0.5 s; hall_error the same from the Hall sensor, true_error from the bench's truth.
-    move: index in the programme, from 0.
-    overshoot: the furthest beyond the target in the direction of the move, 0 or more.
-    complete: False if a fault or an interruption cut the move short.
+    Attributes
+    ----------
+    move : int
+        Index in the programme, from 0.
+    stage : str
+        "macro" or "micro".
+    target : float
+        In `unit`.
+    unit : str
+        mm for macro, um for micro; of target, band, errors and overshoot.
+    start_s : float
+        When it began, s.
+    arrived_s : float | None
+        When the error entered `band` for good, s.
+    settling_s : float | None
+        From `start_s` until then, s.
+    band : float
+        In `unit`.
+    final_error : float | None
+        Target less the mean reading (encoder or laser) over the hold's last 0.5 s.
+    overshoot : float | None
+        The furthest beyond the target in the direction of the move, 0 or more.
+    hall_error : float | None
+        As `final_error`, from the Hall sensor.
+    true_error : float | None
+        As `final_error`, from the bench's truth.
+    target_counts : float | None
+        Target of a macro move, counts.
+    final_error_counts : float | None
+        Final error of a macro move, counts.
+    complete : bool
+        False if a fault or an interruption cut the move short.
     """
 
     move: int
@@ -80,9 +105,25 @@ def moves(
 ) -> list[MoveResult]:
     """One result for each move that was begun.
 
-    `pitch`: travel of an encoder count [m]; `macro_band` [counts]: error within which the
-    macro-stage has arrived. A macro move is judged until the next macro move begins. Stages in
-    `but` are left out: they follow a trajectory (`tracking`).
+    A macro move is judged until the next macro move begins.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+    programme : Programme
+        Its moves.
+    pitch : float, optional
+        Travel of an encoder count, m.
+    macro_band : float, optional
+        Error within which the macro-stage has arrived, counts.
+    but : Sequence[int], optional
+        Stages that are left out: they follow a trajectory (`tracking`).
+
+    Returns
+    -------
+    list[MoveResult]
+        In the order of the programme.
     """
     if not len(recording):
         return []
@@ -117,9 +158,23 @@ def _spans(recording: Recording, programme: Programme) -> Iterator[_Span]:
 
 
 def entry(error: Floats, band: float, dt: float, dwell: float) -> int | None:
-    """First row from which `error` stays within `band` to the end, for at least `dwell` [s].
+    """First row from which an error stays within a band to the end. A NaN counts as outside.
 
-    A NaN counts as outside.
+    Parameters
+    ----------
+    error : ndarray, shape (n,)
+        Error by row.
+    band : float
+        Unit of `error`.
+    dt : float
+        Sample time, s.
+    dwell : float
+        For at least so long, s.
+
+    Returns
+    -------
+    int | None
+        None if it does not.
     """
     outside = np.flatnonzero(~(np.abs(error) <= band))
     row = int(outside[-1]) + 1 if len(outside) else 0
@@ -127,12 +182,38 @@ def entry(error: Floats, band: float, dt: float, dwell: float) -> int | None:
 
 
 def tail(rows: int, dt: float) -> int:
-    """Rows of the hold's last 0.5 s, or of its latter half where it is shorter than 1 s."""
+    """Rows of the hold's last 0.5 s, or of its latter half where it is shorter than 1 s.
+
+    Parameters
+    ----------
+    rows : int
+        Number of rows of the hold.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    int
+        At least 1.
+    """
     return max(1, min(round(MEAN / dt), rows // 2))
 
 
 def smoothed(y: Floats, width: int) -> Floats:
-    """Centred mean over `width` rows (odd); the window shrinks evenly towards the ends."""
+    """Centred mean; the window shrinks evenly towards the ends.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+        Values.
+    width : int
+        Width of the window, rows, odd.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Means.
+    """
     n = len(y)
     sums = np.concatenate(([0.0], np.cumsum(y)))
     at = np.arange(n)

@@ -23,8 +23,18 @@ _ADDED = (Column("move", "1", "index of the move", "i4"), Column("phase", "1", "
 
 
 class Served(NamedTuple):
-    """`recording`: only the rows in which moves are under way or held, with the columns `move`
-    and `phase` of a run; `programme`: those moves; `cut`: which of them came to no end."""
+    """The moves of a recording of the live machine.
+
+    Attributes
+    ----------
+    recording : Recording
+        Only the rows in which moves are under way or held, with the columns `move` and `phase` of a
+        run.
+    programme : Programme
+        Those moves.
+    cut : NDArray[np.bool_]
+        Which of them came to no end.
+    """
 
     recording: Recording
     programme: Programme
@@ -32,13 +42,35 @@ class Served(NamedTuple):
 
 
 def is_live(recording: Recording) -> bool:
-    """Was it made of the live machine?"""
+    """Whether a recording was made of the live machine.
+
+    Parameters
+    ----------
+    recording : Recording
+        Any.
+
+    Returns
+    -------
+    bool
+        By its columns.
+    """
     return "mode" in recording and "motion" in recording and "move" not in recording
 
 
 def served(recording: Recording) -> Served:
     """Moves to a place, in order: of the macro-stage alone, of the micro-stage alone, and one of
-    each for a move of both. Homing and jogs, whose set point travels, are none."""
+    each for a move of both. Homing and jogs, whose set point travels, are none.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of the live machine.
+
+    Returns
+    -------
+    Served
+        The moves and their rows.
+    """
     names = str(recording.attributes.get("modes", ", ".join(MODES))).split(", ")
     known = np.array([_PHASES.get(name, 0) for name in names])
     mode = np.clip(recording["mode"].astype(int), 0, len(names) - 1)
@@ -89,6 +121,18 @@ def ran(recording: Recording) -> tuple[NDArray[np.bool_], Programme]:
     """Which of the recording's moves were begun, and the programme they belong to.
 
     A micro move that was due before the carriage had settled is counted, but never begun.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+
+    Returns
+    -------
+    begun : ndarray of bool, shape (moves,)
+        Whether a move was begun.
+    programme : Programme
+        Targets in counts and m.
     """
     index, phase = recording["move"], recording["phase"]
     coarse, fine = recording["macro_reference"], recording["micro_reference"]
@@ -107,9 +151,22 @@ def ran(recording: Recording) -> tuple[NDArray[np.bool_], Programme]:
 
 
 def timetable(recording: Recording) -> Programme:
-    """The moves that were begun, each at its own time from the first row on [s], to the last.
+    """The moves that were begun, each at its own time from the first row on, to the last.
 
-    Raises InputError for a recording that shows none.
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run or of the live machine.
+
+    Returns
+    -------
+    Programme
+        Targets in counts and m, times in s.
+
+    Raises
+    ------
+    InputError
+        It shows no moves.
     """
     if is_live(recording):
         what = served(recording).programme

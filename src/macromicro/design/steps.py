@@ -19,28 +19,84 @@ ARRIVED = 2.0  # counts; the tolerance of the default sequence
 
 
 def rise_time(x: Array, target: float, share: float = 0.98) -> float:
-    """Time [s] until a move from x[0] to `target` first has this share behind it; or nan."""
+    """Time until a move from x[0] to a target first has a share of it behind it.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Position, counts, a sample each control period.
+    target : float
+        counts.
+    share : float, optional
+        Share of the move.
+
+    Returns
+    -------
+    float
+        s; nan if it never has.
+    """
     gone = (x - x[0]) / (target - x[0])
     return float(np.argmax(gone >= share)) * DT if gone.max() >= share else math.nan
 
 
 def settling_time(x: Array, target: float, share: float = 0.02) -> float:
-    """Time [s] from which on the error stays within this share of the move; or nan."""
+    """Time from which on the error stays within a share of the move.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Position, counts, a sample each control period.
+    target : float
+        counts.
+    share : float, optional
+        Share of the move.
+
+    Returns
+    -------
+    float
+        s; nan if it does not.
+    """
     outside = np.flatnonzero(np.abs(target - x) > share * abs(target - x[0]))
     row = int(outside[-1]) + 1 if len(outside) else 0
     return row * DT if row < len(x) else math.nan
 
 
 def overshoot(x: Array, target: float) -> float:
-    """How far [counts] the position goes beyond `target` in the direction of the move."""
+    """How far a position goes beyond a target in the direction of the move.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Position, counts.
+    target : float
+        counts.
+
+    Returns
+    -------
+    float
+        counts, 0 or more.
+    """
     return max(0.0, float((np.sign(target - x[0]) * (x - target)).max()))
 
 
 def swings(x: Array, target: float, band: float = ARRIVED) -> Array:
-    """Sizes [counts] of the swings back after arrival, one per reversal of the position.
+    """Sizes of the swings back after arrival, one per reversal of the position.
 
-    Arrival: the first error within `band` counts. Empty when it never arrives or never
-    reverses. The motion that arrives is no swing.
+    The motion that arrives is no swing.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Position, counts.
+    target : float
+        counts.
+    band : float, optional
+        Arrival is the first error within it, counts.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        counts; empty when it never arrives or never reverses.
     """
     near = np.abs(target - x) <= band
     if not near.any():

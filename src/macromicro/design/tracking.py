@@ -26,11 +26,30 @@ ROWS = 20_000  # that a lag is estimated from, evenly spread
 
 
 class Tracking(NamedTuple):
-    """One stage over the whole way, in `unit` (mm for macro, um for micro); times in s.
+    """One stage over the whole way; None: cannot be known.
 
-    rms_error, peak_error: of reference minus reading, the peak where it was largest (`peak_s`).
-    lag_s: the delay by which the reading follows the reference best (least squares, up to
-    1 s); rms_without_lag: what is left of the error after it. None: cannot be known.
+    Attributes
+    ----------
+    stage : str
+        "macro" or "micro".
+    unit : str
+        mm for macro, um for micro; of all errors.
+    targets : int
+        How many.
+    start_s : float
+        First target, s.
+    end_s : float
+        Last row, s.
+    rms_error : float
+        RMS of reference less reading.
+    peak_error : float
+        Its largest magnitude.
+    peak_s : float
+        Where that was, s.
+    lag_s : float | None
+        Delay by which the reading follows the reference best (least squares, up to 1 s), s.
+    rms_without_lag : float | None
+        What is left of the error after it.
     """
 
     stage: str
@@ -46,7 +65,17 @@ class Tracking(NamedTuple):
 
 
 class Course(NamedTuple):
-    """What a stage was to follow and did, row by row: times [s], both in the stage's unit."""
+    """What a stage was to follow and did.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    reference : ndarray, shape (n,)
+        In the stage's unit.
+    reading : ndarray, shape (n,)
+        In the stage's unit.
+    """
 
     t: Floats
     reference: Floats
@@ -54,7 +83,20 @@ class Course(NamedTuple):
 
 
 def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
-    """The stages whose targets came so fast that they make a trajectory."""
+    """The stages whose targets came so fast that they make a trajectory.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+    programme : Programme
+        Its targets.
+
+    Returns
+    -------
+    tuple[int, ...]
+        MACRO, MICRO, both or none.
+    """
     if not len(recording):
         return ()
     begun = min(int(recording["move"][-1]) + 1, len(programme.stage))
@@ -70,7 +112,24 @@ def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
 def course(
     recording: Recording, programme: Programme, stage: int, pitch: float = PITCH
 ) -> Course | None:
-    """What a stage was to follow, from its first target to the end; None without a reading."""
+    """What a stage was to follow, from its first target to the end.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+    programme : Programme
+        Its targets.
+    stage : int
+        MACRO or MICRO.
+    pitch : float, optional
+        Travel of an encoder count, m.
+
+    Returns
+    -------
+    Course | None
+        mm or um; None without a reading.
+    """
     numbers = np.flatnonzero(programme.stage == stage)
     a = int(np.searchsorted(recording["move"], numbers[0]))
     t = recording["t"][a:]
@@ -88,7 +147,22 @@ def course(
 
 
 def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH) -> list[Tracking]:
-    """A result for each stage that follows a trajectory; `pitch` [m] of an encoder count."""
+    """A result for each stage that follows a trajectory.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+    programme : Programme
+        Its targets.
+    pitch : float, optional
+        Travel of an encoder count, m.
+
+    Returns
+    -------
+    list[Tracking]
+        None for a programme of moves.
+    """
     results = []
     for stage in followed(recording, programme):
         seen = course(recording, programme, stage, pitch)
@@ -115,8 +189,22 @@ def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH
 
 
 def lagging(reference: Floats, reading: Floats, dt: float) -> tuple[float | None, float | None]:
-    """Lag [s] of least mean square error, between samples by a parabola, and the rms error
-    that is left; None for a reference that does not change or too few samples."""
+    """Lag of least mean square error, between samples by a parabola.
+
+    Parameters
+    ----------
+    reference, reading : ndarray, shape (n,)
+        In one unit.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    lag : float | None
+        s; None for a reference that does not change, or too few samples.
+    left : float | None
+        RMS error that is left, or None likewise.
+    """
     step = max(1, len(reference) // ROWS)
     r, y = reference[::step], reading[::step]
     most = min(round(MOST_LAG / (dt * step)), len(r) // 4)

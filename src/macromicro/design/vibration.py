@@ -29,11 +29,24 @@ Floats = NDArray[np.float64]
 
 
 class Vibration(NamedTuple):
-    """Residual vibration after the macro move `move`.
+    """Residual vibration after a macro move.
 
-    rest_s: the carriage stands still, by its encoder. amplitude_um: first peak from then
-    on. decay_s: time from rest until the envelope is down to 2 um (0: never above).
-    frequency_hz, decay_rate [1/s] of the fitted sine; settled_um: the laser's settled value.
+    Attributes
+    ----------
+    move : int
+        Index of the move.
+    rest_s : float
+        When the carriage stands still, by its encoder, s.
+    amplitude_um : float
+        First peak from then on, um.
+    decay_s : float | None
+        Time from rest until the envelope is down to 2 um (0: never above), s.
+    frequency_hz : float
+        Frequency of the fitted sine, Hz.
+    decay_rate : float
+        Decay rate of the fitted sine, 1/s.
+    settled_um : float
+        The laser's settled value, um.
     """
 
     move: int
@@ -46,10 +59,20 @@ class Vibration(NamedTuple):
 
 
 def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
-    """The vibration that a macro move leaves; None if its rows show none.
+    """The vibration that a macro move leaves (Section 6.2, Figure 6.3).
 
-    None, too, where the move did not arrive, the laser is silent, or less than 0.3 s of
-    standing still was recorded before the laser's reset or the next move.
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+    move : MoveResult
+        One of its moves.
+
+    Returns
+    -------
+    Vibration | None
+        None if its rows show none; where the move did not arrive, or the laser is silent; or if
+        less than 0.3 s of standing still was recorded before the laser's reset or the next move.
     """
     if move.stage != "macro" or move.arrived_s is None:
         return None
@@ -97,10 +120,23 @@ def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
 
 
 def decaying_sine(y: Floats, dt: float) -> tuple[float, float, float, float] | None:
-    """Frequency [Hz], decay rate [1/s], cosine and sine amplitude of the sine in `y`.
+    """The decaying sine in a record.
 
-    Gauss-Newton on frequency and decay with the linear part solved anew each time
-    (variable projection). None if no frequency stands out of the noise.
+    Gauss-Newton on frequency and decay with the linear part solved anew each time (variable
+    projection).
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+        The record.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    tuple[float, float, float, float] | None
+        Frequency (Hz), decay rate (1/s), cosine and sine amplitude (unit of `y`); None if no
+        frequency stands out of the noise.
     """
     t = np.arange(len(y)) * dt
     trend = np.polynomial.polynomial.polyfit(t, y, 2)

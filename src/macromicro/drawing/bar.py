@@ -9,7 +9,13 @@ if TYPE_CHECKING:
 
 
 def progress_bar() -> Progress:
-    """Percentage, bar and a task's description; gone once the work has ended."""
+    """Percentage, bar and a task's description, on stderr; gone once the work has ended.
+
+    Returns
+    -------
+    Progress
+        To be entered.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 

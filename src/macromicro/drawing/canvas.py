@@ -26,7 +26,17 @@ _POINT = 16.0  # of a hexagon, to either side
 
 
 class Shape(NamedTuple):
-    """What is drawn in a box: an outline, an icon or "", lines of text."""
+    """What is drawn in a box.
+
+    Attributes
+    ----------
+    outline : str
+        BLOCK, SUM, SIGNAL, ROUND or HEXAGON.
+    lines : tuple[str, ...]
+        Lines of text.
+    icon : str
+        A key of ``icons.ICONS``, or "".
+    """
 
     outline: str
     lines: tuple[str, ...] = ()
@@ -34,7 +44,20 @@ class Shape(NamedTuple):
 
 
 def size(shape: Shape) -> tuple[float, float]:
-    """Width and height in which the text of `shape` fits."""
+    """Size in which the text of a shape fits.
+
+    Parameters
+    ----------
+    shape : Shape
+        What is drawn.
+
+    Returns
+    -------
+    width : float
+        Units.
+    height : float
+        Units.
+    """
     wide = max((width(line) for line in shape.lines), default=0.0)
     high = sum(height(line) for line in shape.lines)
     if shape.outline == SUM:
@@ -48,7 +71,22 @@ def size(shape: Shape) -> tuple[float, float]:
 
 
 def drawing(title: str, layout: Layout, shapes: Mapping[str, Shape]) -> str:
-    """The SVG text. `shapes`: for every box of the layout."""
+    """A layout as SVG.
+
+    Parameters
+    ----------
+    title : str
+        Title of the picture.
+    layout : Layout
+        Where everything stands.
+    shapes : Mapping[str, Shape]
+        For every box of the layout.
+
+    Returns
+    -------
+    str
+        SVG text.
+    """
     parts = []
     for label, rect in layout.frames:
         parts += _frame(label, rect)

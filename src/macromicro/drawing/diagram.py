@@ -29,14 +29,24 @@ _SIGNS = {"-": MINUS, "+": "+", "": "+"}
 
 
 class Diagram(NamedTuple):
-    """`grid`: rows of names, one a line, "." for an empty cell.
+    """A block diagram; texts as in `symbols`.
 
-    "(e)" is a sum; a name in `blocks` is that block; every other name is a signal, written
-    as it stands. A mark before a name turns its flow: "<" leftwards, "↓" down, "↑" up.
-
-    `wires`: chains "r > e > D" separated by ";". ">-" ends at a sum with a minus, "~>" is an
-    event, drawn dashed; ">[V']" has a label. Wires from one source share
-    their beginning. Texts as in `symbols`, in wires without spaces.
+    Attributes
+    ----------
+    title : str
+        Title of the picture.
+    grid : str
+        Rows of names, one a line, "." for an empty cell. "(e)" is a sum; a name in `blocks` is that
+        block; every other name is a signal, written as it stands. A mark before a name turns its
+        flow: "<" leftwards, "↓" down, "↑" up.
+    blocks : Mapping[str, Shape]
+        By name.
+    wires : str
+        Chains "r > e > D" separated by ";". ">-" ends at a sum with a minus, "~>" is an event,
+        drawn dashed; ">[V']" has a label, without spaces. Wires from one source share their
+        beginning.
+    frames : tuple[Frame, ...]
+        Around some of the blocks.
     """
 
     title: str
@@ -53,43 +63,145 @@ class _Placed(NamedTuple):
 
 
 def block(*lines: str, icon: str = "") -> Shape:
-    """A block with lines of text, below an icon of its characteristic (`icons.ICONS`)."""
+    """A block.
+
+    Parameters
+    ----------
+    *lines : str
+        Lines of text.
+    icon : str, optional
+        Picture of its characteristic, above the text; a key of `icons.ICONS`.
+
+    Returns
+    -------
+    Shape
+        For `Diagram.blocks`.
+    """
     return Shape(BLOCK, lines, icon)
 
 
 def saturation(*lines: str) -> Shape:
-    """A block that limits."""
+    """A block that limits.
+
+    Parameters
+    ----------
+    *lines : str
+        Lines of text.
+
+    Returns
+    -------
+    Shape
+        With its icon.
+    """
     return block(*lines, icon="saturation")
 
 
 def dead_zone(*lines: str) -> Shape:
-    """A block that passes nothing near zero."""
+    """A block that passes nothing near zero.
+
+    Parameters
+    ----------
+    *lines : str
+        Lines of text.
+
+    Returns
+    -------
+    Shape
+        With its icon.
+    """
     return block(*lines, icon="dead zone")
 
 
 def relay(*lines: str) -> Shape:
-    """A two-point switch with hysteresis."""
+    """A two-point switch with hysteresis.
+
+    Parameters
+    ----------
+    *lines : str
+        Lines of text.
+
+    Returns
+    -------
+    Shape
+        With its icon.
+    """
     return block(*lines, icon="relay")
 
 
 def quantiser(*lines: str) -> Shape:
-    """A block whose output goes in steps."""
+    """A block whose output goes in steps.
+
+    Parameters
+    ----------
+    *lines : str
+        Lines of text.
+
+    Returns
+    -------
+    Shape
+        With its icon.
+    """
     return block(*lines, icon="quantiser")
 
 
 def framed(label: str, names: str) -> Frame:
-    """A dashed frame around blocks, their names separated by spaces."""
+    """A dashed frame around blocks.
+
+    Parameters
+    ----------
+    label : str
+        Label of the frame.
+    names : str
+        Names of the blocks, separated by spaces.
+
+    Returns
+    -------
+    Frame
+        For `Diagram.frames`.
+    """
     return Frame(label, tuple(names.split()))
 
 
 def svg(diagram: Diagram) -> str:
-    """The diagram as SVG. Raises ValueError for a wire from or to a name not in the grid."""
+    """A diagram as SVG.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Its description.
+
+    Returns
+    -------
+    str
+        SVG text.
+
+    Raises
+    ------
+    ValueError
+        A wire from or to a name not in the grid, or one that finds no way.
+    """
     shapes = {name: p.shape for name, p in _cells(diagram).items()}
     return drawing(diagram.title, layout(diagram), shapes)
 
 
 def layout(diagram: Diagram) -> Layout:
-    """Where everything stands (`plan.Layout`)."""
+    """Where everything of a diagram stands.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Its description.
+
+    Returns
+    -------
+    Layout
+        In units.
+
+    Raises
+    ------
+    ValueError
+        As for `svg`.
+    """
     cells = _cells(diagram)
     things = [Thing(name, p.cell, *size(p.shape)) for name, p in cells.items()]
     return plan.laid_out(things, _lines(diagram, cells), diagram.frames)

@@ -14,18 +14,35 @@ PNG, SVG, TABLE = "png", "svg", "table"
 
 
 class Grid(NamedTuple):
-    """A table: `rows` of texts, each as long as `headings`."""
+    """A table.
+
+    Attributes
+    ----------
+    headings : tuple[str, ...]
+        Headings of the columns.
+    rows : list[tuple[str, ...]]
+        Texts, each as long as `headings`.
+    """
 
     headings: tuple[str, ...]
     rows: list[tuple[str, ...]]
 
 
 class Drawn(NamedTuple):
-    """What a procedure shows. `number`: the thesis' own, such as "4.8", "D.9", "Table 2.1",
-    or "(2.1)" for what an equation says.
+    """What a procedure shows.
 
-    `body`: a matplotlib figure, a diagram as SVG text, or a `Grid`. `claims`: ids of the
-    claims that it shows.
+    Attributes
+    ----------
+    number : str
+        The thesis' own, such as "4.8", "D.9", "Table 2.1", or "(2.1)" for what an equation says.
+    title : str
+        Heading.
+    caption : str
+        What to look at.
+    body : Figure | str | Grid
+        A matplotlib figure, a diagram as SVG text, or a `Grid`.
+    claims : tuple[str, ...]
+        Ids of the claims that it shows.
     """
 
     number: str
@@ -36,8 +53,23 @@ class Drawn(NamedTuple):
 
 
 class Exhibit(NamedTuple):
-    """The same in a form that passes between processes. `kind`: PNG, SVG or TABLE; `data`:
-    a PNG file's bytes, SVG text, or a `Grid`."""
+    """The same in a form that passes between processes.
+
+    Attributes
+    ----------
+    number : str
+        As of `Drawn`.
+    title : str
+        Heading.
+    caption : str
+        What to look at.
+    claims : tuple[str, ...]
+        Ids.
+    kind : str
+        PNG, SVG or TABLE.
+    data : bytes | str | Grid
+        A PNG file's bytes, SVG text, or a `Grid`.
+    """
 
     number: str
     title: str
@@ -58,14 +90,36 @@ class Exhibit(NamedTuple):
 
 
 def label(number: str) -> str:
-    """How an exhibit is cited, by its number."""
+    """How an exhibit is cited.
+
+    Parameters
+    ----------
+    number : str
+        Its number.
+
+    Returns
+    -------
+    str
+        "Figure 4.8", "Equation (2.1)", "Table 2.1".
+    """
     if number.startswith("Table"):
         return number
     return f"{'Equation' if number.startswith('(') else 'Figure'} {number}"
 
 
 def rendered(drawn: Drawn) -> Exhibit:
-    """`drawn` with its body as bytes or text."""
+    """What a procedure shows, with its body as bytes or text.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        As drawn.
+
+    Returns
+    -------
+    Exhibit
+        To be passed on.
+    """
     body = drawn.body
     head = (drawn.number, drawn.title, drawn.caption, drawn.claims)
     if isinstance(body, Grid):

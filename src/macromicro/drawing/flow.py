@@ -26,8 +26,21 @@ _GAP = 34.0
 
 
 class Step(NamedTuple):
-    """One step. `exits`: (label, name of the step that follows), NEXT for the one below;
-    none for an end. `aside`: stands to the right of the step before it."""
+    """One step of a flow chart.
+
+    Attributes
+    ----------
+    outline : str
+        ROUND, BLOCK or HEXAGON.
+    text : str
+        What is written in it.
+    name : str
+        For jumps to it; "" for none.
+    exits : tuple[tuple[str, str], ...]
+        Label and name of the step that follows, NEXT for the one below; none for an end.
+    aside : bool
+        Whether it stands to the right of the step before it.
+    """
 
     outline: str
     text: str
@@ -37,40 +50,142 @@ class Step(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """Steps from the first to the last; each goes on to the next unless it says otherwise."""
+    """Steps from the first to the last; each leads to the next unless it says otherwise.
+
+    Attributes
+    ----------
+    title : str
+        Title of the picture.
+    steps : tuple[Step, ...]
+        In order.
+    """
 
     title: str
     steps: tuple[Step, ...]
 
 
 def start(text: str, name: str = "") -> Step:
-    """Where it begins."""
+    """Where it begins.
+
+    Parameters
+    ----------
+    text : str
+        What is written in it.
+    name : str, optional
+        For jumps to it.
+
+    Returns
+    -------
+    Step
+        The step.
+    """
     return Step(ROUND, text, name, (("", NEXT),))
 
 
 def do(text: str, name: str = "", then: str = NEXT, *, aside: bool = False) -> Step:
-    """An action; `then`: the step after it."""
+    """An action.
+
+    Parameters
+    ----------
+    text : str
+        What is written in it.
+    name : str, optional
+        For jumps to it.
+    then : str, optional
+        The step after it.
+    aside : bool, optional
+        Whether it stands to the right of the step before it.
+
+    Returns
+    -------
+    Step
+        The step.
+    """
     return Step(BLOCK, text, name, (("", then),), aside)
 
 
 def ask(text: str, name: str = "", *, yes: str = NEXT, no: str = NEXT, aside: bool = False) -> Step:
-    """A decision; `yes`, `no`: where they lead."""
+    """A decision.
+
+    Parameters
+    ----------
+    text : str
+        What is written in it.
+    name : str, optional
+        For jumps to it.
+    yes, no : str, optional
+        The steps where they lead.
+    aside : bool, optional
+        Whether it stands to the right of the step before it.
+
+    Returns
+    -------
+    Step
+        The step.
+    """
     return Step(HEXAGON, text, name, (("yes", yes), ("no", no)), aside)
 
 
 def end(text: str, name: str = "", *, aside: bool = False) -> Step:
-    """Where it ends."""
+    """Where it ends.
+
+    Parameters
+    ----------
+    text : str
+        What is written in it.
+    name : str, optional
+        For jumps to it.
+    aside : bool, optional
+        Whether it stands to the right of the step before it.
+
+    Returns
+    -------
+    Step
+        The step.
+    """
     return Step(ROUND, text, name, (), aside)
 
 
 def svg(flow: Flow) -> str:
-    """The chart as SVG. Raises ValueError for a jump to a step that does not exist."""
+    """A chart as SVG.
+
+    Parameters
+    ----------
+    flow : Flow
+        Its description.
+
+    Returns
+    -------
+    str
+        SVG text.
+
+    Raises
+    ------
+    ValueError
+        A jump to a step that does not exist.
+    """
     shapes = {str(k): _shape(step) for k, step in enumerate(flow.steps)}
     return drawing(flow.title, layout(flow), shapes)
 
 
 def layout(flow: Flow) -> Layout:
-    """Where everything stands; boxes are named by the number of their step, from 0."""
+    """Where everything of a chart stands.
+
+    Parameters
+    ----------
+    flow : Flow
+        Its description.
+
+    Returns
+    -------
+    Layout
+        Boxes are named by the number of their step, from 0.
+
+    Raises
+    ------
+    ValueError
+        A jump to a step that does not exist.
+    """
     cells = _cells(flow)
     sizes = [size(_shape(step)) for step in flow.steps]
     widest = [0.0, 0.0]
@@ -84,7 +199,25 @@ def layout(flow: Flow) -> Layout:
 
 
 def targets(flow: Flow, k: int) -> list[int]:
-    """Numbers of the steps that may follow step `k`."""
+    """Numbers of the steps that may follow a step.
+
+    Parameters
+    ----------
+    flow : Flow
+        Its description.
+    k : int
+        Number of the step, from 0.
+
+    Returns
+    -------
+    list[int]
+        In the order of its exits.
+
+    Raises
+    ------
+    ValueError
+        One does not exist.
+    """
     names = {step.name: i for i, step in enumerate(flow.steps) if step.name}
     found = []
     for _, goal in flow.steps[k].exits:
@@ -99,9 +232,21 @@ def targets(flow: Flow, k: int) -> list[int]:
 
 
 def wrapped(text: str, widest: float = _WIDEST) -> tuple[str, ...]:
-    """`text` in as few lines as go into `widest`, these as short as can be.
+    """A text in as few lines as it fits, these as short as can be.
 
-    No-break spaces are kept; a word wider than `widest` has a line of its own.
+    No-break spaces are kept; a word that is too wide has a line of its own.
+
+    Parameters
+    ----------
+    text : str
+        To be broken.
+    widest : float, optional
+        Units.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Lines.
     """
     lines = _broken(text, widest)
     while True:

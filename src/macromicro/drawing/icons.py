@@ -41,7 +41,20 @@ ICONS: dict[str, tuple[bool, tuple[Points, ...]]] = {
 
 
 def icon_elements(name: str, x: float, y: float) -> list[str]:
-    """SVG of an icon centred on (x, y)."""
+    """SVG of an icon.
+
+    Parameters
+    ----------
+    name : str
+        A key of `ICONS`.
+    x, y : float
+        Its centre, units.
+
+    Returns
+    -------
+    list[str]
+        Elements.
+    """
     axes, strokes = ICONS[name]
     made = []
     if axes:

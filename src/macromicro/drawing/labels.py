@@ -23,12 +23,36 @@ class Rect(NamedTuple):
 
     @classmethod
     def about(cls, x: float, y: float, w: float, h: float) -> Rect:
-        """Of width `w` and height `h` about a centre."""
+        """The rectangle of some size about a centre.
+
+        Parameters
+        ----------
+        x, y : float
+            Centre.
+        w, h : float
+            Width and height.
+
+        Returns
+        -------
+        Rect
+            The rectangle.
+        """
         return cls(x - 0.5 * w, y - 0.5 * h, x + 0.5 * w, y + 0.5 * h)
 
     @classmethod
     def around(cls, rects: Sequence[Rect]) -> Rect:
-        """The least that holds all."""
+        """The least that holds several.
+
+        Parameters
+        ----------
+        rects : Sequence[Rect]
+            One or more.
+
+        Returns
+        -------
+        Rect
+            The rectangle.
+        """
         return cls(
             min(r.left for r in rects),
             min(r.top for r in rects),
@@ -52,11 +76,33 @@ class Rect(NamedTuple):
         return self.bottom - self.top
 
     def grown(self, by: float) -> Rect:
-        """Larger by `by` on every side."""
+        """Larger on every side.
+
+        Parameters
+        ----------
+        by : float
+            By how much.
+
+        Returns
+        -------
+        Rect
+            The rectangle.
+        """
         return Rect(self.left - by, self.top - by, self.right + by, self.bottom + by)
 
     def overlaps(self, other: Rect) -> bool:
-        """Do the two share more than a border?"""
+        """Whether two share more than a border.
+
+        Parameters
+        ----------
+        other : Rect
+            The other.
+
+        Returns
+        -------
+        bool
+            True if so.
+        """
         return (
             self.left < other.right
             and other.left < self.right
@@ -65,11 +111,33 @@ class Rect(NamedTuple):
         )
 
     def holds(self, p: Point) -> bool:
-        """Is `p` in it or on its border?"""
+        """Whether a point is in it or on its border.
+
+        Parameters
+        ----------
+        p : Point
+            The point.
+
+        Returns
+        -------
+        bool
+            True if so.
+        """
         return self.left <= p[0] <= self.right and self.top <= p[1] <= self.bottom
 
     def border(self, towards: Point) -> Point:
-        """Where a stroke along x or y from its middle to `towards` leaves it."""
+        """Where a stroke along x or y from its middle leaves it.
+
+        Parameters
+        ----------
+        towards : Point
+            Where the stroke goes.
+
+        Returns
+        -------
+        Point
+            On the border.
+        """
         x, y = self.centre
         if abs(towards[1] - y) < 1e-6:
             return (self.right if towards[0] > x else self.left), y
@@ -77,13 +145,39 @@ class Rect(NamedTuple):
 
 
 def stroke(a: Point, b: Point, half: float) -> Rect:
-    """A stroke along x or y as a rectangle, `half` to either side."""
+    """A stroke along x or y as a rectangle.
+
+    Parameters
+    ----------
+    a, b : Point
+        Its ends.
+    half : float
+        To either side.
+
+    Returns
+    -------
+    Rect
+        The rectangle.
+    """
     return Rect(min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])).grown(half)
 
 
 def sign_rect(before: Point, end: Point) -> Rect:
-    """Room for the sign of a wire that comes from `before` and ends at a sum: beside
-    the wire, clear of it and of its arrowhead."""
+    """Room for the sign of a wire that ends at a sum: beside the wire, clear of it and of its
+    arrowhead.
+
+    Parameters
+    ----------
+    before : Point
+        Where the wire comes from.
+    end : Point
+        Its end.
+
+    Returns
+    -------
+    Rect
+        The rectangle.
+    """
     x, y = end
     if abs(before[1] - y) < 1e-6:
         way = -1.0 if before[0] < x else 1.0
@@ -92,8 +186,25 @@ def sign_rect(before: Point, end: Point) -> Rect:
 
 
 def placed(points: Sequence[Point], w: float, taken: Sequence[Rect], first: bool = False) -> Rect:
-    """Room for a label of width `w` by a wire, where it overlaps nothing that is taken; if
-    there is none, where it overlaps the fewest. `first`: as near to its beginning as can be."""
+    """Room for a label by a wire, where it overlaps nothing that is taken; if there is none, where
+    it overlaps the fewest.
+
+    Parameters
+    ----------
+    points : Sequence[Point]
+        Points of the wire.
+    w : float
+        Width of the label.
+    taken : Sequence[Rect]
+        Rectangles.
+    first : bool, optional
+        Whether it stands as near to the wire's beginning as can be.
+
+    Returns
+    -------
+    Rect
+        The rectangle.
+    """
     best, least = Rect(0.0, 0.0, 0.0, 0.0), len(taken) + 1
     for rect in _candidates(points, w, first):
         hits = sum(rect.overlaps(other) for other in taken)

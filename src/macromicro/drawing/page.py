@@ -8,7 +8,19 @@ from typing import Any, NamedTuple
 
 
 class Picture(NamedTuple):
-    """A drawn figure as a PNG file's bytes, with title and caption."""
+    """A drawn figure.
+
+    Attributes
+    ----------
+    name : str
+        Name of its file, without suffix.
+    title : str
+        Heading.
+    caption : str
+        What to look at.
+    png : bytes
+        A PNG file's bytes.
+    """
 
     name: str
     title: str
@@ -22,7 +34,20 @@ class Picture(NamedTuple):
 
 
 def filled(template: Path, **values: Any) -> str:
-    """The template with its values. All text is escaped; a name it lacks is an error."""
+    """A template with its values. All text is escaped; a name it lacks is an error.
+
+    Parameters
+    ----------
+    template : Path
+        File, in Jinja's language.
+    **values : Any
+        By name.
+
+    Returns
+    -------
+    str
+        The text.
+    """
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(

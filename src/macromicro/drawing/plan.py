@@ -21,7 +21,19 @@ EDGE = 5.0
 
 
 class Thing(NamedTuple):
-    """What stands in a cell: its name, its place and its size."""
+    """What stands in a cell.
+
+    Attributes
+    ----------
+    name : str
+        Name of the box.
+    cell : Cell
+        Column and row.
+    w : float
+        Width, units.
+    h : float
+        Height, units.
+    """
 
     name: str
     cell: Cell
@@ -30,8 +42,19 @@ class Thing(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A wire to draw: its link, its label and the sign at its end, "" for none; `dashed`:
-    an event, no quantity."""
+    """A wire to draw.
+
+    Attributes
+    ----------
+    link : Link
+        Between which cells.
+    label : str
+        "" for none.
+    sign : str
+        At its end, "" for none.
+    dashed : bool
+        Whether it is an event, no quantity.
+    """
 
     link: Link
     label: str = ""
@@ -93,10 +116,32 @@ def laid_out(
     *,
     chart: bool = False,
 ) -> Layout:
-    """The layout. `gap`: least distance between columns and between rows; `chart`: labels
-    stand where their wires begin, and wires of one net join instead of parting in dots.
+    """The layout of things and wires.
 
-    Raises ValueError where a wire finds no way."""
+    Parameters
+    ----------
+    things : Sequence[Thing]
+        One per cell.
+    lines : Sequence[Line]
+        Wires.
+    frames : Sequence[Frame], optional
+        Around some of the things.
+    gap : float, optional
+        Least distance between columns and between rows, units.
+    chart : bool, optional
+        Whether labels stand where their wires begin, and wires of one net join instead of parting
+        in dots.
+
+    Returns
+    -------
+    Layout
+        In units.
+
+    Raises
+    ------
+    ValueError
+        A wire finds no way.
+    """
     size = (1 + max(t.cell[0] for t in things), 1 + max(t.cell[1] for t in things))
     corners = routing.routes(size, [t.cell for t in things], [line.link for line in lines])
     at = {t.cell: t for t in things}

@@ -21,8 +21,21 @@ _SHARED = 0.2  # price of a stretch that another wire of the same net has alread
 
 
 class Link(NamedTuple):
-    """A wire to lay from cell (column, row) to cell: `out` and `into` are the sides, such as
-    "ES", by which it may leave and enter. Wires of one net may share stretches."""
+    """A wire to lay.
+
+    Attributes
+    ----------
+    source : Cell
+        Column and row.
+    target : Cell
+        Column and row.
+    out : str
+        Sides by which it may leave, such as "ES".
+    into : str
+        Sides by which it may enter.
+    net : Hashable
+        Wires of one net may share stretches.
+    """
 
     source: Cell
     target: Cell
@@ -75,12 +88,34 @@ class _Laid:
 
 
 def line(k: int) -> int:
-    """Number of the centre line of column or row `k`."""
+    """Number of the centre line of a column or row.
+
+    Parameters
+    ----------
+    k : int
+        Column or row.
+
+    Returns
+    -------
+    int
+        On the lattice.
+    """
     return k * (LANES + 1) + LANES
 
 
 def vertex(cell: Cell) -> Vertex:
-    """Where a cell stands on the lattice."""
+    """Where a cell stands on the lattice.
+
+    Parameters
+    ----------
+    cell : Cell
+        Column and row.
+
+    Returns
+    -------
+    Vertex
+        On the lattice.
+    """
     return line(cell[0]), line(cell[1])
 
 
@@ -89,8 +124,26 @@ def routes(
 ) -> list[list[Vertex]]:
     """Each link's corners on the lattice, its two cells included.
 
-    `size`: columns and rows. Neighbours are joined first, then what is near. Raises ValueError
-    where no way is left.
+    Neighbours are joined first, then what is near.
+
+    Parameters
+    ----------
+    size : tuple[int, int]
+        Columns and rows.
+    occupied : Iterable[Cell]
+        Cells that no wire may cross.
+    links : Sequence[Link]
+        Wires to lay.
+
+    Returns
+    -------
+    list[list[Vertex]]
+        In the order of `links`.
+
+    Raises
+    ------
+    ValueError
+        No way is left.
     """
     laid = _Laid(occupied, size)
     found: dict[int, list[Vertex]] = {}
@@ -147,7 +200,18 @@ def _unwound(trail: _Trail | None) -> list[Vertex]:
 
 
 def corners(path: Sequence[Vertex]) -> list[Vertex]:
-    """`path` without the vertices at which it goes straight on."""
+    """A path without the vertices at which it continues straight on.
+
+    Parameters
+    ----------
+    path : Sequence[Vertex]
+        Vertices.
+
+    Returns
+    -------
+    list[Vertex]
+        Some of them.
+    """
     kept = [path[0]]
     for a, b, c in zip(path, path[1:], path[2:], strict=False):
         if (b[0] - a[0], b[1] - a[1]) != (c[0] - b[0], c[1] - b[1]):

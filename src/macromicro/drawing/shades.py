@@ -6,7 +6,18 @@ import numpy as np
 
 
 def shades(count: int) -> list[str]:
-    """`count` colours from dark to light, told apart in grey print too (part of viridis)."""
+    """Colours from dark to light, distinct in grey print too (part of viridis).
+
+    Parameters
+    ----------
+    count : int
+        How many.
+
+    Returns
+    -------
+    list[str]
+        As "#rrggbb".
+    """
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 

@@ -28,7 +28,24 @@ Floats = NDArray[np.float64]
 
 
 def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """A figure `height` inches high and its axes, an array of shape (rows, columns)."""
+    """A figure and its axes.
+
+    Parameters
+    ----------
+    height : float
+        Inches.
+    rows, columns : int
+        Numbers of rows and columns of axes.
+    **options : Any
+        Options of matplotlib's `subplots`.
+
+    Returns
+    -------
+    figure : Figure
+        Belongs to no window.
+    axes : ndarray, shape (rows, columns)
+        The axes, objects of matplotlib.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -56,6 +73,20 @@ def thinned(t: Floats, y: Floats, bins: int = BINS) -> tuple[Floats, Floats]:
     """At most two points a bin, its least and its greatest value, so no peak is lost.
 
     Bins of NaN stay NaN and part the line.
+
+    Parameters
+    ----------
+    t, y : ndarray, shape (n,)
+        Column over time.
+    bins : int, optional
+        The most.
+
+    Returns
+    -------
+    t : ndarray, shape (m,)
+        Of the points left.
+    y : ndarray, shape (m,)
+        Of the points left.
     """
     n = len(y)
     if n <= 2 * bins:
@@ -66,12 +97,38 @@ def thinned(t: Floats, y: Floats, bins: int = BINS) -> tuple[Floats, Floats]:
 
 
 def line(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any) -> None:
-    """Draw a column, thinned."""
+    """Draw a column, thinned.
+
+    Parameters
+    ----------
+    ax : Any
+        Axes.
+    t, y : ndarray, shape (n,)
+        Column over time.
+    color : str
+        Any of matplotlib's colours.
+    label : str
+        Entry in the legend.
+    **options : Any
+        Options of matplotlib's `plot`.
+    """
     ax.plot(*thinned(t, y), color=color, label=label, **{"linewidth": 1.1, **options})
 
 
 def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: bool = False) -> None:
-    """Title, labels, and a legend above the axes, where it hides nothing."""
+    """Title, labels, and a legend above the axes, where it hides nothing.
+
+    Parameters
+    ----------
+    ax : Any
+        Axes.
+    title : str
+        Title above them.
+    x, y : str, optional
+        Labels, with units.
+    legend : bool, optional
+        Whether there is one.
+    """
     ax.set_title(title, fontsize=9.5, loc="left")
     ax.set_xlabel(x, fontsize=8.5)
     ax.set_ylabel(y, fontsize=8.5)
@@ -91,14 +148,39 @@ def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: boo
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as a PNG file."""
+    """A figure as a PNG file.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+
+    Returns
+    -------
+    bytes
+        The file's bytes.
+    """
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": "macromicro"})
     return buffer.getvalue()
 
 
 def smooth(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any) -> None:
-    """Draw every k-th sample, few enough that `line` does not thin them: the peaks that it
-    keeps would fill the gaps of a dotted line, and a smooth column has none."""
+    """Draw every k-th sample, few enough that `line` does not thin them: the peaks that it keeps
+    would fill the gaps of a dotted line, and a smooth column has none.
+
+    Parameters
+    ----------
+    ax : Any
+        Axes.
+    t, y : ndarray, shape (n,)
+        Column over time.
+    color : str
+        Any of matplotlib's colours.
+    label : str
+        Entry in the legend.
+    **options : Any
+        Options of matplotlib's `plot`.
+    """
     every = slice(None, None, -(-len(t) // (2 * BINS)))
     line(ax, t[every], y[every], color, label, **options)

@@ -23,7 +23,17 @@ _DEFAULT, _CAPITAL, _DIGIT = 0.64, 0.73, 0.64
 
 
 class Run(NamedTuple):
-    """Text of one size; `shift`: how far below the base line, in units."""
+    """Text of one size.
+
+    Attributes
+    ----------
+    text : str
+        Without markup.
+    size : float
+        Font size, units.
+    shift : float
+        How far below the base line, units.
+    """
 
     text: str
     size: float
@@ -31,7 +41,18 @@ class Run(NamedTuple):
 
 
 def runs(text: str) -> list[Run]:
-    """The parts of a marked-up text."""
+    """The parts of a marked-up text.
+
+    Parameters
+    ----------
+    text : str
+        Text with markup.
+
+    Returns
+    -------
+    list[Run]
+        In order.
+    """
     parts: list[Run] = []
     text = _NEGATIVE.sub(MINUS, text.replace("~", SPACE)).replace("'", PRIME)
     at = 0
@@ -47,12 +68,34 @@ def runs(text: str) -> list[Run]:
 
 
 def plain(text: str) -> str:
-    """`text` without markup, as a reader hears it."""
+    """A text without markup, as a reader hears it.
+
+    Parameters
+    ----------
+    text : str
+        Text with markup.
+
+    Returns
+    -------
+    str
+        Without.
+    """
     return "".join(run.text for run in runs(text)).replace(FRACTION, " ")
 
 
 def width(text: str) -> float:
-    """Width in units, rather too large; of a fraction, of its wider half."""
+    """Width of a text, rather too large; of a fraction, of its wider half.
+
+    Parameters
+    ----------
+    text : str
+        Text with markup.
+
+    Returns
+    -------
+    float
+        Units.
+    """
     if FRACTION in text:
         return max(width(part) for part in text.split(FRACTION)) + 6.0
     return sum(run.size * _advance(c) for run in runs(text) for c in run.text)
@@ -69,12 +112,40 @@ def _advance(c: str) -> float:
 
 
 def height(text: str) -> float:
-    """Height of a line in units."""
+    """Height of a line.
+
+    Parameters
+    ----------
+    text : str
+        Text with markup.
+
+    Returns
+    -------
+    float
+        Units.
+    """
     return 2.0 * LINE + 4.0 if FRACTION in text else LINE
 
 
 def text_element(x: float, y: float, text: str, anchor: str = "middle") -> str:
-    """SVG of one line, its base line at `y`."""
+    """SVG of one line.
+
+    Parameters
+    ----------
+    x : float
+        Place of its anchor, units.
+    y : float
+        Place of its base line, units.
+    text : str
+        Text with markup.
+    anchor : str, optional
+        "start", "middle" or "end".
+
+    Returns
+    -------
+    str
+        An element.
+    """
     spans, offset = [], 0.0
     for run in runs(text):
         move = run.shift - offset
@@ -87,7 +158,22 @@ def text_element(x: float, y: float, text: str, anchor: str = "middle") -> str:
 
 
 def line_elements(x: float, top: float, text: str) -> list[str]:
-    """SVG of one line, a fraction or not, centred on `x` below `top`."""
+    """SVG of one line, a fraction or not.
+
+    Parameters
+    ----------
+    x : float
+        Place of its centre, units.
+    top : float
+        Upper edge, units.
+    text : str
+        Text with markup.
+
+    Returns
+    -------
+    list[str]
+        Elements.
+    """
     if FRACTION not in text:
         return [text_element(x, top + 0.74 * LINE, text)]
     over, under = text.split(FRACTION)

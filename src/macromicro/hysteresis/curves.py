@@ -59,7 +59,18 @@ class Curve(NamedTuple):
 
 
 def direction(u: Array) -> float:
-    """Rank correlation of the input with time: 1 for a rise, -1 for a fall, 0 for neither."""
+    """Rank correlation of the input with time.
+
+    Parameters
+    ----------
+    u : ndarray, shape (m,)
+        Input.
+
+    Returns
+    -------
+    float
+        1 for a rise, -1 for a fall, 0 for neither.
+    """
     if u.size < 2 or np.ptp(u) == 0.0:
         return 0.0
     _, inverse, counts = np.unique(u, return_inverse=True, return_counts=True)
@@ -70,14 +81,27 @@ def direction(u: Array) -> float:
 def tidy(curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]], kind: str) -> list[Curve]:
     """The usable curves as descending ones, by rising reversal.
 
-    `curves`: pairs (u, f) of equal length, in any order, each with inputs and lengths of
-    its own. Left out, with a warning that names the curve: rows with NaN or infinity,
-    rows before the reversal, curves of fewer than three different inputs. Rows out of
-    order are sorted, with a warning unless it is only noise of the input.
+    Left out, with a warning that names the curve: rows with NaN or infinity, rows before the
+    reversal, curves of fewer than three different inputs. Rows out of order are sorted, with a
+    warning unless it is only noise of the input.
 
-    Raises InputError for an unknown kind, unequal lengths, text, a constant input or
-    output, curves that run the other way (mixed kinds, or no reversal at all), and for
-    fewer than two usable curves.
+    Parameters
+    ----------
+    curves : Iterable[tuple[npt.ArrayLike, npt.ArrayLike]]
+        Pairs of input and output, shape (m,) each, in any order; m may differ from curve to curve.
+    kind : str
+        "descending" or "ascending"; the latter are turned by u -> -u, f -> -f.
+
+    Returns
+    -------
+    list[Curve]
+        At least two.
+
+    Raises
+    ------
+    InputError
+        An unknown kind, unequal lengths, text, a constant input or output, curves that run the
+        other way (mixed kinds, or no reversal at all), fewer than two usable curves.
     """
     if kind not in KINDS:
         raise InputError("first-order curves, kind", kind, "'descending' or 'ascending'")
@@ -145,7 +169,22 @@ def _numbers(where: str, pair: tuple[npt.ArrayLike, npt.ArrayLike]) -> tuple[Arr
 
 
 def averaged(u: Array, f: Array, width: float) -> tuple[Array, Array]:
-    """Means of (u, f) over neighbours less than `width` apart; inputs rising, all different."""
+    """Means of input and output over neighbours.
+
+    Parameters
+    ----------
+    u, f : ndarray, shape (m,)
+        Input and output, in any order.
+    width : float
+        Neighbours less than this apart are averaged, unit of `u`.
+
+    Returns
+    -------
+    u : ndarray, shape (k,)
+        Rising, all different; both ends stay where they are.
+    f : ndarray, shape (k,)
+        The means.
+    """
     order = np.argsort(u, kind="stable")
     u, f = u[order], f[order]
     bins = np.floor((u - u[0]) / width).astype(np.int64) if math.isfinite(width) else 0 * order

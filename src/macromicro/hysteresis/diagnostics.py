@@ -21,9 +21,17 @@ SHARES = np.linspace(0.0, 1.0, 21)
 class Deviation(NamedTuple):
     """Gaps as shares of the output's range; what a Preisach model would have as 0.
 
-    `gaps`: shape (k,), signed for wiping-out, sizes for congruency. `samples`: shape
-    (k, 2), where in the recording each comes from: the corner and the return to it, or the
-    two reversals that are compared. `rms` and `largest`: of the gaps.
+    Attributes
+    ----------
+    rms : float
+        RMS of the gaps.
+    largest : float
+        Largest size of a gap.
+    gaps : ndarray, shape (k,)
+        Signed for wiping-out, sizes for congruency.
+    samples : ndarray, shape (k, 2)
+        Where in the recording each comes from: the corner and the return to it, or the two
+        reversals that are compared.
     """
 
     rms: float
@@ -33,7 +41,19 @@ class Deviation(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """A branch from one reversal to where it meets an older corner, or to the next reversal."""
+    """A branch from one reversal to where it meets an older corner, or to the next reversal.
+
+    Attributes
+    ----------
+    start : int
+        Sample of its reversal.
+    end : int
+        Sample of the next reversal.
+    rising : bool
+        Whether the input rises.
+    limit : float
+        Input up to which the branch depends on its own reversal only.
+    """
 
     start: int
     end: int
@@ -42,7 +62,20 @@ class Branch(NamedTuple):
 
 
 def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
-    """Samples at which the input turns, for swings of at least `swing` [unit of the input]."""
+    """Samples at which the input turns.
+
+    Parameters
+    ----------
+    u : array_like, shape (m,)
+        Input.
+    swing : float
+        Least swing that counts, unit of `u`.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        Indices of `u`.
+    """
     inputs = np.asarray(u, dtype=np.float64).tolist()
     turns: list[int] = []
     low = high = 0
@@ -66,11 +99,25 @@ def reversals(u: npt.ArrayLike, swing: float) -> npt.NDArray[np.int64]:
 def wiping_out(u: npt.ArrayLike, f: npt.ArrayLike, swing: float | None = None) -> Deviation:
     """By how much the output misses a corner when its input comes back to it.
 
-    After a minor loop the input reaches an earlier extreme again; a Preisach model is then
-    back at the output that it had there, and goes on as if the loop had not been. `u`, `f`:
-    shape (m,); `swing`: least swing that counts as a reversal, by default 1 % of the
-    input's range. Raises InputError for NaN, a constant input or output, unequal lengths,
-    or when no minor loop closes.
+    After a minor loop the input reaches an earlier extreme again; a Preisach model is then back at
+    the output that it had there, and continues as if the loop had not been (Section 2.4.1).
+
+    Parameters
+    ----------
+    u, f : array_like, shape (m,)
+        Input and output.
+    swing : float | None, optional
+        Least swing that counts as a reversal, unit of `u`; by default 1 % of the input's range.
+
+    Returns
+    -------
+    Deviation
+        One gap per corner that is met again.
+
+    Raises
+    ------
+    InputError
+        NaN, a constant input or output, unequal lengths, or no minor loop that closes.
     """
     inputs, outputs, band = _record(u, f, swing)
     gaps, samples = [], []
@@ -98,10 +145,28 @@ def congruency(
 ) -> Deviation:
     """By how much branches from equal reversals, after different pasts, differ in shape.
 
-    Branches that start at inputs at most `tolerance` apart (by default a quarter of
-    `swing`) in the same direction are compared, as changes from a common input, as far as
-    both go before they meet an older corner; the gap is the largest difference. Inputs and
-    errors as for `wiping_out`; also raised when no two branches can be compared.
+    Branches that start at the same input in the same direction are compared, as changes from a
+    common input, as far as both go before they meet an older corner; the gap is the largest
+    difference.
+
+    Parameters
+    ----------
+    u, f : array_like, shape (m,)
+        Input and output.
+    swing : float | None, optional
+        Least swing that counts as a reversal, unit of `u`; by default 1 % of the input's range.
+    tolerance : float | None, optional
+        How far apart equal reversals may be, unit of `u`; by default a quarter of `swing`.
+
+    Returns
+    -------
+    Deviation
+        One gap per pair of branches.
+
+    Raises
+    ------
+    InputError
+        As for `wiping_out`, and when no two branches can be compared.
     """
     inputs, outputs, band = _record(u, f, swing)
     near = 0.25 * band if tolerance is None else tolerance

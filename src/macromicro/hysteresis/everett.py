@@ -43,7 +43,17 @@ class Everett(NamedTuple):
 def lookup(table: Everett, alpha: float, beta: float) -> float:
     """E(alpha, beta): bilinear off the diagonal, linear in ``alpha - beta`` on it.
 
-    Both inputs are clamped to the grid. 0 where ``alpha <= beta`` or one is NaN.
+    Parameters
+    ----------
+    table : Everett
+        The table.
+    alpha, beta : float
+        Up and down threshold, unit of the input; clamped to the grid.
+
+    Returns
+    -------
+    float
+        Weight, 0 to 1; 0 where ``alpha <= beta`` or one is NaN.
     """
     if not alpha > beta:
         return 0.0
@@ -68,15 +78,31 @@ def from_density(
 ) -> Everett:
     """The table of a relay density mu(alpha, beta), or of ready cell weights.
 
-    A function receives alpha and beta [unit of the input] of the cells' centres of mass
-    as two (n - 1, n - 1) arrays, alpha by row and beta by column, and returns the density
-    there; what it says where alpha < beta is ignored. An array of that shape holds in
-    ``[r, c]`` the weight of the relays whose up threshold lies in ``(u_r, u_(r+1))`` and
-    down threshold in ``(u_c, u_(c+1))``: zero where r < c. Either is scaled to a total
-    weight of 1.
+    Parameters
+    ----------
+    density : Callable[[Array, Array], Array] | Array
+        A function receives alpha and beta (unit of the input) of the cells' centres of mass as two
+        (n - 1, n - 1) arrays, alpha by row and beta by column, and returns the density there; what
+        it says where alpha < beta is ignored. An array of that shape holds in ``[r, c]`` the weight
+        of the relays whose up threshold lies in ``(u_r, u_(r+1))`` and down threshold in ``(u_c,
+        u_(c+1))``: zero where r < c. Either is scaled to a total weight of 1.
+    lo : float
+        Lowest input of the grid.
+    step : float
+        From grid line to grid line, unit of the input.
+    n : int
+        Number of grid lines, at least 2.
 
-    Raises InputError for a grid of no extent, a wrong shape, a negative or non-finite
-    weight, a weight above the diagonal, or no weight at all.
+    Returns
+    -------
+    Everett
+        Normalised: the whole plane weighs 1.
+
+    Raises
+    ------
+    InputError
+        A grid of no extent, a wrong shape, a negative or non-finite weight, a weight above the
+        diagonal, or no weight at all.
     """
     if n < 2:
         raise InputError("relay density, n", n, "at least 2 grid points")

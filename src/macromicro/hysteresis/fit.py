@@ -24,13 +24,30 @@ LEAST_SMOOTH = 0.3
 def branches(curves: list[Curve], grid: Grid, monotone: bool) -> tuple[Array, Array, float]:
     """The rising and the falling branch at the nodes, and by how much they miss each other.
 
-    The rising branch passes through the curves' starts; below the lowest start it follows
-    the lowest curve, as if nothing were irreversible there. The falling branch is the
-    highest curve. Where either of these two curves ends above the grid's lowest input, it
-    goes on in parallel to the next curve that reaches further. Both must end in negative
-    saturation, the mean of all curves that reach the lowest cell. A miss within the scatter
-    of the points moves the end alone; a larger one is drift, shared out linearly. `monotone` makes
-    both branches monotone, the rising one nowhere above the falling one.
+    The rising branch passes through the curves' starts; below the lowest start it follows the
+    lowest curve, as if nothing were irreversible there. The falling branch is the highest curve.
+    Where either of these two curves ends above the grid's lowest input, it continues in parallel to
+    the next curve that reaches further. Both must end in negative saturation, the mean of all
+    curves that reach the lowest cell. A miss within the scatter of the points moves the end alone;
+    a larger one is drift, shared out linearly.
+
+    Parameters
+    ----------
+    curves : list[Curve]
+        Descending ones, by rising reversal.
+    grid : Grid
+        Grid of the table.
+    monotone : bool
+        Whether both branches are made monotone, the rising one nowhere above the falling one.
+
+    Returns
+    -------
+    rising : ndarray, shape (n,)
+        Unit of the output.
+    falling : ndarray, shape (n,)
+        Unit of the output.
+    gap : float
+        Rising less falling at the lowest input, before they were joined there.
     """
     width = 0.5 * grid.step
     starts = np.array([curve.u[0] for curve in curves])
@@ -121,12 +138,26 @@ def _isotonic(f: Array) -> Array:
 def fitted(
     curves: list[Curve], grid: Grid, loop: tuple[Array, Array], shape: str, smooth: float
 ) -> Array:
-    """E at the grid points, shape (n, n), for outputs scaled so that the major loop is 0 to 1.
+    """E at the grid points, for outputs scaled so that the major loop is 0 to 1.
 
-    `loop`: rising and falling branch at the nodes. `smooth`: length, in cells, below which
-    the density's roughness is not believed. `shape`: "free", "monotone" (E rises with
-    alpha, falls with beta) or "nonnegative" (no cell weighs less than nothing: non-negative
-    least squares); the last two hold exactly.
+    Parameters
+    ----------
+    curves : list[Curve]
+        Descending ones, by rising reversal.
+    grid : Grid
+        Grid of the table.
+    loop : tuple[Array, Array]
+        Rising and falling branch at the nodes, shape (n,) each.
+    shape : str
+        "free", "monotone" (E rises with alpha, falls with beta) or "nonnegative" (no cell weighs
+        less than nothing: non-negative least squares); the last two hold exactly.
+    smooth : float
+        Length, in cells, below which the density's roughness is taken for noise.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        0 on and above the diagonal.
     """
     import scipy.sparse as sp
 

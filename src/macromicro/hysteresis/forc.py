@@ -31,9 +31,14 @@ class CutFileWarning(CurveWarning):
 class ForcFile(NamedTuple):
     """What the file holds, in its own units (`settings["Units of measure"]`: cgs or SI).
 
-    `curves`: ascending (field, moment) pairs for ``FodTable.from_curves(...,
-    kind="ascending")``; `calibration`: field and moment before each curve, shape (k, 2),
-    k may be 0; `settings`: the header's names and values as text.
+    Attributes
+    ----------
+    curves : list[tuple[Array, Array]]
+        Ascending (field, moment) pairs for ``FodTable.from_curves(..., kind="ascending")``.
+    calibration : ndarray, shape (k, 2)
+        Field and moment before each curve; k may be 0.
+    settings : dict[str, str]
+        The header's names and values as text.
     """
 
     curves: list[tuple[Array, Array]]
@@ -44,10 +49,25 @@ class ForcFile(NamedTuple):
 def read_forc(path: str | Path, *, drift: bool = False) -> ForcFile:
     """Read a MicroMag file of first-order reversal curves.
 
-    `drift`: multiply each curve so that the calibration moment before it equals the mean
-    of all. Raises InputError, with file and line, for a file of another kind, a line that
-    is not two numbers, fewer than two curves, or drift without one calibration per curve.
     Warns when the closing line is missing or the number of points is not the header's.
+
+    Parameters
+    ----------
+    path : str | Path
+        The file.
+    drift : bool, optional
+        Multiply each curve so that the calibration moment before it equals the mean of all.
+
+    Returns
+    -------
+    ForcFile
+        Curves, calibration points and settings, in the file's units.
+
+    Raises
+    ------
+    InputError
+        Names file and line: a file of another kind, a line that is not two numbers, fewer than two
+        curves, or drift without one calibration per curve.
     """
     file = Path(path)
     where = printable(file, 300)

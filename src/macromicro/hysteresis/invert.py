@@ -19,11 +19,25 @@ NEAR = 1e-15
 
 @kernel
 def invert(table: Everett, memory: Memory, target: float) -> float:
-    """The input that brings the output [0..1] to `target` in one move from the present state.
+    """The input that brings the output to `target` in one move from the present state.
 
-    First the corners are passed that the move wipes out, then the grid lines up to the
-    piece that holds the target. Beyond the saturations: the input of the saturation. The
-    memory is not touched; NaN gives the present input. The stack must not be full.
+    First the corners are passed that the move wipes out, then the grid lines up to the piece that
+    holds the target.
+
+    Parameters
+    ----------
+    table : Everett
+        Relay weights of the model.
+    memory : Memory
+        The present state; not changed. Its stack must not be full.
+    target : float
+        Output, 0 to 1.
+
+    Returns
+    -------
+    float
+        Unit of the input. Beyond the saturations: the input of the saturation; for NaN the present
+        input.
     """
     k = memory.pairs
     now = float(memory.corners[k, AT_DOWN])
@@ -81,7 +95,21 @@ def _between(start: float, end: float, here: float, there: float, target: float)
 def maximum_for(table: Everett, u: float, target: float) -> float:
     """The maximum M from which a fall to `u` ends at `target`: E(M, lo) - E(M, u) = target.
 
-    The history is: negative saturation, rise to M, fall to `u`. NaN if no M reaches it.
+    The history is: negative saturation, rise to M, fall to `u`.
+
+    Parameters
+    ----------
+    table : Everett
+        Relay weights of the model.
+    u : float
+        Input at the end, clamped to the table.
+    target : float
+        Output, 0 to 1.
+
+    Returns
+    -------
+    float
+        Unit of the input; NaN if no M reaches the target.
     """
     hi = table.lo + (table.n - 1) * table.step
     start = min(max(u, table.lo), hi)
@@ -110,10 +138,29 @@ def follow(
     scale: float,
     offset: float,
 ) -> tuple[Memory, int]:
-    """Outputs, `scale` and `offset` applied, along `inputs` from sample `first` on; stops
-    before a full stack.
+    """Outputs along inputs, from one sample on; stops before a full stack.
 
-    Returns the memory and the number of the first sample that is not done.
+    Parameters
+    ----------
+    table : Everett
+        Relay weights of the model.
+    memory : Memory
+        State at the start; its array is changed.
+    inputs : ndarray, shape (m,)
+        Unit of the input.
+    outputs : ndarray, shape (m,)
+        Written here: ``f * scale + offset``.
+    first : int
+        Sample to begin with.
+    scale, offset : float
+        From an output of 0 to 1 to the unit of `outputs`.
+
+    Returns
+    -------
+    memory : Memory
+        The state at the end.
+    done : int
+        The first sample that is not done.
     """
     for t in range(first, inputs.shape[0]):
         if memory.pairs >= memory.corners.shape[0] - 1:
@@ -127,7 +174,30 @@ def follow(
 def follow_inverse(
     table: Everett, memory: Memory, targets: Array, inputs: Array, outputs: Array, first: int
 ) -> tuple[Memory, int]:
-    """The input for each of `targets` in turn, and the outputs [0..1] that they give."""
+    """The input for each target in turn, and the output that it gives; stops before a full stack.
+
+    Parameters
+    ----------
+    table : Everett
+        Relay weights of the model.
+    memory : Memory
+        State at the start; its array is changed.
+    targets : ndarray, shape (m,)
+        Outputs, 0 to 1.
+    inputs : ndarray, shape (m,)
+        Written here, unit of the input.
+    outputs : ndarray, shape (m,)
+        Written here, 0 to 1.
+    first : int
+        Sample to begin with.
+
+    Returns
+    -------
+    memory : Memory
+        The state at the end.
+    done : int
+        The first sample that is not done.
+    """
     for t in range(first, targets.shape[0]):
         if memory.pairs >= memory.corners.shape[0] - 1:
             return memory, t

@@ -13,7 +13,23 @@ from macromicro.hysteresis.everett import Array, Everett
 
 
 class Rows(NamedTuple):
-    """An `Everett` table as lists of numbers, with what each look-up needs ready."""
+    """An `Everett` table as lists of numbers, with what each look-up needs ready.
+
+    Attributes
+    ----------
+    rows : list[list[float]]
+        ``values`` of the table, row by row.
+    lo : float
+        Lowest input.
+    hi : float
+        Highest input.
+    scale : float
+        Grid lines per unit of the input.
+    top : float
+        n - 1, as a float.
+    last : int
+        n - 2, the highest index of a cell.
+    """
 
     rows: list[list[float]]
     lo: float
@@ -24,23 +40,65 @@ class Rows(NamedTuple):
 
 
 def as_rows(table: Everett) -> Rows:
-    """The table for `live_advance`."""
+    """The table for `live_advance`.
+
+    Parameters
+    ----------
+    table : Everett
+        As arrays.
+
+    Returns
+    -------
+    Rows
+        The same as lists.
+    """
     hi = table.lo + (table.n - 1) * table.step
     scale = 1.0 / table.step
     return Rows(table.values.tolist(), table.lo, hi, scale, table.n - 1.0, table.n - 2)
 
 
 def flat(corners: Array) -> memoryview[float]:
-    """The stack of `Memory` as a view of single numbers, four to a row."""
+    """The stack of `Memory` as a view of single numbers.
+
+    Parameters
+    ----------
+    corners : ndarray, shape (depth + 1, 4)
+        The stack.
+
+    Returns
+    -------
+    memoryview[float]
+        Four numbers to a row; changes to it change `corners`.
+    """
     return cast("memoryview[float]", corners.reshape(-1).data)
 
 
 def live_advance(
     table: Rows, stack: memoryview[float], pairs: int, now: float, u: float
 ) -> tuple[int, float, float]:
-    """Move the input from `now` to `u`: pairs in use, input and output [0..1] after it.
+    """Move the input; the same as ``memory.advance``, bit for bit.
 
-    `stack` is changed in place; it must hold one row more than `pairs`. `u` is no NaN.
+    Parameters
+    ----------
+    table : Rows
+        From `as_rows`.
+    stack : memoryview[float]
+        From `flat`; changed in place, and must hold one row more than `pairs`.
+    pairs : int
+        Rows in use beside row 0.
+    now : float
+        Present input.
+    u : float
+        New input, no NaN; clamped to the table.
+
+    Returns
+    -------
+    pairs : int
+        Rows in use after it.
+    u : float
+        The input after it.
+    f : float
+        The output, 0 to 1.
     """
     rows, lo, hi, scale, top, last = table
     u = lo if u < lo else u if u < hi else hi  # min() and max() would take twice the time

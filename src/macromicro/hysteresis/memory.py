@@ -40,10 +40,16 @@ UP, DOWN, AT_UP, AT_DOWN = 0, 1, 2, 3
 class Memory(NamedTuple):
     """The corners and the output at each of them. `advance` writes into the array.
 
-    `corners`: shape (depth + 1, 4); row k holds M_k, m_k [unit of the input], the output
-    when the input reached M_k and the output at m_k [0..1]. Row 0 is negative saturation.
-    One array, because compiled code passes one at less cost than four. `pairs`: rows in
-    use beside row 0, at least 1; `u`: present input, clamped to the table.
+    Attributes
+    ----------
+    corners : ndarray, shape (depth + 1, 4)
+        Row k holds M_k, m_k (unit of the input), the output when the input reached M_k and the
+        output at m_k (0 to 1). Row 0 is negative saturation. One array, because compiled code
+        passes one at less cost than four.
+    pairs : int
+        Rows in use beside row 0, at least 1.
+    u : float
+        Present input, clamped to the table.
     """
 
     corners: Array
@@ -69,9 +75,23 @@ def _reached(table: Everett, memory: Memory, u: float) -> float:
 
 @kernel
 def peek(table: Everett, memory: Memory, u: float) -> float:
-    """Output [0..1] if the input moved straight from its present value to `u`.
+    """Output if the input moved straight from its present value to `u` (2.11).
 
-    The memory is not touched; time is constant but for the corners that it would wipe.
+    Time is constant but for the corners that the move would wipe out.
+
+    Parameters
+    ----------
+    table : Everett
+        Relay weights of the model.
+    memory : Memory
+        The present state; not changed.
+    u : float
+        Unit of the input.
+
+    Returns
+    -------
+    float
+        0 to 1.
     """
     v = _reached(table, memory, u)
     k = memory.pairs
@@ -96,11 +116,32 @@ def peek(table: Everett, memory: Memory, u: float) -> float:
 
 @kernel
 def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
-    """Move the input to `u`: the memory after it and the output [0..1].
+    """Move the input straight to `u` (2.11).
 
-    The array of `memory` is changed in place, so the old memory must not be used again.
     Amortised constant time: each corner is pushed once and popped once.
+
+    Parameters
+    ----------
+    table : Everett
+        Relay weights of the model.
+    memory : Memory
+        The present state. Its array is changed in place, so it must not be used again.
+    u : float
+        Unit of the input; NaN moves nothing.
+
+    Returns
+    -------
+    memory : Memory
+        The state after the move.
+    f : float
+        The output, 0 to 1.
     """
+    # Rows of the stack, for inputs 0 -> 8 -> 2 -> 6 -> 3 -> u: (8, 2), (6, 3), nested intervals.
+    # A rise to u = 5 stays inside the last one and opens (5, 5): f = f(3) + E(5, 3). One to u = 7
+    # passes 6, which from then on is as if it had never been: (6, 3) is popped,
+    # and the branch is that which left the corner at 2: f = f(2) + E(7, 2). A fall mirrors this
+    # with the minima, and moves the present end of the last row: f = f(M) - E(M, u).
+    # Each row keeps the outputs at its two corners, so a branch needs one value of E.
     v = _reached(table, memory, u)
     k = memory.pairs
     if v > memory.u:
@@ -134,10 +175,26 @@ def advance(table: Everett, memory: Memory, u: float) -> tuple[Memory, float]:
 
 
 def fresh(table: Everett, u: float, depth: int = DEPTH) -> Memory:
-    """A memory that has risen to input `u` from negative saturation (all relays down).
+    """A memory that has risen to an input from negative saturation (all relays down).
 
-    `depth` is the number of pairs that it can hold. Raises InputError when `u` is NaN or
-    `depth` below 1.
+    Parameters
+    ----------
+    table : Everett
+        Relay weights of the model.
+    u : float
+        Input, clamped to the table.
+    depth : int, optional
+        Number of pairs that it can hold.
+
+    Returns
+    -------
+    Memory
+        With one pair in use.
+
+    Raises
+    ------
+    InputError
+        `u` is NaN, or `depth` is below 1.
     """
     if depth < 1:
         raise InputError("hysteresis memory, depth", depth, "at least 1 pair of reversals")

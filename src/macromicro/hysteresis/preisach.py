@@ -24,7 +24,17 @@ WORTH_COMPILING = 2000
 
 
 class Inverse(NamedTuple):
-    """The input for a target, the output that it gives, and output less target."""
+    """The input for a target.
+
+    Attributes
+    ----------
+    u : float
+        Unit of the input.
+    f : float
+        The output that it gives.
+    error : float
+        Output less target.
+    """
 
     u: float
     f: float
@@ -32,12 +42,20 @@ class Inverse(NamedTuple):
 
 
 class Preisach:
-    """A hysteretic element with the density of `table` and a memory of its input's past.
+    """A hysteretic element with the density of `table` and a memory of its input's past (2.11).
 
-    Starts in negative saturation at the table's lowest input. Inputs beyond the table
-    count as its ends. The stack of reversals grows as the input needs it.
+    Starts in negative saturation at the table's lowest input. Inputs beyond the table count as its
+    ends. The stack of reversals grows as the input needs it.
 
-    Raises InputError for what is neither a `FodTable` nor an `Everett` table.
+    Parameters
+    ----------
+    table : FodTable | Everett
+        In the user's units, or normalised (outputs 0 to 1).
+
+    Raises
+    ------
+    InputError
+        `table` is neither a `FodTable` nor an `Everett` table.
     """
 
     def __init__(self, table: FodTable | Everett) -> None:
@@ -93,10 +111,20 @@ class Preisach:
     def reset(self, start: Start = "negative") -> None:
         """Forget the past: both saturations, or the demagnetised state at mid-input.
 
-        The demagnetised state is that after a decaying swing about the middle of the
-        table, grid line by grid line, with as many relays up as down on either side of
-        the anti-diagonal of the Preisach plane. For a swing about another input, give the
-        table `limits` that are symmetric about it.
+        The demagnetised state is that after a decaying swing about the middle of the table, grid
+        line by grid line, with as many relays up as down on either side of the anti-diagonal of the
+        Preisach plane. For a swing about another input, give the table `limits` that are symmetric
+        about it.
+
+        Parameters
+        ----------
+        start : Start, optional
+            "negative", "positive" or "demagnetised".
+
+        Raises
+        ------
+        InputError
+            Another `start`.
         """
         if start not in ("negative", "positive", "demagnetised"):
             accepted = "'negative', 'positive' or 'demagnetised'"
@@ -110,7 +138,23 @@ class Preisach:
                 self.step(u)
 
     def step(self, u: float) -> float:
-        """Move the input straight to `u`; the output there. Raises InputError for NaN."""
+        """Move the input straight to `u`.
+
+        Parameters
+        ----------
+        u : float
+            Unit of the table's input.
+
+        Returns
+        -------
+        float
+            The output there, unit of the table's output.
+
+        Raises
+        ------
+        InputError
+            NaN.
+        """
         if u != u:  # noqa: PLR0124 - NaN, at less cost than a call
             raise InputError("Preisach.step, input", u, "a number")
         if self._pairs >= self._full:
@@ -119,9 +163,22 @@ class Preisach:
         return self._offset + self._scale * f
 
     def run(self, u: npt.ArrayLike) -> Array:
-        """Outputs along the inputs `u`, shape (m,), from the present state on; compiled.
+        """Outputs along inputs, from the present state on; compiled for long ones.
 
-        Raises InputError for NaN (nothing is done then) or another shape.
+        Parameters
+        ----------
+        u : array_like, shape (m,)
+            Unit of the table's input.
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Unit of the table's output.
+
+        Raises
+        ------
+        InputError
+            NaN (nothing is done then), or another shape.
         """
         inputs = _vector("Preisach.run, inputs", u)
         outputs = np.empty_like(inputs)
@@ -138,7 +195,23 @@ class Preisach:
         return outputs
 
     def peek(self, u: float) -> float:
-        """The output if the input moved straight to `u`; the state stays as it is."""
+        """The output if the input moved straight to `u`; the state stays as it is.
+
+        Parameters
+        ----------
+        u : float
+            Unit of the table's input.
+
+        Returns
+        -------
+        float
+            Unit of the table's output.
+
+        Raises
+        ------
+        InputError
+            NaN.
+        """
         if math.isnan(u):
             raise InputError("Preisach.peek, input", u, "a number")
         return self._offset + self._scale * float(peek(self._arrays, self._memory(), u))
@@ -146,9 +219,23 @@ class Preisach:
     def inverse(self, target: float) -> Inverse:
         """The input that brings the output to `target` in one move from the present state.
 
-        Solved on the table's cells (see `invert`); the state stays as it is. The error is
-        what the target is missed by: rounding where it is reachable, the distance to the
-        saturation where it is not. Raises InputError for NaN.
+        Solved on the table's cells (see `invert`); the state stays as it is.
+
+        Parameters
+        ----------
+        target : float
+            Unit of the table's output.
+
+        Returns
+        -------
+        Inverse
+            The error is rounding where the target is reachable, and the distance to the saturation
+            where it is not.
+
+        Raises
+        ------
+        InputError
+            NaN.
         """
         if math.isnan(target):
             raise InputError("Preisach.inverse, target", target, "a number")
@@ -157,9 +244,25 @@ class Preisach:
         return Inverse(u, f, f - target)
 
     def run_inverse(self, targets: npt.ArrayLike) -> tuple[Array, Array]:
-        """Inputs that lead the output through `targets`, and the outputs; shape (m,) each.
+        """Inputs that lead the output through targets: each is found as by `inverse` and then
+        applied.
 
-        Each input is found as by `inverse` and then applied. Raises InputError for NaN.
+        Parameters
+        ----------
+        targets : array_like, shape (m,)
+            Unit of the table's output.
+
+        Returns
+        -------
+        inputs : ndarray, shape (m,)
+            Unit of the table's input.
+        outputs : ndarray, shape (m,)
+            What they give, unit of the table's output.
+
+        Raises
+        ------
+        InputError
+            NaN, or another shape.
         """
         wanted = (_vector("Preisach.run_inverse, targets", targets) - self._offset) / self._scale
         inputs, outputs = np.empty_like(wanted), np.empty_like(wanted)
@@ -171,11 +274,21 @@ class Preisach:
         return inputs, self._offset + self._scale * outputs
 
     def initialise_at(self, u: float, f: float) -> None:
-        """Take a state with input `u` and output `f`: on a first-order descending curve.
+        """Take a state with a given input and output: on a first-order descending curve.
 
         Many pasts lead there; this one rose from negative saturation to a single maximum.
-        Raises InputError for an input outside the table, or an output that no such curve
-        has there.
+
+        Parameters
+        ----------
+        u : float
+            Unit of the table's input.
+        f : float
+            Unit of the table's output.
+
+        Raises
+        ------
+        InputError
+            An input outside the table, or an output that no such curve has there.
         """
         table = self.table
         if not table.lo <= u <= table.hi:
@@ -236,7 +349,13 @@ class Preisach:
             self.step(low)
 
     def copy(self) -> Self:
-        """Another element of the same table in the same state."""
+        """Another element of the same table in the same state.
+
+        Returns
+        -------
+        Self
+            Independent of this one.
+        """
         other = type(self)(self.table)
         other.state = self.state
         return other
@@ -245,8 +364,22 @@ class Preisach:
 def demagnetising(lo: float, step: float, n: int) -> list[float]:
     """Turning points of a swing that decays by one grid step per turn to the middle.
 
-    Maxima lie on grid lines, minima half way between them, so that the cells on the
-    anti-diagonal are left half up: no direction is favoured.
+    Maxima lie on grid lines, minima half way between them, so that the cells on the anti-diagonal
+    are left half up: no direction is favoured.
+
+    Parameters
+    ----------
+    lo : float
+        Lowest input.
+    step : float
+        From grid line to grid line, unit of the input.
+    n : int
+        Number of grid lines.
+
+    Returns
+    -------
+    list[float]
+        Maxima and minima in turn, unit of the input.
     """
     turns: list[float] = []
     for k in range(n):

@@ -12,7 +12,18 @@ ROUNDS = 800
 
 
 def solver(matrix: Any) -> Any:
-    """A function that solves with the symmetric positive definite `matrix`."""
+    """A factorised matrix.
+
+    Parameters
+    ----------
+    matrix : Any
+        Sparse, symmetric, positive definite, shape (m, m).
+
+    Returns
+    -------
+    Any
+        A function that solves ``matrix @ x = b`` for b of shape (m,).
+    """
     from scipy.sparse.linalg import splu
 
     options = {"SymmetricMode": True}
@@ -27,10 +38,28 @@ def bounded(
 ) -> Array:
     """Minimiser of x'Hx/2 - r'x under Bx + b >= 0, by alternating directions (ADMM).
 
-    x solves the problem with a copy z of Bx + b held near it, z is the copy without its
-    negative part, and the multipliers add up what they differ by. `scale`: usual size of
-    Bx + b; the bound is met to a ten-thousandth of it, or as far as `ROUNDS` go. `rho`:
-    weight that holds z to Bx + b at first; it is adjusted, only the speed depends on it.
+    x solves the problem with a copy z of Bx + b held near it, z is the copy without its negative
+    part, and the multipliers add up what they differ by.
+
+    Parameters
+    ----------
+    matrix : Any
+        H, sparse, symmetric, positive definite, shape (m, m).
+    right : ndarray, shape (m,)
+        r.
+    bound : Any
+        B, sparse, shape (k, m).
+    offset : ndarray, shape (k,)
+        b.
+    scale : float
+        Usual size of Bx + b; the bound is met to a ten-thousandth of it, or as far as `ROUNDS` go.
+    rho : float
+        Weight that holds z to Bx + b at first; it is adjusted, only the speed depends on it.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        x.
     """
     # From the solution without bounds: what the bounds do not touch is right at once.
     z = np.maximum(bound @ solver(matrix)(right) + offset, 0.0)
@@ -55,7 +84,18 @@ def bounded(
 
 
 def monotone_hull(values: Array) -> Array:
-    """The least table above `values` that is monotone, cut to its first column and last row."""
+    """The least table above another that is monotone, cut to its first column and last row.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, n)
+        E, 0 on and above the diagonal.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        Not decreasing in the row, not increasing in the column.
+    """
     column, row = values[:, :1].copy(), values[-1:, :].copy()
     hull = np.maximum.accumulate(np.maximum(values, 0.0), axis=0)
     hull = np.maximum.accumulate(hull[:, ::-1], axis=1)[:, ::-1]
@@ -63,10 +103,20 @@ def monotone_hull(values: Array) -> Array:
 
 
 def nonnegative_hull(values: Array) -> Array:
-    """A table without negative cells, with the first column and last row of `values`.
+    """A table without negative cells, with the first column and last row of another.
 
-    Negative cells are emptied; rows and columns are then scaled in turn until they weigh
-    what the two branches of the major loop say, to rounding where such a table exists.
+    Negative cells are emptied; rows and columns are then scaled in turn until they weigh what the
+    two branches of the major loop say, to rounding where such a table exists.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, n)
+        E, 0 on and above the diagonal.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        All cells weigh 0 or more.
     """
     weights = np.maximum(cells(values), 0.0)
     rows, columns = np.diff(values[:, 0]), -np.diff(values[-1])
@@ -88,5 +138,16 @@ def _ratio(wanted: Array, found: Array) -> Array:
 
 
 def cells(values: Array) -> Array:
-    """Weights of the cells, shape (n - 1, n - 1), row by alpha; inverse of the double sum."""
+    """Weights of the cells; the inverse of the double sum.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, n)
+        E, 0 on and above the diagonal.
+
+    Returns
+    -------
+    ndarray, shape (n - 1, n - 1)
+        Row by alpha, column by beta; 0 above the diagonal.
+    """
     return np.tril(values[1:, :-1] - values[:-1, :-1] - values[1:, 1:] + values[:-1, 1:])

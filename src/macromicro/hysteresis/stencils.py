@@ -30,7 +30,18 @@ class Grid(NamedTuple):
 
 
 def numbered(n: int) -> Index:
-    """The number of each value, shape (n, n); -1 on and above the diagonal."""
+    """The number of each unknown value of the table.
+
+    Parameters
+    ----------
+    n : int
+        Number of grid lines.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        -1 on and above the diagonal.
+    """
     ids = np.full((n, n), -1, dtype=np.int64)
     below = np.tri(n, k=-1, dtype=bool)
     ids[below] = np.arange(int(below.sum()))
@@ -38,7 +49,22 @@ def numbered(n: int) -> Index:
 
 
 def readings(grid: Grid, ids: Index, alpha: Array, beta: Array) -> Any:
-    """Sparse rows that read E(alpha, beta) from the values below the diagonal, as `lookup`."""
+    """Rows that read E(alpha, beta) from the values below the diagonal, as `lookup`.
+
+    Parameters
+    ----------
+    grid : Grid
+        Grid of the table.
+    ids : ndarray, shape (n, n)
+        From `numbered`.
+    alpha, beta : ndarray, shape (m,)
+        Thresholds, unit of the input.
+
+    Returns
+    -------
+    Any
+        Sparse matrix, shape (m, values).
+    """
     top = grid.n - 1.0
     x = np.clip((alpha - grid.lo) / grid.step, 0.0, top)
     y = np.clip((np.minimum(alpha, beta) - grid.lo) / grid.step, 0.0, top)
@@ -59,7 +85,20 @@ def readings(grid: Grid, ids: Index, alpha: Array, beta: Array) -> Any:
 
 
 def densities(n: int, ids: Index) -> Any:
-    """Sparse rows that turn the values into the weights of the cells, row by row, c <= r."""
+    """Rows that turn the values into the weights of the cells, row by row, c <= r.
+
+    Parameters
+    ----------
+    n : int
+        Number of grid lines.
+    ids : ndarray, shape (n, n)
+        From `numbered`.
+
+    Returns
+    -------
+    Any
+        Sparse matrix, shape (cells, values).
+    """
     r, c = np.nonzero(np.tri(n - 1, dtype=bool))
     shares = [(ids[r + di, c + dj], np.full(r.size, s)) for di, dj, s in _CORNERS]
     return _sparse(shares, r.size, int(ids.max()) + 1)
@@ -69,7 +108,18 @@ _CORNERS = ((1, 0, 1.0), (0, 0, -1.0), (1, 1, -1.0), (0, 1, 1.0))
 
 
 def roughness(n: int) -> Any:
-    """Differences between neighbouring cells off the diagonal, and along the diagonal."""
+    """Differences between neighbouring cells off the diagonal, and along the diagonal.
+
+    Parameters
+    ----------
+    n : int
+        Number of grid lines.
+
+    Returns
+    -------
+    Any
+        Sparse matrix, shape (pairs, cells).
+    """
     r, c = np.nonzero(np.tri(n - 1, dtype=bool))
     ids = np.full((n, n), -1, dtype=np.int64)
     ids[r, c] = np.arange(r.size)
@@ -84,7 +134,20 @@ def roughness(n: int) -> Any:
 
 
 def slopes(n: int, ids: Index) -> Any:
-    """Differences that are at least 0 in a monotone table: along alpha, then against beta."""
+    """Differences that are at least 0 in a monotone table: along alpha, then against beta.
+
+    Parameters
+    ----------
+    n : int
+        Number of grid lines.
+    ids : ndarray, shape (n, n)
+        From `numbered`.
+
+    Returns
+    -------
+    Any
+        Sparse matrix, shape (2 x values, values).
+    """
     r, c = np.nonzero(np.tri(n, k=-1, dtype=bool))
     upper, right = ids[r - 1, c], ids[r, c + 1]  # on the diagonal -1: the table is 0 there
     here = np.concatenate([ids[r, c], ids[r, c]])

@@ -32,7 +32,17 @@ MOST_NODES = 801
 
 
 class Misfit(NamedTuple):
-    """How far a table is from curves, in the unit of the output."""
+    """How far a table is from curves.
+
+    Attributes
+    ----------
+    rms : float
+        Unit of the output.
+    largest : float
+        Unit of the output.
+    points : int
+        How many were compared.
+    """
 
     rms: float
     largest: float
@@ -43,11 +53,28 @@ class Misfit(NamedTuple):
 class FodTable:
     """E on a uniform grid, in the unit of the output: what the Preisach model needs.
 
-    ``values[i, j]`` is ``E(u_i, u_j) = f_M - f_{M,m}`` for M = u_i, m = u_j (2.8), with
-    ``u_i = lo + i * step`` [unit of the input]; 0 for i <= j; shape (n, n). `f_low` is the
-    output in negative saturation. Between grid lines the relay density is constant in
-    each cell, and cells on the diagonal are relays of zero width (as in `Everett`).
-    `raw` holds the curves that it was made from as they came, `kind` says which.
+    ``values[i, j]`` is ``E(u_i, u_j) = f_M - f_{M,m}`` for M = u_i, m = u_j (2.8), with ``u_i = lo
+    + i * step``. Between grid lines the relay density is constant in each cell, and cells on the
+    diagonal are relays of zero width (as in `Everett`).
+
+    Attributes
+    ----------
+    lo : float
+        Lowest input of the grid.
+    step : float
+        From grid line to grid line, unit of the input.
+    values : ndarray, shape (n, n)
+        Unit of the output; 0 for i <= j.
+    f_low : float
+        Output in negative saturation.
+    kind : Kind
+        Which curves it was made from.
+    raw : tuple[tuple[Array, Array], ...]
+        The curves that it was made from as they came, pairs of shape (m,).
+    shape : Shape
+        The law that it obeys, as for `from_curves`.
+    smooth : float
+        As for `from_curves`, grid steps.
     """
 
     lo: float
@@ -90,18 +117,36 @@ class FodTable:
     ) -> Self:
         """The table that fits measured first-order curves in the least-squares sense.
 
-        `curves`: pairs (u, f), each a curve from its reversal on; see `curves.tidy` for
-        what is mended with a warning and what is refused. `kind`: "descending" curves
-        start on the rising branch, "ascending" ones on the falling branch. `shape`:
-        "free", "monotone" (branches never turn back) or "nonnegative" (relay density of
-        at least 0); a loop that falls with the input counts with the sign reversed.
-        `smooth`: length in grid steps below which structure of the density is taken for
-        noise; it leaves the major loop as it is. `nodes`: grid points per axis.
-        `limits`: inputs of negative and positive saturation, where the data do not show
-        them; by default the extremes of the data.
+        Below (ascending: above) the outermost reversal the model has no hysteresis. Warns with a
+        `curves.CurveWarning`; `curves.tidy` says what is mended with a warning and what is refused.
 
-        Below (ascending: above) the outermost reversal the model has no hysteresis.
-        Raises InputError; warns with a `curves.CurveWarning`.
+        Parameters
+        ----------
+        curves : Iterable[tuple[npt.ArrayLike, npt.ArrayLike]]
+            Pairs of input and output, shape (m,) each, from the reversal on.
+        kind : Kind, optional
+            "descending" curves start on the rising branch, "ascending" ones on the falling branch.
+        shape : Shape, optional
+            "free", "monotone" (branches never turn back) or "nonnegative" (relay density of at
+            least 0); a loop that falls with the input counts with the sign reversed.
+        smooth : float, optional
+            Length in grid steps below which structure of the density is taken for noise; it leaves
+            the major loop as it is.
+        nodes : int, optional
+            Grid points per axis.
+        limits : tuple[float, float] | None, optional
+            Inputs of negative and positive saturation, where the data do not show them; by default
+            the extremes of the data.
+
+        Returns
+        -------
+        Self
+            In the units of the curves, which it keeps as `raw`.
+
+        Raises
+        ------
+        InputError
+            The curves or an option are not accepted, or both ends have the same output.
         """
         raw = tuple((np.array(u), np.array(f)) for u, f in _pairs(curves))
         _check(kind, shape, smooth, nodes)
@@ -133,7 +178,20 @@ class FodTable:
 
     @classmethod
     def from_everett(cls, table: Everett, f_low: float = 0.0, f_high: float = 1.0) -> Self:
-        """The table of a given relay density with saturations `f_low` and `f_high`."""
+        """The table of a given relay density.
+
+        Parameters
+        ----------
+        table : Everett
+            Normalised.
+        f_low, f_high : float, optional
+            Outputs in negative and positive saturation.
+
+        Returns
+        -------
+        Self
+            In the unit of `f_low` and `f_high`.
+        """
         return cls(table.lo, table.step, (f_high - f_low) * table.values, f_low)
 
     @property
@@ -190,7 +248,18 @@ class FodTable:
         return float(-np.minimum(weights, 0.0).sum() / np.abs(weights).sum())
 
     def everett(self) -> Everett:
-        """The normalised table, for `memory`; InputError if a branch would turn back."""
+        """The normalised table, for `memory`.
+
+        Returns
+        -------
+        Everett
+            Outputs from 0 to 1.
+
+        Raises
+        ------
+        InputError
+            A branch would turn back.
+        """
         values = self.values / self.span
         slopes = np.concatenate([np.diff(values, axis=0).ravel(), -np.diff(values, axis=1).ravel()])
         if np.min(slopes) < -1e-12:
@@ -198,9 +267,21 @@ class FodTable:
         return Everett(self.lo, self.step, self.n, values)
 
     def curve(self, start: float, inputs: npt.ArrayLike, kind: Kind | None = None) -> Array:
-        """The first-order curve that starts at `start`, at `inputs`; the table's kind if None.
+        """A first-order curve of the table.
 
-        Inputs beyond `start` or beyond the table count as its ends.
+        Parameters
+        ----------
+        start : float
+            Input of its reversal; clamped to the table.
+        inputs : array_like
+            Where it is wanted; inputs beyond `start` or beyond the table count as its ends.
+        kind : Kind | None, optional
+            "descending" or "ascending"; None for the table's.
+
+        Returns
+        -------
+        ndarray
+            Outputs, in the shape of `inputs`.
         """
         u = np.asarray(inputs, dtype=np.float64)
         flat = np.ravel(u)
@@ -219,7 +300,23 @@ class FodTable:
         return np.asarray(f, dtype=np.float64).reshape(u.shape)
 
     def misfit(self, curves: Iterable[tuple[npt.ArrayLike, npt.ArrayLike]] | None = None) -> Misfit:
-        """Distance from first-order curves of the table's kind; from its own if None."""
+        """Distance from first-order curves of the table's kind.
+
+        Parameters
+        ----------
+        curves : Iterable[tuple[npt.ArrayLike, npt.ArrayLike]] | None, optional
+            Pairs of input and output, shape (m,) each; None for its own.
+
+        Returns
+        -------
+        Misfit
+            In the unit of the output.
+
+        Raises
+        ------
+        InputError
+            `curves` are refused by `curves.tidy`.
+        """
         errors = []
         sign = 1.0 if self.kind == "descending" else -1.0
         for u, f in tidy(self.raw if curves is None else curves, self.kind):

@@ -29,9 +29,19 @@ _ATTRIBUTES = ("lo", "step", "f_low", "kind", "shape", "smooth")
 
 
 def save_table(table: FodTable, path: str | Path) -> None:
-    """Write `table` as HDF5 (.h5, .hdf5; exact, with raw curves) or CSV (values only).
+    """Write a table to a file.
 
-    Raises InputError for another ending or a place that cannot be written.
+    Parameters
+    ----------
+    table : FodTable
+        What is written.
+    path : str | Path
+        .h5 or .hdf5 (exact, with raw curves) or .csv (values only).
+
+    Raises
+    ------
+    InputError
+        Another ending, or a place that cannot be written.
     """
     file = Path(path)
     ending = _ending(file)
@@ -48,7 +58,20 @@ def save_table(table: FodTable, path: str | Path) -> None:
 def load_table(path: str | Path) -> FodTable:
     """Read what `save_table` wrote, or a CSV table in its layout made elsewhere.
 
-    Raises InputError that names the file, and the line of a CSV, and what is wrong there.
+    Parameters
+    ----------
+    path : str | Path
+        .h5, .hdf5 or .csv.
+
+    Returns
+    -------
+    FodTable
+        Without raw curves if from CSV.
+
+    Raises
+    ------
+    InputError
+        Names the file, the line of a CSV, and what is wrong there.
     """
     file = Path(path)
     return _read_csv(file) if _ending(file) == ".csv" else _read_hdf5(file)
@@ -57,10 +80,24 @@ def load_table(path: str | Path) -> FodTable:
 def read_curves(path: str | Path) -> list[tuple[Array, Array]]:
     """First-order curves from a CSV file of three columns: curve, input, output.
 
-    Rows of one curve share the name in the first column and need not stand together.
-    A first row without numbers is taken as the heading. Empty cells and "nan" become
-    NaN, which `FodTable.from_curves` leaves out with a warning. Raises InputError with
-    file and line.
+    Rows of one curve share the name in the first column and need not stand together. A first row
+    without numbers is taken as the heading. Empty cells and "nan" become NaN, which
+    `FodTable.from_curves` leaves out with a warning.
+
+    Parameters
+    ----------
+    path : str | Path
+        The file.
+
+    Returns
+    -------
+    list[tuple[Array, Array]]
+        Pairs of input and output, shape (m,) each, in the order of the file.
+
+    Raises
+    ------
+    InputError
+        Names file and line of what is not accepted.
     """
     file = Path(path)
     where = printable(file, 300)

@@ -26,8 +26,25 @@ NEAR_STOP = 0.97
 
 
 class ThesisFit(NamedTuple):
-    """What Section 5.2 identifies. `steady`: temperature rise [K] by voltage [V] below the
-    stop; `goals`: T_d [K] by voltage above it, for (5.8)."""
+    """What Section 5.2 identifies.
+
+    Attributes
+    ----------
+    model : Actuator
+        The model of (5.2.3) with all that was found.
+    steady : dict[float, float]
+        Temperature rise (K) by voltage (V) below the stop.
+    linearised : GainFit
+        (5.2) by (5.3)-(5.5).
+    nonlinear : GainFit
+        (5.2) by non-linear least squares.
+    goals : dict[float, float]
+        T_d (K) by voltage (V) above the stop, for (5.8).
+    heating : HeatingFit
+        (5.6).
+    cooling : CoolingFit
+        (5.9).
+    """
 
     model: Actuator
     steady: dict[float, float]
@@ -39,7 +56,18 @@ class ThesisFit(NamedTuple):
 
 
 def hysteresis(table: FodTable) -> Hysteresis:
-    """The table as the models' kernels take it."""
+    """The table as the models' kernels take it.
+
+    Parameters
+    ----------
+    table : FodTable
+        Temperature (deg C) to position (mm).
+
+    Returns
+    -------
+    Hysteresis
+        Outputs from 0 to 1, with offset and span in mm.
+    """
     return Hysteresis(table.everett(), table.f_low, table.span)
 
 
@@ -50,11 +78,33 @@ def thesis(
     median: float = 1.575,
     ambient: float = AMBIENT,
 ) -> ThesisFit:
-    """The whole model from trials of `steps` by voltage [V] and one voltage's `cooled` ones.
+    """The whole model of (5.2.3) from trials of one actuator.
 
-    The gain below the stop is (5.2) by non-linear least squares (`linearised` is there to
-    compare); above it, the T_d that makes (5.6) pass 95 % of the stroke when the actuator
-    does. Dynamics from the step of `median` [V].
+    The gain below the stop is (5.2) by non-linear least squares (`linearised` is there to compare);
+    above it, the T_d that makes (5.6) pass 95 % of the stroke when the actuator does.
+
+    Parameters
+    ----------
+    table : FodTable
+        Temperature (deg C) to position (mm), from the kiln.
+    steps : Mapping[float, list[Recording]]
+        Trials by voltage (V): steps from cold, with columns t, ctrl and laser.
+    cooled : list[Recording]
+        Trials of one voltage that end at 0 V.
+    median : float, optional
+        Voltage (V) whose step gives the dynamics; it must stay clear of the stop.
+    ambient : float, optional
+        deg C.
+
+    Returns
+    -------
+    ThesisFit
+        The model, and each fit that went into it.
+
+    Raises
+    ------
+    InputError
+        `median` is not among `steps` or reaches the stop, or a fit finds its data unusable.
     """
     if median not in steps:
         raise InputError("steps", median, f"one of {sorted(steps)}")
@@ -83,8 +133,17 @@ def thesis(
 
 
 class Judgement(NamedTuple):
-    """Model against measurement, shares of the stroke. `steady`: difference at the end,
-    `dynamic`: RMS until the measured position has come to stay, `whole`: RMS throughout."""
+    """Model against measurement, as shares of the stroke.
+
+    Attributes
+    ----------
+    steady : float
+        Difference at the end.
+    dynamic : float
+        RMS until the measured position has come to stay.
+    whole : float
+        RMS throughout.
+    """
 
     steady: float
     dynamic: float
@@ -92,10 +151,24 @@ class Judgement(NamedTuple):
 
 
 def judged(t: Array, measured: Array, model: Array, stroke: float) -> Judgement:
-    """How far a model's position is from the measured one, both [mm] at times `t` [s].
+    """How far a model's position is from the measured one.
 
-    The dynamic part lasts from the start to 1.5 times the time at which the measured
-    position first comes within 2 % of its largest value: the rise and where it settles.
+    The dynamic part lasts from the start to 1.5 times the time at which the measured position first
+    comes within 2 % of its largest value: the rise and where it settles.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    measured, model : ndarray, shape (n,)
+        Positions, mm.
+    stroke : float
+        mm.
+
+    Returns
+    -------
+    Judgement
+        Shares of `stroke`.
     """
     error = (model - measured) / stroke
     last = t >= t[-1] - 0.02 * (t[-1] - t[0])
@@ -109,7 +182,20 @@ def judged(t: Array, measured: Array, model: Array, stroke: float) -> Judgement:
 
 
 def against(model: Actuator, trials: list[Recording]) -> Judgement:
-    """The thesis' model against the mean of trials of one profile."""
+    """The thesis' model against the mean of trials of one profile.
+
+    Parameters
+    ----------
+    model : Actuator
+        The model of Section 5.2.3.
+    trials : list[Recording]
+        Recordings of one profile, with columns t, ctrl and laser.
+
+    Returns
+    -------
+    Judgement
+        Shares of the table's stroke.
+    """
     t, x = thermal.averaged(trials)
     sent = np.asarray(trials[0]["ctrl"], dtype=np.float64)[: len(t)]
     made, _ = actuator.simulate(model, sent, trials[0].dt)

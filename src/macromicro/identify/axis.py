@@ -22,11 +22,24 @@ Array = npt.NDArray[np.float64]
 
 
 class Axis(NamedTuple):
-    """Parameters of the equation above, in the units of force, position and second.
+    """Parameters of the equation above, in the units of force, position and second (N and m here).
 
-    mass M [N s2/m = kg], viscous Fv [N s/m], coulomb Fc [N], offset F0 [N], asymmetry Fa
-    [N s/m] (viscous friction is Fv + Fa forwards, Fv - Fa backwards), stribeck Fs [N],
-    stribeck_speed vs [m/s].
+    Attributes
+    ----------
+    mass : float
+        M, N s2/m = kg.
+    viscous : float
+        Fv, N s/m.
+    coulomb : float
+        Fc, N.
+    offset : float
+        F0, N.
+    asymmetry : float
+        Fa, N s/m: viscous friction is Fv + Fa forwards, Fv - Fa backwards.
+    stribeck : float
+        Fs, N.
+    stribeck_speed : float
+        vs, m/s.
     """
 
     mass: float
@@ -40,7 +53,24 @@ class Axis(NamedTuple):
 
 @kernel
 def decay(p: Axis, direction: float, h: float) -> tuple[float, float]:
-    """Speed after `h` [s] = first * speed + second * force, in one direction, force held."""
+    """How speed develops in one direction while the force is held: ``keep * speed + push * force``.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    direction : float
+        1 or -1.
+    h : float
+        Time, s.
+
+    Returns
+    -------
+    keep : float
+        Share of the speed that is left.
+    push : float
+        Speed per force, m/s/N.
+    """
     c = p.viscous + direction * p.asymmetry
     if c * h > 1e-12 * p.mass:
         fall = -math.expm1(-c * h / p.mass)
@@ -50,11 +80,29 @@ def decay(p: Axis, direction: float, h: float) -> tuple[float, float]:
 
 @kernel
 def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
-    """New speed and distance after `h` [s] under the force `pull` [N], offset taken off.
+    """New speed and distance after a time under a held force.
 
-    Exact for a held force while the axis slides in one direction (Stribeck's level taken at
-    the step's start). A reversal is split at the moment of zero speed, so that the result
-    is continuous in the parameters.
+    Exact while the axis slides in one direction (Stribeck's level taken at the step's start). A
+    reversal is split at the moment of zero speed, so that the result is continuous in the
+    parameters.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    v : float
+        Speed, m/s.
+    pull : float
+        Force less offset, N.
+    h : float
+        Time, s.
+
+    Returns
+    -------
+    v : float
+        New speed, m/s.
+    moved : float
+        Distance, m.
     """
     moved = 0.0
     if v != 0.0:
@@ -80,7 +128,23 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
 
 @kernel
 def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) -> None:
-    """Positions out[n] from `x` [m] and speed `v` [m/s] under `force` [N], n steps of `h` [s]."""
+    """Positions from a state under a force, as a kernel.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    force : ndarray, shape (n,)
+        N, held for `h` each.
+    x : float
+        Position at the start, m.
+    v : float
+        Speed at the start, m/s.
+    h : float
+        Sample time, s.
+    out : ndarray, shape (n,)
+        Positions are written here, m.
+    """
     for k in range(len(out)):
         out[k] = x
         v, gone = step(p, v, force[k] - p.offset, h)
@@ -88,7 +152,26 @@ def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) ->
 
 
 def simulate(p: Axis, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
-    """Free run: positions float64[n] under `force` float64[n], from `x` and speed `v`."""
+    """Free run: positions under a force.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    force : array_like, shape (n,)
+        N, held for `dt` each.
+    dt : float
+        Sample time, s.
+    x : float, optional
+        Position at the start, m.
+    v : float, optional
+        Speed at the start, m/s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Positions at the start of each sample, m.
+    """
     pull = np.ascontiguousarray(force, dtype=np.float64)
     out = np.empty_like(pull)
     plain = Axis(*(float(value) for value in p))

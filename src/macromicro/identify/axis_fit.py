@@ -32,10 +32,15 @@ _MANY = 3  # with so many records, whole ones are held out
 
 
 class Filtering(NamedTuple):
-    """`cutoff` [Hz] of the zero-phase low-pass on positions, by default 0.08 / dt.
+    """How positions are differentiated for inverse dynamics.
 
-    `decimate`: every how many samples remain for inverse dynamics, after a low-pass on force
-    and regressors alike; by default 10, fewer for short records.
+    Attributes
+    ----------
+    cutoff : float | None
+        Cut-off of the zero-phase low-pass on positions, Hz; by default 0.08 / dt.
+    decimate : int | None
+        Every how many samples remain, after a low-pass on force and regressors alike; by default
+        10, fewer for short records.
     """
 
     cutoff: float | None = None
@@ -47,15 +52,31 @@ _USUAL = Filtering()
 
 @dataclass(frozen=True)
 class DriveFit:
-    """What `drive` found.
+    """What `drive` found; x is the unit of position, and force is `gain` times u.
 
-    `structure`: the chosen one of "viscous", "coulomb", "asymmetric", "stribeck", "full";
-    `inverse` and `refined`: the estimates by inverse dynamics and by output error;
-    `holdout`: RMS force error of each structure tried on data that it was not fitted to
-    (empty when one was asked for); `holdout_rms`: position RMS of the free run there by the
-    output-error fit to the rest; `free_run`: positions of the refined axis over each whole
-    record, from the measured `starts` (position and speed); `rms` and `fit`: its error and
-    100 (1 - |x - free run| / |x - mean x|).
+    Attributes
+    ----------
+    structure : str
+        The chosen one of "viscous", "coulomb", "asymmetric", "stribeck", "full".
+    inverse : Estimate
+        The estimate by inverse dynamics.
+    refined : Estimate
+        The estimate by output error.
+    holdout : dict[str, float]
+        RMS force error of each structure tried on data that it was not fitted to; empty when one
+        was asked for.
+    holdout_rms : float
+        Position RMS of the free run there by the output-error fit to the rest.
+    starts : tuple[tuple[float, float], ...]
+        Measured position and speed at the start of each record.
+    free_run : tuple[Array, ...]
+        Positions of the refined axis over each whole record, from `starts`.
+    residuals : tuple[Array, ...]
+        Measured position less free run, an array per record.
+    gain : float
+        Force per unit of u.
+    delay : int
+        Samples by which u acts late.
     """
 
     structure: str
@@ -85,7 +106,24 @@ class DriveFit:
         return self.refined.axis
 
     def simulate(self, u: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
-        """Free run of the refined axis: positions for the input `u`, from `x` and speed `v`."""
+        """Free run of the refined axis.
+
+        Parameters
+        ----------
+        u : array_like, shape (n,)
+            Input; `gain` and `delay` are applied.
+        dt : float
+            Sample time, s.
+        x : float, optional
+            Position at the start.
+        v : float, optional
+            Speed at the start, per second.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Positions.
+        """
         push = _late(np.asarray(u, np.float64), self.delay) * self.gain
         return simulate(self.axis, push, dt, x, v)
 
@@ -104,18 +142,43 @@ def drive(
 ) -> DriveFit:
     """Parameters of M dv/dt = gain u - friction(v) - offset (`macromicro.identify.axis`).
 
-    `t` [s], `u` (drive voltage, or force with gain 1), `x` (position): arrays of one
-    length, or lists of such arrays, one per record. `gain`: force per unit of u [N/V];
-    with gain 1 the parameters are in units of u (V s2/count, V s/count, V).
-    Inverse dynamics first (A. Janot, M. Gautier, M. Brunot, EMPS benchmark, 2019):
-    `filtering` says how the position is filtered and all columns decimated. Then output error: the
-    parameters whose free run is nearest to x in the mean square.
-    `structure`: which friction, or "auto": every structure is fitted without the last part
-    `holdout` of each record (of three records or more: without every third), and a richer
-    one is chosen only when it predicts the held-out force at least 2 % better.
-    `limit`: the drive saturates at +-limit, u is clipped to it, with a warning. `delay`:
-    samples by which u acts late.
-    Raises `InputError` for unusable data, warns (`DataWarning`) of doubtful ones.
+    Inverse dynamics first: filtered differences of the position give a linear regression for the
+    force (A. Janot, M. Gautier, M. Brunot, EMPS benchmark, 2019). Then output error: the parameters
+    whose free run is nearest to x in the mean square. Warns (`DataWarning`) of doubtful data.
+
+    Parameters
+    ----------
+    t : array_like
+        Times, s: an array of shape (n,), or a list of such arrays, one per record. So for `u` and
+        `x`.
+    u : Any
+        Drive voltage, or force with gain 1.
+    x : Any
+        Position.
+    gain : float, optional
+        Force per unit of u, N/V; with gain 1 the parameters are in units of u (V s2/count, V
+        s/count, V).
+    structure : str, optional
+        Which friction, or "auto": every structure is fitted without the held-out data, and a richer
+        one is chosen only when it predicts the held-out force at least 2 % better.
+    filtering : Filtering, optional
+        How the position is filtered and all columns decimated.
+    holdout : float, optional
+        Last part of each record that is held out (of three records or more: every third record).
+    limit : float | None, optional
+        The drive saturates there: u is clipped to +-limit, with a warning.
+    delay : int, optional
+        Samples by which u acts late.
+
+    Returns
+    -------
+    DriveFit
+        Parameters by both methods, with standard errors.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     _check(gain, structure, holdout, delay)
     runs = _runs(t, u, x)

@@ -45,10 +45,20 @@ _STILL = 0.01
 
 @dataclass(frozen=True)
 class Estimate:
-    """Parameters by one method: `axis`; `names` of the free ones; `covariance` in their order.
+    """Parameters by one method.
 
-    `rms`: error of the force (inverse dynamics) or position (output error); `percent`: the
-    same as 100 |error| / |measured|, for positions about their mean.
+    Attributes
+    ----------
+    axis : Axis
+        All parameters.
+    names : tuple[str, ...]
+        The free ones.
+    covariance : ndarray, shape (p, p)
+        Covariance of these, in their order.
+    rms : float
+        Error of the force (inverse dynamics) or of the position (output error).
+    percent : float
+        The same as 100 |error| / |measured|, for positions about their mean.
     """
 
     axis: Axis
@@ -73,9 +83,22 @@ class Estimate:
 
 
 class Rows(NamedTuple):
-    """One record with force, filtered speed and acceleration; `factor`: decimation to come.
+    """One record, ready for inverse dynamics.
 
-    `still`: where the axis stands, its speed under 1 % of the record's greatest.
+    Attributes
+    ----------
+    run : Run
+        As measured.
+    force : ndarray, shape (n,)
+        Gain times u.
+    v : ndarray, shape (n,)
+        Filtered speed.
+    a : ndarray, shape (n,)
+        Filtered acceleration.
+    still : npt.NDArray[np.bool_]
+        Where the axis stands, its speed under 1 % of the record's greatest, shape (n,).
+    factor : int
+        Decimation to come.
     """
 
     run: Run
@@ -87,7 +110,24 @@ class Rows(NamedTuple):
 
 
 def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
-    """Speed and acceleration of a run behind a zero-phase low-pass of `cutoff` [Hz]."""
+    """Speed and acceleration of a run behind a zero-phase low-pass: central differences.
+
+    Parameters
+    ----------
+    run : Run
+        Evenly sampled.
+    force : ndarray, shape (n,)
+        Force of the drive.
+    cutoff : float
+        Hz.
+    factor : int
+        Decimation to come.
+
+    Returns
+    -------
+    Rows
+        With speed in units of x/s, acceleration in x/s2.
+    """
     from scipy.signal import butter, sosfiltfilt
 
     sections = butter(4, 2.0 * run.dt * cutoff, output="sos")
@@ -98,10 +138,24 @@ def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
 
 
 def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
-    """The regressors [n, parameters], and the force last, filtered and decimated alike.
+    """The regressors, and the force last, filtered and decimated alike.
 
-    Rows around which the axis stands for half the time or more are left out: friction at
-    rest balances any force, which no regressor says. A mere reversal stays in.
+    Rows around which the axis stands for half the time or more are left out: friction at rest
+    balances any force, which no regressor says. A mere reversal stays in.
+
+    Parameters
+    ----------
+    rows : Rows
+        One record.
+    names : tuple[str, ...]
+        Parameters; Stribeck's speed has no regressor.
+    stribeck_speed : float
+        Units of x/s.
+
+    Returns
+    -------
+    ndarray, shape (m, p + 1)
+        One column per regressor, then the force.
     """
     v, sign = rows.v, np.sign(rows.v)
     made = {
@@ -141,7 +195,22 @@ def _standing(still: npt.NDArray[np.bool_], factor: int) -> npt.NDArray[np.bool_
 def fitted(rows: list[Rows], structure: str) -> Estimate:
     """Least squares over all records; Stribeck's speed by search, plausible results first.
 
-    Raises `InputError` when the motion does not determine the parameters.
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    structure : str
+        A key of `STRUCTURES`.
+
+    Returns
+    -------
+    Estimate
+        Its `rms` is that of the force.
+
+    Raises
+    ------
+    InputError
+        The motion does not determine the parameters.
     """
     names = STRUCTURES[structure]
     top = max(float(np.abs(r.v).max()) for r in rows)
@@ -182,13 +251,37 @@ def _linear(rows: list[Rows], names: tuple[str, ...], speed: float) -> Estimate:
 
 
 def plausible(estimate: Estimate) -> bool:
-    """True unless a mass or friction came out negative."""
+    """Whether no mass or friction came out negative.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        By any method.
+
+    Returns
+    -------
+    bool
+        False if one did.
+    """
     p = estimate.axis
     return p.mass > 0.0 and p.viscous >= abs(p.asymmetry) and min(p.coulomb, p.stribeck) >= 0.0
 
 
 def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
-    """Measured minus predicted force per record, decimated."""
+    """Measured less predicted force, decimated.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    estimate : Estimate
+        Whose force is predicted.
+
+    Returns
+    -------
+    list[Array]
+        Arrays of shape (m,), one per record.
+    """
     names = tuple(n for n in estimate.names if n != "stribeck_speed")
     theta = np.array([getattr(estimate.axis, n) for n in names])
     tables = [columns(r, names, estimate.axis.stribeck_speed) for r in rows]
@@ -196,5 +289,18 @@ def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
 
 
 def force_error(rows: list[Rows], estimate: Estimate) -> float:
-    """RMS error of the force of an estimate on other records."""
+    """RMS error of the force of an estimate, on other records perhaps.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    estimate : Estimate
+        Whose force is predicted.
+
+    Returns
+    -------
+    float
+        Unit of the force.
+    """
     return float(np.sqrt(np.mean(np.concatenate(force_residuals(rows, estimate)) ** 2)))

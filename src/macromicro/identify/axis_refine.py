@@ -18,14 +18,42 @@ _FORCES = ("coulomb", "offset", "stribeck")
 
 
 def begun(rows: Rows) -> tuple[float, float]:
-    """Position and speed at the start of a record; speeds under 2 % of its greatest are rest."""
+    """Position and speed at the start of a record.
+
+    Parameters
+    ----------
+    rows : Rows
+        The record.
+
+    Returns
+    -------
+    x : float
+        Measured.
+    v : float
+        Filtered, per second; less than 2 % of the record's greatest counts as rest.
+    """
     v = float(rows.v[0])
     moving = abs(v) > 0.02 * float(np.abs(rows.v).max())
     return float(rows.run.x[0]), v if moving else 0.0
 
 
 def free_runs(rows: list[Rows], axis: Axis) -> tuple[list[Array], list[Array]]:
-    """Free runs from each record's measured start, and measured minus free run."""
+    """Free runs of an axis from each record's measured start.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    axis : Axis
+        Parameters.
+
+    Returns
+    -------
+    free : list[Array]
+        Positions, shape (n,) per record.
+    errors : list[Array]
+        Measured less free run, shape (n,) per record.
+    """
     free, errors = [], []
     for r in rows:
         run = simulate(axis, r.force, r.run.dt, *begun(r))
@@ -37,8 +65,20 @@ def free_runs(rows: list[Rows], axis: Axis) -> tuple[list[Array], list[Array]]:
 def refined(rows: list[Rows], start: Estimate) -> Estimate:
     """Output error from an estimate by inverse dynamics; mass and friction stay above zero.
 
-    Gradients are differences over 0.1 % of a parameter, wide enough to smooth over single
-    samples at which the axis sticks or not.
+    Gradients are differences over 0.1 % of a parameter, wide enough to smooth over single samples
+    at which the axis sticks or not.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    start : Estimate
+        Where the search begins; its names are the free parameters.
+
+    Returns
+    -------
+    Estimate
+        Its `rms` is that of the position.
     """
     from scipy.optimize import least_squares
 
@@ -57,6 +97,10 @@ def refined(rows: list[Rows], start: Estimate) -> Estimate:
     def axis(values: Array) -> Axis:
         return Axis(**dict(zip(names, values.tolist(), strict=True)))
 
+    # What is minimised is the distance of a simulation from the record, not of an equation from
+    # the data: positions are taken as measured and never differentiated, so their noise does not
+    # bias the result. The price is a cost with local minima, and kinks where the axis sticks; that
+    # is why the search starts from inverse dynamics and is given wide differences.
     def missed(scaled: Array) -> Array:
         return np.concatenate(free_runs(rows, axis(scaled * scale))[1])
 

@@ -20,11 +20,22 @@ Array = npt.NDArray[np.float64]
 
 
 class Trial(NamedTuple):
-    """What became of one run: volts [V, signed], start and end [counts], pause [s].
+    """What became of one run.
 
-    `pause`: the longest time without a new count before the end of the travel;
-    `uninterrupted`: it never paused for longer than was allowed; `arrived`: the record
-    lasted until the end of the travel.
+    Attributes
+    ----------
+    volts : float
+        V, signed.
+    start : float
+        counts.
+    end : float
+        counts.
+    pause : float
+        The longest time without a new count before the end of the travel, s.
+    uninterrupted : bool
+        Whether it never paused for longer than was allowed.
+    arrived : bool
+        Whether the record lasted until the end of the travel.
     """
 
     volts: float
@@ -36,12 +47,25 @@ class Trial(NamedTuple):
 
 
 class DeadZone(NamedTuple):
-    """The lowest voltages [V] with uninterrupted motion, `negative` given as its magnitude.
+    """The lowest voltages with uninterrupted motion.
 
-    `width`: the greater of both, what a dead-zone inverse adds. `trials`: every run.
-    `places` [counts, bin centres] and `volts` [V, signed, ascending] go with `speeds`
-    [counts/s, float64[volts, places]], the mean speed there (nan: never visited): where
-    friction is greater the speed is lower, as in Figure 4.8.
+    Attributes
+    ----------
+    positive : float
+        V.
+    negative : float
+        V, as a magnitude.
+    width : float
+        The greater of both, V: what a dead-zone inverse adds.
+    trials : tuple[Trial, ...]
+        Every run.
+    volts : ndarray, shape (k,)
+        V, signed, ascending.
+    places : ndarray, shape (m,)
+        Centres of bins, counts.
+    speeds : ndarray, shape (k, m)
+        Mean speed there, counts/s (nan: never visited): where friction is greater the speed is
+        lower, as in Figure 4.8.
     """
 
     positive: float
@@ -53,9 +77,19 @@ class DeadZone(NamedTuple):
     speeds: Array
 
     def thresholds(self, direction: int) -> tuple[Array, Array]:
-        """Starts [counts] and the lowest voltage [V] that moved on from there to the end.
+        """Starts and the lowest voltage that moved on from there to the end.
 
-        `direction`: 1 or -1. The voltage is nan where none did.
+        Parameters
+        ----------
+        direction : int
+            1 or -1.
+
+        Returns
+        -------
+        starts : ndarray, shape (k,)
+            counts.
+        lowest : ndarray, shape (k,)
+            V, as a magnitude; nan where no voltage did.
         """
         mine = [t for t in self.trials if t.volts * direction > 0.0]
         starts = np.unique([t.start for t in mine])
@@ -73,16 +107,32 @@ def dead_zone(
     pause: float = 0.05,
     bins: int = 28,
 ) -> DeadZone:
-    """Lowest voltage that gives uninterrupted motion from every start (Figure 4.8).
+    """Lowest voltage that gives uninterrupted motion from every start (Section 4.2.3, Figure 4.8).
 
-    `recordings`: runs (t [s], u [V], x [counts]), or `Recording`s with the columns t, motor
-    and macro_position, each at a constant voltage, from one or several starts. `travel`: the
-    range [counts] over which motion counts, by default what all runs cover together.
-    `pause` [s]: a longer time without a new count is an interruption. `bins`: places of the
-    speed map. A voltage passes when all runs at it and at every higher voltage of its
-    direction were uninterrupted.
-    Raises `InputError` when a direction is missing, a voltage varies or none passes; warns
-    when the lowest one tried already passes.
+    A voltage passes when all runs at it and at every higher voltage of its direction were
+    uninterrupted. Warns when the lowest one tried already passes.
+
+    Parameters
+    ----------
+    recordings : Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]]
+        Runs (t (s), u (V), x (counts)), or `Recording`s with the columns t, motor and
+        macro_position, each at a constant voltage, from one or several starts.
+    travel : tuple[float, float] | None, optional
+        Range (counts) over which motion counts, by default what all runs cover together.
+    pause : float, optional
+        A longer time without a new count is an interruption, s.
+    bins : int, optional
+        Number of places of the speed map.
+
+    Returns
+    -------
+    DeadZone
+        Thresholds, and the mean speed by voltage and place.
+
+    Raises
+    ------
+    InputError
+        A direction is missing, a voltage varies, or none passes.
     """
     runs = _constant(recordings)
     low, high = travel or (min(float(r.x.min()) for r in runs), max(float(r.x.max()) for r in runs))
@@ -171,10 +221,22 @@ def _map(runs: list[Run], ways: list[int], edges: Array) -> tuple[Array, Array, 
 
 
 class Side(NamedTuple):
-    """(4.5) for one direction: a0 [V] and delta [1] with standard errors (nan for two points).
+    """(4.5) for one direction.
 
-    `volts` [V, beyond the dead zone] and `speeds` [counts/s], as magnitudes, are the steady
-    states it was fitted to, one per voltage.
+    Attributes
+    ----------
+    a0 : float
+        V.
+    delta : float
+        Dimensionless.
+    a0_std : float
+        Standard error, V; nan for two points.
+    delta_std : float
+        Standard error; nan for two points.
+    volts : ndarray, shape (k,)
+        Voltages that it was fitted to, beyond the dead zone, as magnitudes, V.
+    speeds : ndarray, shape (k,)
+        Steady speeds, as magnitudes, counts/s.
     """
 
     a0: float
@@ -188,8 +250,20 @@ class Side(NamedTuple):
 class DiscontinuousDeadZone(NamedTuple):
     """(4.5), Vout = (a0 + delta |V|) sgn V, per direction and for both together.
 
-    V [V] is the voltage before the dead-zone inverse, which adds `width`; `gain`
-    [counts/s/V] is the static gain b / (1 + a) of the linear model.
+    V is the voltage before the dead-zone inverse, which adds `width`.
+
+    Attributes
+    ----------
+    positive : Side
+        Forwards.
+    negative : Side
+        Backwards.
+    both : Side
+        Both directions together.
+    width : float
+        V.
+    gain : float
+        Static gain b / (1 + a) of the linear model, counts/s/V.
     """
 
     positive: Side
@@ -199,12 +273,34 @@ class DiscontinuousDeadZone(NamedTuple):
     gain: float
 
     def output(self, volts: float) -> float:
-        """Vout [V] for V [V], by the side of its sign."""
+        """Vout of (4.5), by the side of its sign.
+
+        Parameters
+        ----------
+        volts : float
+            V before the dead-zone inverse, V.
+
+        Returns
+        -------
+        float
+            V.
+        """
         side = self.positive if volts > 0.0 else self.negative
         return float(np.sign(volts)) * (side.a0 + side.delta * abs(volts))
 
     def speed(self, volts: float) -> float:
-        """Steady speed [counts/s] for V [V], (4.6)."""
+        """Steady speed (4.6).
+
+        Parameters
+        ----------
+        volts : float
+            V before the dead-zone inverse, V.
+
+        Returns
+        -------
+        float
+            counts/s.
+        """
         return self.gain * self.output(volts)
 
 
@@ -217,12 +313,31 @@ def discontinuous_dead_zone(
 ) -> DiscontinuousDeadZone:
     """a0 and delta of (4.5) from steady speeds, per direction (Section 4.2.5, (4.6)-(4.8)).
 
-    `recordings`: as for `dead_zone`, each at a constant voltage u beyond
-    `width` [V], so that V = |u| - width; two voltages or more per direction. `gain`
-    [counts/s/V]: static gain of the linear model, `LinearFit.gain`. The speed of a run is
-    the slope of a line through its last part, `steady` (0..1) of it; runs of one voltage are
-    averaged. speed / gain = a0 + delta V by least squares. The thesis has a0 0.364 V and
-    delta 0.636 from 0.1 V and 1 V. Raises `InputError` for unusable data.
+    The speed of a run is the slope of a line through its last part; runs of one voltage are
+    averaged. speed / gain = a0 + delta V by least squares. The thesis has a0 0.364 V and delta
+    0.636 from 0.1 V and 1 V.
+
+    Parameters
+    ----------
+    recordings : Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]]
+        As for `dead_zone`, each at a constant voltage u beyond `width`, so that V = |u| - width;
+        two voltages or more per direction.
+    gain : float
+        Static gain of the linear model, `LinearFit.gain`, counts/s/V.
+    width : float
+        What the dead-zone inverse adds, V.
+    steady : float, optional
+        Last part of a run, 0 to 1, in which its speed is steady.
+
+    Returns
+    -------
+    DiscontinuousDeadZone
+        Both directions, and both together.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     if not (np.isfinite(gain) and gain > 0.0):
         raise InputError("gain", gain, "a finite number above zero")

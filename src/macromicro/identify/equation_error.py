@@ -38,21 +38,56 @@ def least_squares(
 ) -> LinearFit:
     """B = (U'U)^-1 U'Y (Section 4.1.1): y[k] = -a1 y[k-1] - ... + b1 u[k-delay] + ... + e[k].
 
-    `u`, `y`: float64[n], or lists of such arrays, one per record, which are stacked.
-    `na`, `nb`: numbers of coefficients a and b. `dt` [s]. `weights`: as `y`, zero or more,
-    on squared residuals. `start`: "rest" (zero before the record) or "free" (initial
-    state estimated, per record).
-
     Consistent only when e is white. Noise added to the output biases it: on speeds from
     differentiated encoder counts b comes out several times too large (`mls` does not).
-    Raises `InputError` for unusable data.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, shape (n,), or lists of such arrays, one per record, which are stacked.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As `y`: zero or more, on squared residuals; None: 1.
+    start : Start, optional
+        "rest" (zero before the record) or "free" (initial state estimated, per record).
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     return finished("least_squares", task, plain(task))
 
 
 def plain(task: Task) -> Solution:
-    """The least-squares solution of a task."""
+    """The least-squares solution of a task.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+
+    Returns
+    -------
+    Solution
+        Parameters, regressors and one-step errors.
+
+    Raises
+    ------
+    InputError
+        The data do not determine the parameters.
+    """
     phi = regressors(task, [r.u for r in task.data], [r.y for r in task.data], np.zeros(0))
     target = np.concatenate([r.y for r in task.data])
     theta = solved(phi, phi, target, task.roots)
@@ -73,10 +108,36 @@ def gls(
 ) -> LinearFit:
     """Generalised least squares (Clarke, 1967): A y = B u + e / D, D of order `noise_order`.
 
-    Least squares; D is fitted to its residuals as an autoregression; input and output are
-    filtered by D; repeated until the parameters settle. Arguments as `least_squares`. The
-    fit's `noise` holds d1, d2, ... of D. Noise added to the output itself is e A, no e / D:
+    Least squares; D is fitted to its residuals as an autoregression; input and output are filtered
+    by D; repeated until the parameters settle. Noise added to the output itself is e A, not e / D:
     a high order approximates it, and `sriv` or `output_error` treat it exactly.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    noise_order : int, optional
+        Order of D, 1 to 50.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Its `noise` holds d1, d2, ... of D.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     if not isinstance(noise_order, int) or not 1 <= noise_order <= 50:
         raise InputError("noise_order", noise_order, "a whole number from 1 to 50")

@@ -17,8 +17,21 @@ Array = npt.NDArray[np.float64]
 
 
 class GainFit(NamedTuple):
-    """(5.2) as found: `model`; `interval`, 95 % limits of b, a, y0, shape (3, 2), NaN where
-    the method gives none; `asymptote` b + y0 [K] and its 95 % limits; `rms` [K]."""
+    """(5.2) as found.
+
+    Attributes
+    ----------
+    model : Exponential
+        b (K), a (1/V), y0 (K), x0 (V).
+    interval : ndarray, shape (3, 2)
+        95 % limits of b, a, y0; NaN where the method gives none.
+    asymptote : float
+        b + y0, K.
+    asymptote_interval : tuple[float, float]
+        Its 95 % limits, K.
+    rms : float
+        Distance of the points, K.
+    """
 
     model: Exponential
     interval: Array
@@ -43,8 +56,23 @@ def _checked(volts: npt.ArrayLike, rise: npt.ArrayLike, least: int) -> tuple[Arr
 def asymptote(rise: npt.ArrayLike) -> float:
     """y_inf of (5.3): where three last values, at equal steps of CTRL, are heading.
 
-    An exponential's differences shrink by one factor, so the rest of the way is the last
-    difference squared over the shrinkage (Aitken). InputError where they do not shrink.
+    An exponential's differences shrink by one factor, so the rest of the way is the last difference
+    squared over the shrinkage (Aitken).
+
+    Parameters
+    ----------
+    rise : array_like, shape (n,)
+        Steady temperatures at rising CTRL, K; the last three count.
+
+    Returns
+    -------
+    float
+        K.
+
+    Raises
+    ------
+    InputError
+        The differences do not shrink.
     """
     y = signal(rise, "steady temperature")[-3:]
     first, last = np.diff(y) if len(y) == 3 else (0.0, 0.0)
@@ -54,13 +82,30 @@ def asymptote(rise: npt.ArrayLike) -> float:
 
 
 def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = None) -> GainFit:
-    """The thesis' route (5.3)-(5.5): x0, y0 from the lowest point, B from the asymptote, A
-    by least squares through the origin on A x' = y', y' = -ln(1 - (y - y0) / B).
+    """The thesis' route (5.3)-(5.5) to the static gain.
 
-    ((5.4) is printed without its minus sign.) `volts` [V]; `rise` [K above ambient];
-    `y_inf` [K] as read from a plot, else by `asymptote`, which needs equal steps of CTRL.
-    The logarithm exaggerates errors near the asymptote, so A is ill-conditioned. Raises
-    InputError where the logarithm has no value.
+    x0, y0 from the lowest point, B from the asymptote, A by least squares through the origin on A
+    x' = y', y' = -ln(1 - (y - y0) / B); (5.4) is printed without its minus sign. The logarithm
+    exaggerates errors near the asymptote, so A is ill-conditioned.
+
+    Parameters
+    ----------
+    volts : array_like, shape (n,)
+        CTRL, V.
+    rise : array_like, shape (n,)
+        Steady temperatures above ambient, K.
+    y_inf : float | None, optional
+        As read from a plot, K; else by `asymptote`, which needs equal steps of CTRL.
+
+    Returns
+    -------
+    GainFit
+        Without limits for b and y0.
+
+    Raises
+    ------
+    InputError
+        Too few, equal or falling points, or no value of the logarithm.
     """
     x, y = _checked(volts, rise, 3)
     if y_inf is None:
@@ -84,8 +129,26 @@ def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = 
 
 
 def nonlinear(volts: npt.ArrayLike, rise: npt.ArrayLike) -> GainFit:
-    """b, a and y0 of (5.2) by non-linear least squares, x0 at the lowest voltage, with 95 %
-    intervals (linearised, Student's t). Needs four points; warns where it does not settle.
+    """b, a and y0 of (5.2) by non-linear least squares, x0 at the lowest voltage.
+
+    Intervals are linearised, with Student's t. Warns where the search does not settle.
+
+    Parameters
+    ----------
+    volts : array_like, shape (n,)
+        CTRL, V; four points or more.
+    rise : array_like, shape (n,)
+        Steady temperatures above ambient, K.
+
+    Returns
+    -------
+    GainFit
+        With 95 % limits.
+
+    Raises
+    ------
+    InputError
+        Too few, equal or falling points.
     """
     from scipy.optimize import least_squares
     from scipy.stats import t as student
@@ -133,11 +196,31 @@ def upper(
 ) -> Weighted:
     """The whole (5.8): the second exponential and the transition (5.7) to it.
 
-    `steady` [K] by voltage [V] below the stop, which the transition must leave alone (to a
-    tenth of a kelvin), `goals` [K] by voltage above it, met to one percent. The offset is
-    the lower curve at 1.6 V, as in the thesis (82.58). Scale, rate, place and sharpness of
-    the transition by least squares from the printed ones, softly held there where the
-    data do not tell them.
+    The offset is the lower curve at 1.6 V, as in the thesis (82.58). Scale, rate, place and
+    sharpness of the transition by least squares from the printed ones, softly held there where the
+    data do not determine them.
+
+    Parameters
+    ----------
+    low : Exponential
+        (5.2), from the voltages below the stop.
+    steady : Mapping[float, float]
+        Temperature rise (K) by voltage (V) below the stop, which the transition must leave alone
+        (to a tenth of a kelvin).
+    goals : Mapping[float, float]
+        T_d (K) by voltage (V) above it, met to one percent.
+    start : float, optional
+        Where the second exponential starts, V.
+
+    Returns
+    -------
+    Weighted
+        Both exponentials and the transition.
+
+    Raises
+    ------
+    InputError
+        Fewer than two `goals`.
     """
     from scipy.optimize import least_squares
 

@@ -21,9 +21,21 @@ Array = npt.NDArray[np.float64]
 class HallFit(NamedTuple):
     """A calibration with its uncertainty, at the table's voltages, NaN beyond the runs.
 
-    `volts` [V]; `std` [mm]: standard deviation of one run from the mean of all, per point;
-    `error` [mm]: that of the mean; `between` [mm]: half the difference between the mean of
-    the rising and that of the falling runs, which is lag; `runs`: their number.
+    Attributes
+    ----------
+    calibration : Calibration
+        The table.
+    volts : ndarray, shape (points,)
+        V.
+    std : ndarray, shape (points,)
+        Standard deviation of one run from the mean of all, mm.
+    error : ndarray, shape (points,)
+        That of the mean, mm.
+    between : ndarray, shape (points,)
+        Half the difference between the mean of the rising and that of the falling runs, which is
+        lag, mm.
+    runs : int
+        Their number.
     """
 
     calibration: Calibration
@@ -37,13 +49,31 @@ class HallFit(NamedTuple):
 def calibrate(
     runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
 ) -> Calibration:
-    """Table of position [mm] over Hall voltage [V] from runs of (hall [V], laser [mm]).
+    """Table of position over Hall voltage (Section 3.2.3, Figure 3.9).
 
-    Each run goes one way only; runs of both directions should be given in equal number.
-    In each run a straight line is fitted around every grid voltage (half a grid step to
-    both sides, two steps where the sensor moved fast); runs are averaged, gaps at the
-    ends are extended with the last slope. Raises `InputError` when the runs cover less
-    than half of the range.
+    In each run a straight line is fitted around every grid voltage (half a grid step to both sides,
+    two steps where the sensor moved fast); runs are averaged, gaps at the ends are extended with
+    the last slope.
+
+    Parameters
+    ----------
+    runs : Sequence[tuple[Array, Array]]
+        Pairs of Hall voltage (V) and laser position (mm), shape (n,) each. Each run goes one way
+        only; runs of both directions should be given in equal number.
+    low, high : float, optional
+        Voltages of the table's ends, V.
+    points : int, optional
+        Number of the table's voltages.
+
+    Returns
+    -------
+    Calibration
+        Position (mm) over voltage (V).
+
+    Raises
+    ------
+    InputError
+        The runs cover less than half of the range.
     """
     grid = np.linspace(low, high, points)
     return _averaged(grid, _tables(runs, grid))
@@ -52,7 +82,27 @@ def calibrate(
 def calibrated(
     runs: Sequence[tuple[Array, Array]], low: float = 0.0, high: float = 5.0, points: int = 126
 ) -> HallFit:
-    """`calibrate` and how far the runs agree. Needs two runs or more; raises as it does."""
+    """`calibrate`, and how far the runs agree.
+
+    Parameters
+    ----------
+    runs : Sequence[tuple[Array, Array]]
+        As for `calibrate`, two or more.
+    low, high : float, optional
+        Voltages of the table's ends, V.
+    points : int, optional
+        Number of the table's voltages.
+
+    Returns
+    -------
+    HallFit
+        The table with its uncertainty.
+
+    Raises
+    ------
+    InputError
+        Fewer than two runs, or as for `calibrate`.
+    """
     if len(runs) < 2:
         raise InputError("Hall calibration", f"{len(runs)} runs", "two runs or more")
     grid = np.linspace(low, high, points)

@@ -19,18 +19,33 @@ Array = npt.NDArray[np.float64]
 
 
 class Doubt(NamedTuple):
-    """Standard errors: `position` [mm] of the reading and of the table, `temperature` [K] of
-    the thermometer that the table was made with, as it stands for the wires."""
+    """Standard errors.
+
+    Attributes
+    ----------
+    position : float
+        Error of the reading and of the table, mm.
+    temperature : float
+        Error of the thermometer that the table was made with, as it stands for the wires, K.
+    """
 
     position: float = 0.006
     temperature: float = 0.3
 
 
 class Inferred(NamedTuple):
-    """`temperature` [degC] with a band `low` to `high` of two standard errors, and the
-    branch's `slope` [mm/K]: what a kelvin of error is worth in position. Shape (n,) each.
+    """Temperatures with a band of two standard errors.
 
-    In saturation the band reaches to the end of the table.
+    Attributes
+    ----------
+    temperature : ndarray, shape (n,)
+        deg C.
+    low : ndarray, shape (n,)
+        Lower end of the band, deg C; in saturation it reaches to the end of the table.
+    high : ndarray, shape (n,)
+        Upper end, deg C.
+    slope : ndarray, shape (n,)
+        Slope of the branch, mm/K: what a kelvin of error is worth in position.
     """
 
     temperature: Array
@@ -40,7 +55,22 @@ class Inferred(NamedTuple):
 
 
 def on_heating(table: FodTable, x: npt.ArrayLike, doubt: Doubt | None = None) -> Inferred:
-    """Temperatures along the rising branch of the major loop for positions `x` [mm]."""
+    """Temperatures along the rising branch of the major loop.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    x : array_like, shape (n,)
+        Positions, mm.
+    doubt : Doubt | None, optional
+        Standard errors; default `Doubt()`.
+
+    Returns
+    -------
+    Inferred
+        One temperature per position.
+    """
     grid, rising, _ = table.major_loop
     return _inverted(grid, rising, table, x, doubt or Doubt())
 
@@ -48,7 +78,29 @@ def on_heating(table: FodTable, x: npt.ArrayLike, doubt: Doubt | None = None) ->
 def on_cooling(
     table: FodTable, x: npt.ArrayLike, peak: float, doubt: Doubt | None = None
 ) -> Inferred:
-    """Temperatures along the first-order curve that leaves the rising branch at `peak` [degC]."""
+    """Temperatures along the first-order curve that leaves the rising branch at a peak.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    x : array_like, shape (n,)
+        Positions, mm.
+    peak : float
+        deg C.
+    doubt : Doubt | None, optional
+        Standard errors; default `Doubt()`.
+
+    Returns
+    -------
+    Inferred
+        One temperature per position.
+
+    Raises
+    ------
+    InputError
+        `peak` is below the table.
+    """
     if not table.lo < peak:
         raise InputError("inference, peak", peak, f"a temperature above {table.lo:g} degC")
     top = min(peak, table.hi)
@@ -87,10 +139,22 @@ def _inverted(
 
 
 def full_contraction(table: FodTable, within: float = 0.05) -> float:
-    """Temperature [degC] at which the rising branch is `within` (a share) of its end (S6).
+    """Temperature at which the rising branch has nearly come to its end (S6).
 
-    The last few hundredths are rounded by averaging and by the encoder: what they say
-    about temperature depends on where one stops.
+    The last few hundredths are rounded by averaging and by the encoder: what they say about
+    temperature depends on where one stops.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    within : float, optional
+        Distance from the end, as a share of the stroke.
+
+    Returns
+    -------
+    float
+        deg C.
     """
     _, rising, _ = table.major_loop
     level = rising[-1] - within * table.span

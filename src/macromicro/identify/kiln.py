@@ -28,7 +28,17 @@ LEAST_LEG = 3.0
 
 
 class Profile(NamedTuple):
-    """A cleaned record: t [s], temperature [degC], position [mm], shape (n,) each."""
+    """A cleaned record.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    temperature : ndarray, shape (n,)
+        deg C.
+    position : ndarray, shape (n,)
+        mm.
+    """
 
     t: Array
     temperature: Array
@@ -38,8 +48,23 @@ class Profile(NamedTuple):
 def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
     """Time, temperature without spikes and noise, and position of a kiln recording.
 
-    Needs the columns t, thermocouple and position. `noise` [s]: window of the parabola
-    that is fitted to the temperature around each sample; 0 leaves the noise in.
+    Parameters
+    ----------
+    recording : Recording
+        Recording with the columns t, thermocouple and position.
+    noise : float, optional
+        Window of the parabola that is fitted to the temperature around each sample, s; 0 leaves the
+        noise in.
+
+    Returns
+    -------
+    Profile
+        s, deg C and mm.
+
+    Raises
+    ------
+    InputError
+        A column is missing or unusable.
     """
     t = signal(recording["t"], "t")
     temperature = without_spikes(t, recording["thermocouple"]).values
@@ -52,7 +77,25 @@ def cleaned(recording: Recording, noise: float = NOISE_S) -> Profile:
 
 
 def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]:
-    """Indices of the extremes between legs of at least `least`; first and last sample too."""
+    """Indices of the extremes between legs of some size; first and last sample too.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        The record.
+    least : float, optional
+        Size of the smallest leg, unit of `values`.
+
+    Returns
+    -------
+    list[int]
+        Ascending.
+
+    Raises
+    ------
+    InputError
+        Fewer than two values, values that are not finite, or `least` not above 0.
+    """
     y = signal(values, "values")
     if len(y) < 2 or not least > 0.0:
         raise InputError("turning points", f"{len(y)} values, {least}", "2 or more, and above 0")
@@ -77,11 +120,28 @@ def turning_points(values: npt.ArrayLike, least: float = LEAST_LEG) -> list[int]
 def first_order_curves(
     profile: Profile, cold: float, width: float = 0.4
 ) -> list[tuple[Array, Array]]:
-    """The cooling branches (T, x) of Figure 5.7, each from its maximum to the end of its fall.
+    """The cooling branches of Figure 5.7, each from its maximum to the end of its fall.
 
-    Only falls that follow a rise from `cold` [degC] or less count: others are minor loops.
-    Points are means over windows of at most `width` [degC]. InputError when there are
-    fewer than two.
+    Only falls that follow a rise from `cold` or less count: others are minor loops.
+
+    Parameters
+    ----------
+    profile : Profile
+        A cleaned record.
+    cold : float
+        deg C.
+    width : float, optional
+        Points are means over windows of at most this width, K.
+
+    Returns
+    -------
+    list[tuple[Array, Array]]
+        Pairs of temperature (deg C) and position (mm), shape (m,) each.
+
+    Raises
+    ------
+    InputError
+        Fewer than two such branches.
     """
     points = turning_points(profile.temperature)
     curves = []
@@ -106,14 +166,49 @@ def fod_table(
     shape: Shape = "nonnegative",
     smooth: float = 1.0,
 ) -> FodTable:
-    """The table of Figure 5.8 from recordings of heating cycles with falling maxima."""
+    """The table of Figure 5.8 from recordings of heating cycles with falling maxima.
+
+    Parameters
+    ----------
+    recordings : Sequence[Recording]
+        Recordings with the columns t, thermocouple and position.
+    cold : float, optional
+        A curve counts after a rise from this temperature or less, deg C.
+    nodes : int, optional
+        Grid points per axis.
+    shape : Shape, optional
+        As for ``FodTable.from_curves``.
+    smooth : float, optional
+        As for ``FodTable.from_curves``, grid steps.
+
+    Returns
+    -------
+    FodTable
+        deg C to mm.
+
+    Raises
+    ------
+    InputError
+        The recordings or the curves are unusable.
+    """
     curves = [c for r in recordings for c in first_order_curves(cleaned(r), cold)]
     return FodTable.from_curves(curves, "descending", shape=shape, smooth=smooth, nodes=nodes)
 
 
 class Prediction(NamedTuple):
-    """A new profile against the model: position [mm] of both, shape (n,); `rms` [mm] and
-    `share`, the RMS error as a share of the table's stroke (S2)."""
+    """A new profile against the model.
+
+    Attributes
+    ----------
+    profile : Profile
+        As measured, cleaned.
+    model : ndarray, shape (n,)
+        Position by the model, mm.
+    rms : float
+        mm.
+    share : float
+        The RMS error as a share of the table's stroke (S2).
+    """
 
     profile: Profile
     model: Array
@@ -122,7 +217,25 @@ class Prediction(NamedTuple):
 
 
 def predicted(table: FodTable, recording: Recording) -> Prediction:
-    """Position by (5.1) along a recording's temperature, from negative saturation on."""
+    """Position by (5.1) along a recording's temperature, from negative saturation on.
+
+    Parameters
+    ----------
+    table : FodTable
+        deg C to mm.
+    recording : Recording
+        Recording with the columns t, thermocouple and position.
+
+    Returns
+    -------
+    Prediction
+        The model's position beside the measured one.
+
+    Raises
+    ------
+    InputError
+        A column is missing or unusable.
+    """
     profile = cleaned(recording)
     model = Preisach(table)
     x = model.run(profile.temperature)

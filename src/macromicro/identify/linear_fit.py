@@ -15,8 +15,16 @@ Complex = npt.NDArray[np.complex128]
 class Whiteness(NamedTuple):
     """Ljung-Box test of residuals: Q = n (n+2) sum r_k^2 / (n-k), chi-square when white.
 
-    `autocorrelation`: r_1 ... r_lags; `statistic`: Q; `p_value`: chance of so large a Q
-    from white residuals; `white`: p_value of at least 1 %.
+    Attributes
+    ----------
+    autocorrelation : ndarray, shape (lags,)
+        r_1 ... r_lags.
+    statistic : float
+        Q.
+    p_value : float
+        Chance of so large a Q from white residuals.
+    white : bool
+        Whether `p_value` is at least 1 %.
     """
 
     autocorrelation: Array
@@ -29,11 +37,35 @@ class Whiteness(NamedTuple):
 class LinearFit:
     """y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u, delayed by `delay` - 1 more.
 
-    `a` float64[na] and `b` float64[nb], without the leading 1: (4.3), b / (z + a), has
-    a = [-0.95833] and b = [165.72]. `covariance` float64[na+nb, na+nb], in the order a, b,
-    allows for coloured residuals. `residuals` and `free_run`: an array per record;
-    residuals are the method's own (one-step errors of least_squares and gls, free-run
-    errors of the others). `fit`: percent, 100 (1 - |y - free run| / |y - mean y|).
+    Attributes
+    ----------
+    method : str
+        Name of the function that found it.
+    a : ndarray, shape (na,)
+        Without the leading 1: (4.3), b / (z + a), has a = [-0.95833].
+    b : ndarray, shape (nb,)
+        Unit of y per unit of u; (4.3) has [165.72].
+    dt : float
+        Sample time, s.
+    delay : int
+        Samples from u to y.
+    covariance : ndarray, shape (na + nb, na + nb)
+        In the order a, b; allows for coloured residuals.
+    residuals : tuple[Array, ...]
+        An array per record, the method's own: one-step errors of least_squares and gls, free-run
+        errors of the others.
+    free_run : tuple[Array, ...]
+        An array per record.
+    fit : float
+        Percent, 100 (1 - |y - free run| / |y - mean y|).
+    whiteness : Whiteness
+        Test of the residuals.
+    iterations : int
+        Iterations of the method; 1 where it needs none.
+    converged : bool
+        Whether they settled.
+    noise : ndarray, shape (noise_order,)
+        d1, d2, ... of `gls`; empty for the others.
     """
 
     method: str
@@ -80,16 +112,33 @@ class LinearFit:
         return float(np.sqrt(slope @ self.covariance @ slope))
 
     def simulate(self, u: npt.ArrayLike) -> Array:
-        """Free run from rest: y[n] for the input u[n]."""
+        """Free run from rest.
+
+        Parameters
+        ----------
+        u : array_like, shape (n,)
+            Input.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            y.
+        """
         from scipy.signal import lfilter
 
         top = np.r_[np.zeros(self.delay), self.b]
         return np.asarray(lfilter(top, np.r_[1.0, self.a], np.asarray(u, np.float64)))
 
     def with_integrator(self) -> tuple[Array, Array]:
-        """(4.4): a and b of the model times dt z^-1 / (1 - z^-1), position in place of speed.
+        """(4.4): the model times dt z^-1 / (1 - z^-1), position in place of speed; its delay is
+        `delay` + 1.
 
-        They go with a delay of `delay` + 1.
+        Returns
+        -------
+        a : ndarray, shape (na + 1,)
+            Without the leading 1.
+        b : ndarray, shape (nb,)
+            Unit of position per unit of u.
         """
         a = np.convolve(np.r_[1.0, self.a], [1.0, -1.0])[1:]
         return a, self.b * self.dt
@@ -105,7 +154,22 @@ class LinearFit:
 
 
 def whiteness(residuals: tuple[Array, ...], parameters: int, lags: int = 20) -> Whiteness:
-    """Ljung-Box test over records, the sums of each record's own lags."""
+    """Ljung-Box test over records, the sums of each record's own lags.
+
+    Parameters
+    ----------
+    residuals : tuple[Array, ...]
+        Shape (n,) per record.
+    parameters : int
+        Number of fitted ones, taken off the degrees of freedom.
+    lags : int, optional
+        The most that are looked at; fewer for short records.
+
+    Returns
+    -------
+    Whiteness
+        Statistic and verdict.
+    """
     from scipy.special import chdtrc
 
     n = sum(len(e) for e in residuals)
@@ -121,7 +185,20 @@ def whiteness(residuals: tuple[Array, ...], parameters: int, lags: int = 20) -> 
 
 
 def percent(outputs: list[Array], runs: tuple[Array, ...]) -> float:
-    """Free-run fit in percent over all records, each about its own mean; 100 is perfect."""
+    """Free-run fit over all records, each about its own mean.
+
+    Parameters
+    ----------
+    outputs : list[Array]
+        y, shape (n,) per record.
+    runs : tuple[Array, ...]
+        Free runs, likewise.
+
+    Returns
+    -------
+    float
+        Percent; 100 is perfect, NaN for constant outputs.
+    """
     missed = sum(float(((y - f) ** 2).sum()) for y, f in zip(outputs, runs, strict=True))
     spread = sum(float(((y - y.mean()) ** 2).sum()) for y in outputs)
     return 100.0 * (1.0 - (missed / spread) ** 0.5) if spread > 0.0 else float("nan")

@@ -30,5 +30,13 @@ class UnstableWarning(DataWarning):
 
 
 def notice(kind: type[DataWarning], message: str) -> None:
-    """Warn with the caller's caller named as the place."""
+    """Warn with the caller's caller named as the place.
+
+    Parameters
+    ----------
+    kind : type[DataWarning]
+        Class of the warning.
+    message : str
+        What was found and done.
+    """
     warnings.warn(message, kind, stacklevel=3)

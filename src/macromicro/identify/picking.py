@@ -29,9 +29,21 @@ class UnitWarning(DataWarning):
 
 
 class Role(NamedTuple):
-    """A column that a procedure needs: its short `name`, `meaning`, the column names that
-    are taken for it (lower case, best first), and the units that it is converted to: the
-    first that fits. Without units it stays as it is."""
+    """A column that a procedure needs.
+
+    Attributes
+    ----------
+    name : str
+        Short, such as "u".
+    meaning : str
+        Meaning in words.
+    names : tuple[str, ...]
+        Column names that are taken for it, lower case, best first.
+    units : tuple[str, ...]
+        It is converted to the first that fits; without units it stays as it is.
+    optional : bool
+        Whether it may be missing.
+    """
 
     name: str
     meaning: str
@@ -41,8 +53,21 @@ class Role(NamedTuple):
 
 
 class Picked(NamedTuple):
-    """Columns by role, float64[n] each, finite and of one length; their units, their names
-    in the file, and the file's constants."""
+    """Columns by role.
+
+    Attributes
+    ----------
+    file : str
+        Name, for messages.
+    values : dict[str, Array]
+        Shape (n,) by role, finite.
+    units : dict[str, str]
+        By role.
+    names : dict[str, str]
+        Names in the file, by role.
+    constants : dict[str, float]
+        Constants of the file, by name.
+    """
 
     file: str
     values: dict[str, Array]
@@ -55,7 +80,23 @@ RUN = Role("run", "which run a row belongs to", ("run", "record", "trial"), opti
 
 
 def chosen(pairs: Sequence[str]) -> dict[str, str]:
-    """What ``--columns`` says, role to column: "x=pos,u=volts" and several such texts."""
+    """What ``--columns`` says.
+
+    Parameters
+    ----------
+    pairs : Sequence[str]
+        Texts like "x=pos,u=volts".
+
+    Returns
+    -------
+    dict[str, str]
+        Role to column.
+
+    Raises
+    ------
+    InputError
+        A part is no name=column.
+    """
     found: dict[str, str] = {}
     for pair in (part for text in pairs for part in text.split(",") if part.strip()):
         role, mark, column = (piece.strip() for piece in pair.partition("="))
@@ -67,10 +108,27 @@ def chosen(pairs: Sequence[str]) -> dict[str, str]:
 
 
 def pick(table: Table, roles: Sequence[Role], wanted: Mapping[str, str]) -> Picked:
-    """The columns for `roles`; `wanted`: role to column, "column:unit" where it tells none.
+    """The columns for some roles. Warns of rows left out.
 
-    Raises `InputError` that lists the file's columns when one is missing, and for a
-    column of another length or a unit of another kind. Warns of rows left out.
+    Parameters
+    ----------
+    table : Table
+        What a file holds.
+    roles : Sequence[Role]
+        What is needed.
+    wanted : Mapping[str, str]
+        Role to column, "column:unit" where the file names none.
+
+    Returns
+    -------
+    Picked
+        Finite, of one length, converted.
+
+    Raises
+    ------
+    InputError
+        A column is missing (lists the file's columns), of another length, or in a unit of another
+        kind.
     """
     names = ", ".join(r.name for r in roles)
     for role_name in wanted:
@@ -161,7 +219,18 @@ def _finite(file: str, found: dict[str, Array]) -> dict[str, Array]:
 
 
 def runs(picked: Picked) -> list[dict[str, Array]]:
-    """The columns cut where the role "run" changes; all in one where there is none."""
+    """The columns cut where the role "run" changes; all in one where there is none.
+
+    Parameters
+    ----------
+    picked : Picked
+        Columns by role.
+
+    Returns
+    -------
+    list[dict[str, Array]]
+        Shape (n,) by role, for each run.
+    """
     values = dict(picked.values)
     if "run" not in values:
         return [values]
@@ -173,11 +242,29 @@ def runs(picked: Picked) -> list[dict[str, Array]]:
 def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.NDArray[np.bool_]:
     """Where a sensor stays at an extreme of its record, as one at the end of its range does.
 
-    An extreme is taken for the end of the range when the signal changes from sample to
-    sample elsewhere, yet repeats the extreme for runs of 5 or more, 1 % of the record in
-    all, and comes and goes at its usual pace: an axis at rest does so slowly, and rests in
-    other places too. Warns (`SaturationWarning`) and says what was `done`; raises
-    `InputError` where that is more than half of the record.
+    An extreme is taken for the end of the range when the signal changes from sample to sample
+    elsewhere, yet repeats the extreme for runs of 5 or more, 1 % of the record in all, and comes
+    and goes at its usual pace: an axis at rest does so slowly, and rests in other places too. Warns
+    (`SaturationWarning`).
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        The record.
+    where : str
+        File and column, for messages.
+    done : str, optional
+        What was done about it, for the warning.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        True at an end of the range.
+
+    Raises
+    ------
+    InputError
+        That is more than half of the record.
     """
     ends = np.zeros(len(values), dtype=np.bool_)
     if len(values) < 20 or not np.ptp(values) > 0.0:

@@ -30,9 +30,18 @@ _ENDINGS = {"C": "degC", "count": "counts", "counts": "counts"}
 
 
 class Table(NamedTuple):
-    """What a file holds: `columns` by name, `units` ("" where unknown), `constants`.
+    """What a file holds.
 
-    Constants are the scalars of a MAT file and the numbers among a recording's attributes.
+    Attributes
+    ----------
+    file : str
+        Name, for messages.
+    columns : dict[str, Array]
+        Shape (n,) by name; n may differ.
+    units : dict[str, str]
+        By name, "" where unknown.
+    constants : dict[str, float]
+        Scalars of a MAT file, numbers among a recording's attributes.
     """
 
     file: str
@@ -42,14 +51,38 @@ class Table(NamedTuple):
 
 
 def is_forc(path: Path) -> bool:
-    """Whether the file begins as the MicroMag format does."""
+    """Whether a file begins as the MicroMag format does.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    bool
+        False where it cannot be read, too.
+    """
     return _begin(path).startswith(b"MicroMag")
 
 
 def read(path: Path) -> Table:
-    """The columns of a recording, CSV or MAT file, told by content first, then by its name.
+    """The columns of a recording, CSV or MAT file, recognised by content first, then by its name.
 
-    Raises `InputError` with file and line for what cannot be read.
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Table
+        Columns by name.
+
+    Raises
+    ------
+    InputError
+        Names file and line of what cannot be read.
     """
     begin, where = _begin(path), printable(path, 300)
     suffix = path.suffix.lower()
@@ -150,7 +183,20 @@ def _number(cell: str, mark: str) -> float | None:
 
 
 def parted(name: str) -> tuple[str, str]:
-    """A column's name as name and unit: "x_mm" and "x [mm]" are ("x", "mm")."""
+    """A column's name as name and unit.
+
+    Parameters
+    ----------
+    name : str
+        "x_mm" or "x [mm]".
+
+    Returns
+    -------
+    name : str
+        "x".
+    unit : str
+        "mm"; "" if it names none.
+    """
     if match := _BRACKETS.fullmatch(name.strip()):
         return match[1].strip(), match[2].strip()
     for suffix in _SUFFIXES:

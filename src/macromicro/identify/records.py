@@ -20,7 +20,17 @@ Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 
 class Record(NamedTuple):
-    """One checked record: input u[n], output y[n] and the weights w[n] of its samples."""
+    """One checked record.
+
+    Attributes
+    ----------
+    u : ndarray, shape (n,)
+        Input.
+    y : ndarray, shape (n,)
+        Output.
+    w : ndarray, shape (n,)
+        Weights of the samples.
+    """
 
     u: Array
     y: Array
@@ -28,7 +38,25 @@ class Record(NamedTuple):
 
 
 def signal(values: Any, where: str) -> Array:
-    """`values` as finite float64[n]; InputError names the first row that is not."""
+    """Values as finite floats.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Anything that may be an array.
+    where : str
+        Name, for messages.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        float64.
+
+    Raises
+    ------
+    InputError
+        Not an array of one dimension; or names the first row that is not finite.
+    """
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -53,10 +81,26 @@ def _listed(values: Any) -> list[Any]:
 def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list[Record]:
     """Checked records from one pair of arrays or from two equally long lists of arrays.
 
-    `least`: the fewest samples a record may have. Weights (zero or more, default 1)
-    multiply the squared residual of their sample. Raises `InputError` for missing,
-    unequal, non-finite, constant-zero or too short arrays. Warns (`SaturationWarning`)
-    where an input sits at its extreme as a saturated one does.
+    Warns (`SaturationWarning`) where an input sits at its extreme as a saturated one does.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, shape (n,), or lists of such.
+    weights : Signals | None
+        As `y`: zero or more, default 1; they multiply the squared residual of their sample.
+    least : int
+        Fewest samples of a record.
+
+    Returns
+    -------
+    list[Record]
+        One per pair.
+
+    Raises
+    ------
+    InputError
+        Missing, unequal, non-finite, constant-zero or too short arrays.
     """
     inputs, outputs = _listed(u), _listed(y)
     loads = [None] * len(inputs) if weights is None else _listed(weights)
@@ -83,10 +127,24 @@ def records(u: Signals, y: Signals, weights: Signals | None, least: int) -> list
 
 
 def flag_saturation(u: Array, where: str, limit: float | None = None) -> Array:
-    """`u` as the machine got it: clipped to +-`limit` where a limit is given, with a warning.
+    """An input as the machine got it.
 
-    Without a limit, a signal that changes from sample to sample but stays at its greatest
-    magnitude for runs of 3 or more, 1 % of the record in all, is reported and left as it is.
+    Without a limit, a signal that changes from sample to sample but stays at its greatest magnitude
+    for runs of 3 or more, 1 % of the record in all, is reported and left as it is.
+
+    Parameters
+    ----------
+    u : ndarray, shape (n,)
+        Input.
+    where : str
+        Name, for the warning.
+    limit : float | None, optional
+        It is clipped to +-`limit`, with a warning.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        `u`, clipped where a limit is given.
     """
     size = np.abs(u)
     if limit is not None:
@@ -114,11 +172,28 @@ def flag_saturation(u: Array, where: str, limit: float | None = None) -> Array:
 
 
 def average_runs(runs: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]]) -> tuple[Array, Array]:
-    """Mean input and mean travel over runs (u[n], x[n]) of both directions (Section 4.2.5).
+    """Mean input and mean travel over runs of both directions (Section 4.2.5).
 
-    Runs whose input sums to less than zero are mirrored; each travel counts from its first
-    sample; runs are cut to the shortest. Averaging N runs divides rounding noise by
-    sqrt(N) and cancels what depends on the direction. Returns u[n] and x[n].
+    Runs whose input sums to less than zero are mirrored; each travel counts from its first sample;
+    runs are cut to the shortest. Averaging N runs divides rounding noise by sqrt(N) and cancels
+    what depends on the direction.
+
+    Parameters
+    ----------
+    runs : Sequence[tuple[npt.ArrayLike, npt.ArrayLike]]
+        Pairs of input and position, shape (n,) each.
+
+    Returns
+    -------
+    u : ndarray, shape (n,)
+        Mean input.
+    x : ndarray, shape (n,)
+        Mean travel.
+
+    Raises
+    ------
+    InputError
+        No run, or one of unequal or non-finite arrays.
     """
     if not runs:
         raise InputError("runs", "none", "one run or more of (input, position)")
@@ -137,10 +212,31 @@ def average_runs(runs: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]]) -> tuple[A
 
 
 def differentiated(u: npt.ArrayLike, x: npt.ArrayLike, dt: float) -> tuple[Array, Array]:
-    """Input u[n-1] and speed y[n-1] from positions x[n]: y[k] = (x[k+1] - x[k]) / dt.
+    """Input and speed from positions: y[k] = (x[k+1] - x[k]) / dt.
 
-    With this alignment the thesis' model (4.4), position / input = dt b / ((z - 1)(z + a)),
-    is y[k] = -a y[k-1] + b u[k-1].
+    With this alignment the thesis' model (4.4), position / input = dt b / ((z - 1)(z + a)), is y[k]
+    = -a y[k-1] + b u[k-1].
+
+    Parameters
+    ----------
+    u : array_like, shape (n,)
+        Input.
+    x : array_like, shape (n,)
+        Position.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    u : ndarray, shape (n - 1,)
+        Input.
+    y : ndarray, shape (n - 1,)
+        Speed, unit of x per s.
+
+    Raises
+    ------
+    InputError
+        Unequal or too short arrays, or `dt` not above zero.
     """
     place, push = signal(x, "x"), signal(u, "u")
     if len(place) != len(push) or len(place) < 2 or not dt > 0.0:
@@ -152,8 +248,27 @@ def differentiated(u: npt.ArrayLike, x: npt.ArrayLike, dt: float) -> tuple[Array
 def integrated(u: npt.ArrayLike, y: npt.ArrayLike, dt: float) -> tuple[Array, Array]:
     """Prefilter dt / (1 - z^-1) on both signals: the inverse of differentiation.
 
-    Rounding makes white noise on positions, so their difference carries noise
-    (1 - z^-1) e / dt; this filter whitens it again and leaves the model unchanged.
+    Rounding makes white noise on positions, so their difference carries noise (1 - z^-1) e / dt;
+    this filter whitens it again and leaves the model unchanged.
+
+    Parameters
+    ----------
+    u, y : array_like, shape (n,)
+        Input and output.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    u : ndarray, shape (n,)
+        Filtered.
+    y : ndarray, shape (n,)
+        Filtered.
+
+    Raises
+    ------
+    InputError
+        A signal is not finite.
     """
     return np.cumsum(signal(u, "u")) * dt, np.cumsum(signal(y, "y")) * dt
 
@@ -161,9 +276,32 @@ def integrated(u: npt.ArrayLike, y: npt.ArrayLike, dt: float) -> tuple[Array, Ar
 def lowpassed(
     u: npt.ArrayLike, y: npt.ArrayLike, dt: float, cutoff: float, order: int = 2
 ) -> tuple[Array, Array]:
-    """Causal Butterworth low-pass (cut-off in Hz) on both signals: the model is unchanged.
+    """Causal Butterworth low-pass on both signals: the model is unchanged.
 
     For differentiated counts, whose noise grows with frequency. Needs a start at rest.
+
+    Parameters
+    ----------
+    u, y : array_like, shape (n,)
+        Input and output.
+    dt : float
+        Sample time, s.
+    cutoff : float
+        Hz.
+    order : int, optional
+        Order of the filter.
+
+    Returns
+    -------
+    u : ndarray, shape (n,)
+        Filtered.
+    y : ndarray, shape (n,)
+        Filtered.
+
+    Raises
+    ------
+    InputError
+        `cutoff` is not below half the sampling rate, or a signal is not finite.
     """
     from scipy.signal import butter, sosfilt
 

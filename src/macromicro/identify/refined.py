@@ -36,10 +36,35 @@ def mls(
 ) -> LinearFit:
     """Modified least squares (Section 4.1.1, Figure 4.2), read as Steiglitz-McBride (1965).
 
-    Least squares; input and output are filtered by 1 / A; repeated until the parameters
-    settle. At the end the residual is y - (B / A) u, the output's own noise. The flow chart
-    is lost; this reading fits its text ("an additional loop filters bias noise"). Arguments
-    as `least_squares`. Exact for white output noise, slightly biased for coloured noise.
+    Least squares; input and output are filtered by 1 / A; repeated until the parameters settle. At
+    the end the residual is y - (B / A) u, the output's own noise. The flow chart is lost; this
+    reading fits its text ("an additional loop filters bias noise"). Exact for white output noise,
+    slightly biased for coloured noise.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, count, done = steiglitz_mcbride(task)
@@ -47,10 +72,34 @@ def mls(
 
 
 def steiglitz_mcbride(task: Task) -> tuple[Solution, int, bool]:
-    """The iteration of `mls`: solution, number of iterations, whether it settled."""
+    """The iteration of `mls`.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+
+    Returns
+    -------
+    solution : Solution
+        Solution of the last iteration.
+    count : int
+        Number of iterations.
+    done : bool
+        Whether they settled.
+
+    Raises
+    ------
+    InputError
+        The data do not determine the parameters.
+    """
     inputs, outputs = [r.u for r in task.data], [r.y for r in task.data]
     solution, roots = plain(task), task.roots
     done, count = False, 0
+    # The output error y - (B / A) u is (A y - B u) / A: not linear in A, but it is once the A of
+    # the division is held at its last value A', as the one-step error of the filtered signals,
+    # A (y / A') - B (u / A'). Where the iteration settles A' = A, and that is the output error.
+    # A root of A' outside the unit circle is reflected, or the filter would blow up.
     while not done and count < MAX_ITERATIONS:
         count += 1
         a = stable(solution.theta[: task.na])
@@ -74,17 +123,45 @@ def sriv(
     *,
     start: Start = "rest",
 ) -> LinearFit:
-    """Simplified refined instrumental variables (Young and Jakeman, 1979).
+    """Simplified refined instrumental variables (Young and Jakeman, 1979), starting from `mls`.
 
-    As `mls`, but the regressors are correlated with those of the model's own noise-free
-    output (the instruments), which removes the bias under any noise that the input did not
-    cause. Starts from `mls`; arguments as `least_squares`.
+    As `mls`, but the regressors are correlated with those of the model's own noise-free output (the
+    instruments), which removes the bias under any noise that the input did not cause.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution, _, _ = steiglitz_mcbride(task)
     inputs, outputs = [r.u for r in task.data], [r.y for r in task.data]
     roots = task.roots
     done, count = False, 0
+    # Least squares solves phi' (target - phi theta) = 0, and is biased because phi holds the
+    # measured y, whose noise is also in the residual. The instruments psi are the same regressors
+    # made of the model's own output (B' / A') u: as like phi as a noise-free record can be, and
+    # blind to the noise, so that psi' (target - phi theta) = 0 has the right theta on average.
     while not done and count < MAX_ITERATIONS:
         count += 1
         a = stable(solution.theta[: task.na])

@@ -30,7 +30,20 @@ _SPARE = 10
 class Task(NamedTuple):
     """What to fit: checked records and the orders of the model.
 
-    `starts`: number of initial-state terms per record, 0 for records that start at rest.
+    Attributes
+    ----------
+    data : list[Record]
+        The records.
+    na : int
+        Coefficients a.
+    nb : int
+        Coefficients b.
+    dt : float
+        Sample time, s.
+    delay : int
+        Samples from u to y.
+    starts : int
+        Initial-state terms per record, 0 for records that start at rest.
     """
 
     data: list[Record]
@@ -52,7 +65,17 @@ class Task(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """Parameters (a, b, then initial states) with regressors and residuals, stacked."""
+    """What a linear method found, records stacked.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (p,)
+        a, b, then initial states.
+    psi : ndarray, shape (n, p)
+        Regressors, or instruments.
+    residual : ndarray, shape (n,)
+        The method's errors.
+    """
 
     theta: Array
     psi: Array
@@ -67,7 +90,31 @@ def prepared(
     weights: Signals | None,
     start: Start,
 ) -> Task:
-    """A checked task; `orders` is (na, nb, delay). Raises `InputError`."""
+    """A checked task.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, shape (n,), or lists of such.
+    orders : tuple[int, int, int]
+        na, nb and delay.
+    dt : float
+        Sample time, s.
+    weights : Signals | None
+        As `y`, or None.
+    start : Start
+        "rest" or "free".
+
+    Returns
+    -------
+    Task
+        Records and orders.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
+    """
     na, nb, delay = orders
     for name, value, least in (("na", na, 0), ("nb", nb, 1), ("delay", delay, 0)):
         if not isinstance(value, int | np.integer) or not least <= value <= 50:
@@ -86,28 +133,79 @@ def prepared(
 
 
 def delayed(x: Array, k: int) -> Array:
-    """`x` `k` samples later, zeros before it."""
+    """A signal, some samples later, zeros before it.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        The signal.
+    k : int
+        Samples.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        z^-k x.
+    """
     return x if k == 0 else np.concatenate([np.zeros(min(k, len(x))), x[:-k]])
 
 
 def filtered(a: Array, x: Array) -> Array:
-    """x / A(z) from a zero state."""
+    """x / A(z) from a zero state.
+
+    Parameters
+    ----------
+    a : ndarray, shape (na,)
+        Without the leading 1.
+    x : ndarray, shape (n,)
+        The signal.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Filtered.
+    """
     from scipy.signal import lfilter
 
     return np.asarray(lfilter([1.0], np.concatenate([[1.0], a]), x))
 
 
 def impulse(n: int) -> Array:
-    """1, 0, 0, ... of length n."""
+    """1, 0, 0, ...
+
+    Parameters
+    ----------
+    n : int
+        Length.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The impulse.
+    """
     d = np.zeros(n)
     d[0] = 1.0
     return d
 
 
 def regressors(task: Task, inputs: Sequence[Array], outputs: Sequence[Array], a: Array) -> Array:
-    """Matrix [n, na + nb + initial states]: -y[k-i], u[k-j], d[k-l], all through 1/A.
+    """Matrix of -y[k-i], u[k-j] and d[k-l], all through 1/A.
 
     Rows of all records are stacked; each record has its own initial-state columns.
+
+    Parameters
+    ----------
+    task : Task
+        Orders.
+    inputs, outputs : Sequence[Array]
+        Shape (n,) per record.
+    a : ndarray, shape (na,)
+        Coefficients of the filter, without the leading 1; empty for no filter.
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        p = na + nb + initial states.
     """
     total = sum(len(x) for x in inputs)
     matrix = np.zeros((total, task.size + task.starts * len(inputs)))
@@ -130,8 +228,26 @@ def regressors(task: Task, inputs: Sequence[Array], outputs: Sequence[Array], a:
 def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
     """theta of psi' W (target - phi theta) = 0; psi is phi for least squares.
 
-    Columns are scaled first, so that units do not matter. Raises `InputError` when the
-    data do not determine the parameters.
+    Columns are scaled first, so that units do not matter.
+
+    Parameters
+    ----------
+    psi, phi : ndarray, shape (n, p)
+        Instruments and regressors.
+    target : ndarray, shape (n,)
+        What the regressors are to give.
+    roots : ndarray, shape (n,)
+        Square roots of the weights W.
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        theta.
+
+    Raises
+    ------
+    InputError
+        The data do not determine the parameters.
     """
     scale = np.sqrt(np.einsum("ij,ij->j", phi, phi))
     if (scale == 0.0).any():
@@ -157,7 +273,18 @@ def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
 
 
 def stable(a: Array) -> Array:
-    """`a` with every root outside the unit circle reflected into it."""
+    """Coefficients with every root outside the unit circle reflected into it.
+
+    Parameters
+    ----------
+    a : ndarray, shape (na,)
+        Without the leading 1.
+
+    Returns
+    -------
+    ndarray, shape (na,)
+        Likewise.
+    """
     if not len(a):
         return a
     roots = np.roots(np.concatenate([[1.0], a]))
@@ -169,7 +296,20 @@ def stable(a: Array) -> Array:
 
 
 def free_runs(task: Task, theta: Array) -> list[Array]:
-    """(B u + C d) / A of every record."""
+    """(B u + C d) / A of every record.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+    theta : ndarray, shape (p,)
+        a, b, then initial states.
+
+    Returns
+    -------
+    list[Array]
+        Shape (n,) per record; not finite where an unstable model overflows.
+    """
     from scipy.signal import lfilter
 
     a = np.concatenate([[1.0], theta[: task.na]])
@@ -186,20 +326,61 @@ def free_runs(task: Task, theta: Array) -> list[Array]:
 
 
 def per_record(task: Task, stacked: Array) -> tuple[Array, ...]:
-    """A stacked array as one array per record."""
+    """A stacked array as one array per record.
+
+    Parameters
+    ----------
+    task : Task
+        Records.
+    stacked : ndarray, shape (n, ...)
+        All records in a row.
+
+    Returns
+    -------
+    tuple[Array, ...]
+        Views.
+    """
     ends = np.cumsum([len(r.u) for r in task.data])[:-1]
     return tuple(np.split(stacked, ends))
 
 
 def covariance(task: Task, solution: Solution) -> Array:
-    """Covariance of all parameters, initial states included (`robust_covariance`)."""
+    """Covariance of all parameters, initial states included (`robust_covariance`).
+
+    Parameters
+    ----------
+    task : Task
+        Records.
+    solution : Solution
+        What was found.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        In the order of theta.
+    """
     w = np.concatenate([r.w for r in task.data])
     ends = np.cumsum([len(r.u) for r in task.data])
     return robust_covariance(solution.psi, solution.residual * w, ends, w)
 
 
 def settled(task: Task, new: Array, old: Array, solution: Solution) -> bool:
-    """True when the model moved by less than a small part of its standard errors."""
+    """Whether the model moved by less than a small part of its standard errors.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+    new, old : ndarray, shape (p,)
+        Parameters after and before an iteration.
+    solution : Solution
+        Solution with the regressors of `new`.
+
+    Returns
+    -------
+    bool
+        Initial states do not count.
+    """
     change = np.abs(new - old)[: task.size]
     power = float(solution.residual @ solution.residual) / len(solution.residual)
     output = sum(float(r.y @ r.y) for r in task.data)
@@ -219,7 +400,28 @@ def finished(
     converged: bool = True,
     noise: Array | None = None,
 ) -> LinearFit:
-    """The `LinearFit` of a solution, warnings included."""
+    """The `LinearFit` of a solution, warnings included.
+
+    Parameters
+    ----------
+    method : str
+        Name of the function.
+    task : Task
+        Records and orders.
+    solution : Solution
+        What was found.
+    iterations : int, optional
+        How many it took.
+    converged : bool, optional
+        Whether they settled.
+    noise : Array | None, optional
+        d1, d2, ... of `gls`.
+
+    Returns
+    -------
+    LinearFit
+        With covariance, free runs and test of the residuals.
+    """
     theta = solution.theta
     runs = tuple(free_runs(task, theta))
     outputs = [r.y for r in task.data]

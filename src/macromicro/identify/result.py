@@ -23,7 +23,21 @@ WIDE = 120  # characters, where no terminal says how wide it is
 
 
 class Line(NamedTuple):
-    """One quantity: `error` is its standard error, NaN where there is none."""
+    """One quantity of a result.
+
+    Attributes
+    ----------
+    name : str
+        Name of the quantity.
+    value : float
+        In `unit`.
+    error : float
+        Its standard error, NaN where there is none.
+    unit : str
+        As text; "" for none.
+    note : str
+        What it is, in words.
+    """
 
     name: str
     value: float
@@ -36,11 +50,31 @@ class Line(NamedTuple):
 class Result:
     """What one identification found.
 
-    `model`: the fitted object (an `Axis`, a `LinearFit`, a `DeadZone`, a `FodTable`, heating
-    and cooling, a `Calibration`); `lines`: its quantities with standard errors; `remarks`: fit
-    and whatever else fits no line, as (name, text); `data`: more for result.json; `toml`,
-    `draw`, `extra`: what `to_toml`, `plot` and `save` give; `warnings`: what was noticed in
-    the data.
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    title : str
+        Title in words.
+    model : Any
+        The fitted object: an `Axis`, a `LinearFit`, a `DeadZone`, a `FodTable`, heating and
+        cooling, a `Calibration`.
+    lines : list[Line]
+        Its quantities with standard errors.
+    remarks : list[tuple[str, str]]
+        Fit and whatever else fits no line, as (name, text).
+    toml : str
+        What `to_toml` gives.
+    draw : Callable[[], dict[str, Figure]]
+        What `plot` calls.
+    data : dict[str, Any]
+        More for result.json.
+    extra : dict[str, Callable[[Path], None]]
+        What `save` writes more: file name to a function that takes the path.
+    files : tuple[str, ...]
+        Names of those read.
+    warnings : tuple[str, ...]
+        What was noticed in the data.
     """
 
     kind: str
@@ -61,11 +95,23 @@ class Result:
         return {line.name: line.error for line in self.lines if math.isfinite(line.error)}
 
     def to_toml(self) -> str:
-        """The text of model.toml: settings for a run where the bench has such, else notes."""
+        """The text of model.toml.
+
+        Returns
+        -------
+        str
+            Settings for a run where the bench has such, else notes.
+        """
         return self.toml
 
     def to_json(self) -> str:
-        """Everything but the pictures; NaN and infinity as null."""
+        """Everything but the pictures; NaN and infinity as null.
+
+        Returns
+        -------
+        str
+            The text of result.json.
+        """
         content = {
             "kind": self.kind,
             "title": self.title,
@@ -79,12 +125,28 @@ class Result:
         return json.dumps(plain(content), indent=2, allow_nan=False) + "\n"
 
     def plot(self) -> dict[str, Figure]:
-        """The figures, by name: measured against model, residuals, and what the kind has more."""
+        """The figures: measured against model, residuals, and what the kind has more.
+
+        Returns
+        -------
+        dict[str, Figure]
+            By name.
+        """
         return self.draw()
 
     def save(self, folder: str | PathLike[str]) -> None:
-        """Write model.toml, result.json, the figures and the kind's tables into `folder`, which
-        is made if it is not there; files of these names are replaced. Raises OSError."""
+        """Write model.toml, result.json, the figures and the kind's tables into a folder.
+
+        Parameters
+        ----------
+        folder : str | PathLike[str]
+            Made if it is not there; files of these names are replaced.
+
+        Raises
+        ------
+        OSError
+            The disk refuses.
+        """
         from macromicro.drawing.style import png
 
         place = Path(folder)
@@ -97,7 +159,13 @@ class Result:
             write(place / name)
 
     def show(self, console: Console | None = None) -> None:
-        """Print the table and the remarks, on stdout or on another console of rich."""
+        """Print the table and the remarks.
+
+        Parameters
+        ----------
+        console : Console | None, optional
+            A console of rich; None for stdout.
+        """
         from rich.console import Console
         from rich.table import Table
         from rich.text import Text
@@ -130,7 +198,22 @@ class Result:
 
 
 def rounded(value: float, error: float = math.nan) -> tuple[str, str]:
-    """Value and error as text: the error to two digits, the value to the same place."""
+    """Value and error as text: the error to two digits, the value to the same place.
+
+    Parameters
+    ----------
+    value : float
+        Any number.
+    error : float, optional
+        Its standard error, NaN where there is none.
+
+    Returns
+    -------
+    value : str
+        "-" for NaN.
+    error : str
+        "" where there is none.
+    """
     if not math.isfinite(value):
         return ("-" if math.isnan(value) else str(value)), ""
     if not math.isfinite(error):

@@ -19,7 +19,17 @@ _GAP = 5.0  # a time step of this many medians is a gap
 
 
 class Run(NamedTuple):
-    """t float64[n] in s, evenly spaced; u[n] and x[n] in the caller's units."""
+    """One measurement of an axis.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s, evenly spaced.
+    u : ndarray, shape (n,)
+        Voltage or force, the caller's unit.
+    x : ndarray, shape (n,)
+        Position, the caller's unit.
+    """
 
     t: Array
     u: Array
@@ -32,12 +42,48 @@ class Run(NamedTuple):
 
     @classmethod
     def of(cls, recording: Recording, u: str = "motor", x: str = "macro_position") -> Run:
-        """The columns `t`, `u` and `x` of a `Recording`, checked."""
+        """A recording's columns, checked.
+
+        Parameters
+        ----------
+        recording : Recording
+            Recording with the column t and the two below.
+        u, x : str, optional
+            Names of columns.
+
+        Returns
+        -------
+        Run
+            The run.
+
+        Raises
+        ------
+        InputError
+            A column is missing or unusable.
+        """
         return checked(recording["t"], recording[u], recording[x])
 
 
 def as_run(item: Any, where: str) -> Run:
-    """A checked `Run` from a `Recording` or from three arrays (t, u, x)."""
+    """A checked run from a recording or from three arrays.
+
+    Parameters
+    ----------
+    item : Any
+        A `Recording`, or (t, u, x).
+    where : str
+        Name, for messages.
+
+    Returns
+    -------
+    Run
+        The run.
+
+    Raises
+    ------
+    InputError
+        `item` is neither, or unusable.
+    """
     if isinstance(item, Recording):
         return Run.of(item)
     try:
@@ -48,11 +94,31 @@ def as_run(item: Any, where: str) -> Run:
 
 
 def checked(t: Any, u: Any, x: Any, where: str = "run", least: int = 20) -> Run:
-    """A `Run` from three arrays of one length, `least` samples or more.
+    """A run from three arrays of one length.
 
     Uneven time stamps are interpolated onto an even grid, with a `ResampledWarning`.
-    Raises `InputError` for missing or unequal arrays, rows that are not finite, time that
-    does not increase or has gaps, and too few samples.
+
+    Parameters
+    ----------
+    t : array_like, shape (n,)
+        s.
+    u, x : Any
+        Voltage or force, and position; array_like, shape (n,).
+    where : str, optional
+        Name, for messages.
+    least : int, optional
+        Fewest samples.
+
+    Returns
+    -------
+    Run
+        The run.
+
+    Raises
+    ------
+    InputError
+        Missing or unequal arrays, rows that are not finite, time that does not increase or has
+        gaps, too few samples.
     """
     for name, values in (("t", t), ("u", u), ("x", x)):
         if values is None:

@@ -35,10 +35,35 @@ def output_error(
     *,
     start: Start = "rest",
 ) -> LinearFit:
-    """min sum w (y - (B / A) u)^2 by Levenberg-Marquardt with exact gradients, from `mls`.
+    """Minimiser of sum w (y - (B / A) u)^2, by Levenberg-Marquardt with exact gradients from `mls`.
 
-    Consistent under any noise that the input did not cause, and of least variance when that
-    noise is white (Ljung, System Identification, chapter 7). Arguments as `least_squares`.
+    Consistent under any noise that the input did not cause, and of least variance when that noise
+    is white (Ljung, System Identification, chapter 7).
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Coefficients with their covariance.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     first, _, _ = steiglitz_mcbride(task)
@@ -65,6 +90,8 @@ def output_error(
 
 def _linearised(task: Task, theta: Array) -> Solution:
     """Free-run errors at `theta` and the gradient of the free run."""
+    # Of A x = B u: dx/da_i = -z^-i x / A and dx/db_j = z^-j u / A. That is the matrix of
+    # regressors with the free run x in place of the measured y, all through 1 / A.
     runs = free_runs(task, theta)
     psi = regressors(task, [r.u for r in task.data], runs, theta[: task.na])
     return Solution(theta, psi, np.concatenate([r.y for r in task.data]) - np.concatenate(runs))

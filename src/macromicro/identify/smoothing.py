@@ -20,8 +20,17 @@ Index = npt.NDArray[np.intp]
 
 
 class Smoothed(NamedTuple):
-    """`values`: the record without spikes, shape (n,); `replaced`: which samples are new;
-    `spikes`: number of windows."""
+    """A record without spikes.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        The record.
+    replaced : npt.NDArray[np.bool_]
+        Which samples are new, shape (n,).
+    spikes : int
+        Number of windows.
+    """
 
     values: Array
     replaced: npt.NDArray[np.bool_]
@@ -37,16 +46,35 @@ def without_spikes(
 ) -> Smoothed:
     """The smoothing function of Figure 5.4: slope, window, straight line.
 
-    `t` [s] and `values` [degC] of shape (n,). A step from one sample to the next that is
-    steeper than `steepest` [degC/s] is a jump; a window of `window` [s] to either side is
-    placed around it. The first later jump, within `longest` [s], after which the record is
-    back, nearer to where it was before than to the spike, ends the spike: all between the
-    two goes as well. Each window becomes the straight line between the means of the three
-    good samples on its two sides; at an end of the record it becomes the mean of the other
-    side.
+    A step from one sample to the next that is too steep is a jump; a window is placed around it.
+    The first later jump after which the record is back, nearer to where it was before than to the
+    spike, ends the spike: all between the two goes as well. Each window becomes the straight line
+    between the means of the three good samples on its two sides; at an end of the record it becomes
+    the mean of the other side.
 
-    Raises InputError for unequal lengths, times that do not rise, a record of fewer than
-    five samples, or one of which more than half would go.
+    Parameters
+    ----------
+    t : array_like, shape (n,)
+        s.
+    values : array_like, shape (n,)
+        deg C.
+    steepest : float, optional
+        Slope beyond which a step is a jump, K/s.
+    window : float, optional
+        To either side of a jump, s.
+    longest : float, optional
+        Duration of the longest spike, s.
+
+    Returns
+    -------
+    Smoothed
+        The record, and what was replaced.
+
+    Raises
+    ------
+    InputError
+        Unequal lengths, times that do not rise, fewer than five samples, or a record of which more
+        than half would go.
     """
     time, y = signal(t, "t"), signal(values, "temperature")
     if len(time) != len(y) or len(y) < 5:
@@ -94,8 +122,29 @@ def window_means(
 ) -> tuple[Array, Array]:
     """Means of neighbours (Figure 5.6, diamonds): less noise and fewer points.
 
-    A window closes after `samples` samples, or as soon as `u` spans more than `width` in
-    it, so that steep places keep their points. Returns u and x, shape (windows,).
+    A window closes after `samples` samples, or as soon as `u` spans more than `width` in it, so
+    that steep places keep their points.
+
+    Parameters
+    ----------
+    u, x : array_like, shape (n,)
+        Input and output.
+    samples : int
+        The most in a window.
+    width : float, optional
+        The most that `u` may span in a window.
+
+    Returns
+    -------
+    u : ndarray, shape (windows,)
+        Means.
+    x : ndarray, shape (windows,)
+        Means.
+
+    Raises
+    ------
+    InputError
+        Unequal lengths, fewer than one sample, or a width not above 0.
     """
     uu, xx = signal(u, "u"), signal(x, "x")
     if len(uu) != len(xx) or samples < 1 or not width > 0.0:

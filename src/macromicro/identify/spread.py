@@ -15,11 +15,26 @@ def robust_covariance(
 ) -> Array:
     """R^-1 S R^-1 with R = psi' W psi and S = psi' W E W psi, E the covariance of residuals.
 
-    `psi` [n, p]: gradient of the prediction; `residual` [n]; `ends`: where each record ends,
-    records being stacked; `weights` [n], default 1. Residuals are modelled as an
-    autoregression D(z) e = w of the order (at most 30) that Akaike's criterion prefers, so
-    S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For white residuals
-    this is the usual var(e) (psi' psi)^-1 (Ljung, System Identification, section 9.4).
+    Residuals are modelled as an autoregression D(z) e = w of the order (at most 30) that Akaike's
+    criterion prefers, so S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For
+    white residuals this is the usual var(e) (psi' psi)^-1 (Ljung, System Identification, section
+    9.4).
+
+    Parameters
+    ----------
+    psi : ndarray, shape (n, p)
+        Gradient of the prediction, records stacked.
+    residual : ndarray, shape (n,)
+        Errors.
+    ends : npt.ArrayLike
+        Where each record ends.
+    weights : ndarray, shape (n,), optional
+        W; default 1.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        Covariance of the parameters.
     """
     from scipy.signal import lfilter
 
@@ -40,7 +55,20 @@ def robust_covariance(
 
 
 def autoregression(residuals: list[Array]) -> tuple[Array, float]:
-    """d1 ... of D(z) e = w and the variance of w, by Levinson's recursion (always stable)."""
+    """Coefficients of D(z) e = w, by Levinson's recursion (always stable).
+
+    Parameters
+    ----------
+    residuals : list[Array]
+        e, shape (n,) per record.
+
+    Returns
+    -------
+    d : ndarray, shape (order,)
+        d1, d2, ...
+    power : float
+        Variance of w.
+    """
     n = sum(len(e) for e in residuals)
     last = max(min(MAX_ORDER, n // 10, min(len(e) for e in residuals) - 1), 0)
     r = [sum(float(e[k:] @ e[: len(e) - k]) for e in residuals) / n for k in range(last + 1)]

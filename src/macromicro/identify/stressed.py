@@ -42,8 +42,21 @@ MOST_VOLTAGES = 60
 
 
 class StressedFit(NamedTuple):
-    """`model`; `values` and standard errors `std` by name, heats as "heat 1.5 V" [K];
-    `rms` [mm] over the samples fitted to; `iterations` of the search."""
+    """The better actuator model as found.
+
+    Attributes
+    ----------
+    model : Stressed
+        Model with the fitted values.
+    values : dict[str, float]
+        By name, heats as "heat 1.5 V" (K).
+    std : dict[str, float]
+        Standard errors, likewise.
+    rms : float
+        Over the samples fitted to, mm.
+    iterations : int
+        Iterations of the search.
+    """
 
     model: Stressed
     values: dict[str, float]
@@ -114,16 +127,36 @@ def fit(
     ambient: float = AMBIENT,
     lag: float = 0.0,
 ) -> StressedFit:
-    """The better model from open-loop recordings (columns t, ctrl, laser, and contract).
+    """The better model from open-loop recordings.
 
-    Each must start cold and fully extended. The map from CTRL to heat gets a point at every
-    voltage that is held in one of them; `gain` is a first guess for these. The sum of the
-    resistances is 1: heat is counted as the warming that it leads to. Where `contract` was
-    recorded it is followed, since when it acts to the millisecond cannot be predicted.
-    `lag` [s] of the driver is too short to be found from such records, and is taken as told.
-
-    Raises InputError for fewer than two recordings or no voltage above 1.25 V; warns where
+    The map from CTRL to heat gets a point at every voltage that is held in one of them. The sum of
+    the resistances is 1: heat is counted as the warming that it leads to. Where `contract` was
+    recorded it is followed, since when it acts to the millisecond cannot be predicted. Warns where
     the search does not settle.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    recordings : Sequence[Recording]
+        Recordings with the columns t, ctrl, laser, and contract perhaps; two or more. Each must
+        start cold and fully extended.
+    gain : Weighted | None, optional
+        A first guess for the heats.
+    ambient : float, optional
+        deg C.
+    lag : float, optional
+        Lag of the driver, s: too short to be found from such records, and taken as given.
+
+    Returns
+    -------
+    StressedFit
+        Values with standard errors.
+
+    Raises
+    ------
+    InputError
+        Fewer than two recordings, or no voltage above 1.25 V.
     """
     from scipy.optimize import least_squares
 
@@ -195,7 +228,20 @@ def _first_heats(volts: list[float], gain: Weighted) -> Array:
 
 
 def against(model: Stressed, recording: Recording) -> Judgement:
-    """The model's free run against a recording that starts cold."""
+    """The model's free run against a recording that starts cold.
+
+    Parameters
+    ----------
+    model : Stressed
+        The better model.
+    recording : Recording
+        Recording with the columns t, ctrl and laser.
+
+    Returns
+    -------
+    Judgement
+        Shares of the stroke.
+    """
     t = signal(recording["t"], "t")
     x = signal(recording["laser"], "laser") * 1e-3
     made = stressed.simulate(model, recording["ctrl"], recording.dt)[0]

@@ -25,8 +25,19 @@ WIDEST_BAND = 6.0
 
 
 class StepRecord(NamedTuple):
-    """A step from cold: t [s], position [mm], temperature rise [K] with the standard error
-    of each value, shape (n,). Where the position tells no temperature, the error is inf."""
+    """A step from cold.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    position : ndarray, shape (n,)
+        mm.
+    rise : ndarray, shape (n,)
+        Temperature above ambient, K.
+    error : ndarray, shape (n,)
+        Its standard error, K; inf where the position shows no temperature.
+    """
 
     t: Array
     position: Array
@@ -35,7 +46,25 @@ class StepRecord(NamedTuple):
 
 
 def averaged(trials: Sequence[Recording]) -> tuple[Array, Array]:
-    """t [s] and the mean of the trials' laser positions [mm] (solid line of Figure 5.10)."""
+    """The mean of trials (solid line of Figure 5.10).
+
+    Parameters
+    ----------
+    trials : Sequence[Recording]
+        Trials with the columns t and laser, of one sample time.
+
+    Returns
+    -------
+    t : ndarray, shape (n,)
+        s.
+    x : ndarray, shape (n,)
+        Mean position by the laser, mm.
+
+    Raises
+    ------
+    InputError
+        No trial, or different sample times.
+    """
     if not trials:
         raise InputError("trials", "none", "one recording or more")
     n = min(len(r) for r in trials)
@@ -48,7 +77,29 @@ def averaged(trials: Sequence[Recording]) -> tuple[Array, Array]:
 def inferred_step(
     table: FodTable, trials: list[Recording], ambient: float, doubt: Doubt | None = None
 ) -> StepRecord:
-    """Figure 5.10b: temperature rise over `ambient` [degC] during a step from full extension."""
+    """Figure 5.10b: temperature rise during a step from full extension.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    trials : list[Recording]
+        Trials of one voltage.
+    ambient : float
+        deg C.
+    doubt : Doubt | None, optional
+        Standard errors; default `Doubt()`.
+
+    Returns
+    -------
+    StepRecord
+        K, with standard errors.
+
+    Raises
+    ------
+    InputError
+        No trial, or different sample times.
+    """
     t, x = averaged(trials)
     found = on_heating(table, x, doubt)
     width = found.high - found.low
@@ -57,9 +108,24 @@ def inferred_step(
 
 
 def steady(record: StepRecord, seconds: float = 2.0) -> float:
-    """Mean temperature rise [K] over the last `seconds` of a step.
+    """Mean temperature rise at the end of a step.
 
-    InputError where the position does not tell it, at the stop above all.
+    Parameters
+    ----------
+    record : StepRecord
+        The step.
+    seconds : float, optional
+        Over how long, s.
+
+    Returns
+    -------
+    float
+        K.
+
+    Raises
+    ------
+    InputError
+        The position does not show it, at the stop above all.
     """
     last = record.t >= record.t[-1] - seconds
     if not np.isfinite(record.error[last]).all():
@@ -69,8 +135,19 @@ def steady(record: StepRecord, seconds: float = 2.0) -> float:
 
 
 class HeatingFit(NamedTuple):
-    """(5.6) as found: `modes`, with standard errors of rates and shares; `ladder`, the same
-    as three nodes; `nrmse`, RMS error over the range of the record's temperatures."""
+    """(5.6) as found.
+
+    Attributes
+    ----------
+    modes : Modes
+        Rates (1/s) and shares.
+    std : Modes
+        Their standard errors.
+    ladder : Ladder
+        The same as three nodes.
+    nrmse : float
+        RMS error over the range of the record's temperatures.
+    """
 
     modes: Modes
     std: Modes
@@ -79,12 +156,30 @@ class HeatingFit(NamedTuple):
 
 
 def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
-    """Third-order dynamics of a step towards `goal` [K]: T / T_d by output error.
+    """Third-order dynamics of a step: T / T_d of (5.6) by output error.
 
-    Three modes with shares above 0, which is a ladder of positive elements. `points`
-    samples spread evenly over the logarithm of time are used, so that the first second
-    counts as much as the last minute; all count alike, since the error that matters is the table's,
-    not the laser's noise. Raises InputError for a step with too few usable samples.
+    Three modes with shares above 0, which is a ladder of positive elements. Samples spread evenly
+    over the logarithm of time are used, so that the first second counts as much as the last minute;
+    all count alike, since the error that matters is the table's, not the laser's noise.
+
+    Parameters
+    ----------
+    record : StepRecord
+        The step.
+    goal : float
+        T_d, K.
+    points : int, optional
+        Number of samples used.
+
+    Returns
+    -------
+    HeatingFit
+        Modes with standard errors.
+
+    Raises
+    ------
+    InputError
+        Too few usable samples, or `goal` not above 0.
     """
     from scipy.optimize import least_squares
 
@@ -117,11 +212,25 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
 
 
 def heating_mls(record: StepRecord, goal: float, dt: float = 0.1) -> LinearFit:
-    """The same by `mls` of order three on samples every `dt` [s], as the thesis did.
+    """The same by `mls` of order three, as the thesis did.
 
-    Before the position tells a temperature, a straight line from 0 stands for it: without
-    the step's first samples a numerator of second order cannot be found. One equation
-    error a sample gives the long tail most of the weight; `heating` is the better way.
+    Before the position shows a temperature, a straight line from 0 stands for it: without the
+    step's first samples a numerator of second order cannot be found. One equation error a sample
+    gives the long tail most of the weight; `heating` is the better way.
+
+    Parameters
+    ----------
+    record : StepRecord
+        The step.
+    goal : float
+        T_d, K.
+    dt : float, optional
+        Sample time, s.
+
+    Returns
+    -------
+    LinearFit
+        From T_d to temperature rise.
     """
     known = np.isfinite(record.error)
     t = np.arange(record.t[0], record.t[-1], dt)
@@ -135,8 +244,34 @@ def heating_mls(record: StepRecord, goal: float, dt: float = 0.1) -> LinearFit:
 def needed_goal(
     table: FodTable, fit: Modes, t: Array, x: Array, ambient: float, level: float
 ) -> float:
-    """T_d [K] with which the heating model passes the temperature of position `level` [mm]
-    when the record `t` [s], `x` [mm] does: the tuning of (5.8) above 1.6 V."""
+    """T_d with which the heating model passes a position when the record does: the tuning of (5.8)
+    above 1.6 V.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    fit : Modes
+        (5.6).
+    t : ndarray, shape (n,)
+        s.
+    x : ndarray, shape (n,)
+        mm.
+    ambient : float
+        deg C.
+    level : float
+        Position, mm.
+
+    Returns
+    -------
+    float
+        K.
+
+    Raises
+    ------
+    InputError
+        The record does not pass `level`.
+    """
     past = np.flatnonzero(x >= level)
     if not len(past) or past[0] == 0:
         raise InputError("heating step", f"{x.max():.4g} mm", f"a step that passes {level:.4g} mm")
@@ -145,8 +280,19 @@ def needed_goal(
 
 
 class CoolingFit(NamedTuple):
-    """`time`: until 63 % of the fall is done [s] (5.9); `fitted`: time constant by least
-    squares [s]; `nrmse` of that exponential; `peak` [degC]: where the fall began."""
+    """(5.9) as found.
+
+    Attributes
+    ----------
+    time : float
+        Until 63 % of the fall is done, s.
+    fitted : float
+        Time constant by least squares, s.
+    nrmse : float
+        RMS error of that exponential, over the range of the fall.
+    peak : float
+        Where the fall began, deg C.
+    """
 
     time: float
     fitted: float
@@ -157,7 +303,24 @@ class CoolingFit(NamedTuple):
 def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> CoolingFit:
     """(5.9) from a step that is held and then set to 0 V (Figure 5.16).
 
-    InputError where CTRL never falls to zero or the position does not cover the 63 %.
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln, deg C to mm.
+    trials : Sequence[Recording]
+        Trials of one voltage, with the columns t, ctrl and laser.
+    ambient : float
+        deg C.
+
+    Returns
+    -------
+    CoolingFit
+        Time constant, read off and fitted.
+
+    Raises
+    ------
+    InputError
+        CTRL never falls to zero, or the position does not cover the 63 %.
     """
     from scipy.optimize import least_squares
 

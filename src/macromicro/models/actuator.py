@@ -21,7 +21,17 @@ Array = npt.NDArray[np.float64]
 
 
 class Hysteresis(NamedTuple):
-    """The kiln's table: relays over temperature [degC], position `low` + `span` * share [mm]."""
+    """The kiln's table: relays over temperature.
+
+    Attributes
+    ----------
+    table : Everett
+        Thresholds in deg C, output 0 to 1.
+    low : float
+        Position for an output of 0, mm.
+    span : float
+        Positions from there to an output of 1, mm.
+    """
 
     table: Everett
     low: float
@@ -29,7 +39,21 @@ class Hysteresis(NamedTuple):
 
 
 class Actuator(NamedTuple):
-    """Gain (5.8), modes of (5.6), time constant of (5.9) [s], ambient [degC], table."""
+    """Parameters of the model of Section 5.2.3.
+
+    Attributes
+    ----------
+    gain : Weighted
+        (5.8).
+    heating : Modes
+        Modes of (5.6).
+    cool_time : float
+        Time constant of (5.9), s.
+    ambient : float
+        deg C.
+    hysteresis : Hysteresis
+        (5.1).
+    """
 
     gain: Weighted
     heating: Modes
@@ -39,7 +63,17 @@ class Actuator(NamedTuple):
 
 
 class ActuatorState(NamedTuple):
-    """Parts of the temperature, memory of the relays, contraction x [mm]."""
+    """State of the model.
+
+    Attributes
+    ----------
+    heat : Heat
+        Parts of the temperature, K above ambient.
+    memory : Memory
+        Memory of the relays.
+    x : float
+        Contraction, mm.
+    """
 
     heat: Heat
     memory: Memory
@@ -47,23 +81,63 @@ class ActuatorState(NamedTuple):
 
 
 def cold(p: Actuator) -> ActuatorState:
-    """At ambient temperature, extended."""
+    """The actuator at ambient temperature, extended.
+
+    Parameters
+    ----------
+    p : Actuator
+        Parameters of the model.
+
+    Returns
+    -------
+    ActuatorState
+        State; its memory is its own.
+    """
     memory = fresh(p.hysteresis.table, p.ambient)
     return ActuatorState(heating.COLD, memory, p.hysteresis.low)
 
 
 @kernel
 def temperature(p: Actuator, s: ActuatorState) -> float:
-    """Temperature [degC]."""
+    """Temperature of the wires.
+
+    Parameters
+    ----------
+    p : Actuator
+        Parameters of the model.
+    s : ActuatorState
+        State of the model.
+
+    Returns
+    -------
+    float
+        deg C.
+    """
     return p.ambient + s.heat.m1 + s.heat.m2 + s.heat.m3
 
 
 @kernel
 def step(p: Actuator, s: ActuatorState, ctrl: float, dt: float) -> ActuatorState:
-    """The actuator after `dt` [s] with CTRL at `ctrl` [V].
+    """The actuator after one step.
 
-    It cools by (5.9) where the input asks for less than the present temperature, else it
-    heats by (5.6). The thesis has the two side by side and does not say how they join.
+    It cools by (5.9) where the input asks for less than the present temperature, else it heats by
+    (5.6). The thesis has the two side by side and does not say how they join.
+
+    Parameters
+    ----------
+    p : Actuator
+        Parameters of the model.
+    s : ActuatorState
+        State of the model; its memory is changed in place.
+    ctrl : float
+        CTRL, V.
+    dt : float
+        s.
+
+    Returns
+    -------
+    ActuatorState
+        New state.
     """
     goal = weighted(p.gain, ctrl)
     whole = p.heating.share1 + p.heating.share2 + p.heating.share3
@@ -87,10 +161,23 @@ def _rollout(p: Actuator, s: ActuatorState, ctrl: Array, dt: Array, out: Array) 
 
 
 def simulate(p: Actuator, ctrl: npt.ArrayLike, dt: npt.ArrayLike) -> tuple[Array, Array]:
-    """Contraction [mm] and temperature [degC], shape (n,), for CTRL [V] of that shape.
+    """Contraction and temperature for a course of CTRL, from cold.
 
-    `dt` [s]: one period, or one for each sample. Starts cold; sample k is the state before
-    CTRL k acts.
+    Parameters
+    ----------
+    p : Actuator
+        Parameters of the model.
+    ctrl : array_like, shape (n,)
+        CTRL, V.
+    dt : npt.ArrayLike
+        One period for all, or one for each sample, s.
+
+    Returns
+    -------
+    x : ndarray, shape (n,)
+        Contraction before CTRL k acts, mm.
+    temperature : ndarray, shape (n,)
+        Likewise, deg C.
     """
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     out = np.empty((2, len(sent)))

@@ -28,11 +28,23 @@ class Heating(NamedTuple):
 
 @kernel
 def gain(ctrl: float, ceiling: float) -> float:
-    """T_d [K above ambient] for CTRL [V]: (5.7)-(5.8), made whole at both ends.
+    """T_d for CTRL: (5.7)-(5.8), made whole at both ends.
 
-    (5.8) grows without bound, which the driver cannot: capped at `ceiling` [K]. Below
-    1.469 V it is zero, although the actuator responds from 1.3 V (Section 5.3.2): there
-    a straight line leads up to its value at 1.5 V.
+    (5.8) grows without bound, which the driver cannot: it is capped. Below 1.469 V it is zero,
+    although the actuator responds from 1.3 V (Section 5.3.2): there a straight line leads up to its
+    value at 1.5 V.
+
+    Parameters
+    ----------
+    ctrl : float
+        CTRL, V.
+    ceiling : float
+        Cap, K above ambient.
+
+    Returns
+    -------
+    float
+        K above ambient.
     """
     if ctrl <= FIRST_RESPONSE:
         return 0.0
@@ -46,7 +58,22 @@ def gain(ctrl: float, ceiling: float) -> float:
 
 @kernel
 def step(s: Heating, goal: float, dt: float) -> Heating:
-    """State of (5.6) after `dt` [s] with T_d = `goal` [K]."""
+    """State of (5.6) after one step (semi-implicit Euler).
+
+    Parameters
+    ----------
+    s : Heating
+        State of (5.6).
+    goal : float
+        T_d, K above ambient.
+    dt : float
+        s.
+
+    Returns
+    -------
+    Heating
+        New state.
+    """
     s2 = s.s2 + dt * (goal - D2 * s.s2 - D1 * s.s1 - D0 * s.s0)
     s1 = s.s1 + dt * s2
     s0 = s.s0 + dt * s1
@@ -55,5 +82,16 @@ def step(s: Heating, goal: float, dt: float) -> Heating:
 
 @kernel
 def temperature(s: Heating) -> float:
-    """T [K above ambient]."""
+    """T of (5.6).
+
+    Parameters
+    ----------
+    s : Heating
+        State of (5.6).
+
+    Returns
+    -------
+    float
+        K above ambient.
+    """
     return N2 * s.s2 + N1 * s.s1 + N0 * s.s0

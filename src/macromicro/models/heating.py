@@ -61,7 +61,24 @@ COLD = Heat(0.0, 0.0, 0.0)
 
 @kernel
 def heated(p: Modes, s: Heat, goal: float, dt: float) -> Heat:
-    """State after `dt` [s] with T_d = `goal` [K]: exact for a constant goal."""
+    """State after one step of heating by (5.6): exact for a constant goal.
+
+    Parameters
+    ----------
+    p : Modes
+        Modes.
+    s : Heat
+        State, K above ambient.
+    goal : float
+        T_d, K above ambient.
+    dt : float
+        s.
+
+    Returns
+    -------
+    Heat
+        New state.
+    """
     return Heat(
         s.m1 + (p.share1 * goal - s.m1) * (1.0 - math.exp(-p.rate1 * dt)),
         s.m2 + (p.share2 * goal - s.m2) * (1.0 - math.exp(-p.rate2 * dt)),
@@ -71,7 +88,26 @@ def heated(p: Modes, s: Heat, goal: float, dt: float) -> Heat:
 
 @kernel
 def cooled(p: Modes, s: Heat, goal: float, time: float, dt: float) -> Heat:
-    """State after `dt` [s] of cooling by (5.9): all parts fall with the one time constant."""
+    """State after one step of cooling by (5.9): all parts fall with the one time constant.
+
+    Parameters
+    ----------
+    p : Modes
+        Modes, for their shares.
+    s : Heat
+        State, K above ambient.
+    goal : float
+        T_d, K above ambient.
+    time : float
+        Time constant, s.
+    dt : float
+        s.
+
+    Returns
+    -------
+    Heat
+        New state.
+    """
     left = math.exp(-dt / time)
     return Heat(
         p.share1 * goal + (s.m1 - p.share1 * goal) * left,
@@ -81,16 +117,44 @@ def cooled(p: Modes, s: Heat, goal: float, time: float, dt: float) -> Heat:
 
 
 def step_response(p: Modes, t: npt.ArrayLike) -> Array:
-    """T/T_d at times `t` [s] after a step from cold."""
+    """T/T_d after a step from cold.
+
+    Parameters
+    ----------
+    p : Modes
+        Modes.
+    t : array_like
+        Times, s.
+
+    Returns
+    -------
+    ndarray
+        Dimensionless, in the shape of `t`.
+    """
     time = np.asarray(t, dtype=np.float64)
     parts = [k * -np.expm1(-r * time) for r, k in zip(p[:3], p[3:], strict=True)]
     return np.asarray(sum(parts), dtype=np.float64)
 
 
 def from_transfer(num: npt.ArrayLike, den: npt.ArrayLike) -> Modes:
-    """Modes of num(s)/den(s), coefficients from the highest power down, as in `PRINTED`.
+    """Modes of a transfer function num(s)/den(s).
 
-    Raises InputError unless den has three different negative real roots and num less.
+    Parameters
+    ----------
+    num : array_like, shape (3,)
+        Coefficients from the highest power down, as in `PRINTED`.
+    den : array_like, shape (4,)
+        Likewise.
+
+    Returns
+    -------
+    Modes
+        Rates in rad/s.
+
+    Raises
+    ------
+    InputError
+        `den` has not three different negative real roots, or `num` is not of lower order.
     """
     top, bottom = np.trim_zeros(np.ravel(num), "f"), np.trim_zeros(np.ravel(den), "f")
     poles = np.roots(bottom)
@@ -104,7 +168,20 @@ def from_transfer(num: npt.ArrayLike, den: npt.ArrayLike) -> Modes:
 
 
 def transfer(p: Modes) -> tuple[Array, Array]:
-    """Numerator (3,) and denominator (4,) of the modes, as in (5.6)."""
+    """Transfer function of modes, as in (5.6).
+
+    Parameters
+    ----------
+    p : Modes
+        Modes.
+
+    Returns
+    -------
+    num : ndarray, shape (3,)
+        Coefficients from the highest power down.
+    den : ndarray, shape (4,)
+        Likewise.
+    """
     rates, shares = np.array(p[:3]), np.array(p[3:])
     num = np.zeros(3)
     for i in range(3):
@@ -113,10 +190,24 @@ def transfer(p: Modes) -> tuple[Array, Array]:
 
 
 def ladder(p: Modes) -> Ladder:
-    """The ladder with these modes: the continued fraction of the impedance.
+    """The ladder with some modes: the continued fraction of the impedance.
 
-    Z = 1/(c1 s + 1/(r1 + 1/(c2 s + ...))). Raises InputError where a share is not above
-    0: no ladder of positive elements does that.
+    Z = 1/(c1 s + 1/(r1 + 1/(c2 s + ...))).
+
+    Parameters
+    ----------
+    p : Modes
+        Modes.
+
+    Returns
+    -------
+    Ladder
+        Capacities in s.
+
+    Raises
+    ------
+    InputError
+        A rate or a share is not above 0: no ladder of positive elements does that.
     """
     if min(p) <= 0.0:
         raise InputError("thermal ladder, modes", tuple(p), "rates and shares above 0")

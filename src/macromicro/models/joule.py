@@ -39,20 +39,58 @@ class Filament(NamedTuple):
 
 
 def time_constant(p: Filament) -> float:
-    """rho Cp V / (h A) [s], which is rho Cp d / (4 h): the length drops out."""
+    """rho Cp V / (h A), which is rho Cp d / (4 h): the length drops out.
+
+    Parameters
+    ----------
+    p : Filament
+        The wire.
+
+    Returns
+    -------
+    float
+        s.
+    """
     return p.density * p.heat * p.diameter / (4.0 * p.convection)
 
 
 def steady(p: Filament, current: float) -> float:
-    """Temperature [degC] that a constant current [A] ends at: T_inf + R i^2 / (h A)."""
+    """Temperature that a constant current ends at: T_inf + R i^2 / (h A).
+
+    Parameters
+    ----------
+    p : Filament
+        The wire.
+    current : float
+        A.
+
+    Returns
+    -------
+    float
+        deg C.
+    """
     resistance = p.resistivity / (0.25 * math.pi * p.diameter**2)
     return p.ambient + resistance * current**2 / (p.convection * math.pi * p.diameter)
 
 
 def temperature(p: Filament, current: Array, dt: float) -> Array:
-    """Temperature [degC] at the ends of periods `dt` [s] of constant `current` [A], from cold.
+    """Temperature under a stepwise constant current, from cold (2.1).
 
-    Shape as `current`. Exact: (2.1) is linear between steps.
+    Exact: (2.1) is linear between steps.
+
+    Parameters
+    ----------
+    p : Filament
+        The wire.
+    current : ndarray, shape (n,)
+        A, held for `dt` each.
+    dt : float
+        s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At the ends of the periods, deg C.
     """
     keep = math.exp(-dt / time_constant(p))
     now, out = p.ambient, np.empty_like(current)

@@ -25,8 +25,25 @@ LINEAR, INITIAL, TUNED = 0, 1, 2
 
 
 class Motor(NamedTuple):
-    """(4.1): amplifier gain ka, resistance r [ohm], back-EMF kb [V s/rad], torque kt [N m/A],
-    damping b [N m s/rad], inertia j [kg m2], klin [counts/rad]."""
+    """Parameters of (4.1).
+
+    Attributes
+    ----------
+    ka : float
+        Gain of the amplifier.
+    r : float
+        Resistance, ohm.
+    kb : float
+        Back-EMF constant, V s/rad.
+    kt : float
+        Torque constant, N m/A.
+    b : float
+        Damping, N m s/rad.
+    j : float
+        Inertia, kg m2.
+    klin : float
+        Counts per angle, counts/rad.
+    """
 
     ka: float
     r: float
@@ -38,7 +55,17 @@ class Motor(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """(4.3), speed [counts/s] over volts: b / (z + a); `dt` [s]. Default: as identified."""
+    """(4.3), speed over volts: b / (z + a). Default: as identified.
+
+    Attributes
+    ----------
+    a : float
+        Dimensionless.
+    b : float
+        counts/s/V.
+    dt : float
+        Sample time, s.
+    """
 
     a: float = -0.95833
     b: float = 165.72
@@ -46,9 +73,22 @@ class Linear(NamedTuple):
 
 
 class MacroModel(NamedTuple):
-    """Linear dynamics behind saturation `limit` [V] and a dead zone of `width` [V].
+    """Linear dynamics behind a saturation and a dead zone. Default: as printed.
 
-    `kind`: LINEAR, INITIAL or TUNED; a0 [V] and delta [1]: of (4.5). Default: as printed.
+    Attributes
+    ----------
+    linear : Linear
+        (4.3).
+    kind : int
+        LINEAR, INITIAL or TUNED.
+    width : float
+        Dead zone, V.
+    a0 : float
+        a0 of (4.5), V.
+    delta : float
+        Delta of (4.5), dimensionless.
+    limit : float
+        Saturation, V.
     """
 
     linear: Linear = Linear()
@@ -60,40 +100,125 @@ class MacroModel(NamedTuple):
 
 
 class MacroModelState(NamedTuple):
-    """Position x [counts] and speed v [counts/s]."""
+    """Position x [counts] and speed v [counts/s].
+
+    Attributes
+    ----------
+    x : float
+        Position, counts.
+    v : float
+        Speed, counts/s.
+    """
 
     x: float
     v: float
 
 
 def transfer(p: Motor) -> tuple[float, float]:
-    """(4.2): gain [counts/s2/V] and pole [rad/s] of speed over volts, gain / (s + pole)."""
+    """(4.2): speed over volts, gain / (s + pole), from (4.1).
+
+    Parameters
+    ----------
+    p : Motor
+        Parameters of the motor.
+
+    Returns
+    -------
+    gain : float
+        counts/s2/V.
+    pole : float
+        rad/s.
+
+    Raises
+    ------
+    InputError
+        r or j is not above 0.
+    """
     if not all(math.isfinite(v) and v > 0.0 for v in (p.r, p.j)):
         raise InputError("motor, r and j", (p.r, p.j), "above 0")
     return p.ka * p.klin * p.kt / (p.j * p.r), (p.b * p.r + p.kt * p.kb) / (p.j * p.r)
 
 
 def discretised(gain: float, pole: float, dt: float) -> Linear:
-    """(4.3) from (4.2), its input held for `dt` [s]. The printed a lacks a minus sign."""
+    """(4.3) from (4.2), its input held. The printed a lacks a minus sign.
+
+    Parameters
+    ----------
+    gain : float
+        counts/s2/V.
+    pole : float
+        rad/s.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    Linear
+        b / (z + a).
+
+    Raises
+    ------
+    InputError
+        `pole` or `dt` is not above 0.
+    """
     if not (pole > 0.0 and dt > 0.0):
         raise InputError("discretised: pole, dt", (pole, dt), "both above 0")
     return Linear(-math.exp(-pole * dt), -gain / pole * math.expm1(-pole * dt), dt)
 
 
 def position_transfer(p: Linear) -> tuple[Array, Array]:
-    """(4.4): numerator and denominator in z, highest power first, (4.3) times dt/(z - 1)."""
+    """(4.4): (4.3) times dt/(z - 1).
+
+    Parameters
+    ----------
+    p : Linear
+        (4.3).
+
+    Returns
+    -------
+    num : ndarray, shape (1,)
+        Coefficients in z, highest power first.
+    den : ndarray, shape (3,)
+        Likewise.
+    """
     return np.array([p.b * p.dt]), np.array([1.0, p.a - 1.0, -p.a])
 
 
 @kernel
 def saturated(limit: float, volts: float) -> float:
-    """Volts [V] within +-`limit` (Section 4.2.1)."""
+    """A voltage within limits (Section 4.2.1).
+
+    Parameters
+    ----------
+    limit : float
+        V.
+    volts : float
+        V.
+
+    Returns
+    -------
+    float
+        V.
+    """
     return min(max(volts, -limit), limit)
 
 
 @kernel
 def dead_zone(width: float, volts: float) -> float:
-    """What is left of `volts` [V] beyond +-`width` [V] (Figure 4.9)."""
+    """What is left of a voltage beyond a dead zone (Figure 4.9).
+
+    Parameters
+    ----------
+    width : float
+        To either side, V.
+    volts : float
+        V.
+
+    Returns
+    -------
+    float
+        V.
+    """
     if volts > width:
         return volts - width
     if volts < -width:
@@ -103,7 +228,24 @@ def dead_zone(width: float, volts: float) -> float:
 
 @kernel
 def jump_zone(width: float, a0: float, delta: float, volts: float) -> float:
-    """Dead zone with a jump (Figure 4.14): none up to `width` [V], (4.5) of the rest beyond."""
+    """Dead zone with a jump (Figure 4.14): none up to `width`, (4.5) of the rest beyond.
+
+    Parameters
+    ----------
+    width : float
+        To either side, V.
+    a0 : float
+        a0 of (4.5), V.
+    delta : float
+        Delta of (4.5).
+    volts : float
+        V.
+
+    Returns
+    -------
+    float
+        V.
+    """
     # `jump` of `dead_zone` in one expression, which a batch computes in vector registers.
     rest = abs(volts) - width
     return math.copysign(a0 + delta * rest, volts) if rest > 0.0 else 0.0
@@ -111,7 +253,22 @@ def jump_zone(width: float, a0: float, delta: float, volts: float) -> float:
 
 @kernel
 def jump(a0: float, delta: float, volts: float) -> float:
-    """(4.5), read (a0 + delta |V|) sgn V; 0 at 0."""
+    """(4.5), read (a0 + delta |V|) sgn V.
+
+    Parameters
+    ----------
+    a0 : float
+        V.
+    delta : float
+        Dimensionless.
+    volts : float
+        V.
+
+    Returns
+    -------
+    float
+        V; 0 at 0.
+    """
     if volts == 0.0:
         return 0.0
     return math.copysign(a0 + delta * abs(volts), volts)
@@ -119,7 +276,20 @@ def jump(a0: float, delta: float, volts: float) -> float:
 
 @kernel
 def net_volts(p: MacroModel, motor: float) -> float:
-    """Volts [V] that reach the linear dynamics for `motor` [V] at the D/A board."""
+    """Volts that reach the linear dynamics.
+
+    Parameters
+    ----------
+    p : MacroModel
+        The model.
+    motor : float
+        Volts at the D/A board, V.
+
+    Returns
+    -------
+    float
+        V.
+    """
     if p.kind == LINEAR:
         # The inverse is taken to cancel the friction wholly (Figure 4.19).
         return dead_zone(p.width, motor)
@@ -131,7 +301,22 @@ def net_volts(p: MacroModel, motor: float) -> float:
 
 @kernel
 def step(p: MacroModel, s: MacroModelState, motor: float) -> MacroModelState:
-    """The model one period later, `motor` [V] held: (4.3), then the integrator of (4.4)."""
+    """The model one period later: (4.3), then the integrator of (4.4).
+
+    Parameters
+    ----------
+    p : MacroModel
+        The model.
+    s : MacroModelState
+        State of the model.
+    motor : float
+        Volts at the D/A board, held, V.
+
+    Returns
+    -------
+    MacroModelState
+        New state.
+    """
     v = p.linear.b * net_volts(p, motor) - p.linear.a * s.v
     return MacroModelState(s.x + p.linear.dt * s.v, v)
 
@@ -145,9 +330,19 @@ def _open(p: MacroModel, s: MacroModelState, motor: Array, out: Array) -> None:
 
 @kernel
 def whole(x: float) -> float:
-    """The greatest whole number not above `x`, |x| < 2^51, as floats.
+    """The greatest whole number not above another, as floats.
 
     Not `math.floor`, which compiled code reaches only over integers.
+
+    Parameters
+    ----------
+    x : float
+        A number, |x| < 2^51.
+
+    Returns
+    -------
+    float
+        Whole.
     """
     nearest = (x + 6755399441055744.0) - 6755399441055744.0  # 1.5 * 2^52: no place for halves
     return nearest - 1.0 if nearest > x else nearest
@@ -157,7 +352,28 @@ def whole(x: float) -> float:
 def rollout(
     p: MacroModel, law: MacroLaw, s: MacroModelState, reference: Array, counted: bool, out: Array
 ) -> MacroModelState:
-    """The loop of `closed_loop` from `s` on; positions and volts into the rows of `out`."""
+    """The loop of `closed_loop` from a state on, as a kernel.
+
+    Parameters
+    ----------
+    p : MacroModel
+        The model.
+    law : MacroLaw
+        The controller.
+    s : MacroModelState
+        State at the start.
+    reference : ndarray, shape (n,)
+        counts.
+    counted : bool
+        Whether the law sees whole counts.
+    out : ndarray, shape (2, n)
+        Positions (counts) and D/A volts (V) are written here.
+
+    Returns
+    -------
+    MacroModelState
+        The state at the end.
+    """
     memory = control.rest(0.0)
     seen = math.nan
     for k in range(len(reference)):
@@ -173,7 +389,22 @@ def rollout(
 
 
 def simulate(p: MacroModel, motor: npt.ArrayLike, start: float = 0.0) -> Array:
-    """Position [counts], (n,), for D/A volts (n,) from rest at `start` (Figures 4.12, 4.16)."""
+    """Position for a course of D/A volts, from rest (Figures 4.12, 4.16).
+
+    Parameters
+    ----------
+    p : MacroModel
+        The model.
+    motor : array_like, shape (n,)
+        D/A volts, V, a sample each ``p.linear.dt``.
+    start : float, optional
+        Position at the start, counts.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Before volts k act, counts.
+    """
     sent = np.ascontiguousarray(motor, dtype=np.float64)
     out = np.empty_like(sent)
     compiled(_open)(p, MacroModelState(float(start), 0.0), sent, out)
@@ -187,11 +418,30 @@ def closed_loop(
     start: float = 0.0,
     counted: bool = False,
 ) -> tuple[Array, Array]:
-    """Position [counts] and D/A volts, (n,), under a control law (Figures 4.19, 4.21).
+    """Position and D/A volts under a control law (Figures 4.19, 4.21).
 
-    `reference`: counts, (n,), a sample each `dt`. The law's own limit saturates the volts,
-    which act without the bench's delay. `counted`: the law sees, and the result holds, the
-    whole counts that an encoder shows (rounded down), else the position itself.
+    The law's own limit saturates the volts, which act without the bench's delay.
+
+    Parameters
+    ----------
+    p : MacroModel
+        The model.
+    law : MacroLaw
+        The controller.
+    reference : array_like, shape (n,)
+        counts, a sample each ``p.linear.dt``.
+    start : float, optional
+        Position at the start, counts.
+    counted : bool, optional
+        Whether the law sees, and the result holds, the whole counts that an encoder shows (rounded
+        down), or the position itself.
+
+    Returns
+    -------
+    x : ndarray, shape (n,)
+        Position, counts.
+    motor : ndarray, shape (n,)
+        D/A volts, V.
     """
     aim = np.ascontiguousarray(reference, dtype=np.float64)
     out = np.empty((2, len(aim)))

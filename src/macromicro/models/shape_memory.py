@@ -38,19 +38,49 @@ class Alloy(NamedTuple):
 
 
 def detwinned(p: Alloy, stress: float, before: float) -> float:
-    """Share (0-1) of the plateau's strain that is out at a `stress`, `before` of it already.
+    """Share of the plateau's strain that is out under a stress.
 
-    Loading takes it out in proportion between start and end of the plateau; unloading
-    gives nothing back.
+    Loading takes it out in proportion between start and end of the plateau; unloading gives nothing
+    back.
+
+    Parameters
+    ----------
+    p : Alloy
+        The alloy.
+    stress : float
+        Pa.
+    before : float
+        Share that is out already, 0 to 1.
+
+    Returns
+    -------
+    float
+        0 to 1.
     """
     share = (stress - p.plateau_start) / (p.plateau_end - p.plateau_start)
     return max(before, min(max(share, 0.0), 1.0))
 
 
 def strain(p: Alloy, stress: float, austenite: float, share: float) -> float:
-    """Strain under a `stress` with a share of `austenite` (0-1) and of the plateau (0-1).
+    """Strain under a stress.
 
     Phases in series: elastic strains by their shares, and the plateau's of the martensite.
+
+    Parameters
+    ----------
+    p : Alloy
+        The alloy.
+    stress : float
+        Pa.
+    austenite : float
+        Share of austenite, 0 to 1.
+    share : float
+        Share of the plateau's strain that is out, 0 to 1.
+
+    Returns
+    -------
+    float
+        Dimensionless.
     """
     elastic = (1.0 - austenite) / p.martensite + austenite / p.austenite
     return stress * elastic + (1.0 - austenite) * share * p.plateau_strain

@@ -23,13 +23,32 @@ Array = npt.NDArray[np.float64]
 
 
 class Stressed(NamedTuple):
-    """Parameters.
+    """Parameters of the better actuator model.
 
-    `volts` [V] and `heat` [K]: static map, straight between; one K of heat warms the wires
-    by r1 + r2 + r3 K in the end. `lag` [s] of driver and sensor together. `latent` [K]: heat of the
-    full transformation over the wires' capacity. Relays see the temperature less `shift`
-    [K] at extension and a further `stiffening` [K/mm] of contraction. `cut_on`, `cut_off`
-    [mm]: where CONTRACT takes the current away and gives it back.
+    Attributes
+    ----------
+    volts : ndarray, shape (k,)
+        Points of the static map, CTRL, V, rising.
+    heat : ndarray, shape (k,)
+        Heat there, K: one K of heat warms the wires by r1 + r2 + r3 K in the end.
+    lag : float
+        Lag of driver and sensor together, s.
+    ladder : Ladder
+        Wire, plates and body.
+    latent : float
+        Heat of the full transformation over the wires' capacity, K.
+    shift : float
+        The relays see the temperature less this at extension, K.
+    stiffening : float
+        And less this per contraction, K/mm.
+    cut_on : float
+        Contraction at which CONTRACT takes the current away, mm.
+    cut_off : float
+        Contraction below which it gives it back, mm.
+    ambient : float
+        deg C.
+    hysteresis : Hysteresis
+        The kiln's table.
     """
 
     volts: Array
@@ -46,8 +65,27 @@ class Stressed(NamedTuple):
 
 
 class StressedState(NamedTuple):
-    """heat [K] delivered, cut (0 or 1), temperatures [K above ambient] of wire, plates and
-    body, content: the wire's temperature and latent share [K], relay memory, x [mm]."""
+    """State of the better actuator model.
+
+    Attributes
+    ----------
+    heat : float
+        Delivered, K.
+    cut : float
+        Whether CONTRACT cuts it, 0 or 1.
+    wire : float
+        K above ambient.
+    plates : float
+        K above ambient.
+    body : float
+        K above ambient.
+    content : float
+        The wire's temperature and latent share, K.
+    memory : Memory
+        Memory of the relays.
+    x : float
+        Contraction, mm.
+    """
 
     heat: float
     cut: float
@@ -60,7 +98,18 @@ class StressedState(NamedTuple):
 
 
 def cold(p: Stressed) -> StressedState:
-    """At ambient temperature, extended."""
+    """The actuator at ambient temperature, extended.
+
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model.
+
+    Returns
+    -------
+    StressedState
+        State; its memory is its own.
+    """
     u = p.ambient - p.shift
     memory = fresh(p.hysteresis.table, u)
     return StressedState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, memory, p.hysteresis.low)
@@ -68,8 +117,20 @@ def cold(p: Stressed) -> StressedState:
 
 @kernel
 def static_heat(p: Stressed, ctrl: float) -> float:
-    """Heat [K] that a CTRL voltage [V] leads to: linear between the map's points, held
-    beyond its ends."""
+    """Heat that a CTRL voltage leads to: linear between the map's points, held beyond its ends.
+
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model.
+    ctrl : float
+        V.
+
+    Returns
+    -------
+    float
+        K.
+    """
     last = len(p.volts) - 1
     if ctrl <= p.volts[0]:
         return float(p.heat[0])
@@ -116,14 +177,50 @@ def _relay_input(p: Stressed, memory: Memory, content: float) -> float:
 
 @kernel
 def step(p: Stressed, s: StressedState, ctrl: float, dt: float) -> StressedState:
-    """The actuator after `dt` [s], at most a fifth of c1 * r1, with CTRL at `ctrl` [V]."""
+    """The actuator after one step.
+
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model.
+    s : StressedState
+        State of the model; its memory is changed in place.
+    ctrl : float
+        CTRL, V.
+    dt : float
+        At most a fifth of c1 * r1, s.
+
+    Returns
+    -------
+    StressedState
+        New state.
+    """
     cut = 1.0 if s.x >= p.cut_on else (0.0 if s.x < p.cut_off else s.cut)
     return warmed(p, s, ctrl, cut, dt)
 
 
 @kernel
 def warmed(p: Stressed, s: StressedState, ctrl: float, cut: float, dt: float) -> StressedState:
-    """The same where it is known for which share `cut` of `dt` CONTRACT takes the current."""
+    """The same where it is known for how long CONTRACT takes the current.
+
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model.
+    s : StressedState
+        State of the model; its memory is changed in place.
+    ctrl : float
+        CTRL, V.
+    cut : float
+        Share of `dt`, 0 to 1.
+    dt : float
+        At most a fifth of c1 * r1, s.
+
+    Returns
+    -------
+    StressedState
+        New state.
+    """
     goal = (1.0 - cut) * static_heat(p, ctrl)
     heat, mean = goal, goal
     if p.lag > 0.0:
@@ -165,11 +262,24 @@ def _rollout(
 def simulate(
     p: Stressed, ctrl: npt.ArrayLike, dt: npt.ArrayLike, cut: npt.ArrayLike = np.nan
 ) -> Array:
-    """Contraction [mm], wire and body temperature [degC], shape (3, n), for CTRL [V] of shape (n,).
+    """Contraction, wire and body temperature for a course of CTRL, from cold.
 
-    `dt` [s]: one period, or one for each sample, at most a fifth of c1 * r1 (0.1 s). `cut`:
-    for which share of each period CONTRACT was closed, where that was measured; NaN leaves
-    it to the model. Starts cold; sample k is the state before CTRL k acts.
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model.
+    ctrl : array_like, shape (n,)
+        CTRL, V.
+    dt : npt.ArrayLike
+        One period for all, or one for each sample, at most a fifth of c1 * r1 (0.1 s), s.
+    cut : npt.ArrayLike, optional
+        For which share of each period CONTRACT was closed, where that was measured; NaN leaves it
+        to the model.
+
+    Returns
+    -------
+    ndarray, shape (3, n)
+        Before CTRL k acts: contraction (mm), wire and body (deg C).
     """
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     out = np.empty((3, len(sent)))

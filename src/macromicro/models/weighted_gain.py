@@ -13,7 +13,19 @@ from macromicro.kernel import kernel
 
 
 class Exponential(NamedTuple):
-    """(5.2): y = b (1 - exp(-a (x - x0))) + y0; b, y0 [K], a [1/V], x0 [V]. Default (5.5)."""
+    """(5.2): y = b (1 - exp(-a (x - x0))) + y0. Default (5.5).
+
+    Attributes
+    ----------
+    b : float
+        K.
+    a : float
+        1/V.
+    x0 : float
+        V.
+    y0 : float
+        K.
+    """
 
     b: float = 25.5
     a: float = 37.86
@@ -22,8 +34,25 @@ class Exponential(NamedTuple):
 
 
 class Weighted(NamedTuple):
-    """(5.7)-(5.8), by default as printed: `low` up to about `join` [V], above it
-    offset + scale exp(rate (x - start)); `sharpness` [1/V] of the transition."""
+    """(5.7)-(5.8): `low` below, offset + scale exp(rate (x - start)) above. Default as printed.
+
+    Attributes
+    ----------
+    low : Exponential
+        (5.2).
+    scale : float
+        K.
+    rate : float
+        1/V.
+    start : float
+        V.
+    offset : float
+        K.
+    sharpness : float
+        Sharpness of the transition, 1/V.
+    join : float
+        Middle of the transition, V.
+    """
 
     low: Exponential = Exponential(a=37.8631)
     scale: float = 10.0
@@ -36,13 +65,39 @@ class Weighted(NamedTuple):
 
 @kernel
 def exponential(p: Exponential, ctrl: float) -> float:
-    """T_d [K] by (5.2)."""
+    """T_d by (5.2).
+
+    Parameters
+    ----------
+    p : Exponential
+        Parameters of the curve.
+    ctrl : float
+        CTRL, V.
+
+    Returns
+    -------
+    float
+        K above ambient.
+    """
     return p.b * (1.0 - math.exp(-p.a * (ctrl - p.x0))) + p.y0
 
 
 @kernel
 def weighted(p: Weighted, ctrl: float) -> float:
-    """T_d [K] by (5.7)-(5.8), at least 0. The upper curve runs away: 239 K at 1.9 V."""
+    """T_d by (5.7)-(5.8). The upper curve runs away: 239 K at 1.9 V.
+
+    Parameters
+    ----------
+    p : Weighted
+        Parameters of the curve.
+    ctrl : float
+        CTRL, V.
+
+    Returns
+    -------
+    float
+        K above ambient, at least 0.
+    """
     # (5.7)
     gamma = 1.0 / (1.0 + math.exp(-p.sharpness * (p.join - ctrl)))
     # (5.8)

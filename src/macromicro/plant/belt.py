@@ -43,10 +43,29 @@ class Belt(NamedTuple):
 
 @kernel
 def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float, float]:
-    """Mode's deflection `q` [m] and speed [m/s] after `h` [s], the carriage gaining `kick` [m/s].
+    """The mode after one step: q'' + 2 d q' + w^2 q = -a by the implicit midpoint rule.
 
-    q'' + 2 d q' + w^2 q = -a by the implicit midpoint rule: without a kick the energy
-    can only fall, whatever the step.
+    Without a kick the energy can only fall, whatever the step.
+
+    Parameters
+    ----------
+    p : Belt
+        Parameters of the mode.
+    q : float
+        Deflection, m.
+    speed : float
+        Speed of the deflection, m/s.
+    kick : float
+        What the carriage's speed gains in the step, m/s.
+    h : float
+        s.
+
+    Returns
+    -------
+    q : float
+        New deflection, m.
+    speed : float
+        New speed, m/s.
     """
     w = 2.0 * math.pi * p.frequency
     stiff = 0.25 * h * h * w * w
@@ -58,9 +77,25 @@ def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float,
 
 @kernel
 def reaction(p: Belt, mass: float, q: float, speed: float) -> float:
-    """Force [N] of the mode at `q` [m] and `speed` [m/s] on a carriage of `mass` [kg].
+    """Force of the mode on the carriage.
 
     Spring and damper push the carriage with what they pull the mode's mass back with.
+
+    Parameters
+    ----------
+    p : Belt
+        Parameters of the mode.
+    mass : float
+        Mass of the carriage, kg.
+    q : float
+        Deflection, m.
+    speed : float
+        Speed of the deflection, m/s.
+
+    Returns
+    -------
+    float
+        N.
     """
     w = 2.0 * math.pi * p.frequency
     return p.participation * mass * (w * w * q + 2.0 * p.decay * speed)

@@ -55,7 +55,13 @@ class Bench(NamedTuple):
     steps: Steps = Steps()
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What is physically impossible: (parameter, value, what is accepted)."""
+        """What is physically impossible.
+
+        Returns
+        -------
+        list[tuple[str, Any, str]]
+            Parameter, value, and what is accepted.
+        """
         wire, driver, friction, phase = self.wire, self.driver, self.friction, self.phase
         low, high = self.carriage.stop_low, self.carriage.stop_high
         ctrl, heat = driver.map_ctrl, driver.map_heat
@@ -139,7 +145,13 @@ class Sensors(NamedTuple):
     converter: Converter = Converter()
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What no converter can be: (parameter, value, what is accepted)."""
+        """What no converter can be.
+
+        Returns
+        -------
+        list[tuple[str, Any, str]]
+            Parameter, value, and what is accepted.
+        """
         rules = (
             _whole("encoder.bits", self.encoder.bits),
             _whole("converter.bits", self.converter.bits),
@@ -162,7 +174,17 @@ class Plant(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard normal draws of one period: of the Hall sensor, the laser, the laser's drift."""
+    """Standard normal draws of one period.
+
+    Attributes
+    ----------
+    hall : float
+        Draw for the Hall sensor's noise.
+    laser : float
+        Draw for the laser's fast noise.
+    drift : float
+        Draw for the laser's slow noise.
+    """
 
     hall: float = 0.0
     laser: float = 0.0
@@ -177,7 +199,25 @@ def _true(name: str, unit: str, meaning: str, scale: float = 1.0) -> Quantity:
 
 
 class State(NamedTuple):
-    """The positioner at one instant; motor, ctrl: latched outputs [V] still to take effect."""
+    """The positioner at one instant.
+
+    Attributes
+    ----------
+    macro : MacroState
+        Carriage.
+    micro : MicroState
+        Actuator.
+    hall : float
+        Output of the Hall sensor, V.
+    drift : float
+        Slow noise of the laser, m.
+    zero : float
+        Place of the laser's zero, m.
+    motor : float
+        Latched output still to take effect, V.
+    ctrl : float
+        Latched output still to take effect, V.
+    """
 
     macro: MacroState
     micro: MicroState
@@ -189,7 +229,20 @@ class State(NamedTuple):
 
 
 def prepare(bench: Bench, sensors: Sensors) -> Plant:
-    """Runtime parameters of the positioner."""
+    """Runtime parameters of the positioner.
+
+    Parameters
+    ----------
+    bench : Bench
+        What is physically there.
+    sensors : Sensors
+        What is measured.
+
+    Returns
+    -------
+    Plant
+        For the kernels.
+    """
     load = Load(bench.bias.preload, bench.bias.rate + stiffness(bench.flexure), bench.bias.platform)
     return Plant(
         bench.amplifier,
@@ -205,7 +258,20 @@ def prepare(bench: Bench, sensors: Sensors) -> Plant:
 
 
 def initial(p: Plant, position: float = 0.0) -> State:
-    """The positioner at rest at `position` [m], at room temperature, laser at zero."""
+    """The positioner at rest, at room temperature, laser at zero.
+
+    Parameters
+    ----------
+    p : Plant
+        Parameters of the positioner.
+    position : float, optional
+        Position of the carriage, m; half a count is added, so that it stands on no edge.
+
+    Returns
+    -------
+    State
+        Its memory is its own.
+    """
     # Half a count in: a carriage left on an encoder's edge would flicker by rounding.
     x = position + 0.5 * p.encoder.pitch
     fine = micro.cold(p.micro, p.micro.thermal.ambient)
@@ -214,19 +280,62 @@ def initial(p: Plant, position: float = 0.0) -> State:
 
 @kernel
 def drawn(noise: npt.NDArray[np.float64], k: int) -> Noise:
-    """Row `k` of draws (periods, `NOISES`)."""
+    """One period's draws.
+
+    Parameters
+    ----------
+    noise : ndarray, shape (periods, NOISES)
+        Standard normal numbers.
+    k : int
+        Period.
+
+    Returns
+    -------
+    Noise
+        Row `k`.
+    """
     return Noise(noise[k, 0], noise[k, 1], noise[k, 2])
 
 
 @kernel
 def stage(p: Plant, s: State) -> float:
-    """Absolute position [m] of the micro-stage's platform: carriage, rocking, contraction."""
+    """Absolute position of the micro-stage's platform: carriage, rocking, contraction.
+
+    Parameters
+    ----------
+    p : Plant
+        Parameters of the positioner.
+    s : State
+        State of the positioner.
+
+    Returns
+    -------
+    float
+        m.
+    """
     return s.macro.x + p.macro.belt.participation * s.macro.q + s.micro.wire.x
 
 
 @kernel
 def measure(p: Plant, s: State, t: float, draw: Noise) -> Sample:
-    """What the sensors show at time `t` [s]."""
+    """What the sensors show.
+
+    Parameters
+    ----------
+    p : Plant
+        Parameters of the positioner.
+    s : State
+        State of the positioner.
+    t : float
+        Time to report, s.
+    draw : Noise
+        Noise of this period.
+
+    Returns
+    -------
+    Sample
+        In the units of `Sample`.
+    """
     return Sample(
         t,
         encoder.count(p.encoder, s.macro.x),
@@ -239,7 +348,26 @@ def measure(p: Plant, s: State, t: float, draw: Noise) -> Sample:
 
 @kernel
 def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
-    """The positioner one control period `dt` [s] later, `out` latched now."""
+    """The positioner one control period later.
+
+    Parameters
+    ----------
+    p : Plant
+        Parameters of the positioner.
+    s : State
+        State of the positioner; its memory is changed in place.
+    out : Outputs
+        Latched now; they take effect a period later.
+    draw : Noise
+        Noise of this period.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    State
+        New state.
+    """
     # A reset sets the laser's zero to the present reading's place, its noise included.
     zero = s.zero
     if out.laser_reset > 0.5:
@@ -283,7 +411,20 @@ class Truth(NamedTuple):
 
 @kernel
 def truth(p: Plant, s: State) -> Truth:
-    """The bench's true quantities, for the recording and for teaching; no rig shows them."""
+    """The bench's true quantities, for the recording and for teaching; no rig shows them.
+
+    Parameters
+    ----------
+    p : Plant
+        Parameters of the positioner.
+    s : State
+        State of the positioner.
+
+    Returns
+    -------
+    Truth
+        SI, temperatures in deg C.
+    """
     return Truth(
         s.macro.x,
         s.macro.v,

@@ -49,9 +49,24 @@ class Macro(NamedTuple):
 
 
 class MacroState(NamedTuple):
-    """x [m], v [m/s], z: bristle [m], i [A], q [m] and qv [m/s]: belt mode, accel [m/s2].
+    """State of the macro-stage.
 
-    `accel` is the mean acceleration over the last call of `advance`.
+    Attributes
+    ----------
+    x : float
+        Position, m.
+    v : float
+        Speed, m/s.
+    z : float
+        Deflection of the bristles, m.
+    i : float
+        Armature current, A.
+    q : float
+        Deflection of the belt mode, m.
+    qv : float
+        Speed of that, m/s.
+    accel : float
+        Mean acceleration over the last call of `advance`, m/s2.
     """
 
     x: float
@@ -64,15 +79,40 @@ class MacroState(NamedTuple):
 
 
 def at_rest(x: float) -> MacroState:
-    """The macro-stage standing at `x` [m]."""
+    """The macro-stage standing.
+
+    Parameters
+    ----------
+    x : float
+        Position, m.
+
+    Returns
+    -------
+    MacroState
+        Everything else 0.
+    """
     return MacroState(float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
 def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
-    """End stops over one step `h` [s], the carriage at `x` [m] before it.
+    """End stops over one step, linear in the new speed: force on the carriage = a - b v1.
 
-    Returns a [N] and b [N s/m]: force on the carriage = a - b * (new speed).
+    Parameters
+    ----------
+    p : Carriage
+        Parameters of the macro-stage.
+    x : float
+        Position before the step, m.
+    h : float
+        s.
+
+    Returns
+    -------
+    a : float
+        N.
+    b : float
+        N s/m.
     """
     depth = 0.0
     if x < p.stop_low:
@@ -86,10 +126,28 @@ def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
 
 @kernel
 def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> MacroState:
-    """One step `h` [s] with `volts` [V] at the motor; `offset` [N]: local friction level.
+    """One step of (4.1) with friction and belt.
 
-    (4.1) with friction and belt. Everything stiff is taken implicitly and is linear in
-    the new speed, so one division solves the step.
+    Everything stiff is taken implicitly and is linear in the new speed, so one division solves the
+    step.
+
+    Parameters
+    ----------
+    p : Macro
+        Parameters of the macro-stage.
+    s : MacroState
+        State of the macro-stage.
+    volts : float
+        Volts at the motor, V.
+    offset : float
+        Local deviation of the friction level, N.
+    h : float
+        s.
+
+    Returns
+    -------
+    MacroState
+        New state.
     """
     mass = p.carriage.mass
     i0, i1 = motor.current_terms(p.motor, s.i, volts, h)
@@ -113,7 +171,26 @@ def _stands(s: MacroState, volts: float) -> bool:
 
 @kernel
 def advance(p: Macro, s: MacroState, volts: float, dt: float, substeps: int) -> MacroState:
-    """The macro-stage after `dt` [s] with `volts` [V] at the motor throughout."""
+    """The macro-stage after one control period.
+
+    Parameters
+    ----------
+    p : Macro
+        Parameters of the macro-stage.
+    s : MacroState
+        State of the macro-stage.
+    volts : float
+        Volts at the motor throughout, V.
+    dt : float
+        s.
+    substeps : int
+        Into how many steps it is cut; fewer where the carriage stands.
+
+    Returns
+    -------
+    MacroState
+        New state.
+    """
     # The rod's friction level changes over millimetres, the carriage moves 0.5 mm at most.
     offset = friction.ripple(p.friction, s.x)
     if _stands(s, volts):

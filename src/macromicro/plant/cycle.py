@@ -47,8 +47,20 @@ OWN_SOURCES = {
 
 
 def beside(bench: Bench) -> CycleBench:
-    """The fixture with the actuator, driver and spring of `bench`, but for what `OWN_SOURCES`
-    says is its own: supply, room, outer resistances, preload, encoder."""
+    """The fixture with the actuator, driver and spring of a bench.
+
+    Its own are what `OWN_SOURCES` names: supply, room, outer resistances, preload, encoder.
+
+    Parameters
+    ----------
+    bench : Bench
+        Whose actuator it is.
+
+    Returns
+    -------
+    CycleBench
+        The fixture.
+    """
     own = CycleBench()
     return CycleBench(
         bench.amplifier,
@@ -74,14 +86,34 @@ class CyclePlant(NamedTuple):
 
 
 class CycleState(NamedTuple):
-    """Actuator, and the CTRL voltage [V] latched but not yet in effect."""
+    """State of the fixture.
+
+    Attributes
+    ----------
+    micro : MicroState
+        Actuator.
+    ctrl : float
+        Latched D/A voltage, not yet in effect, V.
+    """
 
     micro: MicroState
     ctrl: float
 
 
 class CycleSample(NamedTuple):
-    """t [s], contraction [encoder counts], EXTEND and CONTRACT (0 or 1)."""
+    """What the fixture shows.
+
+    Attributes
+    ----------
+    t : float
+        s.
+    encoder : float
+        Contraction, counts.
+    extend : float
+        0 or 1.
+    contract : float
+        0 or 1.
+    """
 
     t: float
     encoder: float
@@ -90,7 +122,18 @@ class CycleSample(NamedTuple):
 
 
 def prepare(spec: CycleBench) -> CyclePlant:
-    """Runtime parameters."""
+    """Runtime parameters.
+
+    Parameters
+    ----------
+    spec : CycleBench
+        The fixture.
+
+    Returns
+    -------
+    CyclePlant
+        For the kernels.
+    """
     load = Load(spec.bias.preload, spec.bias.rate, spec.bias.platform)
     return CyclePlant(
         spec.amplifier,
@@ -100,13 +143,39 @@ def prepare(spec: CycleBench) -> CyclePlant:
 
 
 def initial(p: CyclePlant) -> CycleState:
-    """At rest, at room temperature, extended."""
+    """At rest, at room temperature, extended.
+
+    Parameters
+    ----------
+    p : CyclePlant
+        Parameters of the fixture.
+
+    Returns
+    -------
+    CycleState
+        Its memory is its own.
+    """
     return CycleState(micro.cold(p.micro, p.micro.thermal.ambient), 0.0)
 
 
 @kernel
 def measure(p: CyclePlant, s: CycleState, t: float) -> CycleSample:
-    """What the fixture shows at time `t` [s]."""
+    """What the fixture shows.
+
+    Parameters
+    ----------
+    p : CyclePlant
+        Parameters of the fixture.
+    s : CycleState
+        State of the fixture.
+    t : float
+        Time to report, s.
+
+    Returns
+    -------
+    CycleSample
+        In the units of `CycleSample`.
+    """
     x = s.micro.wire.x
     return CycleSample(
         t,
@@ -118,7 +187,26 @@ def measure(p: CyclePlant, s: CycleState, t: float) -> CycleSample:
 
 @kernel
 def advance(p: CyclePlant, s: CycleState, ctrl: float, fan: float, dt: float) -> CycleState:
-    """The fixture one control period later, `ctrl` [D/A volts] latched now."""
+    """The fixture one control period later.
+
+    Parameters
+    ----------
+    p : CyclePlant
+        Parameters of the fixture.
+    s : CycleState
+        State of the fixture; its memory is changed in place.
+    ctrl : float
+        D/A voltage latched now, V.
+    fan : float
+        0 or 1.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    CycleState
+        New state.
+    """
     level = amplifier.ctrl_level(p.amplifier, s.ctrl)
     fine = micro.advance(p.micro, s.micro, level, fan, 0.0, dt)
     return CycleState(fine, max(amplifier.convert(p.amplifier, ctrl), 0.0))

@@ -71,7 +71,25 @@ class Driver(NamedTuple):
 
 
 class DriverTable(NamedTuple):
-    """`Driver` with its map as arrays, ready for kernels."""
+    """`Driver` with its map as arrays, ready for kernels.
+
+    Attributes
+    ----------
+    gain : float
+        Factor on the heat, by the supply.
+    ctrl : ndarray, shape (k,)
+        CTRL values of the map, V.
+    heat : ndarray, shape (k,)
+        Heat there at 4 V supply, W.
+    lag : float
+        s.
+    contract_on : float
+        m.
+    contract_off : float
+        m.
+    extend_on : float
+        m.
+    """
 
     gain: float
     ctrl: npt.NDArray[np.float64]
@@ -83,7 +101,20 @@ class DriverTable(NamedTuple):
 
 
 def prepare(spec: Driver, reference_supply: float = 4.0) -> DriverTable:
-    """Arrays for the kernels; heat scales with the supply squared (Joule heating)."""
+    """Arrays for the kernels; heat scales with the supply squared (Joule heating).
+
+    Parameters
+    ----------
+    spec : Driver
+        The circuit.
+    reference_supply : float, optional
+        Supply for which the map holds, V.
+
+    Returns
+    -------
+    DriverTable
+        For the kernels.
+    """
     return DriverTable(
         (spec.supply / reference_supply) ** 2,
         np.array(spec.map_ctrl, dtype=float),
@@ -97,7 +128,20 @@ def prepare(spec: Driver, reference_supply: float = 4.0) -> DriverTable:
 
 @kernel
 def heat(p: DriverTable, ctrl: float) -> float:
-    """Heat [W] that the driver settles at for a CTRL voltage [D/A volts]: linear between points."""
+    """Heat that the driver settles at: linear between the map's points.
+
+    Parameters
+    ----------
+    p : DriverTable
+        Parameters of the driver.
+    ctrl : float
+        CTRL, D/A volts, V.
+
+    Returns
+    -------
+    float
+        W.
+    """
     last = len(p.ctrl) - 1
     if ctrl <= p.ctrl[0]:
         return float(p.gain * p.heat[0])
@@ -112,7 +156,22 @@ def heat(p: DriverTable, ctrl: float) -> float:
 
 @kernel
 def contract(p: DriverTable, on: float, x: float) -> float:
-    """CONTRACT switch (1 closed) at contraction `x` [m], `on` before, with its own hysteresis."""
+    """CONTRACT switch, with its own hysteresis.
+
+    Parameters
+    ----------
+    p : DriverTable
+        Parameters of the driver.
+    on : float
+        Before, 1 closed.
+    x : float
+        Contraction, m.
+
+    Returns
+    -------
+    float
+        1 closed, 0 open.
+    """
     if x >= p.contract_on:
         return 1.0
     if x < p.contract_off:
@@ -122,9 +181,26 @@ def contract(p: DriverTable, on: float, x: float) -> float:
 
 @kernel
 def delivered(p: DriverTable, power: float, ctrl: float, cut: float, dt: float) -> float:
-    """Heat [W] after `dt` [s] from the present `power` [W] with CTRL at `ctrl` [D/A volts].
+    """Heat after one step: the map through a first-order lag; none, and at once, while CONTRACT
+    cuts it.
 
-    The map through a first-order lag; none, and at once, while CONTRACT cuts it (`cut` 1).
+    Parameters
+    ----------
+    p : DriverTable
+        Parameters of the driver.
+    power : float
+        Present heat, W.
+    ctrl : float
+        CTRL, D/A volts, V.
+    cut : float
+        CONTRACT, 0 or 1.
+    dt : float
+        s.
+
+    Returns
+    -------
+    float
+        W.
     """
     if cut > 0.5:
         return 0.0

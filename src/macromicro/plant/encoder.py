@@ -39,7 +39,20 @@ class Converter(NamedTuple):
 
 @kernel
 def count(p: Encoder, x: float) -> float:
-    """Counter reading [counts] at position `x` [m], signed, wrapped to `bits`."""
+    """Counter reading, signed, wrapped to its bits.
+
+    Parameters
+    ----------
+    p : Encoder
+        Parameters of encoder or converter.
+    x : float
+        Position, m.
+
+    Returns
+    -------
+    float
+        counts.
+    """
     # 1e-9 counts of slack: a position set on an edge must not fall below it by rounding.
     steps = math.floor(x / p.pitch + 1e-9)
     span: float = 2.0**p.bits
@@ -48,7 +61,20 @@ def count(p: Encoder, x: float) -> float:
 
 @kernel
 def sample(p: Converter, volts: float) -> float:
-    """A/D reading [V] of a voltage [V]: rounded to a code and clipped to the range."""
+    """A/D reading: rounded to a code and clipped to the range.
+
+    Parameters
+    ----------
+    p : Converter
+        Parameters of encoder or converter.
+    volts : float
+        V.
+
+    Returns
+    -------
+    float
+        V.
+    """
     lsb: float = p.full_scale / 2.0**p.bits
     limited = min(max(volts, -p.full_scale), p.full_scale - lsb)
     return math.floor(limited / lsb + 0.5) * lsb

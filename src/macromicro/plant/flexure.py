@@ -39,6 +39,17 @@ class Bias(NamedTuple):
 
 
 def stiffness(p: Flexure) -> float:
-    """Stiffness [N/m] of the guide: (3.1) with I = w t^3 / 12; (F/2) over (dx/2) per beam."""
+    """Stiffness of the guide: (3.1) with I = w t^3 / 12; (F/2) over (dx/2) per beam.
+
+    Parameters
+    ----------
+    p : Flexure
+        Parameters of the guide.
+
+    Returns
+    -------
+    float
+        N/m.
+    """
     inertia = p.width * p.thickness**3 / 12.0
     return 12.0 * p.modulus * inertia / p.length**3

@@ -53,14 +53,38 @@ class Hall(NamedTuple):
 
 @kernel
 def profile(s: float) -> float:
-    """Field of one magnet over the sideways distance `s` (in widths), 1 at its centre."""
+    """Field of one magnet.
+
+    Parameters
+    ----------
+    s : float
+        Sideways distance, in widths.
+
+    Returns
+    -------
+    float
+        1 at its centre.
+    """
     r = 1.0 + s * s
     return 1.0 / (r * math.sqrt(r))
 
 
 @kernel
 def volts(p: Hall, x: float) -> float:
-    """Output [V] at contraction `x` [m], before lag and noise; saturates at 0 and the supply."""
+    """Output before lag and noise; saturates at 0 and the supply.
+
+    Parameters
+    ----------
+    p : Hall
+        Parameters of the sensor.
+    x : float
+        Contraction, m.
+
+    Returns
+    -------
+    float
+        V.
+    """
     s = x - p.centre
     field = profile((s - p.spacing) / p.width) - profile((s + p.spacing) / p.width)
     return min(max(p.null + p.gain * field, 0.0), p.supply)
@@ -68,7 +92,24 @@ def volts(p: Hall, x: float) -> float:
 
 @kernel
 def lagged(p: Hall, level: float, x: float, dt: float) -> float:
-    """Output [V], `level` before, after `dt` [s] at contraction `x` [m]: a first-order lag."""
+    """Output after one step: a first-order lag.
+
+    Parameters
+    ----------
+    p : Hall
+        Parameters of the sensor.
+    level : float
+        Output before, V.
+    x : float
+        Contraction throughout, m.
+    dt : float
+        s.
+
+    Returns
+    -------
+    float
+        V.
+    """
     goal = volts(p, x)
     if p.lag <= 0.0:
         return goal

@@ -69,8 +69,20 @@ OWN_SOURCES = {"encoder.pitch": "Section 5.2.1"}
 
 
 def beside(bench: Bench) -> KilnBench:
-    """The kiln in the room of `bench`, with the wires of `bench` in it: one actuator is on the
-    stage and in the kiln, so a change of its alloy or length shows in both."""
+    """The kiln in the room of a bench, with that bench's wires in it.
+
+    One actuator is on the stage and in the kiln, so a change of its alloy or length shows in both.
+
+    Parameters
+    ----------
+    bench : Bench
+        Whose wires it heats.
+
+    Returns
+    -------
+    KilnBench
+        The fixture.
+    """
     own = KilnBench()
     oven = own.oven._replace(ambient=bench.thermal.ambient)
     return KilnBench(oven, bench.phase, bench.wire, own.encoder)
@@ -87,7 +99,21 @@ class KilnPlant(NamedTuple):
 
 
 class KilnState(NamedTuple):
-    """air and thermocouple [degC], interference [K] with the time it still lasts [s], wires."""
+    """State of the fixture.
+
+    Attributes
+    ----------
+    air : float
+        deg C.
+    thermocouple : float
+        deg C.
+    spike : float
+        Interference, K.
+    left : float
+        How long that still lasts, s.
+    wire : WireState
+        The wires.
+    """
 
     air: float
     thermocouple: float
@@ -97,7 +123,17 @@ class KilnState(NamedTuple):
 
 
 class KilnSample(NamedTuple):
-    """t [s], thermocouple [degC], contraction [encoder counts]."""
+    """What the fixture shows.
+
+    Attributes
+    ----------
+    t : float
+        s.
+    thermocouple : float
+        deg C.
+    encoder : float
+        Contraction, counts.
+    """
 
     t: float
     thermocouple: float
@@ -105,7 +141,18 @@ class KilnSample(NamedTuple):
 
 
 def prepare(spec: KilnBench) -> KilnPlant:
-    """Runtime parameters."""
+    """Runtime parameters.
+
+    Parameters
+    ----------
+    spec : KilnBench
+        The fixture.
+
+    Returns
+    -------
+    KilnPlant
+        For the kernels.
+    """
     return KilnPlant(
         spec.oven,
         spec.wire,
@@ -116,13 +163,34 @@ def prepare(spec: KilnBench) -> KilnPlant:
 
 
 def initial(p: KilnPlant) -> KilnState:
-    """Cold kiln, actuator extended."""
+    """Cold kiln, actuator extended.
+
+    Parameters
+    ----------
+    p : KilnPlant
+        Parameters of the fixture.
+
+    Returns
+    -------
+    KilnState
+        Its memory is its own.
+    """
     t = float(p.oven.ambient)
     return KilnState(t, t, 0.0, 0.0, micro.cold_wire(p.wire, p.load, p.table, t))
 
 
 class KilnNoise(NamedTuple):
-    """Standard normal draws of one period: of the thermocouple, a spike's onset and height."""
+    """Standard normal draws of one period.
+
+    Attributes
+    ----------
+    thermocouple : float
+        Draw for the thermocouple's noise.
+    onset : float
+        Draw for the onset of a spike.
+    height : float
+        Draw for the height of that spike.
+    """
 
     thermocouple: float = 0.0
     onset: float = 0.0
@@ -134,20 +202,69 @@ KILN_NOISES = len(KilnNoise._fields)
 
 @kernel
 def drawn(noise: npt.NDArray[np.float64], k: int) -> KilnNoise:
-    """Row `k` of draws (periods, `KILN_NOISES`)."""
+    """One period's draws.
+
+    Parameters
+    ----------
+    noise : ndarray, shape (periods, KILN_NOISES)
+        Standard normal numbers.
+    k : int
+        Period.
+
+    Returns
+    -------
+    KilnNoise
+        Row `k`.
+    """
     return KilnNoise(noise[k, 0], noise[k, 1], noise[k, 2])
 
 
 @kernel
 def measure(p: KilnPlant, s: KilnState, t: float, draw: KilnNoise) -> KilnSample:
-    """What the fixture shows at `t` [s]."""
+    """What the fixture shows.
+
+    Parameters
+    ----------
+    p : KilnPlant
+        Parameters of the fixture.
+    s : KilnState
+        State of the fixture.
+    t : float
+        Time to report, s.
+    draw : KilnNoise
+        Noise of this period.
+
+    Returns
+    -------
+    KilnSample
+        In the units of `KilnSample`.
+    """
     shown = s.thermocouple + s.spike + p.oven.thermocouple_noise * draw.thermocouple
     return KilnSample(t, shown, encoder.count(p.encoder, s.wire.x + 0.5 * p.encoder.pitch))
 
 
 @kernel
 def advance(p: KilnPlant, s: KilnState, heater: float, draw: KilnNoise, dt: float) -> KilnState:
-    """The fixture after `dt` [s], the heater's relay at `heater` (0 or 1)."""
+    """The fixture after one control period.
+
+    Parameters
+    ----------
+    p : KilnPlant
+        Parameters of the fixture.
+    s : KilnState
+        State of the fixture; its memory is changed in place.
+    heater : float
+        The heater's relay, 0 or 1.
+    draw : KilnNoise
+        Noise of this period.
+    dt : float
+        s.
+
+    Returns
+    -------
+    KilnState
+        New state.
+    """
     oven = p.oven
     air = s.air + dt * (oven.power * heater - (s.air - oven.ambient) / oven.loss_time)
     couple = s.thermocouple + (air - s.thermocouple) * (1.0 - math.exp(-dt / oven.thermocouple_lag))

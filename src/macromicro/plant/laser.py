@@ -31,15 +31,46 @@ class Laser(NamedTuple):
 
 @kernel
 def drifted(p: Laser, drift: float, draw: float, dt: float) -> float:
-    """Slow noise [m], `drift` before, after `dt` [s]; `draw` is a standard normal number."""
+    """Slow noise after one step.
+
+    Parameters
+    ----------
+    p : Laser
+        Parameters of the laser.
+    drift : float
+        Before, m.
+    draw : float
+        Standard normal number.
+    dt : float
+        s.
+
+    Returns
+    -------
+    float
+        m.
+    """
     keep = math.exp(-dt / p.drift_time)
     return keep * drift + p.drift * math.sqrt(1.0 - keep * keep) * draw
 
 
 @kernel
 def reading(p: Laser, path: float, draw: float, drift: float) -> float:
-    """Reading [m] for a true `path` [m] since the reset and the slow noise `drift` [m].
+    """Reading of the laser, rounded to its resolution.
 
-    `draw` is a standard normal number, the fast noise; the sum is rounded to `resolution`.
+    Parameters
+    ----------
+    p : Laser
+        Parameters of the laser.
+    path : float
+        True path since the reset, m.
+    draw : float
+        Standard normal number, the fast noise.
+    drift : float
+        Slow noise, m.
+
+    Returns
+    -------
+    float
+        m.
     """
     return math.floor((path + p.noise * draw + drift) / p.resolution + 0.5) * p.resolution

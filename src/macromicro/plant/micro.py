@@ -25,8 +25,23 @@ class Micro(NamedTuple):
 
 
 class MicroState(NamedTuple):
-    """power [W] in the wires, flow [W] from wires to plates at the last step's start,
-    cut: CONTRACT closed, plates and body [degC], the wires."""
+    """State of the micro-stage.
+
+    Attributes
+    ----------
+    power : float
+        Heat into the wires, W.
+    flow : float
+        Heat from wires to plates at the last step's start, W.
+    cut : float
+        CONTRACT closed, 0 or 1.
+    plates : float
+        deg C.
+    body : float
+        deg C.
+    wire : WireState
+        The wires.
+    """
 
     power: float
     flow: float
@@ -37,12 +52,44 @@ class MicroState(NamedTuple):
 
 
 def prepare(spec: Driver, heat: Thermal, alloy: Wire, phase: Phase, load: Load) -> Micro:
-    """Runtime parameters, the relay table included."""
+    """Runtime parameters, the relay table included.
+
+    Parameters
+    ----------
+    spec : Driver
+        Driver circuit.
+    heat : Thermal
+        Heat ladder.
+    alloy : Wire
+        Wires.
+    phase : Phase
+        Density of the relays.
+    load : Load
+        What the wires pull.
+
+    Returns
+    -------
+    Micro
+        For the kernels.
+    """
     return Micro(driver.prepare(spec), heat, alloy, phase_table(phase), load)
 
 
 def cold(p: Micro, temperature: float) -> MicroState:
-    """The actuator at a temperature [degC], fully extended, never heated before."""
+    """The actuator at a temperature, fully extended, never heated before.
+
+    Parameters
+    ----------
+    p : Micro
+        Parameters of the actuator.
+    temperature : float
+        deg C.
+
+    Returns
+    -------
+    MicroState
+        Its memory is its own.
+    """
     return MicroState(
         0.0,
         0.0,
@@ -54,7 +101,24 @@ def cold(p: Micro, temperature: float) -> MicroState:
 
 
 def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireState:
-    """Wires at rest at a temperature [degC], all martensite."""
+    """Wires at rest at a temperature, all martensite.
+
+    Parameters
+    ----------
+    p : Wire
+        Parameters of the actuator.
+    load : Load
+        What they pull.
+    table : Everett
+        Relays.
+    temperature : float
+        deg C.
+
+    Returns
+    -------
+    WireState
+        Its memory is its own.
+    """
     u = temperature - p.shift * (load.preload - p.reference_load)
     return WireState(float(temperature), u, 1.0, 0.0, 0.0, float(temperature), fresh(table, u))
 
@@ -63,9 +127,27 @@ def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireSt
 def advance(
     p: Micro, s: MicroState, ctrl: float, fan: float, inertia: float, dt: float
 ) -> MicroState:
-    """The actuator after `dt` [s] with CTRL at `ctrl` [D/A volts].
+    """The actuator after one step.
 
-    `fan` 0 or 1; `inertia` [N]: load by the carriage's acceleration.
+    Parameters
+    ----------
+    p : Micro
+        Parameters of the actuator.
+    s : MicroState
+        State of the actuator; its memory is changed in place.
+    ctrl : float
+        CTRL, D/A volts, V.
+    fan : float
+        0 or 1.
+    inertia : float
+        Load by the carriage's acceleration, N.
+    dt : float
+        s.
+
+    Returns
+    -------
+    MicroState
+        New state.
     """
     cut = driver.contract(p.driver, s.cut, s.wire.x)
     power = driver.delivered(p.driver, s.power, ctrl, cut, dt)

@@ -31,9 +31,25 @@ class Motor(NamedTuple):
 
 @kernel
 def current_terms(p: Motor, current: float, volts: float, h: float) -> tuple[float, float]:
-    """(4.1) first row, backward Euler over `h`: current = a - b * speed, speed in m/s.
+    """(4.1) first row, backward Euler, linear in the new speed: current = a - b v1.
 
-    Returns a [A] and b [A s/m] from the present current [A] and motor voltage [V].
+    Parameters
+    ----------
+    p : Motor
+        Parameters of the motor.
+    current : float
+        Present current, A.
+    volts : float
+        Volts at the motor, V.
+    h : float
+        s.
+
+    Returns
+    -------
+    a : float
+        A.
+    b : float
+        A s/m.
     """
     # (4.1): di/dt = (V - R i - K_b omega) / L, omega = v / r
     denominator = 1.0 + h * p.resistance / p.inductance
@@ -44,5 +60,18 @@ def current_terms(p: Motor, current: float, volts: float, h: float) -> tuple[flo
 
 @kernel
 def force(p: Motor, current: float) -> float:
-    """Pull of the belt [N] for an armature current [A]."""
+    """Pull of the belt.
+
+    Parameters
+    ----------
+    p : Motor
+        Parameters of the motor.
+    current : float
+        Current of the armature, A.
+
+    Returns
+    -------
+    float
+        N.
+    """
     return p.constant * current / p.pulley

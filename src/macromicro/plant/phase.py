@@ -59,10 +59,21 @@ TABLE_END = _LOW + _STEP * (_NODES - 1)
 def weights(
     p: Phase, up: npt.NDArray[np.float64], down: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
-    """Density (not normalised) at heating thresholds `up` and cooling thresholds `down` [degC].
+    """Density (not normalised) of the relays.
 
-    Broadcasts; zero above the last heating threshold and where the thresholds are
-    closer than `width_min`.
+    Zero above the last heating threshold and where the thresholds are closer than `width_min`.
+
+    Parameters
+    ----------
+    p : Phase
+        Parameters of the density.
+    up, down : ndarray
+        Heating and cooling thresholds, deg C; they broadcast.
+
+    Returns
+    -------
+    ndarray
+        In the broadcast shape.
     """
     within = (up >= p.heat_start) & (up <= p.heat_end)
     rising = np.where(within, np.exp(np.minimum(up - p.heat_end, 0.0) / p.heat_fold), 0.0)
@@ -77,5 +88,16 @@ def weights(
 
 
 def table(p: Phase) -> Everett:
-    """Everett table of the density on 0-120 degC in half degrees."""
+    """Everett table of the density on 0-120 deg C in half degrees.
+
+    Parameters
+    ----------
+    p : Phase
+        Parameters of the density.
+
+    Returns
+    -------
+    Everett
+        Output 0 to 1: the austenite fraction.
+    """
     return from_density(lambda up, down: weights(p, up, down), _LOW, _STEP, _NODES)

@@ -66,9 +66,25 @@ class Thermal(NamedTuple):
 def flows(
     p: Thermal, wire: float, plates: float, body: float, fan: float
 ) -> tuple[float, float, float]:
-    """Heat flows [W]: wires to plates, plates to body, body to air.
+    """Heat flows of the ladder.
 
-    `wire`, `plates`, `body` [degC]; `fan` is 0 or 1.
+    Parameters
+    ----------
+    p : Thermal
+        Parameters of the ladder.
+    wire, plates, body : float
+        Temperatures, deg C.
+    fan : float
+        0 or 1.
+
+    Returns
+    -------
+    wire : float
+        Wires to plates, W.
+    plates : float
+        Plates to body, W.
+    body : float
+        Body to air, W.
     """
     ease = 1.0 + fan * (p.fan_factor - 1.0)
     return (

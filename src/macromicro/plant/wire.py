@@ -74,7 +74,17 @@ class Wire(NamedTuple):
 
 
 class Load(NamedTuple):
-    """What the wires pull: force [N] at rest, its rate [N/m], moving mass [kg]."""
+    """What the wires pull.
+
+    Attributes
+    ----------
+    preload : float
+        Force at full extension, N.
+    rate : float
+        Rise of the force with the contraction, N/m.
+    mass : float
+        That moves, kg.
+    """
 
     preload: float
     rate: float
@@ -82,9 +92,25 @@ class Load(NamedTuple):
 
 
 class WireState(NamedTuple):
-    """Wires' heat content [K, as temperature plus latent share], relay input u [degC],
-    slope d(heat)/du of the last step, austenite fraction, contraction [m], temperature
-    [degC], relay memory."""
+    """State of the wires.
+
+    Attributes
+    ----------
+    content : float
+        Heat content, as temperature plus latent share, K.
+    u : float
+        Relay input, deg C.
+    slope : float
+        d(content)/du of the last step.
+    austenite : float
+        Fraction, 0 to 1.
+    x : float
+        Contraction, m.
+    temperature : float
+        deg C.
+    memory : Memory
+        Memory of the relays.
+    """
 
     content: float
     u: float
@@ -97,10 +123,28 @@ class WireState(NamedTuple):
 
 @kernel
 def geometry(p: Wire, load: Load, austenite: float, inertia: float) -> tuple[float, float]:
-    """Contraction [m] and wire force [N] for an austenite fraction; `inertia` [N] adds to the load.
+    """Contraction and wire force for an austenite fraction.
 
-    x = stroke xi - (elastic stretch now - elastic stretch cold and still); beyond the
-    stop the wires go on pulling, against their own elasticity.
+    x = stroke xi - (elastic stretch now - elastic stretch cold and still); beyond the stop the
+    wires continue to pull, against their own elasticity.
+
+    Parameters
+    ----------
+    p : Wire
+        Parameters of the wires.
+    load : Load
+        What they pull.
+    austenite : float
+        xi, 0 to 1.
+    inertia : float
+        Added to the load, N.
+
+    Returns
+    -------
+    x : float
+        Contraction, m.
+    force : float
+        N.
     """
     scale = p.area / p.length
     compliance = ((1.0 - austenite) / p.martensite + austenite / p.austenite) / scale
@@ -127,10 +171,34 @@ def _excess(
 def solve(
     p: Wire, load: Load, table: Everett, s: WireState, content: float, inertia: float, latent: float
 ) -> tuple[float, float]:
-    """Relay input u at which the wires hold `content` [K], and d(content)/du on the way.
+    """Relay input at which the wires hold a heat content.
 
-    The content rises at least as fast as u, so the root lies within the residual of the
-    present u: a secant search, kept inside that bracket, started with the last slope.
+    The content rises at least as fast as u, so the root lies within the residual of the present u:
+    a secant search, kept inside that bracket, started with the last slope.
+
+    Parameters
+    ----------
+    p : Wire
+        Parameters of the wires.
+    load : Load
+        What they pull.
+    table : Everett
+        Relays.
+    s : WireState
+        Present state; not changed.
+    content : float
+        Temperature plus latent share, K.
+    inertia : float
+        Added to the load, N.
+    latent : float
+        Heat of the full transformation over the wires' capacity, K.
+
+    Returns
+    -------
+    u : float
+        deg C.
+    slope : float
+        d(content)/du on the way.
     """
     r_old = _excess(p, load, table, s.memory, s.u, inertia, latent) - content
     if abs(r_old) < 1e-11:
@@ -167,7 +235,30 @@ def solve(
 def heated(
     p: Wire, load: Load, table: Everett, s: WireState, gain: float, inertia: float, capacity: float
 ) -> WireState:
-    """The wires after taking `gain` [J]; `capacity` [J/K] is their plain heat capacity."""
+    """The wires after taking up heat.
+
+    Parameters
+    ----------
+    p : Wire
+        Parameters of the wires.
+    load : Load
+        What they pull.
+    table : Everett
+        Relays.
+    s : WireState
+        State of the wires; its memory is changed in place.
+    gain : float
+        Heat, J.
+    inertia : float
+        Added to the load, N.
+    capacity : float
+        Their plain heat capacity, J/K.
+
+    Returns
+    -------
+    WireState
+        New state.
+    """
     latent = p.latent / capacity
     content = s.content + gain / capacity
     u, slope = solve(p, load, table, s, content, inertia, latent)
@@ -179,10 +270,28 @@ def heated(
 
 @kernel
 def tempered(p: Wire, load: Load, table: Everett, s: WireState, temperature: float) -> WireState:
-    """The wires at an imposed temperature [degC], as in the kiln: no latent heat to pay.
+    """The wires at an imposed temperature, as in the kiln: no latent heat to pay.
 
-    Only for loads whose rate is zero or small: the force of the present contraction
-    shifts the thresholds.
+    Only for loads whose rate is zero or small: the force of the present contraction shifts the
+    thresholds.
+
+    Parameters
+    ----------
+    p : Wire
+        Parameters of the wires.
+    load : Load
+        What they pull.
+    table : Everett
+        Relays.
+    s : WireState
+        State of the wires; its memory is changed in place.
+    temperature : float
+        deg C.
+
+    Returns
+    -------
+    WireState
+        New state.
     """
     _, force = geometry(p, load, s.austenite, 0.0)
     u = temperature - p.shift * (force - p.reference_load)

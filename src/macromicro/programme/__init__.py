@@ -39,12 +39,34 @@ FOLDER = Path(__file__).parents[1] / "programmes"
 
 
 def shipped() -> dict[str, Path]:
-    """The example programmes that come with the package, by name."""
+    """The example programmes that come with the package.
+
+    Returns
+    -------
+    dict[str, Path]
+        File by name.
+    """
     return {p.stem: p for p in sorted(FOLDER.iterdir()) if p.suffix in (".toml", ".csv")}
 
 
 def find(name_or_path: str) -> Path:
-    """The file of a shipped programme's name, or the path itself if something is there."""
+    """The file of a shipped programme's name, or a path if something is there.
+
+    Parameters
+    ----------
+    name_or_path : str
+        Name of an example, or a path.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        There is neither; names the nearest example.
+    """
     examples = shipped()
     if name_or_path in examples:
         return examples[name_or_path]
@@ -62,10 +84,25 @@ def find(name_or_path: str) -> Path:
 
 
 def load(path: Path, limits: Limits) -> Programme:
-    """Read a programme, .toml or .csv. Targets outside `limits` are refused.
+    """Read a programme.
 
-    Raises `InputError` that names the file and the line (CSV, TOML syntax) or the move,
-    counted from 1, and its key (TOML).
+    Parameters
+    ----------
+    path : Path
+        .toml (sequenced) or .csv (scheduled).
+    limits : Limits
+        How far the stages go: targets outside are refused.
+
+    Returns
+    -------
+    Programme
+        Targets in counts and m.
+
+    Raises
+    ------
+    InputError
+        Names the file and the line (CSV, TOML syntax) or the move, counted from 1, and its key
+        (TOML).
     """
     path = Path(path)
     suffix = path.suffix.lower()

@@ -21,7 +21,21 @@ WHAT = "a motion programme (.toml or .csv)"
 
 
 class Limits(NamedTuple):
-    """How far the stages go: macro in counts, micro in m; counts_per_metre scales lengths."""
+    """How far the stages go.
+
+    Attributes
+    ----------
+    macro_lo : float
+        counts.
+    macro_hi : float
+        counts.
+    micro_lo : float
+        m.
+    micro_hi : float
+        m.
+    counts_per_metre : float
+        Scales lengths.
+    """
 
     macro_lo: float
     macro_hi: float
@@ -33,11 +47,23 @@ class Limits(NamedTuple):
 class Programme(NamedTuple):
     """A list of moves; all arrays have one element a move.
 
-    title: for people. start, s: earliest start after the run's beginning, NaN = as soon
-    as the move before is complete. stage: 0 macro, 1 micro. target: counts for macro,
-    m for micro. hold, s: how long the target is held after the move's arrival
-    (sequenced), or the time from `start` to the next change (scheduled). end, s: when
-    the programme ends, NaN = after the last hold. source: the file.
+    Attributes
+    ----------
+    title : str
+        For people.
+    start : ndarray, shape (n,)
+        Earliest start after the run's beginning, s; NaN: as soon as the move before is complete.
+    stage : ndarray, shape (n,)
+        MACRO or MICRO.
+    target : ndarray, shape (n,)
+        counts for macro, m for micro.
+    hold : ndarray, shape (n,)
+        How long the target is held after the move's arrival (sequenced), or the time from `start`
+        to the next change (scheduled), s.
+    end : float
+        When the programme ends, s; NaN: after the last hold.
+    source : str
+        The file.
     """
 
     title: str
@@ -54,7 +80,23 @@ class Programme(NamedTuple):
         return not math.isnan(self.end)
 
     def repeated(self, n: int) -> Programme:
-        """The programme `n` times in a row; a scheduled one is shifted by its end each time."""
+        """The programme several times in a row; a scheduled one is shifted by its end each time.
+
+        Parameters
+        ----------
+        n : int
+            How often.
+
+        Returns
+        -------
+        Programme
+            With n times the moves.
+
+        Raises
+        ------
+        InputError
+            `n` is below 1, or gives more than `MAX_MOVES` moves.
+        """
         size = len(self.target)
         most = MAX_MOVES // size
         if not 1 <= n <= most:
@@ -70,7 +112,19 @@ class Programme(NamedTuple):
 
 
 class Move(NamedTuple):
-    """One move: a row of a `Programme`."""
+    """One move: a row of a `Programme`.
+
+    Attributes
+    ----------
+    start : float
+        s, or NaN.
+    stage : int
+        MACRO or MICRO.
+    target : float
+        counts or m.
+    hold : float
+        s.
+    """
 
     start: float
     stage: int
@@ -79,7 +133,24 @@ class Move(NamedTuple):
 
 
 def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Programme:
-    """The columns of `moves`."""
+    """The columns of some moves.
+
+    Parameters
+    ----------
+    title : str
+        For people.
+    moves : Sequence[Move]
+        One or more.
+    end : float
+        When it ends, s; NaN: after the last hold.
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Programme
+        Arrays of one element a move.
+    """
     start, stage, target, hold = zip(*moves, strict=True)
     return Programme(
         title=title,
@@ -93,9 +164,30 @@ def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Prog
 
 
 def admitted(value: float, stage: int, limits: Limits, where: str, text: str) -> float:
-    """`value` as a target, counts (rounded to whole ones) or m, if the stage can go there.
+    """A target, if the stage can go there.
 
-    `text` is what the user wrote. Raises `InputError` with the range in words.
+    Parameters
+    ----------
+    value : float
+        counts or m.
+    stage : int
+        MACRO or MICRO.
+    limits : Limits
+        How far the stages go.
+    where : str
+        File, move and key, for the message.
+    text : str
+        What the user wrote.
+
+    Returns
+    -------
+    float
+        counts (rounded to whole ones) or m.
+
+    Raises
+    ------
+    InputError
+        It cannot; names the range.
     """
     if stage == MICRO:
         if limits.micro_lo <= value <= limits.micro_hi:

@@ -50,8 +50,25 @@ class _Row(NamedTuple):
 def load_csv(path: Path, limits: Limits) -> Programme:
     """Read a scheduled programme.
 
-    The stages start from 0, so a first row of 0 is no move, unless the last row leaves
-    the stage elsewhere: repeated, the programme must then come back.
+    The stages start from 0, so a first row of 0 is no move, unless the last row leaves the stage
+    elsewhere: repeated, the programme must then come back.
+
+    Parameters
+    ----------
+    path : Path
+        .csv, with columns such as t_s, macro_mm and micro_um.
+    limits : Limits
+        How far the stages go.
+
+    Returns
+    -------
+    Programme
+        With times.
+
+    Raises
+    ------
+    InputError
+        Names the file and the line.
     """
     lines = re.split(r"\r\n|\r|\n", read_text(path, WHAT))
     file = printable(path, 300)

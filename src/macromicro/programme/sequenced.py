@@ -32,7 +32,25 @@ _TARGETS = "text with a unit such as '1.5 mm', or a list of such texts"
 
 
 def load_toml(path: Path, limits: Limits) -> Programme:
-    """Read a sequenced programme."""
+    """Read a sequenced programme.
+
+    Parameters
+    ----------
+    path : Path
+        .toml, with tables [[moves]].
+    limits : Limits
+        How far the stages go.
+
+    Returns
+    -------
+    Programme
+        Without times.
+
+    Raises
+    ------
+    InputError
+        Names the file and the line or the move and its key.
+    """
     raw, file = read_toml(path, WHAT), printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
     title, tables = raw.get("title", ""), raw.get("moves")

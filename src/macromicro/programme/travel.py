@@ -22,6 +22,19 @@ class Travel(NamedTuple):
 
 
 def limits(travel: Travel, pitch: float) -> Limits:
-    """Limits of a programme for an encoder of this `pitch` [m]."""
+    """Limits of a programme.
+
+    Parameters
+    ----------
+    travel : Travel
+        How far programmes may go.
+    pitch : float
+        Travel per encoder count, m.
+
+    Returns
+    -------
+    Limits
+        In counts and m.
+    """
     most = int(travel.macro / pitch + 1e-6)
     return Limits(0.0, float(most), 0.0, travel.micro, 1.0 / pitch)

@@ -25,7 +25,19 @@ Floats = NDArray[np.float64]
 
 
 class Drawn(NamedTuple):
-    """A figure with its file name (no suffix), title, and what to look at."""
+    """A figure of a report.
+
+    Attributes
+    ----------
+    name : str
+        Name of its file, without suffix.
+    title : str
+        Heading.
+    caption : str
+        What to look at.
+    figure : Figure
+        Belongs to no window.
+    """
 
     name: str
     title: str
@@ -34,7 +46,18 @@ class Drawn(NamedTuple):
 
 
 def draw(ended: Ended) -> Iterator[Drawn]:
-    """All figures that this run can fill, one after the other."""
+    """All figures that a run can fill.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Yields
+    ------
+    Drawn
+        One after the other.
+    """
     if not len(ended.recording):
         return
     for function in (response, tracking, vibration, micro, efforts, temperatures, cycles):
@@ -44,24 +67,68 @@ def draw(ended: Ended) -> Iterator[Drawn]:
 
 
 def fine_laser(recording: Recording) -> Floats:
-    """The laser [um] while the micro-stage is enabled, NaN elsewhere and at resets."""
+    """The laser while the micro-stage is enabled.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        um; NaN elsewhere and at resets.
+    """
     wanted = (recording["phase"] == ENABLED) & (recording["laser_reset"] == 0)
     return np.where(wanted, recording["laser"], np.nan)
 
 
 def first_cycle(ended: Ended) -> slice:
-    """Rows of the first cycle: the whole run, if there is only one."""
+    """Rows of the first cycle: the whole run, if there is only one.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    slice
+        From 0.
+    """
     end = np.searchsorted(ended.recording["move"], ended.job.per_cycle)
     return slice(0, int(end))
 
 
 def stages(ended: Ended) -> tuple[int, ...]:
-    """The stages that the programme moves."""
+    """The stages that the programme moves.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    tuple[int, ...]
+        MACRO, FINE or both.
+    """
     return tuple(s for s in (MACRO, FINE) if np.any(ended.job.programme.stage == s))
 
 
 def response(ended: Ended) -> Drawn | None:
-    """Figure 6.2: the stages that move with their references, a whole cycle and its first moves."""
+    """Figure 6.2: the stages that move with their references, a whole cycle and its first moves.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    Drawn | None
+        None if both stages follow trajectories.
+    """
     if ended.tracking and not ended.moves:
         return None
     recording, pitch = ended.recording, ended.job.settings.sensors.encoder.pitch * 1e3
@@ -104,7 +171,18 @@ def response(ended: Ended) -> Drawn | None:
 
 
 def tracking(ended: Ended) -> Drawn | None:
-    """A stage that follows a trajectory: reference and reading, and the error between them."""
+    """A stage that follows a trajectory: reference and reading, and the error between them.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    Drawn | None
+        None if no stage does.
+    """
     if not ended.tracking:
         return None
     count = len(ended.tracking)
@@ -131,7 +209,18 @@ def tracking(ended: Ended) -> Drawn | None:
 
 
 def vibration(ended: Ended) -> Drawn | None:
-    """Figure 6.3: what the laser shows after the first macro move, with the fitted decay."""
+    """Figure 6.3: what the laser shows after the first macro move, with the fitted decay.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    Drawn | None
+        None if it shows no vibration.
+    """
     if not ended.vibration:
         return None
     v, recording = ended.vibration[0], ended.recording
@@ -170,7 +259,18 @@ def vibration(ended: Ended) -> Drawn | None:
 
 
 def micro(ended: Ended) -> Drawn | None:
-    """Figures 6.4 and 6.5: the micro-stage in the last cycle, whole and on a set point."""
+    """Figures 6.4 and 6.5: the micro-stage in the last cycle, whole and on a set point.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    Drawn | None
+        None without micro moves.
+    """
     fine = [m for m in ended.moves if m.stage == "micro"]
     if not fine:
         return None
@@ -221,7 +321,18 @@ def micro(ended: Ended) -> Drawn | None:
 
 
 def efforts(ended: Ended) -> Drawn | None:
-    """Outputs of the stages that move, over a cycle."""
+    """Outputs of the stages that move, over a cycle.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    Drawn | None
+        In V at the D/A.
+    """
     recording, rows, shown = ended.recording, first_cycle(ended), stages(ended)
     t = recording["t"][rows]
     figure, axes = new(3.8 if len(shown) > 1 else 2.2, len(shown), sharex=True)
@@ -242,7 +353,18 @@ def efforts(ended: Ended) -> Drawn | None:
 
 
 def temperatures(ended: Ended) -> Drawn | None:
-    """Wire, plates and body of the actuator, and the guard's estimate."""
+    """Wire, plates and body of the actuator, and the guard's estimate.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    Drawn | None
+        None if the micro-stage does not move.
+    """
     if FINE not in stages(ended):
         return None
     recording = ended.recording
@@ -267,7 +389,18 @@ def temperatures(ended: Ended) -> Drawn | None:
 
 
 def cycles(ended: Ended) -> Drawn | None:
-    """Return to zero and bias by cycle, for a run of several."""
+    """Return to zero and bias by cycle.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    Drawn | None
+        None for fewer than two cycles.
+    """
     if len(ended.cycles) < 2:
         return None
     number = [c.cycle for c in ended.cycles]

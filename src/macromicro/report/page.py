@@ -16,7 +16,22 @@ TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
 
 
 def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:
-    """The report as HTML. All text is escaped."""
+    """The report as HTML. All text is escaped.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+    pictures : Sequence[Picture]
+        Its figures.
+    started : str
+        When, in words a person reads (ISO 8601).
+
+    Returns
+    -------
+    str
+        One self-contained file.
+    """
     return filled(
         TEMPLATE,
         ended=ended,

@@ -11,7 +11,13 @@ _LIBRARIES = ("numpy", "numba", "scipy", "h5py", "matplotlib")
 
 
 def software() -> list[tuple[str, str]]:
-    """Name and value: package, Python, libraries, machine."""
+    """Package, Python, libraries, machine.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        Name and value.
+    """
     return [
         ("macromicro", macromicro.__version__),
         ("Python", platform.python_version()),

@@ -11,7 +11,20 @@ from macromicro.schema.text import plain
 
 
 def summary(ended: Ended, started: str) -> dict[str, Any]:
-    """The content of summary.json. `started`: when, in words a person reads (ISO 8601)."""
+    """The content of summary.json.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+    started : str
+        When, in words a person reads (ISO 8601).
+
+    Returns
+    -------
+    dict[str, Any]
+        Quantities with their unit in the key.
+    """
     job = ended.job
     fault = ended.fault
     return {
@@ -39,5 +52,16 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
 
 
 def as_json(content: dict[str, Any]) -> str:
-    """JSON without NaN or infinity: they become null."""
+    """JSON without NaN or infinity: they become null.
+
+    Parameters
+    ----------
+    content : dict[str, Any]
+        Anything that is made of dictionaries, sequences, text and numbers.
+
+    Returns
+    -------
+    str
+        The text, with a newline at its end.
+    """
     return json.dumps(plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"

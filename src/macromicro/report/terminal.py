@@ -23,7 +23,18 @@ _BROKEN = {
 
 @contextmanager
 def progress(job: Job) -> Iterator[Report]:
-    """A bar on stderr, in simulated seconds; one plain line where that is no terminal."""
+    """A bar on stderr, in simulated seconds; one plain line where that is no terminal.
+
+    Parameters
+    ----------
+    job : Job
+        What is about to run.
+
+    Yields
+    ------
+    Report
+        To be called with the simulated time (s) and the index of the move.
+    """
     if not sys.stderr.isatty():
         print(f"running {job.programme.title}: about {job.expected:.0f} s", file=sys.stderr)
         yield lambda t, move: None
@@ -60,7 +71,13 @@ def _move(job: Job, k: int) -> str:
 
 
 def show(ended: Ended) -> None:
-    """The table of moves and the remarks, on stdout."""
+    """The table of moves and the remarks, on stdout.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+    """
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

@@ -24,14 +24,33 @@ _NONE = "-"
 
 
 class Line(NamedTuple):
-    """A line of the table of moves, as text with units; `arrived`: the move got there."""
+    """A line of the table of moves.
+
+    Attributes
+    ----------
+    cells : tuple[str, ...]
+        Text with units, in the order of `HEADINGS`.
+    arrived : bool
+        Whether the move got there.
+    """
 
     cells: tuple[str, ...]
     arrived: bool
 
 
 def table(ended: Ended) -> list[Line]:
-    """One line a move, in the order of `HEADINGS`."""
+    """One line a move.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    list[Line]
+        In the order of the moves.
+    """
     return [_line(m) for m in ended.moves]
 
 
@@ -59,7 +78,18 @@ def _text(value: float | None, digits: int, unit: str) -> str:
 
 
 def remarks(ended: Ended) -> list[tuple[str, str]]:
-    """Heading and text: vibration, the return to zero, speed."""
+    """Vibration, the return to zero, speed.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        Heading and text.
+    """
     found = [(f"{t.stage}-stage", _tracking(t)) for t in ended.tracking]
     if ended.vibration:
         found.append(("vibration", _vibration(ended)))
@@ -119,7 +149,18 @@ def _extension(ended: Ended) -> str:
 
 
 def problems(ended: Ended) -> list[str]:
-    """What went wrong, a sentence each; none for a good run."""
+    """What went wrong, a sentence each.
+
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+
+    Returns
+    -------
+    list[str]
+        None for a good run.
+    """
     found = []
     count = f"move {ended.begun} of {len(ended.job.programme.target)}"
     if ended.interrupted:

@@ -14,9 +14,24 @@ from macromicro.runs.job import Ended
 
 
 def write(ended: Ended, started: str) -> dict[str, Any]:
-    """Write everything beside the recording; the summary first, and given back.
+    """Write everything beside the recording; the summary first.
 
-    Raises OSError where the disk refuses.
+    Parameters
+    ----------
+    ended : Ended
+        The run.
+    started : str
+        When, in words a person reads (ISO 8601).
+
+    Returns
+    -------
+    dict[str, Any]
+        Content of the summary.
+
+    Raises
+    ------
+    OSError
+        The disk refuses.
     """
     out = ended.job.out
     content = summary(ended, started)

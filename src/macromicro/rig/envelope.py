@@ -9,9 +9,19 @@ from macromicro.kernel import kernel
 
 
 class Bounds(NamedTuple):
-    """The envelope's shape, in the unit of the error: margin above the error at the
-    start, tolerance always allowed, rate [per s] of the slowest accepted approach,
-    grace [s] before that approach must have begun."""
+    """The envelope's shape, in the unit of the error.
+
+    Attributes
+    ----------
+    margin : float
+        Above the error at the start.
+    tolerance : float
+        Always allowed.
+    rate : float
+        Slowest accepted approach, per s.
+    grace : float
+        Before that approach must have begun, s.
+    """
 
     margin: float
     tolerance: float
@@ -20,7 +30,17 @@ class Bounds(NamedTuple):
 
 
 class Envelope(NamedTuple):
-    """Reference watched (NaN: none), error allowed, time since that reference [s]."""
+    """The envelope at one instant.
+
+    Attributes
+    ----------
+    reference : float
+        The one watched; NaN: none.
+    allowed : float
+        Error allowed.
+    timer : float
+        Time since that reference came, s.
+    """
 
     reference: float
     allowed: float
@@ -28,7 +48,13 @@ class Envelope(NamedTuple):
 
 
 def closed() -> Envelope:
-    """Nothing is being followed."""
+    """The envelope while nothing is being followed.
+
+    Returns
+    -------
+    Envelope
+        Without a reference.
+    """
     return Envelope(math.nan, 0.0, 0.0)
 
 
@@ -38,8 +64,28 @@ def follow(
 ) -> Envelope:
     """The envelope one period later; the error is too large when it exceeds `allowed`.
 
-    A new reference opens it to the present error plus the margin; after the grace it
-    closes at the slowest accepted approach, down to the tolerance.
+    A new reference opens it to the present error plus the margin; after the grace it closes at the
+    slowest accepted approach, down to the tolerance.
+
+    Parameters
+    ----------
+    p : Bounds
+        Its shape.
+    s : Envelope
+        Its state.
+    active : float
+        Whether the stage is under control, 0 or 1.
+    reference : float
+        Set point.
+    error : float
+        Size of the following error.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Envelope
+        New state.
     """
     if active < 0.5:
         return Envelope(math.nan, 0.0, 0.0)

@@ -11,7 +11,23 @@ SWITCHED_OFF = "all outputs were set to off (told to the rig, not read back)"
 
 
 class Fault(NamedTuple):
-    """A tripped guard. `time_s`: when, in the run's time."""
+    """A tripped guard, in words.
+
+    Attributes
+    ----------
+    code : int
+        One of `codes`.
+    name : str
+        Short.
+    time_s : float
+        When, in the run's time, s.
+    message : str
+        What happened.
+    evidence : str
+        What was measured, and its limit.
+    remedy : str
+        What to do.
+    """
 
     code: int
     name: str
@@ -137,7 +153,18 @@ TEXTS = {
 
 
 def describe(watch: Watch) -> Fault | None:
-    """The fault of a guard's state; None if all is well."""
+    """The fault of a guard's state.
+
+    Parameters
+    ----------
+    watch : Watch
+        The state.
+
+    Returns
+    -------
+    Fault | None
+        None if all is well.
+    """
     if watch.fault == codes.OK:
         return None
     text = TEXTS[watch.fault]

@@ -57,13 +57,34 @@ CELLS = 16
 class Fault(NamedTuple):
     """One fault as data: nothing of it is left once it is switched off, but for counts lost.
 
-    `words`: what is broken. Encoder: `step` multiplies each count of motion, `jump` [counts]
-    comes once, `silent` names channels that give nothing. `hall`: "stuck", a voltage that is
-    read whatever the field is, or NaN for none; `noise` [V] rms is added to it. `later` [s]:
-    added to the time of samples; `clock`: "stands" at the
-    onset's, "none": no number. `stall` [s]: time that every reading takes. `cut`: outputs
-    that do not reach the bench. `blocked`: the carriage cannot move. `raises`: reading fails.
-    `hangs`: reading does not return.
+    Attributes
+    ----------
+    words : str
+        What is broken.
+    step : float
+        Multiplies each count of motion.
+    jump : float
+        Comes once, counts.
+    silent : tuple[str, ...]
+        Channels that give nothing.
+    hall : float | str
+        "stuck", a voltage that is read whatever the field is, or NaN for none.
+    noise : float
+        Noise added to the Hall voltage, V rms.
+    later : float
+        Added to the time of samples, s.
+    clock : str
+        "stands" at the onset's time, "none": no number.
+    stall : float
+        Time that every reading takes, s.
+    cut : tuple[str, ...]
+        Outputs that do not reach the bench.
+    blocked : bool
+        Whether the carriage cannot move.
+    raises : str
+        Reading fails with this message.
+    hangs : bool
+        Whether reading does not return.
     """
 
     words: str
@@ -111,8 +132,18 @@ _FAULTS = tuple(FAULTS.values())
 
 
 def board(path: str | os.PathLike[str] | None = None) -> NDArray[np.float64]:
-    """The board, float64[CELLS]: mapped from the file, which is made where there is none;
-    without a path in this process' memory alone."""
+    """The board, mapped from a file or in this process' memory alone.
+
+    Parameters
+    ----------
+    path : str | os.PathLike[str] | None, optional
+        The file, which is made where there is none; None for no file.
+
+    Returns
+    -------
+    ndarray, shape (CELLS,)
+        Indexed by the names above.
+    """
     if path is None:
         return np.zeros(CELLS)
     size = 8 * CELLS
@@ -126,15 +157,39 @@ def board(path: str | os.PathLike[str] | None = None) -> NDArray[np.float64]:
 
 
 def inject(cells: NDArray[np.float64], name: str) -> None:
-    """Switch a fault on from the next sample, in place of the one before; "none" ends it."""
+    """Switch a fault on from the next sample, in place of the one before.
+
+    Parameters
+    ----------
+    cells : ndarray, shape (CELLS,)
+        The board.
+    name : str
+        One of `NAMES`; "none" ends it.
+
+    Raises
+    ------
+    InputError
+        There is no such fault.
+    """
     if name not in FAULTS:
         raise InputError("fault", name, ", ".join(NAMES))
     cells[WANTED] = NAMES.index(name)
 
 
 class Faulty(Twin):
-    """The twin behind faults; without one it is the twin, bit for bit. It always begins where
-    its encoder says."""
+    """The twin behind faults; without one it is the twin, bit for bit.
+
+    It always begins where its encoder says.
+
+    Parameters
+    ----------
+    *given : Any
+        As for `Twin`.
+    cells : ndarray, shape (CELLS,)
+        The board.
+    **more : Any
+        As for `Twin`, by name.
+    """
 
     counted = True
 
@@ -155,7 +210,18 @@ class Faulty(Twin):
         cells[ONSET] = cells[SAFE_AT] = math.nan
 
     def read(self) -> Sample:
-        """Measure all channels through the present fault."""
+        """Measure all channels through the present fault.
+
+        Returns
+        -------
+        Sample
+            What the rig shows.
+
+        Raises
+        ------
+        OSError
+            The fault is one at which reading fails.
+        """
         cells = self.cells
         number = int(cells[WANTED])
         fresh = number != self._number
@@ -202,7 +268,13 @@ class Faulty(Twin):
         return sample._replace(**dict.fromkeys(fault.silent, math.nan))
 
     def write(self, outputs: Outputs) -> None:
-        """Set the outputs for the coming period; those that are cut do not get there."""
+        """Set the outputs for the coming period; those that are cut do not get there.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            In V; fan and laser reset 0 or 1.
+        """
         self._note(outputs)
         super().write(outputs._replace(**dict.fromkeys(self._fault.cut, 0.0)))
 
@@ -237,7 +309,18 @@ class Faulty(Twin):
 
 
 def twin(seed: int) -> Faulty:
-    """The default bench with its faults, compiled and called once."""
+    """The default bench with its faults, compiled and called once.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the sensor noise.
+
+    Returns
+    -------
+    Faulty
+        Its board is the file that MACROMICRO_FAULTS names.
+    """
     from macromicro.kernel import compiled
     from macromicro.plant.bench import Bench, Sensors
 
@@ -252,7 +335,18 @@ def twin(seed: int) -> Faulty:
 
 
 def main(arguments: list[str]) -> int:
-    """Switch a fault on in a rig that runs; the exit status."""
+    """Switch a fault on in a rig that runs.
+
+    Parameters
+    ----------
+    arguments : list[str]
+        The name of the fault.
+
+    Returns
+    -------
+    int
+        Exit status: 0, or 2 after a slip.
+    """
     path = os.environ.get(BOARD)
     if len(arguments) != 1 or arguments[0] not in FAULTS or not path or not Path(path).exists():
         print(f"{BOARD}=FILE python -m macromicro.rig.faulty FAULT\n", file=sys.stderr)

@@ -38,7 +38,15 @@ Taken = TypeVar("Taken")
 
 
 class FixtureTwin(Generic[Shown, Taken]):
-    """What both fixtures share: a clock that computes, outputs that end safe."""
+    """What both fixtures share: a clock that computes, outputs that end safe.
+
+    Parameters
+    ----------
+    dt : float
+        Control period, s.
+    safe : Taken
+        Outputs at the start and after `stop`.
+    """
 
     channels: tuple[str, ...] = ()
 
@@ -49,15 +57,38 @@ class FixtureTwin(Generic[Shown, Taken]):
         self._safe = self._outputs = safe
 
     def read(self) -> Shown:
-        """Measure all channels now."""
+        """Measure all channels now.
+
+        Returns
+        -------
+        Shown
+            In the units of the fixture's sample.
+
+        Raises
+        ------
+        NotImplementedError
+            A fixture must have its own.
+        """
         raise NotImplementedError
 
     def advance(self) -> None:
-        """Let one period pass."""
+        """Let one period pass.
+
+        Raises
+        ------
+        NotImplementedError
+            A fixture must have its own.
+        """
         raise NotImplementedError
 
     def write(self, outputs: Taken) -> None:
-        """Set the outputs for the coming period."""
+        """Set the outputs for the coming period.
+
+        Parameters
+        ----------
+        outputs : Taken
+            In the fixture's own type.
+        """
         self._outputs = outputs
 
     def stop(self) -> None:
@@ -77,10 +108,21 @@ class FixtureTwin(Generic[Shown, Taken]):
 
 
 class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
-    """The virtual kiln, its interference drawn from `seed`.
+    """The virtual kiln.
 
-    `measure` and `advance` default to the interpreted physics; the compiled ones may be
-    passed for speed and give the same bits.
+    Parameters
+    ----------
+    plant : KilnPlant
+        Its parameters.
+    seed : int
+        Seed of noise and interference.
+    dt : float, optional
+        Control period, s.
+    state : KilnState | None, optional
+        State at the start; default: cold.
+    measure, advance : Any, optional
+        The physics; by default interpreted. The compiled ones may be passed for speed and give the
+        same bits.
     """
 
     channels = KilnSample._fields
@@ -102,7 +144,13 @@ class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
         self._noise: list[KilnNoise] = []
 
     def read(self) -> KilnSample:
-        """Thermocouple [degC] and contraction [encoder counts] now; once a period."""
+        """Measure now; once a period.
+
+        Returns
+        -------
+        KilnSample
+            Thermocouple (deg C) and contraction (counts).
+        """
         if self.tick % _BLOCK == 0 or not self._noise:
             rows = self._random.standard_normal((_BLOCK, KILN_NOISES)).tolist()
             self._noise = [KilnNoise(*row) for row in rows]
@@ -119,7 +167,19 @@ class KilnTwin(FixtureTwin[KilnSample, KilnOutputs]):
 
 
 class CycleTwin(FixtureTwin[CycleSample, CycleOutputs]):
-    """The virtual cycle bench; it has no noise, so it needs no seed."""
+    """The virtual cycle bench; it has no noise, so it needs no seed.
+
+    Parameters
+    ----------
+    plant : CyclePlant
+        Its parameters.
+    dt : float, optional
+        Control period, s.
+    state : CycleState | None, optional
+        State at the start; default: cold.
+    measure, advance : Any, optional
+        The physics; by default interpreted.
+    """
 
     channels = CycleSample._fields
 
@@ -137,7 +197,13 @@ class CycleTwin(FixtureTwin[CycleSample, CycleOutputs]):
         self._measure, self._advance = measure, advance
 
     def read(self) -> CycleSample:
-        """Contraction [encoder counts] and the end signals now."""
+        """Measure now.
+
+        Returns
+        -------
+        CycleSample
+            Contraction (counts) and the end signals.
+        """
         sample: CycleSample = self._measure(self.plant, self.state, self.tick * self.dt)
         return sample
 

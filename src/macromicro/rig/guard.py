@@ -25,7 +25,19 @@ ROOM = 25.0
 
 
 class Guard(NamedTuple):
-    """Runtime parameters: the limits, and the envelopes in counts and mm."""
+    """Runtime parameters.
+
+    Attributes
+    ----------
+    limits : Limits
+        As the user may set them, SI.
+    macro : Bounds
+        Envelope, counts.
+    micro : Bounds
+        Envelope, mm.
+    calibration : Calibration
+        Calibration of the Hall sensor.
+    """
 
     limits: Limits
     macro: Bounds
@@ -34,7 +46,17 @@ class Guard(NamedTuple):
 
 
 class Heat(NamedTuple):
-    """Estimated heating, where the stage last moved to [mm], time heated idly since [s]."""
+    """What the guard estimates of the actuator.
+
+    Attributes
+    ----------
+    heating : Heating
+        State of (5.6).
+    anchor : float
+        Where the stage last moved to, mm.
+    idle : float
+        For how long it has been heated without motion, s.
+    """
 
     heating: Heating
     anchor: float
@@ -42,7 +64,27 @@ class Heat(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """State. `fault` code, with what was measured, its limit and the time [s] of it."""
+    """State of the guard.
+
+    Attributes
+    ----------
+    fault : int
+        One of `codes`.
+    value : float
+        What was measured at the fault, unit of its text.
+    limit : float
+        Its limit.
+    time : float
+        When, s.
+    seen : Seen
+        What the sensors have shown.
+    macro : Envelope
+        Envelope, counts.
+    micro : Envelope
+        Envelope, mm.
+    heat : Heat
+        Estimate of the actuator's heat.
+    """
 
     fault: int
     value: float
@@ -55,7 +97,20 @@ class Watch(NamedTuple):
 
 
 def prepare(limits: Limits, table: Calibration) -> Guard:
-    """Runtime parameters of the guard."""
+    """Runtime parameters of the guard.
+
+    Parameters
+    ----------
+    limits : Limits
+        As the user may set them.
+    table : Calibration
+        Calibration of the Hall sensor.
+
+    Returns
+    -------
+    Guard
+        Envelopes in counts and mm.
+    """
     return Guard(
         limits,
         Bounds(limits.macro_margin, limits.macro_tolerance, limits.macro_rate, limits.macro_grace),
@@ -70,7 +125,13 @@ def prepare(limits: Limits, table: Calibration) -> Guard:
 
 
 def fresh() -> Watch:
-    """Nothing seen yet, all well, actuator cold."""
+    """The guard at the start: nothing seen yet, all well, actuator cold.
+
+    Returns
+    -------
+    Watch
+        State.
+    """
     return Watch(
         OK,
         0.0,
@@ -85,13 +146,37 @@ def fresh() -> Watch:
 
 @kernel
 def temperature(s: Watch) -> float:
-    """Wire temperature [degC] estimated from CTRL alone: (5.6)-(5.8) above room temperature."""
+    """Wire temperature estimated from CTRL alone: (5.6)-(5.8) above room temperature.
+
+    Parameters
+    ----------
+    s : Watch
+        State of the guard.
+
+    Returns
+    -------
+    float
+        deg C.
+    """
     return ROOM + electrothermal.temperature(s.heat.heating)
 
 
 @kernel
 def legal(p: Limits, out: Outputs) -> bool:
-    """Are all outputs finite and within range? (NaN fails every comparison.)"""
+    """Whether all outputs are finite and within range. NaN fails every comparison.
+
+    Parameters
+    ----------
+    p : Limits
+        Limits.
+    out : Outputs
+        Outputs that were asked for.
+
+    Returns
+    -------
+    bool
+        False if one is not.
+    """
     return (
         abs(out.motor) <= p.motor
         and 0.0 <= out.ctrl <= p.ctrl
@@ -129,7 +214,30 @@ def _heat_fault(p: Limits, s: Heat) -> tuple[int, float, float]:
 def step(
     p: Guard, s: Watch, sample: Sample, command: Command, out: Outputs, dt: float
 ) -> tuple[Watch, Outputs]:
-    """One control period: the guard's new state and the outputs that may be written."""
+    """One control period of the guard.
+
+    Parameters
+    ----------
+    p : Guard
+        Parameters of the guard.
+    s : Watch
+        State of the guard.
+    sample : Sample
+        What the rig shows.
+    command : Command
+        What the controller is asking for.
+    out : Outputs
+        The outputs that it wants.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : Watch
+        New state; a fault in it latches.
+    outputs : Outputs
+        Those that may be written: `out`, or all safe.
+    """
     q = p.limits
     fine = legal(q, out)
     effort = out.motor if fine else 0.0

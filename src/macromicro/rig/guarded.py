@@ -22,10 +22,18 @@ IDLE = Command(0.0, 0.0, 0.0, 0.0, 0.0)
 class Guarded:
     """A `Rig` that refuses illegal outputs and switches off on a fault.
 
-    Of a sensor that the rig does not have (its `channels`) no values are expected.
+    Of a sensor that the rig does not have (its `channels`) no values are expected. Before each
+    `write`, say with `expect` what the controller is asking for, so that following errors can be
+    judged; without it only outputs and sensors are watched.
 
-    Before each `write`, tell it with `expect` what the controller is asking for, so that
-    following errors can be judged; without it only outputs and sensors are watched.
+    Parameters
+    ----------
+    rig : Rig
+        The machine.
+    limits : Guard
+        The guard's parameters.
+    dt : float
+        Control period, s.
     """
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
@@ -67,16 +75,34 @@ class Guarded:
         return guard.temperature(self.watch)
 
     def read(self) -> Sample:
-        """Measure, and remember the sample for the judgement of the next `write`."""
+        """Measure, and remember the sample for the judgement of the next `write`.
+
+        Returns
+        -------
+        Sample
+            What the rig shows.
+        """
         self._sample = self.rig.read()
         return self._sample
 
     def expect(self, command: Command) -> None:
-        """What the controller is asking for in this period."""
+        """Say what the controller is asking for in this period.
+
+        Parameters
+        ----------
+        command : Command
+            Set points and which stage is under control.
+        """
         self._command = command
 
     def write(self, outputs: Outputs) -> None:
-        """Write `outputs` if they pass; otherwise, and after any fault, safe values."""
+        """Write outputs if they pass; otherwise, and after any fault, safe values.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            What the controller wants.
+        """
         sample = self._sample if self._sample is not None else self.read()
         self.given = self._judged(sample, self._command, outputs)
         self.rig.write(self.given)
@@ -150,6 +176,15 @@ class CompiledGuarded(Guarded):
     """The same guard with its state inside compiled code, for a loop that runs in real time.
 
     The bits are those of `Guarded`. `watch` is fetched where somebody looks at it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The machine.
+    limits : Guard
+        The guard's parameters.
+    dt : float
+        Control period, s.
     """
 
     _fault: int

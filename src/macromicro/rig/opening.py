@@ -29,7 +29,15 @@ _METHODS = ("read", "write", "stop", "__enter__", "__exit__")
 
 @dataclass(frozen=True)
 class Factory:
-    """A user's function, by name, so that a process may hand it to another."""
+    """A user's function, by name, so that a process may hand it to another.
+
+    Attributes
+    ----------
+    module : str
+        Dotted name.
+    function : str
+        Its name in the module.
+    """
 
     module: str
     function: str
@@ -41,7 +49,13 @@ class Factory:
         return made
 
     def check(self) -> None:
-        """Import it, without calling it. InputError if it is not to be had."""
+        """Import it, without calling it.
+
+        Raises
+        ------
+        InputError
+            It is not to be had.
+        """
         _found(self.module, self.function)
 
     def __str__(self) -> str:
@@ -51,11 +65,27 @@ class Factory:
 def open_rig(name: str, seed: int = 0) -> Fixture:
     """The rig that "MODULE:FACTORY" names, ready to be opened for runs.
 
-    The module is looked for in the working directory as well. The factory is called once to
-    see what the rig has: `channels`; and where it has them, `kind` ("bench", "kiln" or
-    "cycle"), `dt` [s], `rest` [s], `limits`, `calibration` (the table) and `pitch` [m] as in
-    `Fixture`, and `counted` (bool). Raises
-    `InputError`. The twin is no `Fixture`: callers know it by its name.
+    The module is looked for in the working directory as well. The factory is called once to see
+    what the rig has: `channels`; and where it has them, `kind` ("bench", "kiln" or "cycle"), `dt`
+    (s), `rest` (s), `limits`, `calibration` (the table) and `pitch` (m) as in `Fixture`, and
+    `counted` (bool). The twin is no `Fixture`: callers know it by its name.
+
+    Parameters
+    ----------
+    name : str
+        "MODULE:FACTORY".
+    seed : int, optional
+        Given to the factory.
+
+    Returns
+    -------
+    Fixture
+        The rig, and how to open it.
+
+    Raises
+    ------
+    InputError
+        It is not to be had, or has not the shape of a rig.
     """
     factory = named(name)
     rig = factory(seed)
@@ -81,7 +111,23 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
 
 
 def named(name: str) -> Factory:
-    """The factory that "MODULE:FACTORY" names, not looked for. InputError for another text."""
+    """The factory that "MODULE:FACTORY" names, not looked for.
+
+    Parameters
+    ----------
+    name : str
+        "MODULE:FACTORY".
+
+    Returns
+    -------
+    Factory
+        Module and function.
+
+    Raises
+    ------
+    InputError
+        Another text.
+    """
     module, colon, function = name.partition(":")
     parts = (*module.split("."), function)
     if not colon or not all(part.isidentifier() for part in parts):

@@ -20,8 +20,22 @@ _SENSORS = {name: note for name, note in quantities(Sample).items() if name != "
 
 
 class Replay:
-    """A `Rig` whose readings are those of `recording`, one a period, in its own time; of what
-    was not recorded there are none. InputError for a recording without sensors."""
+    """A `Rig` whose readings are those of a recording, one a period, in its own time.
+
+    Of what was not recorded there are no readings.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording with the encoder's or the Hall sensor's column.
+    name : str, optional
+        For messages.
+
+    Raises
+    ------
+    InputError
+        A recording without sensors.
+    """
 
     def __init__(self, recording: Recording, name: str = "recording") -> None:
         found: dict[str, NDArray[np.float64]] = {}
@@ -43,20 +57,44 @@ class Replay:
         self._row = 0
 
     def now(self) -> float:
-        """Time of the reading [s], from 0."""
+        """Time of the reading.
+
+        Returns
+        -------
+        float
+            s, from 0.
+        """
         return float(self._t[self._row])
 
     def wait(self, dt: float) -> None:
-        """The next row; the last one stays."""
+        """Go to the next row; the last one stays.
+
+        Parameters
+        ----------
+        dt : float
+            Not used: the recording has its own period.
+        """
         self._row = min(self._row + 1, self.rows - 1)
 
     def read(self) -> Sample:
-        """The present row."""
+        """The present row.
+
+        Returns
+        -------
+        Sample
+            NaN in channels that were not recorded.
+        """
         k = self._row
         return Sample(self.now(), *(math.nan if v is None else float(v[k]) for v in self._values))
 
     def write(self, outputs: Outputs) -> None:
-        """Nothing: what was recorded has happened."""
+        """Nothing: what was recorded has happened.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            Not used.
+        """
 
     def stop(self) -> None:
         """Nothing: nothing moves."""
@@ -75,7 +113,23 @@ class Replay:
 
 
 def opened(name: str) -> Recording:
-    """The recording that "replay:FILE" names. InputError for another text, or no recording."""
+    """The recording that "replay:FILE" names.
+
+    Parameters
+    ----------
+    name : str
+        "replay:FILE".
+
+    Returns
+    -------
+    Recording
+        The recording.
+
+    Raises
+    ------
+    InputError
+        Another text, or no recording.
+    """
     if not name.startswith(SCHEME) or name == SCHEME:
         raise InputError("--rig", name, "twin, or replay:FILE with a recording")
     return Recording.load(Path(name.removeprefix(SCHEME)))

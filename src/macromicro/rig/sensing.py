@@ -24,11 +24,43 @@ from macromicro.types import Sample
 
 
 class Seen(NamedTuple):
-    """Last good readings and how long each is amiss [s]: age without a new value, time
-    of one and the same Hall code, time off the scale, time pushed without a count, hard or
-    so that it should just move. `against`: counts against pushes of one sign, signed as they
-    are; `jump` [counts] and what was possible; `before`: the Hall reading before the last [V];
-    `noise`: its mean square [V^2]; `time`, its last step, and for how long it gave none [s]."""
+    """Last good readings, and for how long each is amiss.
+
+    Attributes
+    ----------
+    encoder : float
+        counts.
+    encoder_age : float
+        Without a new value, s.
+    hall : float
+        V.
+    hall_age : float
+        Without a new value, s.
+    same : float
+        For how long the Hall sensor has given one and the same code, s.
+    railed : float
+        For how long the Hall sensor has been off its scale, s.
+    pushed : float
+        Pushed hard without a count, s.
+    leant : float
+        Pushed so that it should just move, without a count, s.
+    against : float
+        Counts against pushes of one sign, signed as they are.
+    jump : float
+        Last change of the encoder, counts.
+    possible : float
+        What was possible in that time, counts.
+    before : float
+        The Hall reading before the last, V.
+    noise : float
+        Mean square of the Hall sensor's noise, V^2.
+    time : float
+        Time of the last sample, s.
+    passed : float
+        Its last step, s.
+    stood : float
+        Without a new time, s.
+    """
 
     encoder: float
     encoder_age: float
@@ -70,7 +102,20 @@ UNSEEN = Seen(
 
 @kernel
 def expecting(s: Seen, encoder: bool, hall: bool) -> Seen:
-    """The same, where a sensor that the rig does not have is never overdue."""
+    """The same, where a sensor that the rig does not have is never overdue.
+
+    Parameters
+    ----------
+    s : Seen
+        State of what the sensors have shown.
+    encoder, hall : bool
+        Whether the rig has it.
+
+    Returns
+    -------
+    Seen
+        State.
+    """
     return Seen(
         s.encoder,
         s.encoder_age if encoder else 0.0,
@@ -117,7 +162,26 @@ def _noise(p: Limits, s: Seen, hall: float, dt: float) -> float:
 
 @kernel
 def look(p: Limits, s: Seen, sample: Sample, effort: float, dt: float) -> Seen:
-    """Readings and ages after this sample; `effort` [V] is the motor output asked for."""
+    """Readings and ages after a sample.
+
+    Parameters
+    ----------
+    p : Limits
+        Limits.
+    s : Seen
+        State of what the sensors have shown.
+    sample : Sample
+        What the rig shows.
+    effort : float
+        Motor output asked for, V.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Seen
+        New state.
+    """
     push = abs(effort)
     passed = sample.t - s.time
     if math.isnan(passed):  # the first one, or a rig that gave no time
@@ -181,8 +245,23 @@ DOUBTS = (
 
 @kernel
 def doubt(p: Limits, s: Seen, dt: float) -> int:
-    """Why the Hall sensor's last reading is not to be taken for a contraction, long before it
-    is a fault: an index into `DOUBTS`, 0 where it is."""
+    """Why the Hall sensor's last reading is not to be taken for a contraction, long before it is a
+    fault.
+
+    Parameters
+    ----------
+    p : Limits
+        Limits.
+    s : Seen
+        State of what the sensors have shown.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    int
+        Index into `DOUBTS`; 0: it may be.
+    """
     if s.hall_age > p.silent:
         return 1
     if s.railed > p.silent:  # a slack wire that bounces may touch the end of the scale
@@ -194,7 +273,26 @@ def doubt(p: Limits, s: Seen, dt: float) -> int:
 
 @kernel
 def fault(p: Limits, s: Seen, push: float) -> tuple[int, float, float]:
-    """Fault of a sensor or of the carriage: code, measured, limit."""
+    """Fault of a sensor or of the carriage.
+
+    Parameters
+    ----------
+    p : Limits
+        Limits.
+    s : Seen
+        State of what the sensors have shown.
+    push : float
+        Size of the motor output asked for, V.
+
+    Returns
+    -------
+    code : int
+        One of `codes`.
+    value : float
+        What was measured.
+    limit : float
+        Its limit.
+    """
     if s.encoder_age > p.silent:
         return ENCODER_SILENT, s.encoder_age, p.silent
     if s.hall_age > p.silent:

@@ -28,7 +28,15 @@ _CALIBRATION = (
 
 
 class Kind(NamedTuple):
-    """What a kind of rig may measure, and how often [s]."""
+    """What a kind of rig may measure, and how often.
+
+    Attributes
+    ----------
+    channels : tuple[str, ...]
+        Names of its sample's fields, without the time.
+    dt : float
+        s.
+    """
 
     channels: tuple[str, ...]
     dt: float
@@ -45,13 +53,30 @@ KINDS = {
 class Fixture(NamedTuple):
     """A rig that procedures can run on, and how to open it.
 
-    `make(seed)` gives the rig: for a virtual one a fresh rig with that noise, for a real one
-    always the same machine. `kind`: BENCH, KILN or CYCLE, which says what is written to it;
-    `channels`: what it measures; `dt` [s]: its control period. `rest` [s]: how long it is
-    left with outputs safe before a run that must begin cold; 0 where `make` gives it cold, its
-    laser at zero. `limits`: of its guard, None for the user's settings or the defaults; `table`:
-    its Hall calibration, None where it has none (`calibrated`); `pitch` [m]: travel per encoder
-    count of a kiln; `counted`: does its encoder keep its count, and count on, while nothing runs?
+    Attributes
+    ----------
+    name : str
+        For messages and recordings.
+    kind : str
+        BENCH, KILN or CYCLE, which says what is written to it.
+    make : Callable[[int], Any]
+        Gives the rig for a seed: for a virtual one a fresh rig with that noise, for a real one
+        always the same machine.
+    channels : tuple[str, ...]
+        What it measures.
+    dt : float
+        Control period, s.
+    rest : float
+        How long it is left with outputs safe before a run that must begin cold, s; 0 where `make`
+        gives it cold, its laser at zero.
+    limits : Limits | None
+        Limits of its guard; None for the user's settings or the defaults.
+    table : Calibration | None
+        Its Hall calibration; None where it has none (`calibrated`).
+    pitch : float
+        Travel per encoder count of a kiln, m.
+    counted : bool
+        Whether its encoder keeps its count, and counts on, while nothing runs.
     """
 
     name: str
@@ -66,11 +91,35 @@ class Fixture(NamedTuple):
     counted: bool = False
 
     def has(self, *channels: str) -> bool:
-        """Does it measure all of them?"""
+        """Whether it measures some channels.
+
+        Parameters
+        ----------
+        *channels : str
+            Names.
+
+        Returns
+        -------
+        bool
+            True if all of them.
+        """
         return all(c in self.channels for c in channels)
 
     def need(self, what: str, *channels: str) -> None:
-        """InputError unless it measures all `channels` that `what` needs."""
+        """Refuse a rig that lacks a channel.
+
+        Parameters
+        ----------
+        what : str
+            What needs them, for the message.
+        *channels : str
+            Names.
+
+        Raises
+        ------
+        InputError
+            It does not measure all of them.
+        """
         missing = ", ".join(c for c in channels if c not in self.channels)
         if missing:
             shown = ", ".join(c for c in self.channels if c != "t") or "nothing"
@@ -79,22 +128,50 @@ class Fixture(NamedTuple):
 
     def calibrated(self) -> Calibration:
         """The table of its Hall sensor: no other sensor's table is taken in its place.
-        InputError where it has none."""
+
+        Returns
+        -------
+        Calibration
+            Volts to mm.
+
+        Raises
+        ------
+        InputError
+            It has none.
+        """
         if self.table is None:
             raise InputError(f"--rig {self.name}, calibration", "none", _CALIBRATION)
         return self.table
 
     def open(self, seed: int = 0) -> Session:
-        """The rig, to be entered for one run."""
+        """The rig, to be entered for one run.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Given to `make`.
+
+        Returns
+        -------
+        Session
+            Not yet entered.
+        """
         return Session(self.make(seed), self.dt)
 
 
 class Session:
     """An opened rig, as a `Rig`.
 
-    It may be entered again inside itself; leaving always makes the outputs safe, and leaves
-    the rig at last, also on Ctrl-C and SIGTERM, whatever else they do. Readings are taken
-    once a period, however often they are asked for.
+    It may be entered again inside itself; leaving always makes the outputs safe, and leaves the rig
+    at last, also on Ctrl-C and SIGTERM, whatever else they do. Readings are taken once a period,
+    however often they are asked for.
+
+    Parameters
+    ----------
+    rig : Any
+        What the factory made.
+    dt : float
+        Control period, s.
     """
 
     def __init__(self, rig: Any, dt: float) -> None:
@@ -117,11 +194,23 @@ class Session:
         return self
 
     def now(self) -> float:
-        """Seconds since the first reading after the last `restart`."""
+        """Time since the first reading after the last `restart`.
+
+        Returns
+        -------
+        float
+            s.
+        """
         return float(self._rig.clock.now()) - (self._zero or 0.0)
 
     def wait(self, dt: float) -> None:
-        """Return when the next period begins."""
+        """Return when the next period begins.
+
+        Parameters
+        ----------
+        dt : float
+            Its length, s.
+        """
         self._rig.clock.wait(dt)
         self._sample = None
 
@@ -130,7 +219,13 @@ class Session:
         self._zero = None
 
     def read(self) -> Any:
-        """This period's sample."""
+        """This period's sample.
+
+        Returns
+        -------
+        Any
+            In the rig's own type, its time from zero.
+        """
         if self._sample is None:
             self._sample = self._rig.read()
         if self._zero is None:
@@ -140,12 +235,24 @@ class Session:
         return self._sample._replace(t=self._sample.t - self._zero)
 
     def write(self, outputs: Any) -> None:
-        """Set all outputs."""
+        """Set all outputs.
+
+        Parameters
+        ----------
+        outputs : Any
+            In the rig's own type.
+        """
         self.unstopped = "its stop was not called"
         self._rig.write(outputs)
 
     def idle(self, seconds: float) -> None:
-        """Let time pass with all outputs safe. The rig is read all the while, as it is used to."""
+        """Let time pass with all outputs safe. The rig is read all the while, as it is used to.
+
+        Parameters
+        ----------
+        seconds : float
+            s.
+        """
         periods = round(seconds / self._dt)
         if periods:
             self.stop()
@@ -154,9 +261,12 @@ class Session:
             self.wait(self._dt)
 
     def cold(self, rest: float) -> None:
-        """A cold start of the bench: `rest` [s] with outputs safe, then the laser's zero here.
+        """A cold start of the bench: a rest with outputs safe, then the laser's zero here.
 
-        Nothing happens where `rest` is 0: such a rig begins so.
+        Parameters
+        ----------
+        rest : float
+            s. Nothing happens where it is 0: such a rig begins so.
         """
         self.idle(rest)
         if rest > 0.0:
@@ -166,8 +276,11 @@ class Session:
             self.stop()
 
     def stop(self) -> None:
-        """Set every output to its safe value; `unstopped` tells whether the rig's `stop`
-        returned ("") or what became of it, as nothing reads the outputs back."""
+        """Set every output to its safe value.
+
+        Nothing reads the outputs back: `unstopped` says whether the rig's `stop` returned (""), or
+        what became of it.
+        """
         self.unstopped = "its stop did not return"
         try:
             self._rig.stop()

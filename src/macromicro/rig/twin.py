@@ -19,12 +19,31 @@ _BLOCK = 1000
 
 
 def noise_source(seed: int) -> np.random.Generator:
-    """The generator of a run's measurement noise: same seed, same numbers, however drawn."""
+    """The generator of a run's measurement noise: same seed, same numbers, however drawn.
+
+    Parameters
+    ----------
+    seed : int
+        Any whole number from 0.
+
+    Returns
+    -------
+    np.random.Generator
+        PCG64.
+    """
     return np.random.Generator(np.random.PCG64(seed))
 
 
 class Ticking(Protocol):
-    """A twin as its clock sees it: periods so far, their length [s], and one more."""
+    """A twin as its clock sees it.
+
+    Attributes
+    ----------
+    tick : int
+        Periods so far.
+    dt : float
+        Their length, s.
+    """
 
     tick: int
     dt: float
@@ -34,27 +53,61 @@ class Ticking(Protocol):
 
 
 class VirtualClock:
-    """Time of a twin: `wait` lets its physics advance instead of sleeping."""
+    """Time of a twin: `wait` lets its physics advance instead of sleeping.
+
+    Parameters
+    ----------
+    twin : Ticking
+        Whose time it is.
+    """
 
     def __init__(self, twin: Ticking) -> None:
         self._twin = twin
 
     def now(self) -> float:
-        """Simulated seconds since the start."""
+        """Simulated time since the start.
+
+        Returns
+        -------
+        float
+            s.
+        """
         return self._twin.tick * self._twin.dt
 
     def wait(self, dt: float) -> None:
-        """Advance the twin by `dt`, which must be its own period."""
+        """Advance the twin by one period.
+
+        Parameters
+        ----------
+        dt : float
+            The twin's own period, s.
+
+        Raises
+        ------
+        ValueError
+            Another period.
+        """
         if dt != self._twin.dt:
             raise ValueError(f"this twin runs at a period of {self._twin.dt} s, not {dt} s")
         self._twin.advance()
 
 
 class Twin:
-    """The bench behind the `Rig` interface, noise drawn from `seed`.
+    """The bench behind the `Rig` interface. `CompiledTwin` is faster, period by period.
 
-    `measure` and `advance` default to the interpreted physics; pass the compiled ones
-    for speed. Both give the same bits. `CompiledTwin` is faster still, period by period.
+    Parameters
+    ----------
+    plant : Plant
+        Its parameters.
+    seed : int
+        Seed of the sensor noise.
+    dt : float, optional
+        Control period, s.
+    state : State | None, optional
+        State at the start; default: at rest at 0 m, cold.
+    measure, advance : Any, optional
+        The physics; by default interpreted. Pass the compiled ones for speed; both give the same
+        bits.
     """
 
     channels = Sample._fields
@@ -80,12 +133,24 @@ class Twin:
         self._outputs = SAFE
 
     def read(self) -> Sample:
-        """Measure all channels now."""
+        """Measure all channels now.
+
+        Returns
+        -------
+        Sample
+            SI, encoder in counts.
+        """
         draw = self._draws()
         return self._measured(self.tick * self.dt, draw)
 
     def write(self, outputs: Outputs) -> None:
-        """Set the outputs for the coming control period."""
+        """Set the outputs for the coming control period.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            V; fan and laser reset 0 or 1.
+        """
         self._outputs = outputs
 
     def advance(self) -> None:
@@ -113,7 +178,13 @@ class Twin:
         self.state = self._advance(self.plant, self.state, outputs, draw, self.dt)
 
     def truth(self) -> Truth:
-        """The bench's true quantities (a real rig has no such thing)."""
+        """The bench's true quantities (a real rig has no such thing).
+
+        Returns
+        -------
+        Truth
+            SI, temperatures in deg C.
+        """
         return bench.truth(self.plant, self.state)
 
     def stop(self) -> None:
@@ -160,9 +231,20 @@ def _bench(
 class CompiledTwin(Twin):
     """The twin with its state inside compiled code, for a loop that runs in real time.
 
-    Handing some two hundred parameters and state variables to compiled code and back takes
-    ten times as long as the physics of a period; here they stay there, and only outputs and
-    readings cross over. The bits are those of `Twin`. Its `state` cannot be looked at.
+    Handing some two hundred parameters and state variables to compiled code and back takes ten
+    times as long as the physics of a period; here they stay there, and only outputs and readings
+    cross over. The bits are those of `Twin`. Its `state` cannot be looked at.
+
+    Parameters
+    ----------
+    plant : Plant
+        Its parameters.
+    seed : int
+        Seed of the sensor noise.
+    dt : float, optional
+        Control period, s.
+    state : State | None, optional
+        State at the start; default: at rest at 0 m, cold.
     """
 
     def __init__(self, plant: Plant, seed: int, dt: float = 1e-3, state: State | None = None):
@@ -189,5 +271,11 @@ class CompiledTwin(Twin):
         self._ask(_ADVANCE)
 
     def truth(self) -> Truth:
-        """The bench's true quantities (a real rig has no such thing)."""
+        """The bench's true quantities (a real rig has no such thing).
+
+        Returns
+        -------
+        Truth
+            SI, temperatures in deg C.
+        """
         return Truth(*self._ask(_TRUTH))

@@ -20,7 +20,15 @@ FIELDS = _HEAT + 2
 
 @kernel
 def store(s: Watch, row: Any) -> None:
-    """Write a watch into `row`, float64[FIELDS]."""
+    """Write a guard's state into a row of numbers.
+
+    Parameters
+    ----------
+    s : Watch
+        State of the guard.
+    row : ndarray, shape (FIELDS,)
+        Row to write into.
+    """
     row[0] = float(s.fault)
     row[1] = s.value
     row[2] = s.limit
@@ -56,7 +64,18 @@ def store(s: Watch, row: Any) -> None:
 
 @kernel
 def restored(row: Any) -> Watch:
-    """The watch that `store` wrote into `row`."""
+    """The state that `store` wrote.
+
+    Parameters
+    ----------
+    row : ndarray, shape (FIELDS,)
+        Row that `store` wrote.
+
+    Returns
+    -------
+    Watch
+        State.
+    """
     k = _SEEN
     return Watch(
         int(row[0]),

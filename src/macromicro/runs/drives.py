@@ -46,7 +46,18 @@ BY_LASER = named("t", "micro_reference", "ctrl", "laser", "true_micro")
 
 
 def law(name: str) -> MacroLaw:
-    """`pid`, `pd-initial` or `pd-tuned` with the gains and compensation of the thesis."""
+    """A law of the macro-stage with the gains and compensation of the thesis.
+
+    Parameters
+    ----------
+    name : str
+        `pid`, `pd-initial` or `pd-tuned`.
+
+    Returns
+    -------
+    MacroLaw
+        For the drives below.
+    """
     return settings.prepare(Control(macro_law=name)).macro
 
 
@@ -77,9 +88,26 @@ def _carriage(
 
 
 def open_loop(machine: Machine, volts: npt.ArrayLike, start: float) -> Recording:
-    """The carriage: `volts` [V at the D/A] a sample each ms, from rest at `start` [counts].
+    """The carriage in open loop.
 
-    The recording has the columns t, macro_position and motor.
+    Parameters
+    ----------
+    machine : Machine
+        The virtual bench's parameters, or a rig.
+    volts : array_like, shape (n,)
+        V at the D/A, a sample each ms.
+    start : float
+        Where it is at rest, counts.
+
+    Returns
+    -------
+    Recording
+        Columns t, macro_position and motor.
+
+    Raises
+    ------
+    InputError
+        The rig lacks an encoder.
     """
     sent = np.ascontiguousarray(volts, dtype=np.float64)
     return _moved(machine, "an open-loop run of the macro-stage", None, sent, start)
@@ -88,8 +116,29 @@ def open_loop(machine: Machine, volts: npt.ArrayLike, start: float) -> Recording
 def closed_loop(
     machine: Machine, controller: MacroLaw, reference: npt.ArrayLike, start: float = 0.0
 ) -> Recording:
-    """The carriage under a law: `reference` [counts] a sample each ms, from rest at `start`
-    [counts]. The recording has the columns `FOLLOWED`."""
+    """The carriage under a law.
+
+    Parameters
+    ----------
+    machine : Machine
+        The virtual bench's parameters, or a rig.
+    controller : MacroLaw
+        The law.
+    reference : array_like, shape (n,)
+        counts, a sample each ms.
+    start : float, optional
+        Where it is at rest, counts.
+
+    Returns
+    -------
+    Recording
+        Columns `FOLLOWED`.
+
+    Raises
+    ------
+    InputError
+        The rig lacks an encoder.
+    """
     aim = np.ascontiguousarray(reference, dtype=np.float64)
     return _moved(machine, "the macro-stage under control", controller, aim, start + 0.5)
 
@@ -136,8 +185,29 @@ def _follow(
 
 
 def heated(machine: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1) -> Recording:
-    """The micro-stage in open loop: `ctrl` [V], a value each ms, from cold and fully extended;
-    every `every`-th sample is recorded, columns `HEATED`."""
+    """The micro-stage in open loop, from cold and fully extended.
+
+    Parameters
+    ----------
+    machine : Machine
+        The virtual bench's parameters, or a rig.
+    ctrl : array_like, shape (n,)
+        CTRL, V, a sample each ms.
+    seed : int, optional
+        Seed of the sensor noise.
+    every : int, optional
+        Each `every`-th sample is recorded.
+
+    Returns
+    -------
+    Recording
+        Columns `HEATED`.
+
+    Raises
+    ------
+    InputError
+        `ctrl` is no list of voltages, or the rig lacks a laser.
+    """
     sent = np.ascontiguousarray(ctrl, dtype=np.float64)
     if sent.ndim != 1 or len(sent) < 2 * every or not np.isfinite(sent).all() or every < 1:
         raise InputError("CTRL profile", f"shape {sent.shape}", "a list of voltages, one each ms")
@@ -149,8 +219,32 @@ def heated(machine: Machine, ctrl: npt.ArrayLike, seed: int = 0, every: int = 1)
 def by_laser(
     machine: Machine, target: float, p: PiAntiWindup, seconds: float, seed: int = 0
 ) -> Recording:
-    """The micro-stage held at `target` [mm] by `p` on the laser's reading, in place of the Hall
-    sensor's, for `seconds` [s] from cold; columns `BY_LASER`."""
+    """The micro-stage held at a place by the laser's reading, in place of the Hall sensor's, from
+    cold.
+
+    Parameters
+    ----------
+    machine : Machine
+        The virtual bench's parameters, or a rig.
+    target : float
+        mm.
+    p : PiAntiWindup
+        The law.
+    seconds : float
+        How long, s.
+    seed : int, optional
+        Seed of the sensor noise.
+
+    Returns
+    -------
+    Recording
+        Columns `BY_LASER`.
+
+    Raises
+    ------
+    InputError
+        The rig lacks a laser.
+    """
     wanted = np.full(round(seconds / DT), target)
     found = stage(machine, "control by the laser", ("laser",), wanted, law=p, seed=seed)
     values = _shown(found) | {"micro_reference": wanted}
@@ -167,11 +261,35 @@ def stage(
     seed: int = 0,
     every: int = 1,
 ) -> dict[str, Array]:
-    """The micro-stage alone, from cold and fully extended, a value of `wanted` each ms: CTRL [V],
-    or the place [mm] that `law` holds by the laser.
+    """The micro-stage alone, from cold and fully extended.
 
-    Of every `every`-th sample t [s], ctrl [V], laser [m], hall [V], contract, and of the virtual
-    bench contraction [m] and wire [degC]. Raises `InputError` where a rig lacks `channels`.
+    Parameters
+    ----------
+    machine : Machine
+        The virtual bench's parameters, or a rig.
+    what : str
+        What is run, for messages.
+    channels : tuple[str, ...]
+        What the rig must measure.
+    wanted : ndarray, shape (n,)
+        A sample each ms: CTRL (V), or the place (mm) that `law` holds by the laser.
+    law : PiAntiWindup | None, optional
+        None for an open loop.
+    seed : int, optional
+        Seed of the sensor noise.
+    every : int, optional
+        Each `every`-th sample is given back.
+
+    Returns
+    -------
+    dict[str, Array]
+        By name: t (s), ctrl (V), laser (m), hall (V), contract, and of the virtual bench
+        contraction (m) and wire (deg C); shape (n / every,) each.
+
+    Raises
+    ------
+    InputError
+        The rig lacks one of `channels`.
     """
     p = PiAntiWindup() if law is None else law
     if isinstance(machine, Fixture):

@@ -33,10 +33,25 @@ ACCEPTED = "another folder, or this one when that has ended"
 
 
 def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = FILES) -> None:
-    """InputError unless the results can go to `folder`: free, writable, with `needed` bytes.
+    """Refuse a folder that results cannot go to. Nothing is left on the disk.
 
-    An empty folder is free; with `overwrite` one whose files of these `names`, by default
-    a run's, may be replaced. Nothing is left on the disk.
+    An empty folder is free; with `overwrite` one whose files of these names may be replaced.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are to go.
+    needed : int
+        Bytes.
+    overwrite : bool
+        Whether files may be replaced.
+    names : Sequence[str], optional
+        Names of the files, by default a run's.
+
+    Raises
+    ------
+    InputError
+        It is not free, not writable, or has too little space.
     """
     where = f"--out {printable(folder, 300)}"
     if "\0" in str(folder):
@@ -66,7 +81,24 @@ def _check_writable(folder: Path, where: str) -> None:
 
 
 def check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str]) -> None:
-    """InputError for content that must not be replaced."""
+    """Refuse content that must not be replaced.
+
+    Parameters
+    ----------
+    folder : Path
+        It exists.
+    where : str
+        For the message.
+    overwrite : bool
+        Whether files of `names` may be replaced.
+    names : Sequence[str]
+        Names of the files.
+
+    Raises
+    ------
+    InputError
+        There is such content.
+    """
     content = {path.name for path in folder.iterdir()}
     if content and not overwrite:
         raise InputError(where, "exists already", "a new or empty folder, or --overwrite")
@@ -77,7 +109,13 @@ def check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str
 
 
 def make(folder: Path) -> None:
-    """Create `folder`; of an earlier run's results remove the files that a run writes."""
+    """Create a folder; of an earlier run's results remove the files that a run writes.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
@@ -85,10 +123,20 @@ def make(folder: Path) -> None:
 
 @contextmanager
 def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
-    """A place for files, in folders or not, that all go to `folder` when the block ends well,
-    else nowhere.
+    """A place for files, in folders or not, that all go to a folder when the block ends well, else
+    nowhere.
 
-    `remove`: files of an earlier result that must not stay beside the new ones.
+    Parameters
+    ----------
+    folder : Path
+        Where they go.
+    remove : Sequence[str], optional
+        Files of an earlier result that must not stay beside the new ones.
+
+    Yields
+    ------
+    Path
+        The place.
     """
     existing = next(p for p in (folder, *folder.absolute().parents) if p.is_dir())
     place = Path(tempfile.mkdtemp(prefix=".macromicro-", dir=existing))
@@ -108,11 +156,28 @@ def staged(folder: Path, remove: Sequence[str] = ()) -> Iterator[Path]:
 
 @contextmanager
 def held(place: Path, *, overwrite: bool, names: Sequence[str] = FILES) -> Iterator[None]:
-    """Keep `place` for this command, from before its work until its results are written.
+    """Keep a folder for this command, from before its work until its results are written.
 
-    Makes the folder; one that is still empty in the end goes again. Raises `InputError` that
-    names the process which holds it, and as `folder.check` does for what another one has
-    left there in the meantime.
+    Makes the folder; one that is still empty in the end is removed again.
+
+    Parameters
+    ----------
+    place : Path
+        The folder.
+    overwrite : bool
+        As for `check`.
+    names : Sequence[str], optional
+        As for `check`.
+
+    Yields
+    ------
+    None
+        Nothing.
+
+    Raises
+    ------
+    InputError
+        Another process holds it (names that process), or has left there what must not be replaced.
     """
     where = f"--out {printable(place, 300)}"
     _make(place)
@@ -150,7 +215,18 @@ def _make(place: Path) -> None:
 
 
 def holder(file: int) -> str:
-    """The process that has locked this open folder, as well as the system tells."""
+    """The process that has locked an open folder, as well as the system tells.
+
+    Parameters
+    ----------
+    file : int
+        Descriptor of the folder.
+
+    Returns
+    -------
+    str
+        In words.
+    """
     inode = str(os.fstat(file).st_ino)
     with contextlib.suppress(OSError):
         for line in Path("/proc/locks").read_text(encoding="ascii").splitlines():

@@ -24,22 +24,68 @@ Array = npt.NDArray[np.float64]
 
 
 def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:
-    """Runs of (Hall [V], laser [mm]), up and down in turn."""
+    """Runs of Hall voltage against the laser, up and down in turn (Section 3.2.3).
+
+    Parameters
+    ----------
+    plant : Machine
+        Virtual bench or rig.
+    seed : int, optional
+        Seed of the sensor noise.
+    runs : int, optional
+        How often up and down.
+
+    Returns
+    -------
+    list[tuple[Array, Array]]
+        Pairs of Hall voltage (V) and position (mm), shape (n,) each.
+
+    Raises
+    ------
+    InputError
+        The rig lacks a channel.
+    """
     ctrl, parts = profile(runs)
     found = drives.stage(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
     return [(found["hall"][part], found["laser"][part] * 1e3) for part in parts]
 
 
 def table(plant: Machine | None = None, seed: int = 0) -> Calibration:
-    """The calibration of a bench, by default of the twin.
+    """The calibration of a bench.
 
-    Raises `InputError` when its CTRL ramps do not move the stage over half of the range.
+    Parameters
+    ----------
+    plant : Machine | None, optional
+        Virtual bench or rig; None for the default twin.
+    seed : int, optional
+        Seed of the sensor noise.
+
+    Returns
+    -------
+    Calibration
+        Volts to mm.
+
+    Raises
+    ------
+    InputError
+        The CTRL ramps do not move the stage over half of the range.
     """
     return calibrate(collect(plant or bench.prepare(Bench(), Sensors()), seed))
 
 
 def as_csv(result: Calibration) -> str:
-    """The table as the file that ``macromicro.control.calibration`` reads."""
+    """The table as the file that ``macromicro.control.calibration`` reads.
+
+    Parameters
+    ----------
+    result : Calibration
+        The table.
+
+    Returns
+    -------
+    str
+        Lines of hall_V,position_mm.
+    """
     lines = ["# Hall calibration of the default bench: Section 3.2.3, three runs up and down"]
     lines.append("hall_V,position_mm")
     lines += [f"{result.low + i * result.step:.4f},{x:.6f}" for i, x in enumerate(result.position)]

@@ -36,8 +36,27 @@ _USUAL_MOVE = 0.9
 
 
 class Request(NamedTuple):
-    """What the user asked for. `programme`: a file or an example's name, None for the usual one
-    or a replayed recording's own moves; `rig`: the twin, or replay:FILE for its sensors."""
+    """What the user asked for.
+
+    Attributes
+    ----------
+    programme : str | None
+        A file or an example's name; None for the usual one or a replayed recording's own moves.
+    out : Path | None
+        Folder of the results.
+    config : Path | None
+        File of settings.
+    cycles : int
+        How often in a row.
+    fan : bool
+        Whether the fan cools the wires.
+    seed : int
+        Seed of the sensor noise.
+    overwrite : bool
+        Whether files may be replaced.
+    rig : str
+        The twin, or replay:FILE for its sensors.
+    """
 
     programme: str | None = None
     out: Path | None = None
@@ -50,10 +69,29 @@ class Request(NamedTuple):
 
 
 class Job(NamedTuple):
-    """A request that was found good. `programme` holds all cycles, of `per_cycle` moves;
-    `overrides`: dotted path to text with unit; `expected`: simulated time [s], roughly;
-    `recalibrate`: the Hall sensor is not the one that was calibrated; `source`: what is
-    replayed, None for the twin."""
+    """A request that was found good.
+
+    Attributes
+    ----------
+    request : Request
+        As it was.
+    settings : Settings
+        Settings with the user's overrides.
+    programme : Programme
+        All cycles.
+    per_cycle : int
+        Moves of a cycle.
+    overrides : dict[str, str]
+        Dotted path to text with unit.
+    out : Path
+        Folder of the results.
+    expected : float
+        Simulated time, roughly, s.
+    recalibrate : bool
+        Whether the Hall sensor is not the one that was calibrated.
+    source : Recording | None
+        What is replayed; None for the twin.
+    """
 
     request: Request
     settings: Settings
@@ -67,9 +105,35 @@ class Job(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """What a run gave. Times in s; `moves`: none of a stage that follows a trajectory, which
-    `tracking` tells of instead; `begun`: moves begun, those too; `vibration`: after the first
-    cycle's macro moves."""
+    """What a run gave.
+
+    Attributes
+    ----------
+    job : Job
+        What was run.
+    recording : Recording
+        In the folder.
+    finished : bool
+        Whether the programme came to its end.
+    interrupted : bool
+        Whether it was stopped from outside.
+    fault : Fault | None
+        Fault of the guard.
+    simulated : float
+        Time on the bench, s.
+    wall : float
+        Time that it took, s.
+    moves : list[MoveResult]
+        None of a stage that follows a trajectory.
+    tracking : list[Tracking]
+        How those stages followed.
+    vibration : list[Vibration]
+        After the first cycle's macro moves.
+    cycles : list[Cycle]
+        Returns to zero and bias.
+    begun : int
+        Number of moves begun, trajectories too.
+    """
 
     job: Job
     recording: Recording
@@ -90,14 +154,45 @@ class Stop(Exception):
 
 
 def load(path: Path, settings: Settings) -> Programme:
-    """The programme in a file, within the travel of the settings' bench."""
+    """The programme in a file, within the travel of the settings' bench.
+
+    Parameters
+    ----------
+    path : Path
+        .toml or .csv.
+    settings : Settings
+        Travel and encoder count.
+
+    Returns
+    -------
+    Programme
+        Targets in counts and m.
+
+    Raises
+    ------
+    InputError
+        Names the file and the place of what is not accepted.
+    """
     return programmes.load(path, limits(settings.travel, settings.sensors.encoder.pitch))
 
 
 def check(request: Request) -> Job:
     """Everything that can be wrong is said here, before anything is written or computed.
 
-    Raises `InputError`.
+    Parameters
+    ----------
+    request : Request
+        What the user asked for.
+
+    Returns
+    -------
+    Job
+        Ready for `execute`.
+
+    Raises
+    ------
+    InputError
+        Something in it is not accepted.
     """
     settings = Settings()
     if request.config is not None:
@@ -146,10 +241,27 @@ def _expected(settings: Settings, programme: Programme) -> float:
 
 
 def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:
-    """Run the job into its folder's recording and measure what it shows.
+    """Run a job into its folder's recording and measure what it shows.
 
-    `progress` is told the simulated time [s] and the present move; it ends the run early
-    by raising `Stop`. Raises OSError or RecordingError where the disk refuses.
+    Parameters
+    ----------
+    job : Job
+        From `check`.
+    progress : Callable[[float, int], None] | None, optional
+        Called with the simulated time (s) and the index of the present move; it ends the run early
+        by raising `Stop`.
+
+    Returns
+    -------
+    Ended
+        Recording and measures.
+
+    Raises
+    ------
+    OSError
+        The disk refuses.
+    RecordingError
+        The disk refuses, while the recording is written.
     """
     request = job.request
     folder.make(job.out)
@@ -186,7 +298,24 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
 
 
 def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float) -> Ended:
-    """What a recording shows; `outcome` is None for a run that was stopped early."""
+    """What a recording shows.
+
+    Parameters
+    ----------
+    job : Job
+        What was run.
+    recording : Recording
+        Recording of that run.
+    outcome : simulate.Outcome | None
+        How it ended; None for a run that was stopped early.
+    wall : float
+        Time that it took, s.
+
+    Returns
+    -------
+    Ended
+        The measures.
+    """
     pitch = job.settings.sensors.encoder.pitch
     done = moves(
         recording,

@@ -42,7 +42,15 @@ _SHOWN_AS |= {"hall_position": "hall"}
 
 
 class GuardTripped(MacromicroError):
-    """The guard ended a run that is of no use unless it is whole."""
+    """The guard ended a run that is of no use unless it is whole.
+
+    Parameters
+    ----------
+    what : str
+        The run.
+    rig : Guarded
+        Whose guard it was.
+    """
 
     def __init__(self, what: str, rig: Guarded) -> None:
         fault = describe(rig.watch)
@@ -51,17 +59,44 @@ class GuardTripped(MacromicroError):
 
 
 def watchdog(limits: Limits | None, table: Calibration | None) -> Guard:
-    """The guard for a rig with these limits and this Hall calibration, by default the
-    package's."""
+    """The guard of a rig.
+
+    Parameters
+    ----------
+    limits : Limits | None
+        None for the defaults.
+    table : Calibration | None
+        Hall calibration; None for the package's.
+
+    Returns
+    -------
+    Guard
+        Its parameters.
+    """
     return guard.prepare(limits or Limits(), calibration.shipped() if table is None else table)
 
 
 def approach(fixture: Fixture, session: Session, place: float) -> None:
-    """Bring the carriage to `place` [counts] and to rest there, within a count.
+    """Bring the carriage to a place and to rest there, within a count.
 
-    The tuned PD (4.10) drives, through the guard; where the carriage stands there already
-    nothing happens. MacromicroError if it does not come to rest there in 20 s, or trips
-    the guard.
+    The tuned PD (4.10) drives, through the guard; where the carriage stands there already nothing
+    happens.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    session : Session
+        The same, opened.
+    place : float
+        counts.
+
+    Raises
+    ------
+    MacromicroError
+        It does not come to rest there in 20 s.
+    GuardTripped
+        The guard stopped it on the way.
     """
     dt = fixture.dt
     what = f"{fixture.name}, on the way to {place:.0f} counts"
@@ -93,7 +128,15 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
 
 
 class Played:
-    """A run's samples, and the outputs that were written, a row each period."""
+    """A run's samples, and the outputs that were written, a row each period.
+
+    Parameters
+    ----------
+    samples : Sequence[Sample]
+        What the rig showed.
+    given : Sequence[Outputs]
+        What it was given.
+    """
 
     def __init__(self, samples: Sequence[Sample], given: Sequence[Outputs]) -> None:
         self._seen = np.array(samples, dtype=np.float64).T
@@ -117,11 +160,35 @@ def play(
     seed: int = 0,
     start: float | None = None,
 ) -> Played:
-    """Drive a bench for `periods`, `law` giving command and outputs for each sample.
+    """Drive a rig, a law giving command and outputs for each sample.
 
-    From rest at `start` [counts], or, without one, from cold with the laser at zero. All
-    outputs pass the guard; if it trips, or the rig fails, outputs are safe and the error
-    is raised: `GuardTripped`, or the rig's own. `what` names the run in messages.
+    All outputs pass the guard; if it trips, or the rig fails, outputs are safe and the error is
+    raised.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    what : str
+        Names the run in messages.
+    periods : int
+        How many.
+    law : Law
+        From period and sample to command and outputs.
+    seed : int, optional
+        Seed of a virtual rig's noise.
+    start : float | None, optional
+        Where the carriage is at rest, counts; None: from cold, the laser at zero.
+
+    Returns
+    -------
+    Played
+        Samples and outputs.
+
+    Raises
+    ------
+    GuardTripped
+        The guard stopped it.
     """
     samples, given = [], []
     with fixture.open(seed) as session:
@@ -147,15 +214,38 @@ def play(
 
 
 def known(flag: Array) -> Array:
-    """A flag whose missing values (NaN) are the last known one, 0 before the first."""
+    """A flag whose missing values (NaN) are the last known one.
+
+    Parameters
+    ----------
+    flag : ndarray, shape (n,)
+        0, 1 or NaN.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        0 before the first known one.
+    """
     there = ~np.isnan(flag)
     row = np.maximum.accumulate(np.where(there, np.arange(len(flag)), -1))
     return np.where(row >= 0, flag[row], 0.0)
 
 
 def seen(fixture: Fixture, columns: Sequence[Column] = COLUMNS) -> tuple[Column, ...]:
-    """Those of `columns` that a rig with these channels can fill: nothing true, nothing
-    unmeasured."""
+    """Those columns that a rig can fill: nothing true, nothing unmeasured.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    columns : Sequence[Column], optional
+        Columns of a run.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        Some of `columns`.
+    """
     return tuple(
         c
         for c in columns
@@ -171,7 +261,28 @@ def recorded(
     seed: int,
     attributes: Mapping[str, str | int | float] | None = None,
 ) -> Recording:
-    """The recording of a run on a rig: of `columns` those that it measured."""
+    """The recording of a run on a rig.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    columns : Sequence[Column]
+        Columns of a run; those that the rig did not measure are left out.
+    values : dict[str, Any]
+        Shape (n,) by name.
+    dt : float
+        Sample time, s.
+    seed : int
+        Becomes an attribute.
+    attributes : Mapping[str, str | int | float] | None, optional
+        More of them.
+
+    Returns
+    -------
+    Recording
+        With the rig's name as an attribute.
+    """
     shown = seen(fixture, columns)
     about = {"seed": seed, "rig": fixture.name, **(attributes or {})}
     return Recording.from_arrays(shown, [values[c.name] for c in shown], dt, about)

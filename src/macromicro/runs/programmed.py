@@ -43,7 +43,15 @@ Place = Fixture | Recording | None
 
 
 class Done(NamedTuple):
-    """A run in memory, and how it ended."""
+    """A run in memory.
+
+    Attributes
+    ----------
+    recording : Recording
+        What it showed.
+    outcome : Outcome
+        How it ended.
+    """
 
     recording: Recording
     outcome: Outcome
@@ -68,12 +76,36 @@ def perform(
     fan: bool = False,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
-    """Run `programme` under `settings`; `sink` takes rows of `columns(on)`.
+    """Run a programme under settings on a machine, into a sink.
 
-    `on`: None for the virtual bench of the settings, whose run repeats exactly from its `seed`; a
-    rig, driven from cold, its carriage at rest at 0 counts, through the guard; or a recording,
-    whose sensors are replayed. `progress`, which a rig has none of, is told the simulated time [s]
-    and the present move. Raises `InputError` where the machine lacks what the programme needs.
+    Parameters
+    ----------
+    programme : Programme
+        Targets in counts and m.
+    settings : Settings
+        Bench, sensors, controller and guard.
+    sink : Sink
+        Takes rows of ``columns(on)``.
+    on : Place, optional
+        None for the virtual bench of the settings, whose run repeats exactly from its `seed`; a
+        rig, driven from cold, its carriage at rest at 0 counts, through the guard; or a recording,
+        whose sensors are replayed.
+    seed : int, optional
+        Seed of the sensor noise.
+    fan : bool, optional
+        Whether the fan cools the wires.
+    progress : Callable[[float, int], None] | None, optional
+        Called with the simulated time (s) and the index of the present move; not for a rig.
+
+    Returns
+    -------
+    Outcome
+        How it ended.
+
+    Raises
+    ------
+    InputError
+        The machine lacks what the programme needs.
     """
     if on is None:
         return simulate.simulate(settings, programme, sink, seed=seed, fan=fan, progress=progress)
@@ -83,7 +115,18 @@ def perform(
 
 
 def columns(on: Place = None) -> tuple[Column, ...]:
-    """What a run there records: of a rig what it measures, and nothing true."""
+    """What a run on a machine records: of a rig what it measures, and nothing true.
+
+    Parameters
+    ----------
+    on : Place, optional
+        As for `perform`.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        In the order of the rows.
+    """
     if on is None:
         return COLUMNS
     return replaying.columns(on) if isinstance(on, Recording) else seen(on)
@@ -98,10 +141,35 @@ def record(
     fan: bool = False,
     cycles: int = 1,
 ) -> Done:
-    """`perform`, `cycles` times in a row, in memory.
+    """`perform`, in memory.
 
     If the guard stops the run, the recording ends there, its attribute `finished` is 0 and `fault`
     says why.
+
+    Parameters
+    ----------
+    programme : Programme
+        Targets in counts and m.
+    settings : Settings
+        Bench, sensors, controller and guard.
+    on : Place, optional
+        As for `perform`.
+    seed : int, optional
+        Seed of the sensor noise.
+    fan : bool, optional
+        Whether the fan cools the wires.
+    cycles : int, optional
+        How often in a row.
+
+    Returns
+    -------
+    Done
+        The recording, and how it ended.
+
+    Raises
+    ------
+    InputError
+        The machine lacks what the programme needs.
     """
     blocks = _Blocks()
     what = programme.repeated(cycles)
@@ -120,7 +188,26 @@ def record(
 def about(
     title: str, settings: Settings, *, seed: int, fan: bool, cycles: int
 ) -> dict[str, Attribute]:
-    """What a recording says of its run: version, programme, seed, cycles, fan, settings."""
+    """What a recording says of its run.
+
+    Parameters
+    ----------
+    title : str
+        Title of the programme.
+    settings : Settings
+        Under which it ran.
+    seed : int
+        Seed of the sensor noise.
+    fan : bool
+        Whether the fan cooled the wires.
+    cycles : int
+        How often in a row.
+
+    Returns
+    -------
+    dict[str, Attribute]
+        Attributes: version, programme, seed, cycles, fan, overrides, settings.
+    """
     overrides, toml = _described(settings)
     return {
         "version": macromicro.__version__,
@@ -134,7 +221,18 @@ def about(
 
 
 def overridden(settings: Settings) -> dict[str, str]:
-    """What differs from the defaults: dotted path to text with unit."""
+    """What differs from the defaults.
+
+    Parameters
+    ----------
+    settings : Settings
+        Any.
+
+    Returns
+    -------
+    dict[str, str]
+        Dotted path to text with unit.
+    """
     return dict(_described(settings)[0])
 
 
@@ -161,12 +259,40 @@ class _Blocks:
 def on_twin(
     programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
 ) -> Recording:
-    """The recording of a programme on the virtual bench of `settings`."""
+    """The recording of a programme on the virtual bench.
+
+    Parameters
+    ----------
+    programme : Programme
+        Targets in counts and m.
+    settings : Settings
+        Bench, sensors, controller and guard.
+    seed : int, optional
+        Seed of the sensor noise.
+    fan : bool, optional
+        Whether the fan cools the wires.
+
+    Returns
+    -------
+    Recording
+        As of `record`.
+    """
     return record(programme, settings, seed=seed, fan=fan).recording
 
 
 def on_rig(fixture: Fixture) -> Runner:
-    """Programmes on this rig."""
+    """Programmes on a rig.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+
+    Returns
+    -------
+    Runner
+        Takes programme, settings, seed and fan, as `on_twin`.
+    """
 
     def run(
         programme: Programme, settings: Settings, seed: int = 0, fan: bool = False
@@ -211,7 +337,22 @@ def _check(fixture: Fixture, programme: Programme) -> None:
 
 
 def moves_of(recording: Recording, programme: Programme, settings: Settings) -> list[MoveResult]:
-    """How each move went; a stage that follows a trajectory makes none."""
+    """How each move went; a stage that follows a trajectory makes none.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+    programme : Programme
+        Its moves.
+    settings : Settings
+        Encoder and tolerance count.
+
+    Returns
+    -------
+    list[MoveResult]
+        In the units of a table.
+    """
     return response.moves(
         recording,
         programme,

@@ -31,7 +31,18 @@ _MOVE = NAMES.index("move")
 
 
 def columns(source: Recording) -> tuple[Column, ...]:
-    """Those of a replay: a run's, and the outputs of `source` as `recorded_motor` and so on."""
+    """Those of a replay: a run's, and the outputs of the source as `recorded_motor` and so on.
+
+    Parameters
+    ----------
+    source : Recording
+        What is replayed.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        In the order of the rows.
+    """
     kept = (c for c in source.columns if c.name in _BESIDE)
     return (
         *COLUMNS,
@@ -48,12 +59,35 @@ def replay(
     fan: bool = False,
     progress: Callable[[float, int], None] | None = None,
 ) -> Outcome:
-    """`programme` under `settings` on the sensors of `source`, until either is at its end.
+    """A programme under settings on recorded sensors, until either is at its end.
 
-    Nothing moves by it: controller and guard see what was measured then, whatever they ask
-    for. `sink` takes rows of `columns(source)`; `progress` as of `simulate`. A guard that
-    trips ends it, as it would end a run. InputError for a recording at another period, or
-    without sensors.
+    Nothing moves by it: controller and guard see what was measured then, whatever they ask for. A
+    guard that trips ends it, as it would end a run.
+
+    Parameters
+    ----------
+    source : Recording
+        At a period of 1 ms.
+    programme : Programme
+        Targets in counts and m.
+    settings : Settings
+        Controller and guard.
+    sink : Sink
+        Takes rows of ``columns(source)``.
+    fan : bool, optional
+        Whether the controller switches the fan on.
+    progress : Callable[[float, int], None] | None, optional
+        As for `simulate`.
+
+    Returns
+    -------
+    Outcome
+        How it ended.
+
+    Raises
+    ------
+    InputError
+        A recording at another period, or without sensors.
     """
     if abs(source.dt - PERIOD) > 1e-9:
         raise InputError("replay, sample time of the recording", source.dt, f"{PERIOD:g} s")

@@ -23,10 +23,26 @@ _MEAN = 21  # samples of the centred mean that takes the laser's fast noise
 def micro_steps(
     levels: Sequence[float], hold: float = 2.0, times: Sequence[float] | None = None
 ) -> Programme:
-    """Steps of the micro-stage to `levels` [mm].
+    """Steps of the micro-stage, one after the other or at given times.
 
-    Each is held for `hold` [s] and follows the one before; or they come at `times` [s], the
-    last held for `hold`. InputError for numbers that make no programme.
+    Parameters
+    ----------
+    levels : Sequence[float]
+        mm.
+    hold : float, optional
+        How long each is held, or with `times` the last, s.
+    times : Sequence[float] | None, optional
+        When they come, s, from 0 on and rising.
+
+    Returns
+    -------
+    Programme
+        A programme of micro moves.
+
+    Raises
+    ------
+    InputError
+        Numbers that make no programme.
     """
     target = 1e-3 * np.asarray(levels, dtype=np.float64)
     if target.ndim != 1 or not target.size or not np.isfinite(target).all():
@@ -48,9 +64,20 @@ def micro_steps(
 
 
 def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
-    """Settling time [s] of each step of the sequence by the laser, into `band` [um], or into
-    2 % of the step where None; NaN where it does not settle within its hold, or the recording
-    ends before."""
+    """Settling time of each step of the sequence by the laser.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of the sequence of Section 5.3.1.
+    band : float | None, optional
+        Into which it settles, um; None: 2 % of the step.
+
+    Returns
+    -------
+    list[float]
+        s; NaN where it does not settle within its hold, or the recording ends before.
+    """
     place = smoothed(recording["laser"], _MEAN)
     found = []
     before = 0.0

@@ -25,11 +25,26 @@ _LIST = "`macromicro config show` lists all"
 
 
 def load_overrides(path: Path, tree: Tree) -> Tree:
-    """A copy of `tree` with the values of the TOML file at `path`, and what derives from them.
+    """A tree with the values of a TOML file, and with what derives from them.
 
-    Raises `InputError` that names file and key: an unknown key, a missing or wrong unit,
-    a value out of its bounds, a file that sets nothing; and for the first of the
-    `problems()` that the new tree or one of its sets finds in itself.
+    Parameters
+    ----------
+    path : Path
+        The file.
+    tree : Tree
+        The defaults.
+
+    Returns
+    -------
+    Tree
+        A copy of `tree`.
+
+    Raises
+    ------
+    InputError
+        Names file and key: an unknown key, a missing or wrong unit, a value out of its bounds, a
+        file that sets nothing; and the first of the `problems()` that the new tree or one of its
+        sets finds in itself.
     """
     path = Path(path)
     file = printable(path, 300)
@@ -48,11 +63,26 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
 def check(tree: Any, where: str, prefix: str = "", *, together: bool = True) -> None:
     """Raise the first of the `problems()` of the tree's sets, inner sets first.
 
-    A set may have a method ``problems() -> list[tuple[path, value, accepted]]`` for what
-    bounds cannot say (a stop beyond the stroke); paths count from that set. A path in
-    braces within `accepted` becomes that parameter's full path and value. Without `together`
-    the tree's method `together()` is not asked: like `problems()`, but about parts that are
-    possible each, and do not work with one another.
+    A set may have a method ``problems() -> list[tuple[path, value, accepted]]`` for what bounds
+    cannot say (a stop beyond the stroke); paths count from that set. A path in braces within
+    `accepted` becomes that parameter's full path and value.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    where : str
+        The file, for the message.
+    prefix : str, optional
+        What stands before the set's own paths, with its dot.
+    together : bool, optional
+        Whether its method `together()` is called too: like `problems()`, but about parts that are
+        possible each, and do not work with one another.
+
+    Raises
+    ------
+    InputError
+        A set finds a problem in itself.
     """
     for name in tree._fields:
         value = getattr(tree, name)
@@ -65,8 +95,23 @@ def check(tree: Any, where: str, prefix: str = "", *, together: bool = True) -> 
 def problems(
     tree: Any, prefix: str = "", *, together: bool = True
 ) -> Iterator[tuple[str, Any, str]]:
-    """The `problems()` that one set finds in itself, in words for a person: (path with
-    `prefix`, value with its unit, what is accepted with the other parameter's value)."""
+    """The `problems()` that one set finds in itself, in words for a person.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    prefix : str, optional
+        What stands before its own paths, with its dot.
+    together : bool, optional
+        Whether its method `together()` is called too.
+
+    Yields
+    ------
+    tuple[str, Any, str]
+        Path with `prefix`, value with its unit, and what is accepted, with the other parameter's
+        value.
+    """
     found = list(getattr(tree, "problems", list)())
     if together:
         found += getattr(tree, "together", list)()
@@ -82,9 +127,25 @@ def problems(
 def as_toml(tree: Any, only: str | None = None) -> str:
     """The tree as TOML that `load_overrides` reads back to the same values, bit for bit.
 
-    Every line ends with the parameter's meaning and source. `only`: one set
-    ("bench.friction") or one parameter by its dotted path. A value that is not a finite
-    number (not set) stands in a comment.
+    Every line ends with the parameter's meaning and source. A value that is not a finite number
+    (not set) stands in a comment.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    only : str | None, optional
+        One set ("bench.friction") or one parameter by its dotted path; None for all.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InputError
+        `only` is no path of the tree.
     """
     chosen = list(entries(tree))
     if only is not None:
@@ -115,7 +176,20 @@ def _in_tables(lines: Iterable[tuple[str, str]]) -> str:
 
 
 def difference(tree: Any, default: Any) -> dict[str, str]:
-    """What `tree` sets otherwise than `default`: dotted path to text with unit."""
+    """What one tree sets otherwise than another.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    default : Any
+        Another of the same type.
+
+    Returns
+    -------
+    dict[str, str]
+        Dotted path to text with unit.
+    """
     found = {}
     for new, old in zip(entries(tree), entries(default), strict=True):
         texts = [e.text or str(e.value) for e in (new, old)]
@@ -125,8 +199,20 @@ def difference(tree: Any, default: Any) -> dict[str, str]:
 
 
 def changed_toml(tree: Any, default: Any) -> str:
-    """What `tree` sets otherwise than `default`, as TOML for `load_overrides`; with its meaning
-    and its default behind each line."""
+    """What one tree sets otherwise than another, as TOML for `load_overrides`.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    default : Any
+        Another of the same type.
+
+    Returns
+    -------
+    str
+        A line per parameter, with its meaning and its default behind it.
+    """
     own = {e.path: e for e in entries(default)}
     lines = []
     for path, text in difference(tree, default).items():

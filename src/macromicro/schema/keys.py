@@ -16,7 +16,22 @@ MAX_SEED = EXACT // 2  # trials may count on from it
 
 
 def nearest(name: str, known: Iterable[str], hint: str = "") -> str:
-    """What is accepted instead of `name`: the most alike of `known`, or all if they are few."""
+    """What is accepted instead of an unknown name.
+
+    Parameters
+    ----------
+    name : str
+        What was written.
+    known : Iterable[str]
+        The names there are.
+    hint : str, optional
+        Appended, to say where all are listed.
+
+    Returns
+    -------
+    str
+        The most alike of `known`, or all if they are few.
+    """
     known = tuple(known)
     near = difflib.get_close_matches(name, known, 3, 0.6)
     if not near:  # the right name in a wrong table, or in none
@@ -29,12 +44,40 @@ def nearest(name: str, known: Iterable[str], hint: str = "") -> str:
 
 
 def found(raw: object) -> str:
-    """What stands at a key, "nothing" if nothing does."""
+    """What stands at a key.
+
+    Parameters
+    ----------
+    raw : object
+        Its value, None if there is none.
+
+    Returns
+    -------
+    str
+        On one line; "nothing" for None.
+    """
     return "nothing" if raw is None else printable(raw)
 
 
 def unknown(table: dict[str, Any], keys: Iterable[str], prefix: str, hint: str = "") -> None:
-    """InputError for the first key of `table` that is none of `keys`, with the nearest."""
+    """Refuse a key that is not known.
+
+    Parameters
+    ----------
+    table : dict[str, Any]
+        A table of a TOML file.
+    keys : Iterable[str]
+        Those that it may have.
+    prefix : str
+        What stands before the key in the message.
+    hint : str, optional
+        Appended, to say where all are listed.
+
+    Raises
+    ------
+    InputError
+        For the first key that is none of `keys`, with the nearest.
+    """
     keys = tuple(keys)
     for key in table:
         if key not in keys:
@@ -42,7 +85,22 @@ def unknown(table: dict[str, Any], keys: Iterable[str], prefix: str, hint: str =
 
 
 def only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
-    """InputError for the first key of `table` that is none of `keys`, which are known ones."""
+    """Refuse a key that is known, but not beside the others.
+
+    Parameters
+    ----------
+    table : dict[str, Any]
+        A table of a TOML file, all keys known.
+    keys : tuple[str, ...]
+        Those that it may have.
+    where : str
+        The table, for the message.
+
+    Raises
+    ------
+    InputError
+        For the first key that is none of `keys`.
+    """
     for key, value in table.items():
         if key not in keys:
             accepted = f"nothing beside {', '.join(keys)} here"
@@ -50,7 +108,27 @@ def only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
 
 
 def whole(raw: object, low: int, high: int, where: str) -> int:
-    """The whole number `raw`; `InputError` for anything else and beyond `low` to `high`."""
+    """A whole number within bounds.
+
+    Parameters
+    ----------
+    raw : object
+        What the file gave.
+    low, high : int
+        Inclusive bounds.
+    where : str
+        File and key, for the message.
+
+    Returns
+    -------
+    int
+        `raw`.
+
+    Raises
+    ------
+    InputError
+        Anything else than a whole number, or one out of the bounds.
+    """
     if isinstance(raw, bool) or not isinstance(raw, int) or not low <= raw <= high:
         raise InputError(where, found(raw), f"a whole number from {low} to {high}")
     return raw
@@ -64,11 +142,28 @@ def seed(value: int, where: str) -> int:
 def leaves(
     table: dict[str, Any], known: dict[str, Entry], where: str, hint: str
 ) -> dict[str, object]:
-    """Dotted paths and raw values of tables that are sets of `known`, in the file's order.
+    """Dotted paths and raw values of tables that are sets, in the file's order.
 
-    `where`: what stands before a path in an error. A path may be dotted or nested. Raises
-    `InputError` for a path that is not known, with the nearest, for one that stands twice,
-    and for a value that stands in a set's place.
+    Parameters
+    ----------
+    table : dict[str, Any]
+        Table of a TOML file; a path may be dotted or nested.
+    known : dict[str, Entry]
+        The parameters, by path.
+    where : str
+        What stands before a path in an error.
+    hint : str
+        Appended to an error, to say where all are listed.
+
+    Returns
+    -------
+    dict[str, object]
+        Raw values by dotted path.
+
+    Raises
+    ------
+    InputError
+        A path is not known (with the nearest) or stands twice, or a value stands in a set's place.
     """
     raw: dict[str, object] = {}
     for path, value in _walked(table, known, where, hint, ""):

@@ -31,9 +31,22 @@ MAX_WORD = 100  # characters
 class Par:
     """What a parameter is.
 
-    `unit`: the unit the value is stored in; `shown`: the unit a person reads (same
-    dimension); `lo`, `hi`: inclusive bounds in the stored unit, `positive`: strictly
-    above zero; `choices`: accepted words of a text parameter.
+    Attributes
+    ----------
+    unit : str
+        Unit in which the value is stored.
+    meaning : str
+        What it is, in words.
+    source : str
+        A section of the thesis, or `ASSUMED`.
+    shown : str
+        Unit that a person reads, of the same dimension; "" for `unit`.
+    lo, hi : float
+        Inclusive bounds, in `unit`.
+    positive : bool
+        Whether it must be strictly above zero.
+    choices : tuple[str, ...]
+        Accepted words of a text parameter; none: any word.
     """
 
     unit: str
@@ -46,7 +59,20 @@ class Par:
     choices: tuple[str, ...] = ()
 
     def spoken(self, value: Any, digits: int = 6) -> str:
-        """A value as a person reads it: a number in `shown`, anything else as it is."""
+        """A value as a person reads it.
+
+        Parameters
+        ----------
+        value : Any
+            In `unit`, or anything that is not a number.
+        digits : int, optional
+            Largest number of significant digits.
+
+        Returns
+        -------
+        str
+            A number in `shown`, anything else as it is.
+        """
         if not finite(value):
             return printable(value)
         return shown(value, self.unit, self.shown, digits)
@@ -89,7 +115,18 @@ class Entry(NamedTuple):
         return bounds or "a finite number"
 
     def admits(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Which of these stored values the parameter takes; bool, the values' shape."""
+        """Which of some stored values the parameter takes.
+
+        Parameters
+        ----------
+        values : npt.ArrayLike
+            In the stored unit, of any shape.
+
+        Returns
+        -------
+        ndarray of bool
+            In the shape of `values`.
+        """
         found = np.asarray(values, dtype=np.float64)
         good = np.isfinite(found) & (self.par.lo <= found) & (found <= self.par.hi)
         if self.par.positive:
@@ -101,8 +138,22 @@ class Entry(NamedTuple):
     def check(self, value: Any, where: str) -> Any:
         """A stored value, as the parameter's type.
 
-        Raises `InputError` with `where`, the value and what is accepted: another type, not
-        a finite number, out of the bounds, none of the choices.
+        Parameters
+        ----------
+        value : Any
+            In the stored unit.
+        where : str
+            File and key, for the message.
+
+        Returns
+        -------
+        Any
+            The value as bool, str, int or float.
+
+        Raises
+        ------
+        InputError
+            Another type, not a finite number, out of the bounds, or none of the choices.
         """
         if isinstance(self.value, bool):
             right = isinstance(value, bool)
@@ -119,9 +170,24 @@ class Entry(NamedTuple):
         return type(self.value)(value)
 
     def read(self, raw: object, where: str) -> Any:
-        """What a TOML file gave, text with a unit or a plain value, as the stored value.
+        """What a TOML file gave, as the stored value.
 
-        Raises `InputError` as `check`, and for a missing or a wrong unit.
+        Parameters
+        ----------
+        raw : object
+            Text with a unit, or a plain value.
+        where : str
+            File and key, for the message.
+
+        Returns
+        -------
+        Any
+            In the stored unit, as the parameter's type.
+
+        Raises
+        ------
+        InputError
+            As for `check`, and for a missing or a wrong unit.
         """
         if isinstance(self.value, tuple):
             return self._list(raw, where)
@@ -171,7 +237,18 @@ def _quoted(text: str) -> str:
 
 
 def finite(value: object) -> bool:
-    """Is this a plain, finite number? No truth value, no whole number beyond floats."""
+    """Whether a value is a plain, finite number.
+
+    Parameters
+    ----------
+    value : object
+        Anything.
+
+    Returns
+    -------
+    bool
+        False for a truth value, and for a whole number beyond the range of floats.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     try:
@@ -181,12 +258,36 @@ def finite(value: object) -> bool:
 
 
 def is_set(value: object) -> bool:
-    """True for a parameter set (a NamedTuple with fields)."""
+    """Whether a value is a parameter set.
+
+    Parameters
+    ----------
+    value : object
+        Anything.
+
+    Returns
+    -------
+    bool
+        True for a ``NamedTuple``.
+    """
     return isinstance(value, tuple) and hasattr(value, "_fields")
 
 
 def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
-    """All parameters of a (nested) parameter set, in order, with dotted paths."""
+    """All parameters of a (nested) parameter set, in order.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    prefix : str, optional
+        What stands before its own paths, with its dot.
+
+    Yields
+    ------
+    Entry
+        A parameter with its dotted path and value.
+    """
     hints = get_type_hints(type(tree), include_extras=True)
     for name in tree._fields:
         value = getattr(tree, name)
@@ -200,8 +301,21 @@ def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
 
 
 def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[S]]:
-    """Decorator of a parameter set (all its fields have defaults): the same set with those of
-    `sets`, field name to default, that it has not, in front of its field `before`."""
+    """Decorator of a parameter set that adds sets to its fields.
+
+    Parameters
+    ----------
+    sets : Mapping[str, Any]
+        Field name to default; those that it has already are left out. All its own fields have
+        defaults.
+    before : str
+        Its field in front of which they are put.
+
+    Returns
+    -------
+    Callable[[type[S]], type[S]]
+        The decorator.
+    """
 
     def extended(base: type[S]) -> type[S]:
         fields: dict[str, Any] = dict(getattr(base, "__annotations__", {}))
@@ -225,7 +339,22 @@ def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[
 
 
 def replaced(tree: Any, path: str, value: Any) -> Any:
-    """A copy of `tree` with the parameter at the dotted `path` set to `value`."""
+    """A tree with one other value.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    path : str
+        Dotted path of the parameter.
+    value : Any
+        In the stored unit; not checked.
+
+    Returns
+    -------
+    Any
+        A copy.
+    """
     name, _, rest = path.partition(".")
     if rest:
         value = replaced(getattr(tree, name), rest, value)
@@ -233,19 +362,43 @@ def replaced(tree: Any, path: str, value: Any) -> Any:
 
 
 def value_at(tree: Any, path: str) -> Any:
-    """The value at the dotted `path` of `tree`."""
+    """The value at a dotted path.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    path : str
+        Dotted path of a parameter or of a set.
+
+    Returns
+    -------
+    Any
+        In the stored unit.
+    """
     for name in path.split("."):
         tree = getattr(tree, name)
     return tree
 
 
 def changed(tree: Any, changes: Mapping[str, Any]) -> Any:
-    """A copy of `tree` with the values of `changes`, dotted path to value, and with what is
-    derived from them.
+    """A tree with other values, and with what is derived from them.
 
-    A tree may have a method ``derived() -> tuple[(path, rule), ...]``; ``rule(tree)`` gives
-    the value that belongs there, and no rule depends on a later one. Only what followed its
-    rule before, and is not among `changes`, follows it now.
+    A tree may have a method ``derived() -> tuple[(path, rule), ...]``; ``rule(tree)`` gives the
+    value that belongs there, and no rule depends on a later one. Only what followed its rule
+    before, and is not among `changes`, follows it now.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    changes : Mapping[str, Any]
+        Dotted path to value in the stored unit; not checked.
+
+    Returns
+    -------
+    Any
+        A copy.
     """
     new = tree
     for path, value in changes.items():

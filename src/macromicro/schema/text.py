@@ -16,11 +16,25 @@ _JUNK = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 
 
 def read_text(path: Path, what: str) -> str:
-    """The text of the UTF-8 file at `path`, without a byte order mark.
+    """The text of a UTF-8 file, without a byte order mark.
 
-    `what` says what the file should be ("a motion programme (.toml or .csv)"). Raises
-    `InputError` that names the file: missing, a directory, not a regular file, not
-    readable, over 20 MB, empty, bad UTF-8 or control characters (with the byte offset).
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what : str
+        What it should be ("a motion programme (.toml or .csv)").
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InputError
+        Names the file: missing, a directory, not a regular file, not readable, over 20 MB, empty,
+        bad UTF-8 or control characters (with the byte offset).
     """
     where = printable(path, 300)
     try:
@@ -56,8 +70,25 @@ def read_text(path: Path, what: str) -> str:
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """The TOML file at `path`; `InputError` as `read_text` and `parsed_toml` raise it, and for
-    another suffix than .toml."""
+    """The tables of a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what : str
+        What it should be ("a settings file (.toml)").
+
+    Returns
+    -------
+    dict[str, Any]
+        Nested dictionaries, as `tomllib` gives them.
+
+    Raises
+    ------
+    InputError
+        As for `read_text` and `parsed_toml`, and for another suffix than .toml.
+    """
     if path.suffix.lower() != ".toml" and not path.is_dir():  # reading says what a directory is
         found = f"suffix {printable(path.suffix)}" if path.suffix else "no suffix"
         raise InputError(printable(path, 300), found, what)
@@ -65,7 +96,25 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
 
 
 def parsed_toml(text: str, where: str) -> dict[str, Any]:
-    """The tables of a TOML text; `InputError` with the line for a slip in its syntax."""
+    """The tables of a TOML text.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    where : str
+        Its file, for the message.
+
+    Returns
+    -------
+    dict[str, Any]
+        Nested dictionaries, as `tomllib` gives them.
+
+    Raises
+    ------
+    InputError
+        A slip in its syntax, with the line.
+    """
     import tomllib
 
     try:
@@ -79,7 +128,20 @@ def parsed_toml(text: str, where: str) -> dict[str, Any]:
 
 
 def printable(value: object, length: int = 60) -> str:
-    """`value` as one line that is safe to print: control characters escaped, cut to length."""
+    """A value as one line that is safe to print.
+
+    Parameters
+    ----------
+    value : object
+        Anything.
+    length : int, optional
+        Characters after which it is cut.
+
+    Returns
+    -------
+    str
+        Control characters are escaped.
+    """
     try:
         text = str(value)
     except ValueError:  # Python prints no whole number of more than 4300 digits

@@ -25,7 +25,26 @@ _OK = Accepted(0)
 
 
 def accept(p: LiveParameters, s: LiveState, request: Any) -> Answer:
-    """The machine with the request taken on, the reply, and what happened at once."""
+    """The machine with a request taken on.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    request : Any
+        One of `messages`, or anything that a client sent.
+
+    Returns
+    -------
+    state : Answer
+        New state; the same where the request was refused.
+    reply : Answer
+        Accepted, or refused with reason and remedy.
+    notices : Answer
+        What happened at once.
+    """
     handle = _HANDLERS.get(type(request))
     if handle is None:
         return s, Refused(f"{type(request).__name__} is no request", "see the messages"), ()

@@ -22,8 +22,26 @@ _WORDS = {
 def change(
     p: LiveParameters, s: LiveState, limits: Any
 ) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
-    """Take new soft limits, None for the machine's own. What stands outside stays where it
-    is, and may move inwards."""
+    """Take new soft limits. What stands outside stays where it is, and may move inwards.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters; no limit goes beyond the machine's own.
+    s : LiveState
+        State of the live machine.
+    limits : Any
+        `SoftLimits`; None for the machine's own.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    reply : Reply
+        Accepted or refused.
+    notices : tuple[Notice, ...]
+        What was changed.
+    """
     if busy(s):
         return s, Refused("a motion is under way", "wait for its end, or stop it"), ()
     own = p.settings.limits

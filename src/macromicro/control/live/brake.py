@@ -29,7 +29,20 @@ from macromicro.types import Sample
 
 
 def distance(p: LiveParameters, speed: float) -> float:
-    """The way [counts] within which a carriage of `speed` [count/s] comes to rest."""
+    """The way within which a carriage comes to rest: speed^2 / (2 deceleration) + margin.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    speed : float
+        counts/s.
+
+    Returns
+    -------
+    float
+        counts.
+    """
     q = p.settings.brake
     return speed * speed * p.settings.pitch / (2.0 * q.deceleration) + q.margin
 
@@ -37,8 +50,28 @@ def distance(p: LiveParameters, speed: float) -> float:
 def start(
     p: LiveParameters, s: LiveState, outcome: str, cause: str, found: Evidence | None = None
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin to brake; the motion ends with `outcome` once the carriage has come to rest, and
-    tells what was `found` before."""
+    """Begin to brake.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    outcome : str
+        Outcome of the motion, once the carriage has come to rest.
+    cause : str
+        Cause of the transition.
+    found : Evidence | None, optional
+        Evidence that the motion's end reports beside the way.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        The transition.
+    """
     q = p.settings.brake
     speed = min(max(s.seen.speed, -q.fastest), q.fastest)
     allowed = distance(p, speed)
@@ -57,7 +90,30 @@ def start(
 def step(
     p: LiveParameters, s: LiveState, motion: Motion, work: Braking, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of braking."""
+    """One period of braking.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Braking
+        How far the braking is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     if work.speed != 0.0:
         return _slow_down(p, s, work, sample, dt)
     late = s.time >= work.until - TICK

@@ -14,7 +14,21 @@ from macromicro.types import Sample
 
 
 class Efforts(NamedTuple):
-    """Outputs [V], whether each stage is under control, and what is to be told."""
+    """What a mode gives in one period.
+
+    Attributes
+    ----------
+    motor : float
+        V.
+    ctrl : float
+        V.
+    macro_active : float
+        Whether the macro-stage is under control, 0 or 1.
+    micro_active : float
+        Whether the micro-stage is under control, 0 or 1.
+    notices : tuple[Notice, ...]
+        What happened.
+    """
 
     motor: float = 0.0
     ctrl: float = 0.0
@@ -27,9 +41,25 @@ NONE = Efforts()
 
 
 def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> tuple[Drive, float]:
-    """The macro law [V] towards `reference` [raw counts].
+    """The macro law towards a reference. A missing reading gives no effort and leaves the memory.
 
-    A missing reading gives no effort and leaves the memory.
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    encoder : float
+        Raw counts, or NaN.
+    reference : float
+        Raw counts.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    drive : Drive
+        With the new memory.
+    motor : float
+        V.
     """
     d = s.drive
     if math.isnan(encoder):
@@ -39,7 +69,26 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
 
 
 def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tuple[Drive, float]:
-    """The micro law [V] towards `reference` [mm]; a missing reading as above."""
+    """The micro law towards a reference. A missing reading gives no effort and leaves the memory.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    hall : float
+        V, or NaN.
+    reference : float
+        mm.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    drive : Drive
+        With the new memory.
+    ctrl : float
+        V.
+    """
     d = s.drive
     if math.isnan(hall):
         return d._replace(micro_reference=reference), 0.0
@@ -50,7 +99,23 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
 def parked_effort(s: LiveState, sample: Sample, dt: float) -> tuple[Drive, float, float]:
     """The macro-stage while the micro-stage has its turn: off if it is parked, else held.
 
-    Returns the drive, the motor's effort [V] and whether the stage is under control.
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    drive : Drive
+        With the new memory.
+    motor : float
+        V.
+    active : float
+        Whether the stage is under control, 0 or 1.
     """
     if s.laws.sequence.park == 1:
         return s.drive, 0.0, 0.0
@@ -61,7 +126,26 @@ def parked_effort(s: LiveState, sample: Sample, dt: float) -> tuple[Drive, float
 def fine_efforts(
     s: LiveState, sample: Sample, reference: float, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """Micro-stage under control, macro-stage parked or held."""
+    """Micro-stage under control, macro-stage parked or held.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    sample : Sample
+        What the rig shows.
+    reference : float
+        Reference of the micro-stage, mm.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Efforts of both stages.
+    """
     drive, ctrl = micro_effort(s, sample.hall, reference, dt)
     s = s._replace(drive=drive)
     drive, motor, active = parked_effort(s, sample, dt)
@@ -69,15 +153,46 @@ def fine_efforts(
 
 
 def limited(volts: float, most: float) -> float:
-    """`volts` within +-`most`."""
+    """A value within limits.
+
+    Parameters
+    ----------
+    volts : float
+        Any unit.
+    most : float
+        Largest size, in the same unit.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
     return min(max(volts, -most), most)
 
 
 def observe(p: Fine, w: Window, hall: float, error: float, dt: float) -> Window:
-    """The window after one more reading; a missing one is left out.
+    """A window after one more reading; a missing one is left out.
 
-    `error` [mm]; when a window is full, its mean tells whether the stage has been on target.
-    A window of one and the same reading tells nothing: a sensor that lives has noise.
+    When a window is full, its mean says whether the stage has been on target. A window of one and
+    the same reading says nothing: a sensor that lives has noise.
+
+    Parameters
+    ----------
+    p : Fine
+        Length of a window, and the band.
+    w : Window
+        Window so far.
+    hall : float
+        Reading, V or whatever is read; only changes count.
+    error : float
+        mm.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Window
+        New window.
     """
     if math.isnan(hall):
         return w

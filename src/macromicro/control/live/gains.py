@@ -23,7 +23,26 @@ FIXED = ("motor_limit", "ctrl_limit")  # they belong to the driver and its guard
 def change(
     p: LiveParameters, s: LiveState, changes: Any
 ) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
-    """Take new values of settings: dotted paths within `Control` and their values."""
+    """Take new values of settings, all or none.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    changes : Any
+        Pairs of a dotted path within `Control` and a value, or anything that a client sent.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    reply : Reply
+        Accepted with what was changed, or refused.
+    notices : tuple[Notice, ...]
+        What was changed.
+    """
     if busy(s) and p.settings.gains_while_moving != 1:
         return s, Refused("a motion is under way", "wait for its end, or stop it"), ()
     new: Control = s.control

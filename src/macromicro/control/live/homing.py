@@ -44,7 +44,24 @@ OVER = 1.4  # of the wanted speed, with which a carriage that had stuck may catc
 
 
 def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin to search; the place is not trusted until it is found again."""
+    """Begin to search; the place is not trusted until it is found again.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion as accepted.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        Trust and the transition.
+    """
     trust = t.told(s, "trust", "homing", {"trusted": False})
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
     q = p.settings.homing
@@ -64,7 +81,30 @@ def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, t
 def step(
     p: LiveParameters, s: LiveState, motion: Motion, work: Search, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of homing."""
+    """One period of homing.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Search
+        How far the search is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     q = p.settings.homing
     patience = q.patience + (s.laws.sequence.patience if work.phase == BACK else 0.0)
     if s.time - motion.began >= patience - TICK:
@@ -86,8 +126,21 @@ def _slow(q: Homing, s: LiveState, motor: float, pace: float = 0.0) -> float:
 
 
 def pace(q: Homing, above: float) -> float:
-    """Speed of the search [count/s], `above` [counts] the place where the stop is expected; NaN
-    where it is expected nowhere."""
+    """Speed of the search.
+
+    Parameters
+    ----------
+    q : Homing
+        Parameters of homing.
+    above : float
+        How far above the place where the stop is expected, counts; NaN where it is expected
+        nowhere.
+
+    Returns
+    -------
+    float
+        counts/s.
+    """
     if above > q.near:
         return max(q.quick, q.speed)
     return q.speed if above >= -GIVE else max(q.approach, q.speed)

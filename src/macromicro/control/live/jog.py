@@ -19,7 +19,26 @@ from macromicro.types import Sample
 def start_macro(
     p: LiveParameters, s: LiveState, motion: Motion, speed: float
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin to jog the carriage at `speed` [m/s]; the micro-stage goes off."""
+    """Begin to jog the carriage; the micro-stage goes off.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion as accepted.
+    speed : float
+        m/s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        The transition.
+    """
     found = {"speed_m_per_s": speed}
     here = motion._replace(coarse=s.seen.encoder)
     s, notices = moves.start_macro(s, here, t.MACRO_JOG, found)
@@ -28,7 +47,24 @@ def start_macro(
 
 
 def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin to jog the micro-stage at `speed` [m/s] from where it is held, else where it is."""
+    """Begin to jog the micro-stage from where it is held, else from where it is.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion as accepted.
+    speed : float
+        m/s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        The transition.
+    """
     holding = s.mode in (m.HOLDING, m.MOVING_MICRO)
     here = s.drive.micro_reference if holding else s.seen.fine
     s, notices = moves.start_micro(
@@ -41,7 +77,30 @@ def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, 
 def step(
     p: LiveParameters, s: LiveState, motion: Motion, work: Jogged, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of a jog."""
+    """One period of a jog.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Jogged
+        How far the jog is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     if s.mode == m.MOVING_MACRO:
         return macro(p, s, work, sample, dt)
     return micro(p, s, work, sample, dt)
@@ -50,7 +109,28 @@ def step(
 def macro(
     p: LiveParameters, s: LiveState, work: Jogged, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of a macro jog: it slows down towards its limit, and ends there."""
+    """One period of a macro jog: it slows down towards its limit, and ends there.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    work : Jogged
+        How far the jog is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     q, pitch = p.settings, p.settings.pitch
     most = q.brake.deceleration / pitch
     goal, reference = work.goal, s.drive.macro_reference
@@ -88,7 +168,28 @@ def macro(
 def micro(
     p: LiveParameters, s: LiveState, work: Jogged, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of a micro jog; at the limit it ends once the stage is there."""
+    """One period of a micro jog; at the limit it ends once the stage is there.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    work : Jogged
+        How far the jog is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     q = p.settings
     up = work.goal > 0.0
     bound = s.limits.micro_high if up else s.limits.micro_low

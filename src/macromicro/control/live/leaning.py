@@ -14,13 +14,38 @@ SHARE = 0.9  # of guard.leant that they may use up: periods may be late
 
 
 def longest(live: Live) -> float:
-    """The longest that homing leans on a stop without a count [s]."""
+    """The longest that homing leans on a stop without a count.
+
+    Parameters
+    ----------
+    live : Live
+        Settings.
+
+    Returns
+    -------
+    float
+        s.
+    """
     return 2.0 * live.homing.stand
 
 
 def problems(live: Live, lean: float, leant: float) -> list[tuple[str, Any, str]]:
-    """What the guard would stop: (parameter, value, what is accepted), paths from the whole
-    tree. `lean` [V] and `leant` [s]: effort and time of the guard."""
+    """What the guard would stop.
+
+    Parameters
+    ----------
+    live : Live
+        Settings.
+    lean : float
+        The guard's effort, V.
+    leant : float
+        The guard's time, s.
+
+    Returns
+    -------
+    list[tuple[str, Any, str]]
+        Parameter by its path in the whole tree, value, and what is accepted.
+    """
     homing, jogging = live.homing, live.jogging
     found: list[tuple[str, Any, str]] = []
     if longest(live) > SHARE * leant:

@@ -48,10 +48,32 @@ _LEAP = 0.1  # s: a longer step of the samples' time is no passing of time
 def step(
     p: LiveParameters, s: LiveState, sample: Sample, dt: float, look: Look = survey.look
 ) -> tuple[LiveState, Command, Outputs, tuple[Notice, ...]]:
-    """One control period `dt` [s]: state, what is asked for, outputs, what happened.
+    """One control period. Motor and CTRL are 0 V in disabled, ready, fault, and in stopped once at
+    rest.
 
-    Motor and CTRL are 0 V in disabled, ready, fault, and in stopped once at rest. `look` does what
-    `survey.look` does, compiled where time counts.
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+    look : Look, optional
+        Does what `survey.look` does, compiled where time counts.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    command : Command
+        What is asked for.
+    outputs : Outputs
+        What the guard is to judge.
+    notices : tuple[Notice, ...]
+        What happened.
     """
     s, sample = _look(p, s, sample, dt, look)
     if s.survey.apart >= p.settings.edges.span - TICK and _driven(s):
@@ -164,10 +186,29 @@ def fault(
     *,
     position_lost: bool = False,
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """A fault was found, here or outside (by the guard, by the pacing): it latches, all is off.
+    """Latch a fault that was found, here or outside (by the guard, by the pacing): all is off.
 
-    A motion ends as "fault" and the place is no longer trusted; nor is it where the caller
-    says that counts may have been missed (`position_lost`). The first fault stays.
+    A motion ends as "fault" and the place is no longer trusted. The first fault stays.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    words : str
+        What happened.
+    evidence : Evidence
+        Numbers and words by name, the unit in the name.
+    position_lost : bool, optional
+        Whether counts may have been missed: the place is then not trusted either.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        What happened.
     """
     if s.mode == m.FAULT:
         return s, ()
@@ -182,8 +223,26 @@ def fault(
 
 
 def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
-    """The Hall sensor's readings are no contraction (`words`: why), or are one again (""). The
-    position is not known meanwhile, unless the laser tells it; the carriage's count stays."""
+    """Take note that the Hall sensor's readings are no contraction, or are one again.
+
+    The position is not known meanwhile, unless the laser shows it; the carriage's count stays.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    words : str
+        Why they are none; "" if they are one again.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        If trust has changed.
+    """
     before = uncertainty(p, s)
     # What was judged by readings that were none is not to be held against the encoder.
     if not words and (s.survey.apart > 0.0 or not by_laser(p, s)):
@@ -196,5 +255,20 @@ def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple
 
 
 def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Counts may have been missed, whoever found it: the place is no longer trusted."""
+    """Take note that counts may have been missed, whoever found it: the place is no longer trusted.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    words : str
+        Why.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        If trust has changed.
+    """
     return t.untrusted(s, words)

@@ -71,10 +71,18 @@ class Home(NamedTuple):
 
 
 class MoveTo(NamedTuple):
-    """The whole positioner to `position` [m]: macro, wait, micro; or the micro-stage alone.
+    """The whole positioner to a place: macro, wait, micro; or the micro-stage alone.
 
-    With `replace`, here and in other moves, a motion under way (no homing, no braking) ends as
-    "superseded" and this one begins where that one is; else the move is refused."""
+    Attributes
+    ----------
+    position : float
+        m.
+    client : str
+        Who sent it.
+    replace : bool
+        Here and in other moves: a motion under way (no homing, no braking) ends as "superseded" and
+        this one begins where that one is; else the move is refused.
+    """
 
     position: float
     client: str = ""
@@ -82,7 +90,18 @@ class MoveTo(NamedTuple):
 
 
 class MoveBy(NamedTuple):
-    """`distance` [m] from the target that is being held, else from the present place."""
+    """The whole positioner by a distance from the target that is being held, else from the present
+    place.
+
+    Attributes
+    ----------
+    distance : float
+        m.
+    client : str
+        Who sent it.
+    replace : bool
+        As for `MoveTo`.
+    """
 
     distance: float
     client: str = ""
@@ -90,7 +109,17 @@ class MoveBy(NamedTuple):
 
 
 class MoveMacro(NamedTuple):
-    """The macro-stage to `counts` (homed frame, a whole number); the micro-stage goes off."""
+    """The macro-stage to a count; the micro-stage goes off.
+
+    Attributes
+    ----------
+    counts : float
+        Homed frame, a whole number.
+    client : str
+        Who sent it.
+    replace : bool
+        As for `MoveTo`.
+    """
 
     counts: float
     client: str = ""
@@ -98,7 +127,17 @@ class MoveMacro(NamedTuple):
 
 
 class MoveMicro(NamedTuple):
-    """The micro-stage to a contraction of `position` [mm]; the macro-stage stands."""
+    """The micro-stage to a contraction; the macro-stage stands.
+
+    Attributes
+    ----------
+    position : float
+        mm.
+    client : str
+        Who sent it.
+    replace : bool
+        As for `MoveTo`.
+    """
 
     position: float
     client: str = ""
@@ -106,9 +145,18 @@ class MoveMicro(NamedTuple):
 
 
 class Jog(NamedTuple):
-    """One stage ("macro" or "micro") at `speed` [m/s] until told otherwise; 0 ends it.
+    """One stage at a speed until another request; 0 ends it.
 
     A jog of the same stage under way takes the new speed and keeps its id.
+
+    Attributes
+    ----------
+    stage : str
+        "macro" or "micro".
+    speed : float
+        m/s.
+    client : str
+        Who sent it.
     """
 
     stage: str
@@ -151,7 +199,12 @@ class Programme(NamedTuple):
 class SetGains(NamedTuple):
     """New values of settings of `control.settings.Control`, all or none of them.
 
-    `changes`: pairs of a dotted path ("pd_tuned.now", "sequence.wait") and its value.
+    Attributes
+    ----------
+    changes : tuple[tuple[str, float | int | str], ...]
+        Pairs of a dotted path ("pd_tuned.now", "sequence.wait") and its value, in the stored unit.
+    client : str
+        Who sent it.
     """
 
     changes: tuple[tuple[str, float | int | str], ...]
@@ -217,8 +270,17 @@ class Accepted(NamedTuple):
 
 
 class Refused(NamedTuple):
-    """Nothing was changed and nothing moves: why, and what would help. `beyond`: a value is
-    out of range; else it is not the time for the request."""
+    """Nothing was changed and nothing moves.
+
+    Attributes
+    ----------
+    reason : str
+        Why.
+    remedy : str
+        What would help.
+    beyond : bool
+        Whether a value is out of range; else it is not the time for the request.
+    """
 
     reason: str
     remedy: str
@@ -229,10 +291,23 @@ Reply = Accepted | Refused
 
 
 class Event(NamedTuple):
-    """Something happened at `time` [s, of the samples]; modes by name.
+    """Something happened.
 
-    `kind`: "mode" (a transition), "move" (a programme's next move, or one cut off), "trust",
-    "gains", "limits", "zero", "fan". `cause`: a word or two, for "mode" one of the table's.
+    Attributes
+    ----------
+    time : float
+        Time of the samples, s.
+    kind : str
+        "mode" (a transition), "move" (a programme's next move, or one cut off), "trust", "gains",
+        "limits", "zero", "fan".
+    from_mode : str
+        By name.
+    to_mode : str
+        By name.
+    cause : str
+        A word or two, for "mode" one of the table's.
+    evidence : Evidence
+        Numbers and words by name, the unit in the name.
     """
 
     time: float
@@ -244,8 +319,21 @@ class Event(NamedTuple):
 
 
 class Finished(NamedTuple):
-    """The one end of the accepted motion `id`: outcome (one of `OUTCOMES`), where the whole
-    positioner is then [m] and how well that is known [m]; infinite where never homed."""
+    """The one end of an accepted motion.
+
+    Attributes
+    ----------
+    id : int
+        Number of the motion.
+    outcome : str
+        One of `OUTCOMES`.
+    position : float
+        Where the whole positioner is then, m.
+    uncertainty : float
+        How well that is known, m; infinite where never homed.
+    evidence : Evidence
+        Numbers and words by name, the unit in the name.
+    """
 
     id: int
     outcome: str

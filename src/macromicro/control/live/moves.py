@@ -40,7 +40,26 @@ from macromicro.types import Sample
 def start_macro(
     s: LiveState, motion: Motion, cause: str, evidence: Evidence
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin the coarse part; the micro-stage goes off."""
+    """Begin the coarse part; the micro-stage goes off.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion as accepted.
+    cause : str
+        Cause of the transition.
+    evidence : Evidence
+        Evidence of the transition.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        The transition.
+    """
     drive = t.idle(s.drive)._replace(macro_reference=motion.coarse)
     s = s._replace(motion=motion, work=Approach(NAN, NAN), drive=drive, target=NAN)
     s, event = t.go(s, m.MOVING_MACRO, cause, evidence)
@@ -50,7 +69,26 @@ def start_macro(
 def start_micro(
     s: LiveState, motion: Motion, cause: str, evidence: Evidence
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin the fine part; the laser is reset where the micro-stage was off."""
+    """Begin the fine part; the laser is reset where the micro-stage was off.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion as accepted.
+    cause : str
+        Cause of the transition.
+    evidence : Evidence
+        Evidence of the transition.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        The transition.
+    """
     off = s.mode not in (m.HOLDING, m.MOVING_MICRO)
     drive = s.drive._replace(micro_reference=motion.fine)
     if off:
@@ -70,7 +108,30 @@ def _macro_error(s: LiveState, motion: Motion, sample: Sample) -> float:
 def coarse(
     p: LiveParameters, s: LiveState, motion: Motion, work: Approach, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of the coarse part: the way, or the wait after it."""
+    """One period of the coarse part: the way, or the wait after it.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Approach
+        How far the motion is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     step = approach if math.isnan(work.entered) else settle
     return step(p, s, motion, work, sample, dt)
 
@@ -78,7 +139,30 @@ def coarse(
 def approach(
     p: LiveParameters, s: LiveState, motion: Motion, work: Approach, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of the coarse part, before arrival."""
+    """One period of the coarse part, before arrival.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Approach
+        How far the motion is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     q = s.laws.sequence
     error = _macro_error(s, motion, sample)
     inside = arrival.since(q, error, work.inside, s.time)
@@ -103,7 +187,30 @@ def _parked(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts
 def settle(
     p: LiveParameters, s: LiveState, motion: Motion, work: Approach, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of the wait for the belt; at its end the carriage must still be there."""
+    """One period of the wait for the belt; at its end the carriage must still be there.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Approach
+        How far the motion is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     q = s.laws.sequence
     s, efforts = _parked(s, sample, dt)
     if math.isnan(sample.encoder) or s.time - work.entered < q.wait - TICK:
@@ -132,14 +239,52 @@ def settle(
 
 
 def remaining(p: LiveParameters, s: LiveState, target: float) -> float:
-    """Contraction [mm] that takes the whole from where the carriage is to `target` [m]."""
+    """Contraction that takes the whole positioner from where the carriage is to a target.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    target : float
+        m.
+
+    Returns
+    -------
+    float
+        mm.
+    """
     return (target - carriage(p, s)) * 1e3
 
 
 def fine(
     p: LiveParameters, s: LiveState, motion: Motion, work: Settle, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of the fine part."""
+    """One period of the fine part.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Settle
+        How far the motion is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     s, efforts = fine_efforts(s, sample, motion.fine, dt)
     q = p.settings.fine
     window = observe(q, work.window, sample.hall, motion.fine - s.seen.fine, dt)
@@ -183,15 +328,52 @@ def _gives_up(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveSta
 
 
 def hold(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
-    """One period of holding what was reached."""
+    """One period of holding what was reached.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs.
+    """
     return fine_efforts(s, sample, s.drive.micro_reference, dt)
 
 
 def stay(
     p: LiveParameters, s: LiveState, outcome: str, cause: str
 ) -> tuple[LiveState, tuple[Notice, ...]]:
-    """End a motion of the micro-stage where it is, and hold it there: beyond the soft limits,
-    if it stands there, for towards them it would move by itself."""
+    """End a motion of the micro-stage where it is, and hold it there.
+
+    Beyond the soft limits, too, if it stands there: towards them it would move by itself.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    outcome : str
+        Outcome of the motion.
+    cause : str
+        Cause of the transition.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        The end and the transition.
+    """
     here = max(s.seen.fine, 0.0)
     s = s._replace(drive=s.drive._replace(micro_reference=here))
     return t.conclude(p, s, m.HOLDING, (outcome, cause), {"micro_mm": here})

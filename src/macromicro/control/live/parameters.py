@@ -214,7 +214,13 @@ class Live(NamedTuple):
     ] = 0
 
     def problems(self) -> list[tuple[str, Any, str]]:
-        """What cannot work: (parameter, value, what is accepted)."""
+        """What cannot work.
+
+        Returns
+        -------
+        list[tuple[str, Any, str]]
+            Parameter, value, and what is accepted.
+        """
         q, fine = self.limits, self.fine
         rules = (
             (q.macro_low >= q.macro_high, "limits.macro_low", q.macro_low, "limits.macro_high"),
@@ -229,7 +235,17 @@ class Live(NamedTuple):
 
 
 class LiveParameters(NamedTuple):
-    """What the machine runs on; `control` holds the laws at the start."""
+    """What the machine runs on.
+
+    Attributes
+    ----------
+    settings : Live
+        Everything beside the laws.
+    control : Control
+        The laws at the start.
+    calibration : Calibration
+        Calibration of the Hall sensor.
+    """
 
     settings: Live
     control: Control
@@ -241,7 +257,22 @@ def prepare(
     control: Control | None = None,
     table: Calibration | None = None,
 ) -> LiveParameters:
-    """The parameters; what is not given has its default, `table` is the Hall calibration."""
+    """The parameters of a machine; what is not given has its default.
+
+    Parameters
+    ----------
+    settings : Live | None, optional
+        Everything beside the laws.
+    control : Control | None, optional
+        The laws at the start.
+    table : Calibration | None, optional
+        Calibration of the Hall sensor.
+
+    Returns
+    -------
+    LiveParameters
+        For `machine`.
+    """
     return LiveParameters(
         Live() if settings is None else settings,
         Control() if control is None else control,

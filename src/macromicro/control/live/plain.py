@@ -8,7 +8,20 @@ _MOST = 80  # characters
 
 
 def shown(value: Any, most: int = _MOST) -> str:
-    """`value` as Python writes it, no longer than `most` characters."""
+    """A value as Python writes it, cut to length.
+
+    Parameters
+    ----------
+    value : Any
+        Anything that a client sent.
+    most : int, optional
+        Characters.
+
+    Returns
+    -------
+    str
+        On one line where its own form is.
+    """
     try:
         words = repr(value)
     except Exception:  # a whole number of thousands of digits, or an object of somebody's own
@@ -17,5 +30,19 @@ def shown(value: Any, most: int = _MOST) -> str:
 
 
 def among(value: Any, words: tuple[str, ...]) -> bool:
-    """Is it one of these words? What is no word (an array, whose comparison is none) is not."""
+    """Whether a value is one of some words. What is no word (an array, whose comparison is none) is
+    not.
+
+    Parameters
+    ----------
+    value : Any
+        Anything that a client sent.
+    words : tuple[str, ...]
+        Accepted ones.
+
+    Returns
+    -------
+    bool
+        True if so.
+    """
     return isinstance(value, str) and value in words

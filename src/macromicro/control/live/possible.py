@@ -13,10 +13,23 @@ _MOTIONS = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Programme}
 
 
 def possible(mode: int, *, moving: bool, trusted: bool, supersede: bool = False) -> frozenset[type]:
-    """Kinds of requests that `mode` (index into `messages.MODES`) does not rule out.
+    """Kinds of requests that a mode does not rule out.
 
-    `moving`: is a motion under way, its braking included? `trusted`: is the position known?
-    `supersede`: may a new motion replace one under way?
+    Parameters
+    ----------
+    mode : int
+        Index into `messages.MODES`.
+    moving : bool
+        Whether a motion is under way, its braking included.
+    trusted : bool
+        Whether the position is known.
+    supersede : bool, optional
+        Whether a new motion may replace one under way.
+
+    Returns
+    -------
+    frozenset[type]
+        Classes of `messages`.
     """
     if mode == m.FAULT:
         return _ALWAYS | {m.ClearFault, m.SetLimits}

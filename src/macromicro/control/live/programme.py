@@ -31,7 +31,24 @@ MODES = {MACRO: m.MOVING_MACRO, SETTLING: m.SETTLING, MICRO: m.MOVING_MICRO}
 
 
 def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[Notice, ...]]:
-    """Begin: macro targets become raw counts."""
+    """Begin: macro targets become raw counts.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion as accepted.
+    plan : Plan
+        Macro targets in the homed frame, micro targets in mm.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    notices : tuple[Notice, ...]
+        The transition.
+    """
     raw = _raw(plan, s.frame.offset)
     progress = supervisor.begin(s.seen.encoder)
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
@@ -52,7 +69,30 @@ def _raw(plan: Plan, offset: float) -> Plan:
 def step(
     p: LiveParameters, s: LiveState, motion: Motion, work: Running, sample: Sample, dt: float
 ) -> tuple[LiveState, Efforts]:
-    """One period of the programme."""
+    """One period of the programme.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion
+        The motion under way.
+    work : Running
+        How far the motion is.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    efforts : Efforts
+        Outputs and notices.
+    """
     if not math.isnan(work.over):
         return _settle(p, s, work, sample, dt)
     before = work.progress

@@ -18,8 +18,21 @@ NAN = math.nan
 
 
 class Seen(NamedTuple):
-    """Last good readings: encoder [raw counts], speed [count/s], standing: time without a new
-    count [s], fine: contraction [mm]; whole position [m]. NaN before the first."""
+    """Last good readings; NaN before the first.
+
+    Attributes
+    ----------
+    encoder : float
+        Raw counts.
+    speed : float
+        counts/s.
+    standing : float
+        Time without a new count, s.
+    fine : float
+        Contraction, mm.
+    position : float
+        Position of the whole positioner, m.
+    """
 
     encoder: float
     speed: float
@@ -29,9 +42,21 @@ class Seen(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """Where coordinate 0 is: `offset` [raw counts], NaN before the first sample, which then
-    has the coordinate `first`. `zero` [m]: where the relative reading is zero. `named`: is the
-    offset that of a homing or of a kept position, trusted or not?"""
+    """Where coordinate 0 is.
+
+    Attributes
+    ----------
+    offset : float
+        Raw counts; NaN before the first sample.
+    first : float
+        Coordinate that the first sample has, counts.
+    trusted : bool
+        Whether the position is known.
+    zero : float
+        Where the relative reading is zero, m.
+    named : bool
+        Whether the offset is that of a homing or of a kept position, trusted or not.
+    """
 
     offset: float
     first: float
@@ -41,7 +66,21 @@ class Frame(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """References [raw counts], [mm], memories of the laws, and a laser reset still to give."""
+    """What the laws follow and remember.
+
+    Attributes
+    ----------
+    macro_reference : float
+        Raw counts.
+    micro_reference : float
+        mm.
+    memory : Memory
+        Memory of the macro law.
+    integral : float
+        Integral of the micro law, V.
+    reset : bool
+        Whether a laser reset is still to be given.
+    """
 
     macro_reference: float
     micro_reference: float
@@ -51,7 +90,23 @@ class Drive(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """The motion under way, as accepted: target [m], coarse [raw counts], fine [mm], or NaN."""
+    """The motion under way, as accepted.
+
+    Attributes
+    ----------
+    id : int
+        1, 2, ...
+    kind : str
+        Kind in words.
+    target : float
+        m, or NaN.
+    coarse : float
+        Raw counts, or NaN.
+    fine : float
+        mm, or NaN.
+    began : float
+        s.
+    """
 
     id: int
     kind: str
@@ -62,16 +117,38 @@ class Motion(NamedTuple):
 
 
 class Approach(NamedTuple):
-    """Macro move: within tolerance since `inside` or NaN; settling since `entered`."""
+    """A macro move.
+
+    Attributes
+    ----------
+    inside : float
+        Since when it is within the tolerance, s, or NaN.
+    entered : float
+        Since when it is settling, s, or NaN.
+    """
 
     inside: float
     entered: float
 
 
 class Window(NamedTuple):
-    """Micro errors of the present window: sum [mm] and number; mean [mm] of the window before,
-    and for how long such means have been on target [s]; last reading [V], and whether the
-    present window has seen another one."""
+    """Micro errors of the present window, and what full ones have shown.
+
+    Attributes
+    ----------
+    total : float
+        Sum, mm.
+    number : int
+        How many.
+    mean : float
+        Mean of the window before, mm.
+    held : float
+        For how long such means have been on target, s.
+    hall : float
+        Last reading, V.
+    lives : bool
+        Whether the present window has seen another one.
+    """
 
     total: float
     number: int
@@ -85,8 +162,19 @@ EMPTY = Window(0.0, 0, NAN, 0.0)
 
 
 class Settle(NamedTuple):
-    """Micro move since `entered`, the encoder then at `base` [raw counts]; errors by the Hall
-    sensor, and by the laser of an absolute move."""
+    """A micro move.
+
+    Attributes
+    ----------
+    entered : float
+        Since when, s.
+    base : float
+        Encoder then, raw counts.
+    window : Window
+        Errors by the Hall sensor.
+    witness : Window
+        Errors by the laser, of an absolute move.
+    """
 
     entered: float
     base: float
@@ -95,9 +183,25 @@ class Settle(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Homing: phase, since when, where it began [raw counts] and the stop, once felt; `sure`: at
-    the same place for the second time; where the stop is `expected` [raw counts], or NaN, and the
-    speed of the search [count/s], NaN before its first period."""
+    """Homing.
+
+    Attributes
+    ----------
+    phase : int
+        SEARCH, PUSH or BACK of `homing`.
+    since : float
+        Since when, s.
+    origin : float
+        Where it began, raw counts.
+    stop : float
+        Where the stop was felt, raw counts, or NaN.
+    sure : bool
+        Whether at the same place for the second time.
+    expected : float
+        Where the stop is expected, raw counts, or NaN.
+    pace : float
+        Speed of the search, counts/s; NaN before its first period.
+    """
 
     phase: int
     since: float
@@ -109,8 +213,19 @@ class Search(NamedTuple):
 
 
 class Jogged(NamedTuple):
-    """Jog: speed wanted and present speed of the reference [count/s | mm/s], how long the
-    reference has been held back by the carriage [s]; the micro-stage at its limit."""
+    """A jog.
+
+    Attributes
+    ----------
+    goal : float
+        Requested speed, counts/s or mm/s.
+    speed : float
+        Speed of the reference at present, in the same unit.
+    held_back : float
+        For how long the carriage has held the reference back, s.
+    settle : Settle
+        The micro-stage's arrival at its limit.
+    """
 
     goal: float
     speed: float
@@ -119,9 +234,29 @@ class Jogged(NamedTuple):
 
 
 class Braking(NamedTuple):
-    """Coming to rest since `since`: speed of the reference [count/s], how it will be
-    reported, where it began [raw counts], the way that it may take [counts], what is to be told
-    at its end beside these, and where the motion was to end [raw counts], or NaN."""
+    """Coming to rest.
+
+    Attributes
+    ----------
+    since : float
+        Since when, s.
+    until : float
+        Until when it may last, s.
+    speed : float
+        Speed of the reference, counts/s.
+    outcome : str
+        How it will be reported.
+    cause : str
+        Likewise.
+    origin : float
+        Where it began, raw counts.
+    allowed : float
+        Way that it may take, counts.
+    found : Evidence
+        What else is reported at its end.
+    goal : float
+        Where the motion was to end, raw counts, or NaN.
+    """
 
     since: float
     until: float
@@ -135,8 +270,23 @@ class Braking(NamedTuple):
 
 
 class Running(NamedTuple):
-    """A programme: plan in raw counts, the supervisor's progress, time of its start [s]; `over`:
-    when its plan was completed [s], or NaN; what the first move cut off lacked, if any."""
+    """A programme.
+
+    Attributes
+    ----------
+    plan : Plan
+        Macro targets in raw counts.
+    progress : Progress
+        The supervisor's state.
+    start : float
+        When it began, s.
+    window : Window
+        Errors of the last move, a fine one.
+    over : float
+        When the plan was completed, s, or NaN.
+    cut_off : Evidence | None
+        What the first move cut off lacked, if any.
+    """
 
     plan: Plan
     progress: Progress
@@ -150,7 +300,17 @@ Work = Approach | Settle | Search | Jogged | Braking | Running
 
 
 class Trouble(NamedTuple):
-    """A latched fault: when [s], and what the guard said."""
+    """A latched fault.
+
+    Attributes
+    ----------
+    time : float
+        When, s.
+    words : str
+        What happened.
+    evidence : Evidence
+        Numbers and words by name.
+    """
 
     time: float
     words: str
@@ -158,11 +318,45 @@ class Trouble(NamedTuple):
 
 
 class LiveState(NamedTuple):
-    """The machine. `control` are the settings in force, `laws` the same for the kernels,
-    `limits` the soft limits in force; `time` [s] has no leaps, the samples' is `shift` ahead;
-    `survey` is what the laser tells beside the encoder; `target` [m]: what is being held after
-    an absolute move, or NaN; `given`: ids so far; `doubt`: why the Hall sensor's readings are
-    no contraction, or ""."""
+    """State of the live machine.
+
+    Attributes
+    ----------
+    mode : int
+        Index into `messages.MODES`.
+    time : float
+        Without leaps, s.
+    control : Control
+        Settings in force.
+    laws : Supervisor
+        The same for the kernels.
+    limits : SoftLimits
+        Soft limits in force.
+    seen : Seen
+        Last good readings.
+    frame : Frame
+        Where coordinate 0 is.
+    drive : Drive
+        What the laws follow and remember.
+    motion : Motion | None
+        The one under way.
+    work : Work | None
+        How far the motion is.
+    target : float
+        What is being held after an absolute move, m, or NaN.
+    fan : float
+        0 or 1.
+    fault : Trouble | None
+        The latched one.
+    given : int
+        Ids so far.
+    survey : Survey
+        What the laser shows beside the encoder.
+    shift : float
+        By how much the samples' time is ahead of `time`, s.
+    doubt : str
+        Why the Hall sensor's readings are no contraction, or "".
+    """
 
     mode: int
     time: float
@@ -191,9 +385,20 @@ def begin(
 ) -> LiveState:
     """The machine before its first sample: disabled, nothing moves.
 
-    `coordinate` [counts, homed frame]: where the carriage was left, as kept from the run
-    before; the encoder's first count is given that name. `trusted`: is it known to stand
-    there still? Without a coordinate the place is not trusted.
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    coordinate : float | None, optional
+        Where the carriage was left, as kept from the run before, counts of the homed frame; the
+        encoder's first count is given that name. Without it the place is not trusted.
+    trusted : bool, optional
+        Whether it is known to stand there still.
+
+    Returns
+    -------
+    LiveState
+        State.
     """
     kept = NAN if coordinate is None else float(coordinate)
     known = math.isfinite(kept)
@@ -217,14 +422,39 @@ def begin(
 
 
 def now(s: LiveState) -> float:
-    """Time [s] of the last sample, as the rig tells it."""
+    """Time of the last sample, as the rig gives it.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        s.
+    """
     return s.time + s.shift
 
 
 def uncertainty(p: LiveParameters, s: LiveState) -> float:
-    """Half width [m] of the interval that holds the position: by laser where it knows the
-    encoder's edges, else half a count, and more on a fast way or where the laser has it
-    elsewhere; infinite where the frame is not trusted, or the contraction is not known."""
+    """Half width of the interval that holds the position.
+
+    By laser where it knows the encoder's edges, else half a count, and more on a fast way or where
+    the laser has it elsewhere.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        m; infinite where the frame is not trusted, or the contraction is not known.
+    """
     if by_laser(p, s):
         return s.survey.half
     if not s.frame.trusted or s.doubt:
@@ -236,29 +466,90 @@ def uncertainty(p: LiveParameters, s: LiveState) -> float:
 
 
 def by_laser(p: LiveParameters, s: LiveState) -> bool:
-    """Is the position the laser's? Else the encoder's and the Hall sensor's."""
+    """Whether the position is the laser's; else it is the encoder's and the Hall sensor's.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    bool
+        True if so.
+    """
     return s.frame.trusted and s.survey.half < 0.5 * p.settings.pitch
 
 
 def position(p: LiveParameters, s: LiveState) -> float:
-    """Of the whole positioner [m] by the last readings."""
+    """Position of the whole positioner by the last readings.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        m.
+    """
     if by_laser(p, s):
         return survey.whole(s.survey, p.settings.pitch, s.frame.offset)
     return coordinate(s) * p.settings.pitch + s.seen.fine * 1e-3
 
 
 def carriage(p: LiveParameters, s: LiveState) -> float:
-    """Of the carriage [m]: a count's middle, or by laser its place within the count."""
+    """Position of the carriage: a count's middle, or by laser its place within the count.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        m.
+    """
     if by_laser(p, s):
         return s.seen.position - s.seen.fine * 1e-3
     return coordinate(s) * p.settings.pitch
 
 
 def coordinate(s: LiveState) -> float:
-    """Macro position [counts, homed frame]; NaN before the first sample."""
+    """Macro position.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    float
+        counts of the homed frame; NaN before the first sample.
+    """
     return s.seen.encoder - s.frame.offset
 
 
 def busy(s: LiveState) -> bool:
-    """Is a motion under way, its braking included?"""
+    """Whether a motion is under way, its braking included.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    bool
+        True if so.
+    """
     return s.motion is not None

@@ -36,14 +36,49 @@ _SETTLED = 2.0  # s: until then the belt rocks the stage after a fast way (Secti
 
 
 class Survey(NamedTuple):
-    """`laser`: last reading [m]; `base` [m]; `awaited`: periods left for a reset to show;
-    `same`, `hall_same`: periods with the same reading, `held`: the count when it was new;
-    `counts`, `whole` [m], `fine` [mm]: of the sample before, NaN where it was not complete;
-    `path` [m]: of the carriage, mean of the period before, `pace` its last step [m];
-    `slow` [s]: since the carriage was last fast; `edge`: the last one taken; `anchor`: phase
-    [m] by which counts are judged where edges contradicted it, NaN while they agree; `gap`:
-    counts that the encoder is behind the laser; `apart`: for how long by too many [s]; `half`:
-    half width [m] of the position by laser, infinite without one."""
+    """What the laser shows beside the encoder. NaN: not known.
+
+    Attributes
+    ----------
+    phase : Phase | None
+        Phase of the edges.
+    laser : float
+        Last reading, m.
+    base : float
+        What the machine's own resets took from the laser, m.
+    awaited : int
+        Periods left for a reset to show.
+    same : int
+        Periods with the same reading of the laser.
+    held : float
+        The count when it was new.
+    counts : float
+        Encoder in the sample before, raw counts; NaN where it was not complete.
+    whole : float
+        laser + base in the sample before, m.
+    fine : float
+        Contraction in the sample before, mm.
+    path : float
+        Path of the carriage, mean of the period before, m.
+    pace : float
+        Its last step, m.
+    hall : float
+        Last reading, V.
+    hall_same : int
+        Periods with the same reading of the Hall sensor.
+    slow : float
+        Time since the carriage was last fast, s.
+    edge : float
+        The last one taken.
+    anchor : float
+        Phase by which counts are judged where edges contradicted it, m; NaN while they agree.
+    gap : float
+        Counts that the encoder is behind the laser.
+    apart : float
+        For how long by too many, s.
+    half : float
+        Half width of the position by laser, m; infinite without one.
+    """
 
     phase: Phase | None = None
     laser: float = NAN
@@ -70,7 +105,18 @@ NOTHING = Survey()
 
 
 def reset_given(v: Survey) -> Survey:
-    """The machine resets the laser with this period's outputs."""
+    """The survey when the machine resets the laser with this period's outputs.
+
+    Parameters
+    ----------
+    v : Survey
+        Survey.
+
+    Returns
+    -------
+    Survey
+        Survey.
+    """
     if v.phase is None:
         return v
     if abs(v.laser) <= _SMALL:
@@ -79,8 +125,19 @@ def reset_given(v: Survey) -> Survey:
 
 
 class Moving(NamedTuple):
-    """Of the sample: contraction [mm], speed of the carriage [count/s], time that it has stood
-    [s], count of coordinate 0 [raw counts]."""
+    """The machine's part of a sample.
+
+    Attributes
+    ----------
+    fine : float
+        Contraction, mm.
+    speed : float
+        Speed of the carriage, counts/s.
+    standing : float
+        For how long it has stood, s.
+    offset : float
+        Count of coordinate 0, raw counts.
+    """
 
     fine: float
     speed: float
@@ -89,7 +146,28 @@ class Moving(NamedTuple):
 
 
 def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float) -> Survey:
-    """The survey after one more sample."""
+    """The survey after one more sample.
+
+    Parameters
+    ----------
+    q : Edges
+        Parameters of the edges.
+    pitch : float
+        Travel per count, m.
+    v : Survey
+        Survey.
+    sample : Sample
+        What the rig shows.
+    moving : Moving
+        The machine's part of it.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Survey
+        Survey.
+    """
     if v.phase is None:
         v = v._replace(phase=edges.unknown())
     v = followed(q, pitch, v, sample, moving, dt)
@@ -115,7 +193,28 @@ def _anew(laser: float, same: int, held: float) -> Survey:
 def followed(
     q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: float
 ) -> Survey:
-    """`look` for kernels: a phase that is not known is `edges.unknown`."""
+    """`look` for kernels: a phase that is not known is `edges.unknown`.
+
+    Parameters
+    ----------
+    q : Edges
+        Parameters of the edges.
+    pitch : float
+        Travel per count, m.
+    v : Survey
+        Survey.
+    sample : Sample
+        What the rig shows.
+    moving : Moving
+        The machine's part of it.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Survey
+        Survey.
+    """
     count = sample.encoder
     if q.use != 1 or not abs(sample.laser) < _FARTHEST:
         return _anew(NAN, 0, NAN)
@@ -170,6 +269,8 @@ def _beam(q: Edges, v: Survey, sample: Sample) -> Survey:
 def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
     """Carriage path [m], mean of the period: of the laser, less the contraction that the lag
     `q.lag` of the Hall sensor hides."""
+    # A lag's output goes from f0 to f1 = keep f0 + (1 - keep) c while its input is c, which this
+    # solves for c: the contraction now, of which the sensor will know `q.lag` later.
     keep = math.exp(-dt / q.lag) if q.lag > 0.0 else 0.0
     contraction = (fine - keep * v.fine) / (1.0 - keep) * 1e-3
     return 0.5 * (whole + v.whole) - contraction
@@ -194,6 +295,8 @@ def _judged(
         edge = v.edge  # none, or one that flickers: it tells no more than it did once
     else:
         rocking = 0.0 if now.slow >= _SETTLED else q.rocking
+        # The edge was crossed at some instant of the period, any as likely: a uniform spread over
+        # the way of the period has the variance width^2 / 12.
         width = moving.speed * pitch * dt
         noise = width * width / 12.0 + q.noise * q.noise + rocking * rocking
         phase = edges.taken(phase, edge, now.path - (edge - 0.5) * pitch, noise)
@@ -217,8 +320,25 @@ def _half(q: Edges, phase: Phase, anchor: float, offset: float) -> float:
 
 
 def contradiction(v: Survey, told: float, pitch: float, offset: float) -> float:
-    """Half width [m] about the position `told` [m] by count and Hall sensor that takes in where
-    the laser has the stage, where it has it elsewhere for sure; else 0."""
+    """Half width about a position that takes in where the laser has the stage, where it has it
+    elsewhere for sure.
+
+    Parameters
+    ----------
+    v : Survey
+        Survey.
+    told : float
+        Position by count and Hall sensor, m.
+    pitch : float
+        Travel per count, m.
+    offset : float
+        Count of coordinate 0, raw counts.
+
+    Returns
+    -------
+    float
+        m; 0 where both agree.
+    """
     if v.phase is None or v.awaited or math.isnan(v.counts):
         return 0.0
     off = abs(whole(v, pitch, offset) - told)
@@ -227,21 +347,66 @@ def contradiction(v: Survey, told: float, pitch: float, offset: float) -> float:
 
 
 def homed(q: Edges, v: Survey, offset: float) -> Survey:
-    """Coordinate 0 has another count."""
+    """The survey when coordinate 0 has another count.
+
+    Parameters
+    ----------
+    q : Edges
+        Parameters of the edges.
+    v : Survey
+        Survey.
+    offset : float
+        Count of coordinate 0, raw counts.
+
+    Returns
+    -------
+    Survey
+        Survey.
+    """
     return v if v.phase is None else v._replace(half=_half(q, v.phase, v.anchor, offset))
 
 
 def whole(v: Survey, pitch: float, offset: float) -> float:
-    """Position [m] of the whole positioner by the laser; NaN where it has no phase."""
+    """Position of the whole positioner by the laser.
+
+    Parameters
+    ----------
+    v : Survey
+        Survey.
+    pitch : float
+        Travel per count, m.
+    offset : float
+        Count of coordinate 0, raw counts.
+
+    Returns
+    -------
+    float
+        m; NaN where it has no phase.
+    """
     if v.phase is None:
         return NAN
     return v.laser + v.base - edges.at(v.phase, offset) - offset * pitch
 
 
 def again(v: Survey, pitch: float) -> Survey:
-    """Homing begins: where a count is lost without a fault, the edges lie by whole counts
-    elsewhere. The slope stays known, unless edges contradicted one another, or the laser had
-    the carriage elsewhere: that is what homing is for."""
+    """The survey when homing begins: where a count is lost without a fault, the edges lie by whole
+    counts elsewhere.
+
+    The slope stays known, unless edges contradicted one another, or the laser had the carriage
+    elsewhere: that is what homing is for.
+
+    Parameters
+    ----------
+    v : Survey
+        Survey.
+    pitch : float
+        Travel per count, m.
+
+    Returns
+    -------
+    Survey
+        Survey.
+    """
     if v.phase is None or not math.isnan(v.anchor) or v.apart > 0.0:
         return NOTHING
     return v._replace(phase=edges.blurred(v.phase, pitch * pitch))

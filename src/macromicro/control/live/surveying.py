@@ -83,7 +83,17 @@ def _survey(q: Edges, pitch: float, asked: _Row, state: _Row, dt: float) -> Iter
 
 
 class Surveying:
-    """`survey.look` of one machine, compiled."""
+    """`survey.look` of one machine, compiled.
+
+    Parameters
+    ----------
+    q : Edges
+        Parameters of the edges.
+    pitch : float
+        Travel per count, m.
+    dt : float
+        Control period, s.
+    """
 
     def __init__(self, q: Edges, pitch: float, dt: float) -> None:
         self._begin(q, pitch, dt)

@@ -20,7 +20,22 @@ HOME_FIRST = Refused("the position is not known (not homed, or a move was cut of
 
 
 def number(value: Any, what: str, unit: str) -> Refused | None:
-    """Refuses what is no finite number."""
+    """Refuse what is no finite number.
+
+    Parameters
+    ----------
+    value : Any
+        Anything that a client sent.
+    what : str
+        What it is, for the refusal.
+    unit : str
+        Named in the refusal.
+
+    Returns
+    -------
+    Refused | None
+        None for a number.
+    """
     if finite(value):
         return None
     return Refused(f"{what} {shown(value)} is no finite number", f"give it in {unit}", True)
@@ -45,11 +60,29 @@ def _motion(s: LiveState, kind: str, target: float, count: float, fine: float) -
 def whole(
     p: LiveParameters, s: LiveState, target: Any, kind: str, carriage_rests: bool
 ) -> Motion | Refused:
-    """A move of the whole positioner to `target` [m].
+    """A move of the whole positioner.
 
-    The micro-stage alone, if the carriage rests where the remaining contraction lies in the
-    band. Otherwise the macro-stage goes to the highest count from which, with its whole
-    tolerance to either side, the rest is within the band; the rest is chosen on arrival.
+    The micro-stage alone, if the carriage rests where the remaining contraction lies in the band.
+    Otherwise the macro-stage goes to the highest count from which, with its whole tolerance to
+    either side, the rest is within the band; the rest is chosen on arrival.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    target : Any
+        m, or anything that a client sent.
+    kind : str
+        Kind of the motion, in words.
+    carriage_rests : bool
+        Whether the carriage stands.
+
+    Returns
+    -------
+    Motion | Refused
+        The motion, or why it cannot be.
     """
     q, fine, pitch = s.limits, p.settings.fine, p.settings.pitch
     refusal = number(target, "position", "m") or _beyond(
@@ -78,8 +111,26 @@ def whole(
 
 
 def reach(settings: Live, limits: SoftLimits, tolerance: float) -> tuple[float, float]:
-    """Lowest and highest target [m] that `whole` takes from wherever the carriage stands:
-    within the soft limits, and left to both stages by the macro-stage's `tolerance` [counts]."""
+    """Lowest and highest target that `whole` takes from wherever the carriage stands.
+
+    Within the soft limits, and left to both stages by the macro-stage's tolerance.
+
+    Parameters
+    ----------
+    settings : Live
+        Settings of the machine.
+    limits : SoftLimits
+        Soft limits in force.
+    tolerance : float
+        Tolerance of the macro-stage, counts.
+
+    Returns
+    -------
+    low : float
+        m.
+    high : float
+        m.
+    """
     fine, pitch, slack = settings.fine, settings.pitch, tolerance + 0.5
     low = (math.ceil(limits.macro_low) + slack) * pitch
     high = (math.floor(limits.macro_high) - slack) * pitch
@@ -92,7 +143,20 @@ def reach(settings: Live, limits: SoftLimits, tolerance: float) -> tuple[float, 
 
 
 def coarse(s: LiveState, counts: Any) -> Motion | Refused:
-    """A move of the macro-stage to `counts` in the homed frame."""
+    """A move of the macro-stage.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    counts : Any
+        counts of the homed frame, or anything that a client sent.
+
+    Returns
+    -------
+    Motion | Refused
+        The motion, or why it cannot be.
+    """
     q = s.limits
     refusal = number(counts, "macro position", "counts") or _beyond(
         counts, q.macro_low, q.macro_high, "macro position", "counts"
@@ -107,7 +171,20 @@ def coarse(s: LiveState, counts: Any) -> Motion | Refused:
 
 
 def contraction(s: LiveState, position: Any) -> Motion | Refused:
-    """A move of the micro-stage to `position` [mm]."""
+    """A move of the micro-stage.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    position : Any
+        mm, or anything that a client sent.
+
+    Returns
+    -------
+    Motion | Refused
+        The motion, or why it cannot be.
+    """
     q = s.limits
     refusal = number(position, "micro position", "mm") or _beyond(
         position, q.micro_low, q.micro_high, "micro position", "mm"
@@ -116,7 +193,24 @@ def contraction(s: LiveState, position: Any) -> Motion | Refused:
 
 
 def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Refused:
-    """A jog; an untrusted carriage may only creep."""
+    """A jog; an untrusted carriage may only creep.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    stage : Any
+        "macro", "micro", or anything that a client sent.
+    speed : Any
+        m/s, or anything that a client sent.
+
+    Returns
+    -------
+    Motion | Refused
+        The motion, or why it cannot be.
+    """
     q, limits = p.settings.jogging, s.limits
     if not among(stage, m.STAGES):
         return Refused(f"{shown(stage)} is no stage", 'name "macro" or "micro"')
@@ -148,7 +242,20 @@ def _unset(time: Any) -> bool:
 
 
 def plan(s: LiveState, plan: Any) -> Motion | Refused:
-    """A programme: every target within the soft limits."""
+    """A programme: every target within the soft limits.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    plan : Any
+        `Plan` in the homed frame, or anything that a client sent.
+
+    Returns
+    -------
+    Motion | Refused
+        The motion, or why it cannot be.
+    """
     refusal = _misshapen(plan) or _senseless(plan)
     if refusal:
         return refusal

@@ -29,14 +29,19 @@ def from_files(
 
     Parameters
     ----------
-    kind : one of `KINDS`: drive, linear, deadzone, hysteresis, thermal or hall.
-    files : one or several recordings of this package, CSV, MAT or MicroMag files.
-    columns : which column is what, such as ``{"x": "position_mm:mm"}``.
-    options : those of the kind's `Options`, such as ``gain=35.15`` of a drive.
+    kind : str
+        One of `KINDS`: drive, linear, deadzone, hysteresis, thermal or hall.
+    files : str | PathLike[str] | Sequence[str | PathLike[str]]
+        One or several recordings of this package, CSV, MAT or MicroMag files.
+    columns : Mapping[str, str] | None, optional
+        Which column is what, such as ``{"x": "position_mm:mm"}``.
+    **options : Any
+        Those of the kind's `Options`, such as ``gain=35.15`` of a drive.
 
     Returns
     -------
-    Result, with `.model`, `.uncertainty`, `.to_toml()`, `.plot()` and `.save(folder)`.
+    Result
+        With `.model`, `.uncertainty`, `.to_toml()`, `.plot()` and `.save(folder)`.
 
     Raises
     ------
@@ -51,7 +56,24 @@ def from_files(
 def fitted(kind: str, what: Picking, **options: Any) -> Result:
     """`from_files` with files and columns as a command line's are read.
 
-    Raises `InputError`, for what no procedure foresaw in the data as well.
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    what : Picking
+        Files, and role to column.
+    **options : Any
+        Those of the kind's `Options`.
+
+    Returns
+    -------
+    Result
+        What was found, with the names of the files.
+
+    Raises
+    ------
+    InputError
+        As for `from_files`; for what no procedure foresaw in the data as well.
     """
     import numpy as np
 

@@ -22,7 +22,17 @@ _WINDOWS = 300  # points of a curve over the whole range
 
 
 class Found(NamedTuple):
-    """`curves` of one `kind`, and the whole `records` (u, f) that they were cut from."""
+    """`curves` of one `kind`, and the whole `records` (u, f) that they were cut from.
+
+    Attributes
+    ----------
+    curves : list[Pair]
+        Pairs of input and output, shape (m,) each.
+    kind : Kind
+        The kind of all of them.
+    records : list[Pair]
+        The whole records that they were cut from, as pairs.
+    """
 
     curves: list[Pair]
     kind: Kind
@@ -32,7 +42,22 @@ class Found(NamedTuple):
 def from_tables(tables: list[Picked], kind: str) -> Found:
     """Curves of the files: by the column `curve`, else cut out of the time record.
 
-    `kind`: "auto" takes the kind of most curves. Raises `InputError` for fewer than two.
+    Parameters
+    ----------
+    tables : list[Picked]
+        Tables with the roles u and f.
+    kind : str
+        "descending", "ascending", or "auto" for the kind of most curves.
+
+    Returns
+    -------
+    Found
+        Curves of one kind.
+
+    Raises
+    ------
+    InputError
+        Fewer than two curves.
     """
     if all("curve" in table.values for table in tables):
         pairs = [pair for table in tables for pair in _named(table)]
@@ -67,7 +92,23 @@ def _named(table: Picked) -> list[Pair]:
 
 
 def cleaned(table: Picked) -> Pair:
-    """Input and output over time; a thermocouple's without spikes and noise."""
+    """Input and output over time; a thermocouple's without spikes and noise.
+
+    Parameters
+    ----------
+    table : Picked
+        Table with the roles u and f, and t perhaps.
+
+    Returns
+    -------
+    Pair
+        Shape (n,) each.
+
+    Raises
+    ------
+    InputError
+        A constant column, or fewer than 20 rows.
+    """
     u, f = table.values["u"], table.values["f"]
     for name, values in (("u", u), ("f", f)):
         if np.ptp(values) == 0.0:
@@ -93,6 +134,16 @@ def cut(u: Array, f: Array) -> list[Pair]:
     """Falls of the input that follow a rise from its low end: descending curves.
 
     Points are means over windows, so that noise of the input does not shuffle them.
+
+    Parameters
+    ----------
+    u, f : ndarray, shape (n,)
+        Input and output over time.
+
+    Returns
+    -------
+    list[Pair]
+        Pairs of input and output, shape (m,) each.
     """
     from macromicro.identify.kiln import turning_points
 

@@ -37,8 +37,19 @@ LEAST = 20
 
 
 class Options(NamedTuple):
-    """`travel` [unit of x]; `pause` [s]; `gain` [unit of x per s and V] and `width` [V] for
-    (4.5), None: without it, and the dead zone found."""
+    """Options of `identify deadzone`.
+
+    Attributes
+    ----------
+    travel : tuple[float, float] | None
+        Range over which motion counts, unit of x; None: as the file says, or what all runs cover.
+    pause : float
+        A longer time without a new count is an interruption, s.
+    gain : float | None
+        For (4.5), unit of x per s and V; None: without it.
+    width : float | None
+        Dead zone for (4.5), V; None: the one found.
+    """
 
     travel: tuple[float, float] | None = None
     pause: float = 0.05
@@ -47,7 +58,25 @@ class Options(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Dead zone per direction (Section 4.2.3) and, with a gain, (4.5)."""
+    """Dead zone per direction (Section 4.2.3) and, with a gain, (4.5).
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `DeadZone`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
     from macromicro.identify import dead_zone
 
     tables = loaded(picking, ROLES)
@@ -112,7 +141,23 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def constant(table: Picked) -> list[Run]:
-    """The stretches of constant voltage other than 0, of 20 samples or more."""
+    """The stretches of constant voltage other than 0, of 20 samples or more.
+
+    Parameters
+    ----------
+    table : Picked
+        Table with the roles t, u and x.
+
+    Returns
+    -------
+    list[Run]
+        A run per stretch.
+
+    Raises
+    ------
+    InputError
+        A stretch is no run.
+    """
     found, short = [], 0
     for part in runs(table):
         cuts = np.flatnonzero(np.diff(part["u"])) + 1
@@ -132,7 +177,20 @@ def constant(table: Picked) -> list[Run]:
 
 
 def step_below(zone: DeadZone, direction: float) -> float:
-    """From the dead zone to the next lower voltage that was tried; NaN without one."""
+    """From the dead zone to the next lower voltage that was tried.
+
+    Parameters
+    ----------
+    zone : DeadZone
+        The dead zone that was found.
+    direction : float
+        1 or -1.
+
+    Returns
+    -------
+    float
+        V; NaN without a lower one.
+    """
     mine = {abs(t.volts) for t in zone.trials if t.volts * direction > 0.0}
     edge = zone.positive if direction > 0.0 else zone.negative
     lower = [v for v in mine if v < edge]
@@ -140,7 +198,20 @@ def step_below(zone: DeadZone, direction: float) -> float:
 
 
 def spread(zone: DeadZone, unit: str) -> str:
-    """Where motion breaks away first and last."""
+    """Where motion breaks away first and last, in words.
+
+    Parameters
+    ----------
+    zone : DeadZone
+        The dead zone that was found.
+    unit : str
+        Unit of positions.
+
+    Returns
+    -------
+    str
+        Both directions; "" if nothing moved.
+    """
     said = []
     for sign, name in ((1, "forwards"), (-1, "backwards")):
         starts, lowest = zone.thresholds(sign)
@@ -157,7 +228,29 @@ def spread(zone: DeadZone, unit: str) -> str:
 def jump(
     records: list[Run], gain: float, width: float, remarks: list[tuple[str, str]]
 ) -> list[Line]:
-    """a0 and delta of (4.5) from the runs beyond `width`."""
+    """a0 and delta of (4.5) from the runs beyond the dead zone.
+
+    Parameters
+    ----------
+    records : list[Run]
+        Runs of one voltage each.
+    gain : float
+        Static gain of the linear model, unit of x per s and V.
+    width : float
+        Dead zone, V.
+    remarks : list[tuple[str, str]]
+        One is appended.
+
+    Returns
+    -------
+    list[Line]
+        Two lines per direction, and two for both.
+
+    Raises
+    ------
+    InputError
+        The runs are not enough.
+    """
     from macromicro.identify import discontinuous_dead_zone
 
     beyond = [r for r in records if abs(float(r.u[0])) > width + 1e-9]
@@ -171,7 +264,18 @@ def jump(
 
 
 def settings(zone: DeadZone) -> str:
-    """The controller's dead zone."""
+    """The controller's dead zone, as model.toml.
+
+    Parameters
+    ----------
+    zone : DeadZone
+        The dead zone that was found.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
     head = "The dead zone that the controller's inverse compensates (Section 4.2.3).\n"
     head += "Use: macromicro run --config model.toml"
     if zone.width >= FULL_SCALE:

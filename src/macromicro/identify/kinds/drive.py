@@ -43,8 +43,19 @@ MEANINGS = {
 
 
 class Options(NamedTuple):
-    """`gain` [force per unit of u], `delay` [samples]: None means as the file says, else 1
-    and 0. `limit`: u saturates there. `structure`: of the friction."""
+    """Options of `identify drive`.
+
+    Attributes
+    ----------
+    gain : float | None
+        Force per unit of u; None: as the file says, else 1.
+    structure : str
+        Structure of the friction.
+    limit : float | None
+        u saturates there.
+    delay : int | None
+        Samples by which u acts late; None: as the file says, else 0.
+    """
 
     gain: float | None = None
     structure: str = "auto"
@@ -53,7 +64,25 @@ class Options(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Physical parameters by inverse dynamics and output error (`macromicro.identify.drive`)."""
+    """Physical parameters by inverse dynamics and output error (`macromicro.identify.drive`).
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is an `Axis`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
     from macromicro.identify import drive
 
     if options.limit is not None and not options.limit > 0.0:
@@ -132,7 +161,20 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def units_of(force: str, x: str) -> dict[str, str]:
-    """Units of the parameters; kg, N s/m and N where force and position are SI."""
+    """Units of the parameters; kg, N s/m and N where force and position are SI.
+
+    Parameters
+    ----------
+    force : str
+        Unit of the force.
+    x : str
+        Unit of the position.
+
+    Returns
+    -------
+    dict[str, str]
+        Unit by name of the parameter.
+    """
     whole = force == "N" and x == "m"
     slope = f"{force}*s/{x}"
     return {
@@ -147,7 +189,18 @@ def units_of(force: str, x: str) -> dict[str, str]:
 
 
 def structure(fit: DriveFit) -> str:
-    """The friction that was chosen, and by what."""
+    """The friction that was chosen, and by what, in words.
+
+    Parameters
+    ----------
+    fit : DriveFit
+        What was found.
+
+    Returns
+    -------
+    str
+        One line.
+    """
     if not fit.holdout:
         return f"{fit.structure}, as told"
     tried = ", ".join(f"{name} {error:.4g}" for name, error in fit.holdout.items())
@@ -155,7 +208,24 @@ def structure(fit: DriveFit) -> str:
 
 
 def settings(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
-    """Settings of the bench for an axis in counts and volts, else the parameters as they are."""
+    """Settings of the bench for an axis in counts and volts, else the parameters as they are.
+
+    Parameters
+    ----------
+    fit : DriveFit
+        What was found.
+    force : str
+        Unit of the force.
+    x : str
+        Unit of the position.
+    units : dict[str, str]
+        By name of the parameter.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
     errors = dict(zip(fit.refined.names, fit.refined.std, strict=True))
     if (force, x) == ("V", "counts"):
         return bench(fit, errors)
@@ -171,8 +241,20 @@ def settings(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
 def bench(fit: DriveFit, errors: dict[str, float]) -> str:
     """What follows for the bench's carriage and friction, its motor taken as it is.
 
-    One volt at the D/A board is worth g = K duty supply / (full scale r R) newtons at the
-    belt; back-EMF, K^2 / (r^2 R), is part of the viscous slope that was measured.
+    One volt at the D/A board is worth g = K duty supply / (full scale r R) newtons at the belt;
+    back-EMF, K^2 / (r^2 R), is part of the viscous slope that was measured.
+
+    Parameters
+    ----------
+    fit : DriveFit
+        In counts and volts.
+    errors : dict[str, float]
+        Standard error by name of the parameter.
+
+    Returns
+    -------
+    str
+        TOML.
     """
     from macromicro.settings import Settings
 

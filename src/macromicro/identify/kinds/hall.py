@@ -31,7 +31,17 @@ LEAST = 50
 
 
 class Options(NamedTuple):
-    """The table's voltages: `low` to `high` [V], `points` of them."""
+    """Options of `identify hall`.
+
+    Attributes
+    ----------
+    low : float
+        Lowest voltage of the table, V.
+    high : float
+        Highest, V.
+    points : int
+        Number of voltages.
+    """
 
     low: float = 0.0
     high: float = 5.0
@@ -39,7 +49,25 @@ class Options(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """Calibration with its uncertainty (Section 3.2.3, Figure 3.9)."""
+    """Calibration with its uncertainty (Section 3.2.3, Figure 3.9).
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `Calibration`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
     from macromicro.identify.hall import calibrated
 
     if not (options.low < options.high and 10 <= options.points <= 2000):
@@ -114,7 +142,23 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def one_way(table: Picked) -> list[tuple[Array, Array]]:
-    """(sensor [V], position [mm]) of each rise and fall of the position, ends of range left out."""
+    """Each rise and fall of the position, ends of the sensor's range left out.
+
+    Parameters
+    ----------
+    table : Picked
+        Table with the roles v and x.
+
+    Returns
+    -------
+    list[tuple[Array, Array]]
+        Pairs of sensor voltage (V) and position (mm), shape (n,) each.
+
+    Raises
+    ------
+    InputError
+        A column is constant, or most of the record is at an end of the range.
+    """
     from macromicro.identify.kiln import turning_points
 
     found = []

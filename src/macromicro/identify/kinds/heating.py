@@ -25,9 +25,14 @@ _COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um",
 
 
 class Source(NamedTuple):
-    """How a temperature is had: measured (`table` None), or from position by a table.
+    """How a temperature is found.
 
-    `ambient` [degC]: None means the first temperature of each record, or 25 degC.
+    Attributes
+    ----------
+    table : FodTable | None
+        From position; None: it was measured.
+    ambient : float | None
+        deg C; None: the first temperature of each record, or 25 deg C.
     """
 
     table: FodTable | None
@@ -35,14 +40,40 @@ class Source(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """Runs by voltage [V]: `held` ones of a constant voltage, `cooled` ones that end at 0 V."""
+    """Runs by voltage (V).
+
+    Attributes
+    ----------
+    held : dict[float, list[Run]]
+        Those of a constant voltage.
+    cooled : dict[float, list[Run]]
+        Those that end at 0 V.
+    """
 
     held: dict[float, list[Run]]
     cooled: dict[float, list[Run]]
 
 
 def steps(tables: Sequence[Picked], role: str) -> Steps:
-    """Sort all runs. `x` of a run is what `role` holds, temperature [degC] or position [mm]."""
+    """Sort all runs by voltage.
+
+    Parameters
+    ----------
+    tables : Sequence[Picked]
+        Tables with the roles t, u and `role`.
+    role : str
+        "T" or "x": what x of a run holds, temperature (deg C) or position (mm).
+
+    Returns
+    -------
+    Steps
+        By voltage.
+
+    Raises
+    ------
+    InputError
+        No run is an open-loop step from cold.
+    """
     held: dict[float, list[Run]] = {}
     cooled: dict[float, list[Run]] = {}
     left = 0
@@ -94,7 +125,20 @@ def _recordings(group: list[Run]) -> list[Recording]:
 
 
 def record(group: list[Run], source: Source) -> StepRecord:
-    """The mean of one voltage's runs as temperature rise over ambient."""
+    """The mean of one voltage's runs as temperature rise over ambient.
+
+    Parameters
+    ----------
+    group : list[Run]
+        Runs of one voltage.
+    source : Source
+        How a temperature is found.
+
+    Returns
+    -------
+    StepRecord
+        K.
+    """
     group = _alike(group)
     if source.table is not None:
         ambient = 25.0 if source.ambient is None else source.ambient
@@ -105,7 +149,20 @@ def record(group: list[Run], source: Source) -> StepRecord:
 
 
 def clear_of_stop(step: StepRecord, source: Source) -> bool:
-    """Whether the end of a step can be told as a temperature."""
+    """Whether the end of a step shows a temperature.
+
+    Parameters
+    ----------
+    step : StepRecord
+        One voltage's mean.
+    source : Source
+        How a temperature is found.
+
+    Returns
+    -------
+    bool
+        False where a position is near the stop.
+    """
     if source.table is None:
         return True
     table = source.table
@@ -113,7 +170,18 @@ def clear_of_stop(step: StepRecord, source: Source) -> bool:
 
 
 def drift(step: StepRecord) -> float:
-    """By how much the rise still changed over the last tenth of a record, as a share of it."""
+    """By how much the rise still changed over the last tenth of a record.
+
+    Parameters
+    ----------
+    step : StepRecord
+        One voltage's mean.
+
+    Returns
+    -------
+    float
+        As a share of the rise; NaN for too short a record.
+    """
     last = step.t >= step.t[-1] - 0.1 * (step.t[-1] - step.t[0])
     rise = step.rise[last]
     if len(rise) < 10:
@@ -123,7 +191,25 @@ def drift(step: StepRecord) -> float:
 
 
 def fall(group: list[Run], source: Source) -> CoolingFit:
-    """The cooling constant of (5.9) from one voltage's runs."""
+    """The cooling constant of (5.9) from one voltage's runs.
+
+    Parameters
+    ----------
+    group : list[Run]
+        Runs that end at 0 V.
+    source : Source
+        How a temperature is found.
+
+    Returns
+    -------
+    CoolingFit
+        With the exponential that was fitted.
+
+    Raises
+    ------
+    InputError
+        The record does not cover 63 % of the way to ambient.
+    """
     group = _alike(group)
     if source.table is not None:
         ambient = 25.0 if source.ambient is None else source.ambient

@@ -38,8 +38,19 @@ _SHOWN = 5
 
 
 class Options(NamedTuple):
-    """`curves`: their kind; `shape` and `smooth`: of the density; `tests`: recordings to
-    predict."""
+    """Options of `identify hysteresis`.
+
+    Attributes
+    ----------
+    curves : str
+        Their kind, or "auto".
+    shape : str
+        Shape of the density, as for ``FodTable.from_curves``.
+    smooth : float
+        Grid steps.
+    tests : tuple[str, ...]
+        Recordings to predict.
+    """
 
     curves: str = "auto"
     shape: str = "monotone"
@@ -48,7 +59,17 @@ class Options(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Curves that a table from every second one did not see: (u, f, predicted f) of each."""
+    """Curves that a table from every second one did not see.
+
+    Attributes
+    ----------
+    rms : float
+        Unit of the output.
+    largest : float
+        Unit of the output.
+    curves : list[tuple[Array, Array, Array]]
+        Input, output, and predicted output of each, shape (m,).
+    """
 
     rms: float
     largest: float
@@ -56,7 +77,25 @@ class Errors(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """The table, how well half of it predicts the other half, and what contradicts it."""
+    """The table, how well half of it predicts the other half, and what contradicts it.
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `FodTable`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
     if options.shape not in SHAPES:
         raise InputError("--shape", options.shape, ", ".join(SHAPES))
     found, units = _found(picking, options)

@@ -37,7 +37,19 @@ STARTS = ("rest", "free")
 
 
 class Options(NamedTuple):
-    """`order`: "na,nb" or "na,nb,delay"; `width`: dead zone taken off the input's size."""
+    """Options of `identify linear`.
+
+    Attributes
+    ----------
+    method : str
+        One of `METHODS`.
+    order : str
+        "na,nb" or "na,nb,delay".
+    start : str
+        "rest" or "free".
+    width : float
+        Dead zone taken off the input's size, unit of u.
+    """
 
     method: str = METHODS[0]
     order: str = "1,1"
@@ -46,7 +58,25 @@ class Options(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """A LinearFit by one of the methods of `macromicro.identify`."""
+    """A discrete linear model by one of the methods of `macromicro.identify`.
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `LinearFit`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
     import macromicro.identify as methods
 
     if options.method not in METHODS:
@@ -111,7 +141,27 @@ def _travel(fit: LinearFit, y: list[Array]) -> str:
 
 
 def order(text: str) -> tuple[int, int, int]:
-    """na, nb and delay from "2,1" or "2,1,3"."""
+    """Orders from text.
+
+    Parameters
+    ----------
+    text : str
+        "2,1" or "2,1,3".
+
+    Returns
+    -------
+    na : int
+        Coefficients a.
+    nb : int
+        Coefficients b.
+    delay : int
+        Samples; 1 if not given.
+
+    Raises
+    ------
+    InputError
+        Another text.
+    """
     parts = text.split(",")
     try:
         numbers = [int(part) for part in parts]
@@ -123,7 +173,25 @@ def order(text: str) -> tuple[int, int, int]:
 
 
 def measured(tables: list[Picked], width: float) -> list[Run]:
-    """All runs, evenly sampled, the dead zone taken off."""
+    """All runs, evenly sampled, the dead zone taken off.
+
+    Parameters
+    ----------
+    tables : list[Picked]
+        Tables with the roles t, u, and y or x.
+    width : float
+        Dead zone, unit of u.
+
+    Returns
+    -------
+    list[Run]
+        x of a run holds y or x.
+
+    Raises
+    ------
+    InputError
+        Neither y nor x, or a run is unusable.
+    """
     found = []
     for table in tables:
         if "y" not in table.values and "x" not in table.values:
@@ -139,7 +207,22 @@ def measured(tables: list[Picked], width: float) -> list[Run]:
 
 
 def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
-    """Positions under one input, in both directions perhaps, averaged; and what was done."""
+    """Positions under one input, in both directions perhaps, averaged; and what was done.
+
+    Parameters
+    ----------
+    records : list[Run]
+        All runs.
+    position : bool
+        Whether they hold positions: outputs are not averaged.
+
+    Returns
+    -------
+    made : list[Run]
+        The runs to fit to.
+    said : list[str]
+        What was done, in words; none for a single run.
+    """
     from macromicro.identify import average_runs
 
     if not position or len(records) < 2:
@@ -162,7 +245,20 @@ def joined(records: list[Run], position: bool) -> tuple[list[Run], list[str]]:
 
 
 def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
-    """a, b, static gain and poles as lines."""
+    """a, b, static gain and poles as lines.
+
+    Parameters
+    ----------
+    fit : LinearFit
+        What was found.
+    out_unit, in_unit : str
+        Units of output and input.
+
+    Returns
+    -------
+    list[Line]
+        A line each.
+    """
     slope = f"{out_unit}/{in_unit}" if out_unit != in_unit else ""
     lines = [Line(f"a{k + 1}", v, s) for k, (v, s) in enumerate(zip(fit.a, fit.std, strict=False))]
     lines += [
@@ -186,7 +282,18 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
 
 
 def data(fit: LinearFit) -> dict[str, Any]:
-    """More for result.json."""
+    """More for result.json.
+
+    Parameters
+    ----------
+    fit : LinearFit
+        What was found.
+
+    Returns
+    -------
+    dict[str, Any]
+        By name.
+    """
     return {
         "a": fit.a,
         "b": fit.b,
@@ -202,7 +309,20 @@ def data(fit: LinearFit) -> dict[str, Any]:
 
 
 def coefficients_toml(fit: LinearFit, in_unit: str, out_unit: str) -> str:
-    """The coefficients, for other programs."""
+    """The coefficients, for other programs.
+
+    Parameters
+    ----------
+    fit : LinearFit
+        What was found.
+    in_unit, out_unit : str
+        Units of input and output.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
     head = "A linear model y = (b1 z^-1 + ...) / (1 + a1 z^-1 + ...) u, for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is no linear model."
     values: dict[str, tuple[model_file.Value, str]] = {

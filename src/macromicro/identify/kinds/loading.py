@@ -15,7 +15,15 @@ _MOST = 500
 
 
 class Picking(NamedTuple):
-    """`files` to read and `columns`: role to the name of a column."""
+    """What a command line names.
+
+    Attributes
+    ----------
+    files : list[Path]
+        To read.
+    columns : dict[str, str]
+        Role to the name of a column.
+    """
 
     files: list[Path]
     columns: dict[str, str]
@@ -24,8 +32,25 @@ class Picking(NamedTuple):
 def picking(arguments: Sequence[str], columns: Sequence[str]) -> Picking:
     """Files and columns of a command line.
 
-    ``--columns t=time u=volts FILE`` is understood too: an argument name=column that is no
-    file counts as one more column.
+    ``--columns t=time u=volts FILE`` is understood too: an argument name=column that is no file
+    counts as one more column.
+
+    Parameters
+    ----------
+    arguments : Sequence[str]
+        Files.
+    columns : Sequence[str]
+        What ``--columns`` gave, each time.
+
+    Returns
+    -------
+    Picking
+        Files that are there, and role to column.
+
+    Raises
+    ------
+    InputError
+        No file, too many, one that is not there, or a slip in the columns.
     """
     files, pairs = [], list(columns)
     for argument in arguments:
@@ -38,7 +63,23 @@ def picking(arguments: Sequence[str], columns: Sequence[str]) -> Picking:
 
 
 def there(names: Sequence[str | Path]) -> list[Path]:
-    """The files of these names; `InputError` for none, too many, or one that is not there."""
+    """The files of some names.
+
+    Parameters
+    ----------
+    names : Sequence[str | Path]
+        Paths.
+
+    Returns
+    -------
+    list[Path]
+        As paths.
+
+    Raises
+    ------
+    InputError
+        No name, too many, or a file that is not there.
+    """
     if not names:
         raise InputError("FILE", "none", "one file or more to identify from")
     if len(names) > _MOST:
@@ -57,7 +98,25 @@ def _there(path: Path) -> bool:
 
 
 def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
-    """The columns of all files, which must agree in their units."""
+    """The columns of all files, which must agree in their units.
+
+    Parameters
+    ----------
+    what : Picking
+        Files and columns.
+    roles : Sequence[Role]
+        What the kind needs.
+
+    Returns
+    -------
+    list[Picked]
+        One per file.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, a column is missing, or units differ.
+    """
     tables = []
     for file in what.files:
         if is_forc(file):

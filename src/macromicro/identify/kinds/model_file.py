@@ -10,9 +10,24 @@ Value = float | int | str | Sequence[float]
 
 
 def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
-    """A settings file: dotted path to (value in the stored unit, comment).
+    """A settings file; values are rounded to six digits.
 
-    Values are rounded to six digits. Raises `InputError` when the tree refuses one.
+    Parameters
+    ----------
+    head : str
+        Comment at its top.
+    values : Mapping[str, tuple[float, str]]
+        Dotted path to value (in the stored unit) and comment.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    InputError
+        The tree refuses a value.
     """
     from macromicro.schema import config
     from macromicro.schema.par import changed, entries
@@ -34,7 +49,20 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
 
 
 def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> str:
-    """A TOML file for other programs: table to name to (value, comment)."""
+    """A TOML file for other programs.
+
+    Parameters
+    ----------
+    head : str
+        Comment at its top.
+    tables : Mapping[str, Mapping[str, tuple[Value, str]]]
+        Table to name to value and comment.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
     body = []
     for table, values in tables.items():
         lines = [f"{name} = {_toml(v)}  # {comment}" for name, (v, comment) in values.items()]

@@ -25,7 +25,24 @@ def free_runs(
     label: str,
     x: str = "time [s]",
 ) -> Figure:
-    """Each record with its free run, and below it the difference; at most three records."""
+    """Each record with its free run, and below it the difference; at most three records.
+
+    Parameters
+    ----------
+    t : Sequence[Array]
+        Axes, shape (n,) per record.
+    measured, model : Sequence[Array]
+        Shape (n,) per record.
+    label : str
+        Label of the y axis, with unit.
+    x : str, optional
+        Label of the x axis, with unit.
+
+    Returns
+    -------
+    Figure
+        Two rows, a column per record.
+    """
     count = min(len(t), _MOST)
     figure, axes = new(4.6, 2, count, sharex="col", gridspec_kw={"height_ratios": [2, 1]})
     for k in range(count):
@@ -41,7 +58,22 @@ def free_runs(
 
 
 def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
-    """Residuals over time, and their autocorrelation with the 99 % band of white noise."""
+    """Residuals over time, and their autocorrelation with the 99 % band of white noise.
+
+    Parameters
+    ----------
+    residuals : Sequence[Array]
+        Shape (n,) per record.
+    dt : float
+        s.
+    label : str
+        Label of the y axis, with unit.
+
+    Returns
+    -------
+    Figure
+        Two axes.
+    """
     figure, axes = new(3.4, 1, 2)
     e = np.concatenate(list(residuals))
     t = np.asarray(np.arange(len(e)) * dt, np.float64)
@@ -65,7 +97,22 @@ def points(
     y: str,
     series: Sequence[tuple[str, Array, Array, str]],
 ) -> Figure:
-    """Series of (label, x, y, format) in one plot."""
+    """Several series in one plot.
+
+    Parameters
+    ----------
+    title : str
+        Title above it.
+    x, y : str
+        Labels of the axes, with units.
+    series : Sequence[tuple[str, Array, Array, str]]
+        Label, x, y and matplotlib's format of each.
+
+    Returns
+    -------
+    Figure
+        One pair of axes.
+    """
     figure, axes = new(3.6, 1)
     ax = axes[0, 0]
     for (label, xs, ys, form), color in zip(series, (BLUE, ORANGE, RED) * 9, strict=False):

@@ -38,8 +38,17 @@ _STILL = 0.01  # a rise that changes by less than this part in its last tenth ha
 
 
 class Options(NamedTuple):
-    """`table`: file that turns positions into temperatures; `ambient` [degC]; `step` [V]:
-    the voltage whose step shows the dynamics, None for the middle one."""
+    """Options of `identify thermal`.
+
+    Attributes
+    ----------
+    table : Path | None
+        File that turns positions into temperatures; None: temperatures were measured.
+    ambient : float | None
+        deg C; None: see `heating.Source`.
+    step : float | None
+        Voltage whose step shows the dynamics, V; None for the middle one.
+    """
 
     table: Path | None = None
     ambient: float | None = None
@@ -47,7 +56,23 @@ class Options(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Steps and steady rises [K] by voltage [V], the step for the dynamics, and the fits."""
+    """What was found, by voltage (V).
+
+    Attributes
+    ----------
+    records : dict[float, StepRecord]
+        Steps from cold.
+    rises : dict[float, float]
+        Steady rises, K.
+    chosen : float
+        Voltage of the step for the dynamics, V.
+    heating : HeatingFit
+        (5.6).
+    gain : GainFit | None
+        (5.2), where there are enough voltages.
+    cooling : dict[float, CoolingFit]
+        (5.9).
+    """
 
     records: dict[float, StepRecord]
     rises: dict[float, float]
@@ -58,7 +83,25 @@ class Found(NamedTuple):
 
 
 def identify(picking: Picking, options: Options) -> Result:
-    """(5.2), (5.6) as modes and as a ladder, and (5.9)."""
+    """(5.2), (5.6) as modes and as a ladder, and (5.9).
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `Found`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
     source = Source(None, options.ambient)
     role = "T"
     if options.table is not None:
