@@ -153,3 +153,51 @@ def test_each_curve_counts_once_in_each_cell() -> None:
     )
     shifted = GRID._replace(lo=1.0)  # cells 3 to 5, 5 to 7, 7 to 9
     assert _evened([one], shifted).tolist() == pytest.approx([0.5, 0.5, 0.5, 0.5, 1.0])
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_the_unit_of_the_input_does_not_matter(unit: float) -> None:
+    curves = rays(STARTS, [4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 8.0])
+    scaled = [Curve(unit * c.u, c.f) for c in curves]
+    grid = Grid(0.0, 2.0 * unit, 11)
+    for found, wanted in zip(branches(scaled, grid, False), branches(curves, GRID, False),
+                             strict=True):  # fmt: skip
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
+    np.testing.assert_allclose(_followed(scaled[::-1], grid), _followed(curves[::-1], GRID))
+
+
+def test_a_curve_that_ends_at_a_node_but_for_rounding_reaches_it() -> None:
+    """0.1 * 7 is more than 0.7; 0.3 and a little is not yet beyond 0.1 * 3."""
+    grid = Grid(0.0, 0.1, 8)
+    assert grid.nodes[7] > 0.7
+    first = Curve(np.linspace(0.7, 0.3 + 1e-13, 9), 2.0 * np.linspace(0.7, 0.3, 9))
+    other = Curve(np.linspace(0.7, 0.0, 9), np.linspace(0.7, 0.0, 9))
+    wanted = 2.0 * grid.nodes
+    wanted[:3] = 0.6 + grid.nodes[:3] - 0.3
+    np.testing.assert_allclose(_followed([first, other], grid), wanted, atol=1e-9)
+
+
+def test_where_points_are_dense_the_ends_are_those_of_the_line_near_them() -> None:
+    """One reading that is off at either end does not move the branch by all that it is off."""
+    u = np.linspace(20.0, 0.0, 2001)
+    f = u.copy()
+    f[0], f[-1] = 25.0, -5.0
+    found = _followed([Curve(u, f)], GRID)
+    np.testing.assert_allclose(found[1:-1], NODES[1:-1], atol=1e-9)
+    for node, near, at in ((10, u >= 18.0, 20.0), (0, u <= 2.0, 0.0)):
+        assert found[node] == pytest.approx(np.polyfit(u[near] - at, f[near], 1)[1], abs=1e-6)
+        assert abs(found[node] - at) < 0.2
+
+
+def test_both_monotone_branches_end_where_the_lower_one_is_levelled() -> None:
+    """The rising branch dips behind its end at 0: levelled, it ends below, and both do."""
+    curves = rays(STARTS)
+    for curve, dip in zip(curves, [0.6 + 0.3 * 2.0, *[0.0] * 7], strict=True):
+        curve.f[:] = np.interp(
+            curve.u,
+            [0.0, 2.0, 4.0, 20.0],
+            [0.0, curve.u[0] / 10.0 - dip, curve.u[0] / 5.0, curve.u[0]],
+        )
+    rising, falling, _ = branches(curves, GRID, True)
+    assert falling[0] == rising[0] == rising[1] < -1e-3
+    assert falling[1] > 1.0
