@@ -116,3 +116,61 @@ def test_recordings_that_tell_nothing_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=named):
         check(u, f, **options)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("shift", [0.0, -20.0])
+@pytest.mark.parametrize(("away", "closes"), [(3.0, True), (2.0, True), (1.0, False)])
+def test_the_first_corner_counts_if_nothing_older_was_wiped_out(
+    sign: float, shift: float, away: float, closes: bool
+) -> None:
+    """From 2 to 5, back and beyond 5: below 2 the recording began with an unknown past."""
+    u = sign * (path([2.0, 5.0, away, 6.0]) + shift)
+    if closes:
+        found = wiping_out(u, u**2)
+        corner = int(np.argmax(sign * u[:80]))
+        assert found.samples.tolist() == [[corner, corner + 2 * round(20 * (5.0 - away))]]
+        assert found.largest < 1e-12
+    else:
+        with pytest.raises(InputError, match="no minor loop closes"):
+            wiping_out(u, u**2)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("shift", [0.0, -20.0])
+def test_the_gap_of_a_loop_is_between_the_corner_and_the_return(sign: float, shift: float) -> None:
+    """The return is between two samples: 5 lies a quarter of the way from 4.9 to 5.3."""
+    u = sign * (np.array([0.0, 3.0, 5.0, 4.0, 3.0, 4.0, 4.9, 5.3, 6.0]) + shift)
+    f = np.array([0.0, 1.0, 8.0, 7.0, 6.0, 6.5, 7.0, 9.0, 10.0])
+    found = wiping_out(u, f)
+    assert found.gaps == pytest.approx([(7.0 + 0.25 * 2.0 - 8.0) / 10.0])
+    assert found.samples.tolist() == [[2, 7]]
+    assert (found.rms, found.largest) == pytest.approx((0.05, 0.05))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("shift", [0.0, -20.0])
+def test_branches_are_compared_from_their_common_input_on(sign: float, shift: float) -> None:
+    """One rises from 3 as u, another from 3.1 as u^2 / 10, both to 8, where they are furthest
+    apart: 4.9 and 5.439 from 3.1 on."""
+    plain = path([0.0, 10.0, 3.0, 8.0, 3.1, 9.0])
+    turns = reversals(plain, 0.1)
+    f = plain.copy()
+    f[turns[3] :] = plain[turns[3] :] ** 2 / 10.0
+    u = sign * (plain + shift)
+    found = congruency(u, f, swing=0.1, tolerance=0.15)
+    assert found.samples.tolist() == [[turns[1], turns[3]]]
+    assert found.largest == pytest.approx((5.439 - 4.9) / np.ptp(f))
+    with pytest.raises(InputError, match="no two branches"):
+        congruency(u, f, swing=0.1, tolerance=0.05)
+    with pytest.raises(InputError, match="no two branches"):
+        congruency(u, f, swing=0.3)  # a quarter of that is less than 0.1 apart
+    assert len(congruency(u, f, swing=0.44).gaps) == 1
+
+
+def test_branches_that_have_too_little_in_common_are_not_compared() -> None:
+    """From 3 both rise, one to 3.8 only: less than the least swing beyond the other's 3.1."""
+    plain = path([0.0, 10.0, 3.0, 3.8, 3.1, 9.0])
+    with pytest.raises(InputError, match="no two branches"):
+        congruency(plain, plain, swing=0.705, tolerance=0.2)
+    assert len(congruency(plain, plain, swing=0.695, tolerance=0.2).gaps) == 1

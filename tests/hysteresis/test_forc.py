@@ -85,6 +85,7 @@ def test_drift_is_taken_out_by_the_calibrations(measured: ForcFile) -> None:
 
 SMALL = """MicroMag 2900/3900 Data File (Series 0015)
 First-order reversal curves
+300 Oe a second
 Units of measure:  cgs
 01/22/2015  17:35
 
@@ -136,8 +137,8 @@ def test_a_cut_file_is_read_with_a_warning(tmp_path: Path, text: str, said: str)
     [
         ("t,u,f\n0,1,2\n", "line 1"),
         ("", "empty"),
-        (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01,warm"), "line 12"),
-        (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01"), "line 12"),
+        (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01,warm"), "line 13"),
+        (SMALL.format(points=8).replace("+5.0E-01,+1.5E+00", "+5.0E-01"), "line 13"),
         (SMALL.split("+1.0E+00,+3.3E+00", maxsplit=1)[0], "1 curves"),
         (SMALL.split("+1.0E+00", maxsplit=1)[0], "0 curves"),
     ],

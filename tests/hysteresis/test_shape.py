@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
-from macromicro.hysteresis.shape import cells, monotone_hull, nonnegative_hull
+from macromicro.hysteresis import shape
+from macromicro.hysteresis.shape import _factor, cells, monotone_hull, nonnegative_hull
 
 N = 6
 
@@ -67,3 +71,61 @@ def test_cells_that_were_empty_are_filled_only_where_a_row_would_have_none() -> 
     weights = np.diag([1.0, 2.0, 3.0, 4.0, 5.0])
     found = nonnegative_hull(table(weights))
     np.testing.assert_allclose(cells(found), weights, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("primal", "change", "factor"),
+    [
+        (1.0, 1.0, 1.0),
+        (9.0, 1.0, 1.0),
+        (1.0, 9.0, 1.0),
+        (16.0, 1.0, 4.0),
+        (1.0, 16.0, 0.25),
+        (1e6, 1.0, 10.0),  # tenfold at most, either way
+        (1.0, 1e6, 0.1),
+        (1.0, 0.0, 10.0),
+    ],
+)
+def test_the_weight_is_adjusted_where_one_error_is_ten_times_the_other(
+    primal: float, change: float, factor: float
+) -> None:
+    """By the root of their ratio."""
+    assert _factor(primal, change) == pytest.approx(factor)
+
+
+def test_a_weight_that_is_far_off_is_made_up_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same solution, in far fewer rounds than with the weight left as it was."""
+    from scipy.optimize import nnls
+
+    random = np.random.default_rng(6)
+    a, y = random.normal(size=(40, 15)), random.normal(size=40)
+    rounds = []
+    real = shape.solver
+
+    def counting(matrix: Any) -> Any:
+        solve = real(matrix)
+
+        def counted(right: np.ndarray) -> np.ndarray:
+            rounds[-1] += 1
+            return np.asarray(solve(right))
+
+        return counted
+
+    monkeypatch.setattr(shape, "solver", counting)
+    matrix, eye = sp.csr_array(a.T @ a), sp.csr_array(np.eye(15))
+    found = []
+    for _ in range(2):
+        rounds.append(0)
+        found.append(shape.bounded(matrix, a.T @ y, eye, np.zeros(15), 1e-4, 0.02))
+        monkeypatch.setattr(shape, "_WEIGHED", ())
+    np.testing.assert_allclose(found[0], nnls(a, y)[0], atol=1e-3)
+    assert rounds[0] < 0.3 * rounds[1]
+
+
+def test_the_bound_is_met_to_a_ten_thousandth_of_the_usual_size() -> None:
+    """x + b >= 0 for the least x^2 / 2 - x: with b = -3 and bounds one after the other, x = 3."""
+    one = sp.csr_array(np.eye(2))
+    right, offset = np.array([1.0, 1.0]), np.array([-3.0, 3.0])
+    rough, fine = (shape.bounded(one, right, one, offset, scale, 1.0) for scale in (1000.0, 1e-3))
+    np.testing.assert_allclose(fine, [3.0, 1.0], atol=1e-7)
+    assert 1e-4 < abs(rough[0] - 3.0) < 0.1

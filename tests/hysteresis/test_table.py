@@ -24,6 +24,7 @@ from macromicro.hysteresis.curves import (
     tidy,
 )
 from macromicro.hysteresis.shape import cells
+from macromicro.hysteresis.table import MOST_NODES, _check
 
 Pair = tuple[np.ndarray, np.ndarray]
 LO, HI = 20.0, 110.0
@@ -338,6 +339,10 @@ def test_clean_data_cause_no_warning() -> None:
         ({"values": np.full((3, 3), np.nan)}, "finite"),
         ({"values": np.zeros((3, 3))}, "saturations"),
         ({"step": 0.0}, "step"),
+        ({"step": float("nan")}, "step"),
+        ({"step": float("inf")}, "step"),
+        ({"lo": float("nan")}, "finite lo"),
+        ({"lo": float("-inf")}, "finite lo"),
         ({"f_low": float("inf")}, "saturations"),
         ({"kind": "sideways"}, "descending"),
     ],
@@ -361,3 +366,47 @@ def test_the_negative_share_is_that_of_all_weights_sizes(scale: float) -> None:
     """Cells of 3, 2 and -1: a sixth, whatever the unit of the output."""
     values = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, -1.0, 0.0]])
     assert FodTable(0.0, 1.0, scale * values, 0.0).negative_share == pytest.approx(1.0 / 6.0)
+
+
+def test_the_smallest_table_has_one_relay() -> None:
+    table = FodTable(0.0, 1.0, np.array([[0.0, 0.0], [2.0, 0.0]]), 1.0)
+    assert (table.n, table.hi, table.span) == (2, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"smooth": 0.0}, {"smooth": 100.0}, {"nodes": 8}, {"nodes": MOST_NODES}],
+)
+def test_options_at_the_ends_of_their_ranges_are_accepted(options: Any) -> None:
+    _check(**{"kind": "descending", "shape": "free", "smooth": 1.0, "nodes": 21, **options})
+
+
+@pytest.mark.parametrize("options", [{"smooth": 100.1}, {"nodes": 7}, {"nodes": MOST_NODES + 1}])
+def test_options_just_beyond_are_refused(options: Any) -> None:
+    with pytest.raises(InputError):
+        _check(**{"kind": "descending", "shape": "free", "smooth": 1.0, "nodes": 21, **options})
+
+
+def test_what_lies_beyond_a_curves_start_or_the_table_counts_as_its_end() -> None:
+    """E = 3 for the relay of the second step, 1 for that across both, 2 for the first."""
+    values = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [6.0, 3.0, 0.0]])
+    table = FodTable(0.0, 1.0, values, 10.0)
+    assert table.curve(2.0, [2.0, 1.0, 0.0]).tolist() == [16.0, 13.0, 10.0]
+    assert table.curve(1.0, [1.0, 0.0]).tolist() == [12.0, 10.0]
+    assert table.curve(5.0, [9.0, 2.0, -3.0]).tolist() == [16.0, 16.0, 10.0]
+    assert table.curve(-4.0, [9.0, -3.0]).tolist() == [10.0, 10.0]
+    up = table.curve(0.0, [0.0, 1.0, 2.0], "ascending")
+    assert up.tolist() == [10.0, 12.0, 16.0]
+    assert table.curve(1.0, [1.0, 2.0], "ascending").tolist() == [13.0, 16.0]
+    assert table.curve(1.0, [-5.0, 7.0], "ascending").tolist() == [13.0, 16.0]
+    assert table.curve(7.0, [-5.0, 7.0], "ascending").tolist() == [16.0, 16.0]
+    assert FodTable(0.0, 1.0, values, 10.0, "ascending").curve(1.0, 1.0) == 13.0
+
+
+def test_the_misfit_is_that_of_the_curves_in_their_own_direction() -> None:
+    values = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [6.0, 3.0, 0.0]])
+    down, up = (FodTable(0.0, 1.0, values, 10.0, kind) for kind in ("descending", "ascending"))
+    first = [([2.0, 1.0, 0.0], [16.5, 13.0, 9.0]), ([1.0, 0.5, 0.0], [12.0, 11.0, 10.0])]
+    assert down.misfit(first) == pytest.approx((np.sqrt(1.25 / 6.0), 1.0, 6))
+    second = [([0.0, 1.0, 2.0], [10.0, 12.0, 15.0]), ([1.0, 1.5, 2.0], [13.0, 14.5, 16.5])]
+    assert up.misfit(second) == pytest.approx((np.sqrt(1.25 / 6.0), 1.0, 6))

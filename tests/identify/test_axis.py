@@ -111,3 +111,52 @@ def test_in_one_direction_speed_decays_by_the_exponential_of_its_friction(viscou
     assert push == pytest.approx((1.0 - keep) / viscous if viscous > 1e-9 else 0.125, rel=1e-9)
     ahead, back = (model.decay(Axis(2.0, 3.0, asymmetry=1.0), s, 0.25)[0] for s in (1.0, -1.0))
     assert (ahead, back) == pytest.approx((math.exp(-0.5), math.exp(-0.25)))
+
+
+def test_the_speed_decays_towards_what_the_force_keeps() -> None:
+    """exp(-c h / M) and (1 - that) / c, c with the asymmetry of the direction; without viscous
+    friction the speed stays and grows by h / M."""
+    p = Axis(mass=2.0, viscous=5.0, asymmetry=1.0)
+    for direction, c in ((1.0, 6.0), (-1.0, 4.0)):
+        left = math.exp(-c * 0.1 / 2.0)
+        assert model.decay(p, direction, 0.1) == pytest.approx((left, (1.0 - left) / c))
+    assert model.decay(Axis(mass=2.0, viscous=0.0), 1.0, 0.5) == (1.0, 0.25)
+    assert model.decay(Axis(mass=2.0, viscous=1.0, asymmetry=1.0), -1.0, 0.5) == (1.0, 0.25)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("v", "pull", "h", "speed", "moved"),
+    [
+        (1.0, 5.0, 1.0, 3.0, 2.0),  # (5 - 1) / 2 faster in a second
+        (0.0, 5.0, 1.0, 2.0, 1.0),
+        (0.0, 1.0, 1.0, 0.0, 0.0),  # what friction balances
+        # 3 m/s2 for a third of a second to a stand, then 2 m/s2 the other way.
+        (1.0, -5.0, 1.0, -4.0 / 3.0, 1.0 / 6.0 - 4.0 / 9.0),
+        (1.0, -0.5, 2.0, 0.0, 2.0 / 3.0),  # 0.75 m/s2 to a stand, where friction holds it
+        (1.0, -5.0, 1.0 / 3.0, 0.0, 1.0 / 6.0),  # to a stand exactly at the end
+    ],
+)
+def test_a_step_without_viscous_friction_is_a_parabola(
+    side: float, v: float, pull: float, h: float, speed: float, moved: float
+) -> None:
+    """2 kg, 1 N of Coulomb friction."""
+    p = Axis(mass=2.0, viscous=0.0, coulomb=1.0)
+    found = model.step(p, side * v, side * pull, h)
+    assert found == pytest.approx((side * speed, side * moved), abs=1e-12)
+
+
+def test_friction_falls_with_the_speed_from_its_stribeck_level() -> None:
+    """Fc + Fs exp(-(v / vs)^2) while it slides, Fc + Fs at rest."""
+    p = Axis(mass=2.0, viscous=0.0, coulomb=1.0, stribeck=4.0, stribeck_speed=0.5)
+    level = 1.0 + 4.0 * math.exp(-((1.0 / 0.5) ** 2))
+    assert model.step(p, 1.0, 6.0, 0.1)[0] == pytest.approx(1.0 + (6.0 - level) * 0.05)
+    assert model.step(p, 0.0, 6.0, 0.1)[0] == pytest.approx(0.05)
+    assert model.step(p, 0.0, 5.0, 0.1) == (0.0, 0.0)
+
+
+def test_a_free_run_begins_where_it_is_told_with_the_offset_taken_off() -> None:
+    p = Axis(mass=2.0, viscous=0.0, offset=1.0)
+    x = simulate(p, np.full(4, 5.0), 0.5, x=7.0, v=-1.0)
+    t = 0.5 * np.arange(4)
+    np.testing.assert_allclose(x, 7.0 - t + t**2)

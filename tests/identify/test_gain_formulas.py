@@ -23,7 +23,7 @@ def test_the_asymptote_is_aitkens() -> None:
     """Differences 4 and 2: another 2 in all; only the last three values count."""
     assert asymptote([0.0, 4.0, 6.0]) == 8.0
     assert asymptote([-90.0, 0.0, 4.0, 6.0]) == 8.0
-    for bad in ([4.0, 6.0], [0.0, 2.0, 4.0], [0.0, 2.0, 2.0], [0.0, -4.0, -6.0]):
+    for bad in ([4.0], [4.0, 6.0], [0.0, 2.0, 4.0], [0.0, 2.0, 2.0], [0.0, -4.0, -6.0]):
         with pytest.raises(InputError, match="differences shrink"):
             asymptote(bad)
 
@@ -48,8 +48,8 @@ def test_without_an_asymptote_it_is_taken_from_equal_steps() -> None:
     uneven = np.r_[VOLTS[:-1], 1.61]
     with pytest.raises(InputError, match="equal steps"):
         linearised(uneven, RISE)
-    early = np.r_[1.49, VOLTS[1:]]  # only the last three count
-    assert linearised(early, RISE).asymptote == pytest.approx(asymptote(RISE))
+    for early in (np.r_[1.49, VOLTS[1:]], np.r_[1.5, 1.51, VOLTS[2:]]):  # the last three count
+        assert linearised(early, RISE).asymptote == pytest.approx(asymptote(RISE))
 
 
 @pytest.mark.parametrize("y_inf", [82.4, 80.0, 57.5, 10.0])
@@ -125,3 +125,26 @@ def test_a_search_that_does_not_settle_is_said(monkeypatch: pytest.MonkeyPatch) 
         nonlinear(VOLTS, RISE)
     with pytest.warns(ConvergenceWarning, match="upper gain"):
         upper(LOW, {1.5: 57.0}, {1.7: 95.0, 1.8: 180.0})
+
+
+def test_as_many_points_as_a_fit_needs_are_enough() -> None:
+    """Three for the line, whose interval has one degree of freedom, and four for the curve."""
+    found = linearised(VOLTS[:3], RISE[:3], 83.0)
+    x, y = VOLTS[1:3] - 1.5, -np.log(1.0 - (RISE[1:3] - 57.5) / 25.5)
+    a = (x * y).sum() / (x * x).sum()
+    spread = np.sqrt(((y - a * x) ** 2).sum() / (x * x).sum())
+    reach = student.ppf(0.975, 1) * spread
+    np.testing.assert_allclose(found.interval[1], [a - reach, a + reach])
+    truth = Exponential(25.5, 37.86, 1.5, 57.66)
+    assert nonlinear(VOLTS[:4], [exponential(truth, v) for v in VOLTS[:4]]).model == pytest.approx(
+        truth, rel=1e-4
+    )
+    for fit, count in ((linearised, 2), (nonlinear, 3)):
+        with pytest.raises(InputError, match=f"{count} voltages.*{count + 1} or more"):
+            fit(VOLTS[:count], RISE[:count])
+
+
+def test_one_temperature_a_voltage() -> None:
+    for fit in (linearised, nonlinear):
+        with pytest.raises(InputError, match=r"5 voltages, 4 temperatures.*as many of each"):
+            fit(VOLTS, RISE[:4])

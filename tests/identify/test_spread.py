@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
-from macromicro.identify.spread import MAX_ORDER, autoregression, robust_covariance
+from macromicro.identify.spread import MAX_ORDER, autoregression, robust_covariance, standard_errors
 
 RNG = np.random.default_rng(5)
 WHITE = RNG.normal(0.0, 0.3, 4000)
@@ -86,3 +86,14 @@ def test_coloured_residuals_count_as_they_pile_up() -> None:
     wanted = power * float(sums @ sums) / 4000.0**2 * 4000.0 / 3999.0
     assert found[0, 0] == pytest.approx(wanted, rel=1e-9)
     assert found[0, 0] == pytest.approx(0.09 / 0.2**2 / 4000.0, rel=0.2)
+
+
+def test_standard_errors_are_the_textbooks_whatever_the_sizes() -> None:
+    """Square roots of the diagonal of (J'J)^-1, also where a parameter hardly moves anything;
+    what moves nothing at all is not known at all."""
+    j = RNG.normal(size=(50, 3)) @ [[1.0, 0.4, 0.0], [0.0, 1.0, 0.3], [0.0, 0.0, 1.0]]
+    wanted = np.sqrt(np.diag(np.linalg.inv(j.T @ j)))
+    sizes = np.array([1.0, 1e-9, 1e5])
+    np.testing.assert_allclose(standard_errors(j * sizes), wanted / sizes, rtol=1e-9)
+    found = standard_errors(np.c_[j, np.zeros(50)])
+    np.testing.assert_allclose(found, [*wanted, math.inf], rtol=1e-9)

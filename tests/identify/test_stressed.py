@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -21,14 +22,13 @@ from macromicro.identify.stressed import (
     _cut,
     _first_heats,
     _grid,
+    _Known,
     _with,
     against,
     fit,
 )
 from macromicro.models import stressed
-from macromicro.models.heating import Ladder
-from macromicro.models.stressed import Stressed
-from macromicro.models.weighted_gain import Weighted, weighted
+from macromicro.models.weighted_gain import Exponential, Weighted, weighted
 from macromicro.recording import Recording
 
 COLUMNS = tuple(Column(n, "", "") for n in ("t", "laser", "ctrl", "contract"))
@@ -118,23 +118,20 @@ def test_where_contract_acts_is_the_middle_of_where_it_did(
     assert _cut([recorded(np.ones(9), np.zeros(9), 0.01, np.zeros(9))], 4.0) == (math.inf, math.inf)
 
 
-FRAME = Stressed(
-    np.array([SILENT, 1.5, 1.6]), np.zeros(3), 0.0, Ladder(1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
-    0.0, 0.0, 0.0, 3.9, 3.8, 25.0, hysteresis(TABLE),
-)  # fmt: skip
+KNOWN = _Known(np.array([SILENT, 1.5, 1.6]), 0.0, 3.9, 3.8, 25.0, hysteresis(TABLE))
 TRUTH = np.array([0.9, 0.7, 30.0, 0.22, 1200.0, 15.0, 1.0, 0.8, 58.0, 80.0])
 
 
 def test_values_go_to_their_places_in_the_model() -> None:
     """The resistances add up to 1, as far as the third stays above 0.002."""
-    p = _with(FRAME, TRUTH)
+    p = _with(KNOWN, TRUTH)
     assert p.heat.tolist() == [0.0, 58.0, 80.0]
     assert p.ladder == (0.9, 0.7, 30.0, 0.22, 1200.0, pytest.approx(0.08))
     assert (p.latent, p.shift, p.stiffening) == (15.0, 1.0, 0.8)
-    assert (p.volts, p.cut_on, p.ambient) == (FRAME.volts, 3.9, 25.0)
+    assert (p.volts, p.cut_on, p.ambient) == (KNOWN.volts, 3.9, 25.0)
     wide = TRUTH.copy()
     wide[1] = 0.95
-    assert _with(FRAME, wide).ladder.r3 == 0.002
+    assert _with(KNOWN, wide).ladder.r3 == 0.002
 
 
 def test_first_heats_are_the_gain_tamed_and_rising() -> None:
@@ -154,7 +151,7 @@ NEAR = np.array([0.8, 0.75, 40.0, 0.2, 1500.0, 20.0, 0.5, 0.5, 62.0, 76.0])
 def made(*levels: float) -> Recording:
     """A free run of the model that NEAR gives, two seconds at each voltage, with 2 um of noise."""
     ctrl = np.repeat(levels, 100).astype(float)
-    x = stressed.simulate(_with(FRAME, NEAR), ctrl, 0.02)[0]
+    x = stressed.simulate(_with(KNOWN, NEAR), ctrl, 0.02)[0]
     noise = np.random.default_rng(len(levels)).normal(0.0, 0.002, len(x))
     return recorded(ctrl, x + noise, 0.02)
 
@@ -178,10 +175,37 @@ def test_a_model_is_found_again_from_its_own_runs() -> None:
     ])  # fmt: skip
     assert found.rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-6)
     assert 1 < found.iterations <= 40
+    known = KNOWN._replace(cut_on=math.inf, cut_off=math.inf)
+    ratio = list(found.std.values()) / textbook_errors(known, found.values, runs)
+    assert np.all((ratio > 0.5) & (ratio < 2.0))  # slopes by steps of a thousandth
+    np.testing.assert_allclose(ratio[5:8], 1.0, rtol=0.1)
+    # Six seconds tell nothing of a body that takes minutes to warm.
+    assert found.std["c3"] > found.values["c3"]
+
+
+def textbook_errors(known: _Known, values: dict[str, float], runs: list[Recording]) -> np.ndarray:
+    """Textbook: variance of what is left, times the inverse of the slopes' products."""
+    grids = [_grid(run) for run in runs]
+
+    def residual(theta: np.ndarray) -> np.ndarray:
+        p = _with(known, theta)
+        return np.concatenate([
+            stressed.simulate(p, g.ctrl, g.dt, g.cut)[0][g.at] - g.x for g in grids
+        ])  # fmt: skip
+
+    theta = np.array(list(values.values()))
+    slopes = []
+    for k in range(len(theta)):
+        by = np.zeros(len(theta))
+        by[k] = 5e-4 * abs(theta[k])
+        slopes.append((residual(theta + by) - residual(theta - by)) / (2.0 * by[k]))
+    j, left = np.array(slopes).T, residual(theta)
+    variance = float(left @ left) / (len(left) - len(theta))
+    return np.sqrt(np.diag(np.linalg.inv(j.T @ j)) * variance)
 
 
 def test_a_free_run_is_judged_against_a_record() -> None:
-    p = _with(FRAME, NEAR)
+    p = _with(KNOWN, NEAR)
     run = made(1.5, 0.0)
     x = run["laser"] * 1e-3
     assert against(p, run).whole == pytest.approx(0.002 / 4.0, rel=0.2)
@@ -209,3 +233,81 @@ def test_a_search_that_is_cut_short_is_said(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(optimize, "least_squares", lambda *a, **k: real(*a, **{**k, "max_nfev": 1}))
     with pytest.warns(ConvergenceWarning, match="before it settled"):
         fit(TABLE, [made(1.5, 0.0), made(1.6, 0.0)])
+
+
+class Answer(NamedTuple):
+    """What least squares would return."""
+
+    x: np.ndarray
+    fun: np.ndarray
+    jac: np.ndarray
+    cost: float
+    status: int
+    nfev: int
+
+
+def answering(monkeypatch: pytest.MonkeyPatch, answer: Answer) -> list[np.ndarray]:
+    """Least squares that returns `answer`; where it was told to start."""
+    starts: list[np.ndarray] = []
+
+    def least_squares(residual: Any, start: np.ndarray, **options: Any) -> Answer:
+        starts.append(start)
+        return answer
+
+    monkeypatch.setattr("scipy.optimize.least_squares", least_squares)
+    return starts
+
+
+def answer(n: int, status: int = 1) -> Answer:
+    """Of `n` residuals and nine values: one voltage."""
+    random = np.random.default_rng(n)
+    fun = random.normal(size=n)
+    return Answer(TRUTH[:9], fun, random.normal(size=(n, 9)), 0.5 * float(fun @ fun), status, 7)
+
+
+@pytest.mark.parametrize(("n", "left"), [(50, 41), (10, 1), (9, 1)])
+def test_standard_errors_are_those_of_what_is_left(
+    monkeypatch: pytest.MonkeyPatch, n: int, left: int
+) -> None:
+    """By the degrees of freedom, one at least; residuals count in units of 10 um."""
+    given = answer(n)
+    answering(monkeypatch, given)
+    found = fit(TABLE, [made(1.5), made(1.5, 0.0)])
+    inverse = np.linalg.inv(given.jac.T @ given.jac)
+    wanted = np.sqrt(np.diag(inverse) * float(given.fun @ given.fun) / left)
+    np.testing.assert_allclose(list(found.std.values()), wanted, rtol=1e-6)
+    assert found.rms == pytest.approx(0.01 * np.sqrt(np.mean(given.fun**2)))
+    assert found.iterations == 7
+
+
+def test_only_a_search_that_is_cut_short_is_not_settled(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = [made(1.5), made(1.5, 0.0)]
+    answering(monkeypatch, answer(20, status=0))
+    with pytest.warns(ConvergenceWarning, match="before it settled"):
+        fit(TABLE, runs)
+    answering(monkeypatch, answer(20, status=1))  # by the slope, a settled one
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fit(TABLE, runs)
+
+
+def test_the_search_begins_at_the_gain_that_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    gain = Weighted(scale=0.0, low=Exponential(30.0, 40.0, 1.5, 50.0))
+    starts = answering(monkeypatch, answer(20))
+    for given in (gain, None):
+        fit(TABLE, [made(1.55), made(1.55)], given)
+    assert [s[-1] for s in starts] == pytest.approx(
+        [weighted(gain, 1.55), weighted(Weighted(), 1.55)]
+    )
+
+
+def test_contract_acts_where_it_did_on_a_table_that_begins_above_nought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The table reaches from 1 to 5 mm, so 4.5 mm is within it."""
+    answering(monkeypatch, answer(20))
+    raised = FodTable(TABLE.lo, TABLE.step, TABLE.values, 1.0)
+    found = fit(raised, [switching(4.5, 4.4), recorded(np.ones(20) * 1.5, np.zeros(20), 0.01)])
+    assert (found.model.cut_on, found.model.cut_off) == pytest.approx((4.5, 4.4))
+    found = fit(raised, [switching(5.5, 5.4), recorded(np.ones(20) * 1.5, np.zeros(20), 0.01)])
+    assert (found.model.cut_on, found.model.cut_off) == pytest.approx((4.998, 4.898))

@@ -1,5 +1,6 @@
 """The mutation run of tools/mutants: what it changes, what it leaves alone, what it reports."""
 
+import importlib.util
 import subprocess
 import sys
 import types
@@ -175,3 +176,60 @@ def test_only_what_is_inside_a_function_can_be_exchanged(swift, operators):
     text = "LIMIT = 2.0\n\n\ndef step(a, b=3.0):\n    return a > 1.0\n"
     fit = {m.after.strip() for m in operators.mutants(text) if swift.fitting(text, m)}
     assert fit == {"return a > (1000.0)", "return (a <= 1.0)"}
+
+
+@pytest.mark.parametrize(
+    ("text", "fresh"),
+    [
+        ("@kernel\ndef step(x):\n    return x + 1.0\n", True),
+        # Compiled though it has no mark, as the guard's loop is.
+        ("def _loop(x):\n    yield x + 1.0\n\n\nRUN = compiled(_loop)\n", True),
+        ("from other import loop\n\n\ndef run(x):\n    return compiled(loop)(x + 1.0)\n", False),
+        # A constant that kernels of other files may have taken over.
+        ("STUCK = 1.0\n", True),
+    ],
+)
+def test_what_changes_machine_code_finds_none_in_a_cache(swift, operators, text, fresh):
+    """numba's index knows neither a function's constants nor those of other files."""
+    (mutant,) = (m for m in operators.mutants(text) if m.kind == "number")
+    assert swift.new_machine_code(text, mutant) is fresh
+
+
+def test_files_whose_functions_are_compiled_are_known(swift, operators, beside):
+    for name, fresh in (("rig/guarded.py", True), ("rig/twin.py", True), ("units.py", False)):
+        text = (beside.PACKAGE / name).read_text("utf-8")
+        mutant = next(m for m in operators.mutants(text) if swift.fitting(text, m))
+        assert swift.new_machine_code(text, mutant) is fresh, name
+
+
+@pytest.fixture
+def command(monkeypatch, swift):
+    spec = importlib.util.spec_from_file_location("mutants_command", TOOL / "__main__.py")
+    made = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "mutants_command", made)
+    spec.loader.exec_module(made)
+    return made
+
+
+def test_a_file_whose_tests_fail_without_a_mutation_loses_no_other(
+    monkeypatch, capfd, command, swift, operators, beside
+):
+    bad, good = (beside.PACKAGE / name for name in ("control/pd.py", "control/pi.py"))
+
+    def outcomes(source, mutants, tests):
+        if source == bad:
+            raise swift.TestsFail(beside.name(source), "E  assert 1 == 2")
+        return 0.1, ["killed"] * len(mutants)
+
+    monkeypatch.setattr(swift, "outcomes", outcomes)
+    work = {}
+    for file in (bad, good):
+        text = file.read_text("utf-8")
+        work[file] = [m for m in operators.mutants(text) if swift.fitting(text, m)]
+    verdicts, failing = command.tried(work, 1, once=True)
+    assert {v.file for v in verdicts} == {"control/pi.py"} and failing == ["control/pd.py"]
+    assert command.judged(verdicts, failing) == 1
+    assert command.judged(verdicts, []) == 0
+    out, err = capfd.readouterr()
+    assert "control/pd.py: not tried, its tests fail without a mutation" in out
+    assert "100.0%" in out and "E  assert 1 == 2" in err

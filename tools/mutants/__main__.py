@@ -3,7 +3,7 @@
     python tools/mutants FILE_OR_FOLDER ... [--sample N] [--seed K] [--jobs N] [--list]
 
 Files are named as in src/macromicro: `rig/guard.py`, `control/live`. Exit status 1 if a file's
-tests kill fewer of its mutants than they must, 2 for bad input.
+tests kill fewer of its mutants than they must or fail without any, 2 for bad input.
 """
 
 from __future__ import annotations
@@ -56,18 +56,38 @@ def chosen(files: Sequence[Path], sample: int | None, seed: int) -> dict[Path, l
     return {f: sorted(ms, key=lambda m: m.line) for f, ms in by_file.items() if ms}
 
 
-def tried(work: dict[Path, list[Mutant]], jobs: int, once: bool) -> list[Verdict]:
-    """Every mutant's outcome; survivors are printed as each file is done."""
+def tried(work: dict[Path, list[Mutant]], jobs: int, once: bool) -> tuple[list[Verdict], list[str]]:
+    """Every mutant's outcome, and the files whose tests fail without any mutation; survivors
+    are printed as each file is done."""
     known = {(e.file, e.before, e.after) for e in beside.equivalents()}
     tasks = [(source, found, known, once) for source, found in work.items()]
+    verdicts: list[Verdict] = []
+    failing: list[str] = []
     with get_context("fork").Pool(jobs, maxtasksperchild=1) as pool:
-        results = pool.imap_unordered(_file, tasks, chunksize=1)
-        return [verdict for verdicts in results for verdict in verdicts]
+        for source, found in pool.imap_unordered(_file, tasks, chunksize=1):
+            if found is None:
+                failing.append(beside.name(source))
+            else:
+                verdicts += found
+    return verdicts, failing
 
 
-def _file(task: tuple[Path, list[Mutant], set[tuple[str, str, str]], bool]) -> list[Verdict]:
+_Task = tuple[Path, list[Mutant], set[tuple[str, str, str]], bool]
+
+
+def _file(task: _Task) -> tuple[Path, list[Verdict] | None]:
+    """One file's mutants; None, and what the tests said, if those fail without a mutation."""
+    try:
+        return task[0], _outcomes(*task)
+    except running.TestsFail as error:
+        print(error, file=sys.stderr, flush=True)
+        return task[0], None
+
+
+def _outcomes(
+    source: Path, work: list[Mutant], known: set[tuple[str, str, str]], once: bool
+) -> list[Verdict]:
     """One file's mutants, one after the other."""
-    source, work, known, once = task
     name, tests = beside.name(source), beside.tests(source)
     left = [m for m in work if (name, m.before, m.after) not in known]
     if not tests:
@@ -100,17 +120,23 @@ def _slowly(
     bench = running.Bench()
     try:
         if not running.baseline(bench, source, tests).passed:
-            print(bench.output()[-3000:], file=sys.stderr)
-            raise RuntimeError(f"{source}: its tests fail without a mutation")
+            raise running.TestsFail(beside.name(source), bench.output())
         limit = running.allowed(seconds)
-        return {m: bench.run(source, m.text, tests, limit) for m in work}
+        text = source.read_text("utf-8")
+        return {
+            m: bench.run(source, m.text, tests, limit, fresh=swift.new_machine_code(text, m))
+            for m in work
+        }
     finally:
         bench.close()
 
 
-def judged(verdicts: Sequence[Verdict]) -> int:
+def judged(verdicts: Sequence[Verdict], failing: Sequence[str]) -> int:
     """Print what the strict files and the rest reached; the exit status."""
     status = 0
+    for name in sorted(failing):
+        print(f"{name}: not tried, its tests fail without a mutation")
+        status = 1
     for bound in (1.0, 0.9):
         group = [v for v in verdicts if beside.required(v.file) == bound]
         if not group:
@@ -144,7 +170,7 @@ def main() -> int:
         print(f"{total} mutants would take hours: name fewer files, or --sample N", file=sys.stderr)
         return 2
     print(f"{total} mutants in {len(work)} files", flush=True)
-    return judged(tried(work, options.jobs, options.once))
+    return judged(*tried(work, options.jobs, options.once))
 
 
 def _warm() -> None:

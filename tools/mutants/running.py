@@ -23,6 +23,13 @@ KILLED, SURVIVED, TIMED_OUT = "killed", "survived", "timed out"
 _SLACK = 20.0  # s beyond ten times what the tests take without a mutation
 
 
+class TestsFail(Exception):
+    """The tests beside a file fail without a mutation, so that they can tell nothing."""
+
+    def __init__(self, name: str, output: str) -> None:
+        super().__init__(f"{output[-3000:]}\n{name}: its tests fail without a mutation")
+
+
 class Bench:
     """A copy of the package in a folder of its own, one file of it mutated at a time."""
 
@@ -38,8 +45,18 @@ class Bench:
         """Delete the copy."""
         shutil.rmtree(self._folder, ignore_errors=True)
 
-    def run(self, source: Path, text: str | None, tests: list[Path], limit: float) -> str:
-        """KILLED, SURVIVED or TIMED_OUT: what the tests say of `source` with this text."""
+    def run(
+        self,
+        source: Path,
+        text: str | None,
+        tests: list[Path],
+        limit: float,
+        fresh: bool = False,
+    ) -> str:
+        """KILLED, SURVIVED or TIMED_OUT: what the tests say of `source` with this text.
+
+        `fresh`: the text makes other machine code, so that none is taken from a cache.
+        """
         place = self._package / source.relative_to(PACKAGE)
         original = source.read_text("utf-8")
         # Two texts of one size within a second look the same to Python.
@@ -48,7 +65,7 @@ class Bench:
         place.write_text(original if text is None else text, "utf-8")
         child = os.fork()
         if child == 0:
-            self._child(tests, compiles="@kernel" in original)
+            self._child(tests, fresh)
         try:
             return waited(child, limit)
         finally:
@@ -57,11 +74,8 @@ class Bench:
             place.write_text(original, "utf-8")
             shutil.rmtree(self._folder / "cache", ignore_errors=True)
 
-    def _child(self, tests: list[Path], compiles: bool) -> None:
-        """The forked process: runs the tests and ends with 0 if all passed.
-
-        A file without kernels changes no machine code, so its mutants share one cache.
-        """
+    def _child(self, tests: list[Path], fresh: bool) -> None:
+        """The forked process: runs the tests and ends with 0 if all passed."""
         status = 1
         try:
             os.setpgid(0, 0)
@@ -79,7 +93,7 @@ class Bench:
             sys.path[:0] = [where, str(ROOT)]
             import pytest
 
-            if not compiles:
+            if not fresh:
                 from macromicro import kernel
 
                 kernel.cache_folder = lambda: self._kernels

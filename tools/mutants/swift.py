@@ -14,6 +14,7 @@ import importlib
 import inspect
 import json
 import os
+import re
 import shutil
 import signal
 import sys
@@ -26,8 +27,9 @@ from typing import Any
 
 import pytest
 from beside import PACKAGE, ROOT
+from beside import name as file_name
 from operators import Mutant
-from running import SURVIVED, allowed, waited
+from running import SURVIVED, TestsFail, allowed, waited
 
 
 def fitting(text: str, mutant: Mutant) -> bool:
@@ -37,6 +39,17 @@ def fitting(text: str, mutant: Mutant) -> bool:
         for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.FunctionDef) and node.lineno < mutant.line
     )
+
+
+def new_machine_code(text: str, mutant: Mutant) -> bool:
+    """Can a mutant of this source text change what is compiled?
+
+    numba's cache tells functions apart by file, time and bytecode, in which neither their
+    constants nor other files' are: after such a change it would hand out old machine code.
+    """
+    here = re.findall(r"\bcompiled\((\w+)", text)  # of this file, even without a mark
+    compiles = "@kernel" in text or any(f"def {name}(" in text for name in here)
+    return compiles or not fitting(text, mutant)
 
 
 def _functions(module: types.ModuleType) -> Iterator[tuple[str, types.FunctionType]]:
@@ -102,7 +115,7 @@ class _Plugin:
         items = sorted(session.items, key=lambda i: self.took[i.nodeid.partition("::")[0]])
         limit = allowed(self.seconds)
         for mutant in self.mutants:
-            self.outcomes.append(self._forked(session, items, mutant.text, limit))
+            self.outcomes.append(self._forked(session, items, mutant, limit))
             items = self._first(items)
             if self.outcomes[-1] == SURVIVED and self.tell:
                 told = f"{mutant.line}: - {mutant.before}\n     + {mutant.after}\n"
@@ -124,12 +137,16 @@ class _Plugin:
         return [found, *(i for i in items if i is not found)]
 
     def _forked(
-        self, session: pytest.Session, items: list[pytest.Item], text: str | None, limit: float
+        self,
+        session: pytest.Session,
+        items: list[pytest.Item],
+        mutant: Mutant | None,
+        limit: float,
     ) -> str:
         child = os.fork()
         if child == 0:
             try:
-                self._tests(session, items, text)
+                self._tests(session, items, mutant)
             finally:
                 os._exit(1)
         try:
@@ -139,11 +156,13 @@ class _Plugin:
                 os.killpg(child, signal.SIGKILL)
             shutil.rmtree(self.folder / "mutated", ignore_errors=True)
 
-    def _tests(self, session: pytest.Session, items: list[pytest.Item], text: str | None) -> None:
+    def _tests(
+        self, session: pytest.Session, items: list[pytest.Item], mutant: Mutant | None
+    ) -> None:
         os.setpgid(0, 0)
         from macromicro import kernel
 
-        changed = text is not None and "@kernel" in self.text
+        changed = mutant is not None and new_machine_code(self.text, mutant)
         place = self.folder / ("mutated" if changed else "kernels")
         kernel.cache_folder = lambda: place
         from hypothesis import Phase, settings
@@ -152,11 +171,11 @@ class _Plugin:
         phases = (Phase.explicit, Phase.reuse, Phase.generate)
         settings.register_profile("mutants", settings.get_profile("macromicro"), phases=phases)
         settings.load_profile("mutants")
-        if text is not None:
-            exchange(sys.modules[self.module], text)
+        if mutant is not None:
+            exchange(sys.modules[self.module], mutant.text)
         for item, following in zip(items, [*items[1:], None], strict=True):
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-        if text is None:
+        if mutant is None:
             lines = (f"{name}\t{value}" for name, value in self.took.items())
             (self.folder / "took").write_text("\n".join(lines), "utf-8")
         os._exit(0)
@@ -166,7 +185,7 @@ def outcomes(
     source: Path, mutants: Sequence[Mutant], tests: Sequence[Path]
 ) -> tuple[float, list[str]]:
     """What the tests take [s], and say of each mutant: KILLED, SURVIVED or TIMED_OUT. Raises
-    RuntimeError if the tests fail without a mutation."""
+    TestsFail if the tests fail without a mutation."""
     folder = Path(tempfile.mkdtemp(prefix="mutants-"))
     try:
         child = os.fork()  # nothing of the package stays loaded here
@@ -178,8 +197,8 @@ def outcomes(
         os.waitpid(child, 0)
         found = folder / "found.json"
         if not found.exists():
-            print((folder / "output.txt").read_text("utf-8")[-3000:], file=sys.stderr)
-            raise RuntimeError(f"{source}: its tests fail without a mutation")
+            output = (folder / "output.txt").read_text("utf-8", errors="replace")
+            raise TestsFail(file_name(source), output)
         seconds, said = json.loads(found.read_text("utf-8"))
         return seconds, said
     finally:

@@ -65,9 +65,8 @@ def branches(curves: list[Curve], grid: Grid, monotone: bool) -> tuple[Array, Ar
     rising, falling = _ended(rising, low, curves[0]), _ended(falling, low, curves[-1])
     if monotone:
         rising, falling = _isotonic(rising), _isotonic(falling)
-        rising = np.minimum(rising, rising[-1])
-        falling = np.clip(np.maximum(falling, rising), rising[0], rising[-1])
-        falling[0], falling[-1] = rising[0], rising[-1]
+        falling = np.minimum(np.maximum(falling, rising), rising[-1])
+        falling[0] = rising[0]
     return rising, falling, gap
 
 
@@ -76,19 +75,19 @@ def _followed(curves: list[Curve], grid: Grid) -> Array:
     nodes = grid.nodes
     slack = 1e-9 * grid.step
     steps = np.full(grid.n - 1, np.nan)
-    anchor, level = 0, 0.0
-    for k, curve in enumerate(curves):
+    levels = []
+    for curve in curves:
         u, f = averaged(curve.u, curve.f, 0.5 * grid.step)
         f[-1] = _edge(curve.u, curve.f, grid.step)
         f[0] = _edge(curve.u[::-1], curve.f[::-1], grid.step)
         at = _interpolated(u, f, nodes, False)
         covered = (nodes[:-1] >= u[0] - slack) & (nodes[1:] <= u[-1] + slack)
         steps = np.where(np.isnan(steps) & covered, np.diff(at), steps)
-        if k == 0:
-            anchor = int(np.argmin(np.abs(nodes - 0.5 * (u[0] + u[-1]))))
-            level = float(at[anchor])
+        levels.append(at)
     path = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
-    return np.asarray(level + path - path[anchor], dtype=np.float64)
+    first = curves[0].u
+    anchor = int(np.argmin(np.abs(nodes - 0.5 * (first[0] + first[-1]))))
+    return np.asarray(levels[0][anchor] + path - path[anchor], dtype=np.float64)
 
 
 def _edge(u: Array, f: Array, width: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from macromicro.hysteresis.everett import Array
 
 ROUNDS = 800
+_WEIGHED = (20, 60, 150)  # after these rounds the weight is adjusted
 
 
 def solver(matrix: Any) -> Any:
@@ -76,11 +77,17 @@ def bounded(
         change = float(np.max(np.abs(z - old)))
         if max(primal, change) < 1e-4 * scale:
             break
-        if turn in (20, 60, 150) and not 0.1 < primal / max(change, 1e-300) < 10.0:
-            factor = min(max((primal / max(change, 1e-300)) ** 0.5, 0.1), 10.0)
+        if turn in _WEIGHED:
+            factor = _factor(primal, change)
             rho, dual = rho * factor, dual / factor
             solve = solver(matrix + rho * (bound.T @ bound))
     return np.asarray(x, dtype=np.float64)
+
+
+def _factor(primal: float, change: float) -> float:
+    """By how much the weight should rise: both errors are to shrink alike, roughly."""
+    ratio = primal / change if change > 0.0 else np.inf
+    return 1.0 if 0.1 < ratio < 10.0 else float(min(max(ratio**0.5, 0.1), 10.0))
 
 
 def monotone_hull(values: Array) -> Array:

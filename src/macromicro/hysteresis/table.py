@@ -88,7 +88,7 @@ class FodTable:
 
     def __post_init__(self) -> None:
         """Refuse what is no table at all."""
-        n = self.values.shape[0] if self.values.ndim == 2 else 0
+        n = math.isqrt(self.values.size)
         if n < 2 or self.values.shape != (n, n) or not np.isfinite(self.values).all():
             raise InputError("table, values", self.values.shape, "finite numbers, shape (n, n)")
         if np.any(np.triu(self.values) != 0.0):

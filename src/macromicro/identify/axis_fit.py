@@ -269,7 +269,7 @@ def _rows(
 
 def _late(u: Array, delay: int) -> Array:
     """`u` `delay` samples later, its first value before that."""
-    return u if delay == 0 else np.concatenate([np.full(delay, u[0]), u])[: len(u)]
+    return np.concatenate([np.full(delay, u[0]), u])[: len(u)]
 
 
 def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:

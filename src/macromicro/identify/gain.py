@@ -75,10 +75,10 @@ def asymptote(rise: npt.ArrayLike) -> float:
         The differences do not shrink.
     """
     y = signal(rise, "steady temperature")[-3:]
-    first, last = np.diff(y) if len(y) == 3 else (0.0, 0.0)
-    if not first > last > 0.0:
+    steps = np.diff(y)
+    if len(steps) != 2 or not steps[0] > steps[1] > 0.0:
         raise InputError("asymptote", list(y), "three values whose differences shrink")
-    return float(y[-1] + last**2 / (first - last))
+    return float(y[-1] + steps[1] ** 2 / (steps[0] - steps[1]))
 
 
 def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = None) -> GainFit:
@@ -119,10 +119,11 @@ def linearised(volts: npt.ArrayLike, rise: npt.ArrayLike, y_inf: float | None = 
     dx, dy = x[1:] - x0, -np.log(1.0 - (y[1:] - y0) / b)
     a = float(dx @ dy / (dx @ dx))
     deviation = dy - a * dx
-    std = float(np.sqrt(deviation @ deviation / max(len(dx) - 1, 1) / (dx @ dx)))
+    free = len(dx) - 1
+    std = float(np.sqrt(deviation @ deviation / free / (dx @ dx)))
     from scipy.stats import t as student
 
-    reach = float(student.ppf(0.975, max(len(dx) - 1, 1))) * std
+    reach = float(student.ppf(0.975, free)) * std
     interval = np.array([[np.nan, np.nan], [a - reach, a + reach], [np.nan, np.nan]])
     model = Exponential(b, a, x0, y0)
     return GainFit(model, interval, y_inf, (np.nan, np.nan), _rms(model, x, y))

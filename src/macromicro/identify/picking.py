@@ -99,8 +99,8 @@ def chosen(pairs: Sequence[str]) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for pair in (part for text in pairs for part in text.split(",") if part.strip()):
-        role, mark, column = (piece.strip() for piece in pair.partition("="))
-        if not mark or not role or not column:
+        role, _, column = (piece.strip() for piece in pair.partition("="))
+        if not role or not column:
             accepted = "name=column, such as x=position_mm"
             raise InputError("--columns", printable(pair), accepted)
         found[role] = column
@@ -199,7 +199,7 @@ def _converted(table: Table, role: Role, name: str, unit: str) -> tuple[Array, s
         except ValueError:
             continue
         # Counts and degC are their own base, so a factor does for all of them.
-        return values * factor if factor != 1.0 else values, to
+        return values * factor, to
     raise InputError(
         f"{table.file}, {printable(name)}", printable(unit) or "no unit", " or ".join(role.units)
     )
@@ -267,7 +267,7 @@ def railed(values: Array, where: str, done: str = "nothing was changed") -> npt.
         That is more than half of the record.
     """
     ends = np.zeros(len(values), dtype=np.bool_)
-    if len(values) < 20 or not np.ptp(values) > 0.0:
+    if len(values) < 20:
         return ends
     steps = np.abs(np.diff(values))
     repeats = _held(steps == 0.0)

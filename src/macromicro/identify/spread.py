@@ -1,4 +1,4 @@
-"""Covariance of estimated parameters when residuals are coloured."""
+"""Covariance and standard errors of estimated parameters, of coloured residuals, too."""
 
 from __future__ import annotations
 
@@ -85,3 +85,16 @@ def autoregression(residuals: list[Array]) -> tuple[Array, float]:
         if score < least:
             best, least = (d, power), score
     return best
+
+
+def standard_errors(slopes: Array) -> Array:
+    """Standard errors float64[p] of what moves residuals of variance 1 by `slopes` [n, p].
+
+    Slopes of all sizes are taken at one size; what moves nothing has an infinite error.
+    """
+    size = np.linalg.norm(slopes, axis=0)
+    moves = size > 0.0
+    inverse = np.linalg.pinv(slopes[:, moves] / size[moves])
+    found = np.full(len(size), np.inf)
+    found[moves] = np.linalg.norm(inverse, axis=1) / size[moves]
+    return found

@@ -18,7 +18,9 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.identify.actuator import AMBIENT, Judgement, hysteresis, judged
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
+from macromicro.identify.spread import standard_errors
 from macromicro.models import stressed
+from macromicro.models.actuator import Hysteresis
 from macromicro.models.heating import Ladder
 from macromicro.models.stressed import Stressed
 from macromicro.models.weighted_gain import Weighted, weighted
@@ -63,6 +65,17 @@ class StressedFit(NamedTuple):
     std: dict[str, float]
     rms: float
     iterations: int
+
+
+class _Known(NamedTuple):
+    """What of a `Stressed` is known before the search."""
+
+    volts: Array
+    lag: float
+    cut_on: float
+    cut_off: float
+    ambient: float
+    hysteresis: Hysteresis
 
 
 class _Run(NamedTuple):
@@ -168,19 +181,11 @@ def fit(
         accepted = f"1 to {MOST_VOLTAGES} levels that are held for a while"
         raise InputError("recordings, ctrl", found, accepted)
     runs = [_grid(r) for r in recordings]
-    frame = Stressed(
-        np.array([SILENT, *volts]),
-        np.zeros(len(volts) + 1),
-        lag,
-        Ladder(1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
-        *(0.0, 0.0, 0.0),
-        *_cut(recordings, table.f_low + table.span),
-        ambient,
-        hysteresis(table),
-    )
+    places = _cut(recordings, table.f_low + table.span)
+    known = _Known(np.array([SILENT, *volts]), lag, *places, ambient, hysteresis(table))
 
     def residual(theta: Array) -> Array:
-        p = _with(frame, theta)
+        p = _with(known, theta)
         made = [stressed.simulate(p, r.ctrl, r.dt, r.cut)[0][r.at] for r in runs]
         return np.concatenate([(m - r.x) / _TABLE_ERROR for m, r in zip(made, runs, strict=True)])
 
@@ -198,10 +203,10 @@ def fit(
     if found.status <= 0:
         notice(ConvergenceWarning, "actuator model: search stopped before it settled")
     variance = 2.0 * float(found.cost) / max(len(found.fun) - len(start), 1)
-    std = np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)) * variance)
+    std = standard_errors(found.jac) * variance**0.5
     names = [*NAMES, *(f"heat {v:g} V" for v in volts)]
     return StressedFit(
-        _with(frame, found.x),
+        _with(known, found.x),
         dict(zip(names, (float(v) for v in found.x), strict=True)),
         dict(zip(names, (float(v) for v in std), strict=True)),
         float(np.sqrt(np.mean(found.fun**2))) * _TABLE_ERROR,
@@ -209,10 +214,11 @@ def fit(
     )
 
 
-def _with(frame: Stressed, theta: Array) -> Stressed:
+def _with(known: _Known, theta: Array) -> Stressed:
     """The model with the fitted values: those of NAMES, then the heats."""
     c1, r1, c2, r2, c3, latent, shift, stiffening = (float(v) for v in theta[: len(NAMES)])
-    return frame._replace(
+    return Stressed(
+        **known._asdict(),
         heat=np.concatenate([[0.0], theta[len(NAMES) :]]),
         ladder=Ladder(c1, r1, c2, r2, c3, max(1.0 - r1 - r2, _LEAST_R3)),
         latent=latent,

@@ -15,6 +15,7 @@ from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.refined import mls
+from macromicro.identify.spread import standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
 
@@ -203,7 +204,7 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
         notice(ConvergenceWarning, f"heating: {found.message}; last values returned")
     theta = np.exp(found.x)
     variance = float(found.fun @ found.fun) / max(len(t) - 6, 1)
-    std = theta * np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)) * variance)
+    std = theta * standard_errors(found.jac) * variance**0.5
     order = np.argsort(-theta[:3])
     modes = Modes(*(float(v) for v in np.r_[theta[:3][order], theta[3:][order]]))
     errors = Modes(*(float(v) for v in np.r_[std[:3][order], std[3:][order]]))

@@ -1,0 +1,190 @@
+"""What `drive` accepts, how it parts its records, and what its result tells."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.identify import Axis, Filtering, drive, simulate
+from macromicro.identify.axis_fit import _check, _late, _part, _rows, _runs, _split
+from macromicro.identify.axis_inverse import Rows, differences, fitted
+from macromicro.identify.axis_refine import free_runs, refined
+from macromicro.identify.runs import Run
+
+DT = 1e-3
+T = np.arange(1200) * DT
+U = np.sign(np.sin(40.0 * T) + 0.3) * 20.0
+RUN = Run(T, U, np.cumsum(np.sin(5.0 * T)) * DT)
+USUAL = Filtering()
+
+
+def run(n: int) -> Run:
+    return Run(T[:n], U[:n], RUN.x[:n])
+
+
+def test_an_input_acts_late_by_samples_and_rests_at_its_first_value() -> None:
+    u = np.array([3.0, 1.0, 4.0, 1.0])
+    assert _late(u, 0).tolist() == [3.0, 1.0, 4.0, 1.0]
+    assert _late(u, 1).tolist() == [3.0, 3.0, 1.0, 4.0]
+    assert _late(u, 3).tolist() == [3.0, 3.0, 3.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"holdout": 0.05}, {"holdout": 0.7}, {"delay": 0}, {"delay": 1000}, {"delay": np.int64(3)},
+        {"gain": -1.0}, {"structure": "auto"}, {"structure": "full"},
+    ],
+)  # fmt: skip
+def test_what_is_at_the_edge_is_accepted(options: dict[str, Any]) -> None:
+    _check(**{"gain": 1.0, "structure": "auto", "holdout": 0.3, "delay": 0, **options})
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"holdout": 0.049}, "0.05 to 0.7"),
+        ({"holdout": 0.701}, "0.05 to 0.7"),
+        ({"delay": -1}, "0 to 1000"),
+        ({"delay": 1001}, "0 to 1000"),
+        ({"delay": 1.0}, "0 to 1000"),
+        ({"gain": float("nan")}, "other than zero"),
+        ({"gain": float("inf")}, "other than zero"),
+        ({"gain": 0.0}, "other than zero"),
+        ({"structure": "rusty"}, "auto, viscous"),
+    ],
+)
+def test_what_is_beyond_is_refused(options: dict[str, Any], match: str) -> None:
+    with pytest.raises(InputError, match=match):
+        _check(**{"gain": 1.0, "structure": "auto", "holdout": 0.3, "delay": 0, **options})
+
+
+def test_one_record_or_lists_of_records() -> None:
+    assert len(_runs(T, U, RUN.x)) == 1
+    assert [len(r.t) for r in _runs([T, T[:400]], [U, U[:400]], [RUN.x, RUN.x[:400]])] == [
+        1200,
+        400,
+    ]
+    assert len(_runs(T[:200], U[:200], RUN.x[:200])[0].t) == 200
+    with pytest.raises(InputError, match="200 samples or more"):
+        _runs(T[:199], U[:199], RUN.x[:199])
+    with pytest.raises(InputError, match=r"record\[1\].*200 samples or more"):
+        _runs([T, T[:199]], [U, U[:199]], [RUN.x, RUN.x[:199]])
+    with pytest.raises(InputError, match="2 t, 1 u, 2 x"):
+        _runs([T, T], [U], [T, T])
+    with pytest.raises(InputError, match="x: 'missing'"):
+        _runs(T, U, [])
+
+
+def rows(runs: list[Run], filtering: Filtering = USUAL, **options: Any) -> list[Rows]:
+    usual = {"gain": 1.0, "limit": None, "delay": 0, "holdout": 0.3}
+    return _rows(runs, filtering=filtering, **{**usual, **options})
+
+
+def test_the_force_is_the_gain_times_what_acts_late() -> None:
+    (found,) = rows([RUN], gain=3.0, delay=2)
+    np.testing.assert_array_equal(found.force, 3.0 * _late(U, 2))
+
+
+@pytest.mark.parametrize(
+    ("n", "holdout", "count", "factor"),
+    [
+        (1200, 0.3, 1, 10),  # a thirtieth of what is held out would be 12
+        (800, 0.3, 1, 8),
+        (800, 0.5, 1, 10),
+        (800, 0.5, 2, 10),
+        (240, 0.3, 3, 8),  # of three records a whole one is held out
+        (240, 0.3, 2, 2),
+    ],
+)
+def test_decimation_leaves_thirty_samples_to_judge_by(
+    n: int, holdout: float, count: int, factor: int
+) -> None:
+    assert {r.factor for r in rows([run(n)] * count, holdout=holdout)} == {factor}
+
+
+@pytest.mark.parametrize(("decimate", "fine"), [(1, True), (8, True), (0, False), (9, False),
+                                                (2.0, False)])  # fmt: skip
+def test_decimation_can_be_told(decimate: Any, fine: bool) -> None:
+    filtering = Filtering(decimate=decimate)
+    if fine:
+        assert rows([run(800)], filtering)[0].factor == decimate
+    else:
+        with pytest.raises(InputError, match=r"decimate: .*a whole number from 1 to 8"):
+            rows([run(800)], filtering)
+
+
+def test_the_low_pass_is_at_eighty_hertz_for_milliseconds_or_as_told() -> None:
+    for cutoff, corner in ((None, 80.0), (0.5, 0.5), (499.0, 499.0)):
+        (found,) = rows([RUN], Filtering(cutoff=cutoff))
+        np.testing.assert_array_equal(found.v, differences(RUN, U, corner, 10).v)
+    for cutoff in (0.0, -1.0, 500.0):
+        with pytest.raises(InputError, match="between 0 and 500 Hz"):
+            rows([RUN], Filtering(cutoff=cutoff))
+
+
+def test_an_input_that_never_changes_is_refused_over_all_records() -> None:
+    def held(volts: float) -> Run:
+        return Run(T, np.full(1200, volts), RUN.x)
+
+    for same in ([held(2.0)], [held(2.0)] * 2):
+        with pytest.raises(InputError, match="2 throughout"):
+            rows(same)
+    assert len(rows([held(2.0), held(3.0)])) == len(rows([held(2.0), RUN])) == 2
+    with pytest.raises(InputError, match=r"record\[1\]\.x: '0 throughout'"):
+        rows([RUN, Run(T, U, np.zeros(1200))])
+
+
+def numbered(n: int) -> Rows:
+    k = np.arange(float(n))
+    return Rows(Run(k, k + 0.1, k + 0.2), k + 0.3, k + 0.4, k + 0.5, k > 1.0, 7)
+
+
+def test_one_or_two_records_are_judged_by_their_tails() -> None:
+    train, test = _split([numbered(10), numbered(20)], 0.3)
+    assert [len(r.v) for r in train] == [7, 14] and [len(r.v) for r in test] == [3, 6]
+    for name in ("force", "v", "a", "still"):
+        np.testing.assert_array_equal(
+            np.concatenate([getattr(train[1], name), getattr(test[1], name)]),
+            getattr(numbered(20), name),
+        )
+
+
+def test_of_three_records_or_more_every_third_judges() -> None:
+    made = [numbered(n) for n in range(10, 17)]
+    train, test = _split(made, 0.3)
+    assert [len(r.v) for r in train] == [10, 11, 13, 14, 16]
+    assert [len(r.v) for r in test] == [12, 15]
+
+
+def test_a_part_of_a_record_keeps_all_its_columns() -> None:
+    part = _part(numbered(10), slice(4, 6))
+    assert part.run.t.tolist() == [4.0, 5.0] and part.run.x.tolist() == [4.2, 5.2]
+    assert part.force.tolist() == [4.3, 5.3] and part.a.tolist() == [4.5, 5.5]
+    assert part.still.all() and part.factor == 7
+
+
+def test_a_fit_tells_its_free_run_and_its_errors() -> None:
+    """Over whole records, from where and how fast they begin; the rest is judged by itself."""
+    truth = Axis(2.0, 3.0, 1.5, 0.4)
+    t = np.arange(3000) * 2e-3
+    u = 9.0 * np.sin(3.0 * t) + 3.0 * np.sin(11.0 * t)
+    noise = 1e-4 * np.random.default_rng(1).normal(size=3000)
+    x = simulate(truth, 2.0 * _late(u, 3), 2e-3) + noise
+    found = drive(t, u, x, gain=2.0, structure="coulomb", delay=3, holdout=0.25)
+    np.testing.assert_allclose(found.axis[:4], truth[:4], rtol=0.02)
+    assert (found.gain, found.delay, found.structure, found.holdout) == (2.0, 3, "coulomb", {})
+    begun = found.starts[0]
+    np.testing.assert_allclose(found.free_run[0], found.simulate(u, 2e-3, *begun), atol=1e-12)
+    np.testing.assert_allclose(found.residuals[0], x - found.free_run[0], atol=1e-12)
+    assert found.rms == pytest.approx(np.sqrt(np.mean(found.residuals[0] ** 2)))
+    assert found.fit == pytest.approx(100.0 * (1.0 - found.rms / np.std(x)))
+    made = rows([Run(t, u, x)], gain=2.0, delay=3, holdout=0.25)
+    train, test = _split(made, 0.25)
+    axis = refined(train, fitted(train, "coulomb")).axis
+    missed = np.concatenate(free_runs(test, axis)[1])
+    assert found.holdout_rms == pytest.approx(np.sqrt(np.mean(missed**2))) != found.rms
+    np.testing.assert_array_equal(free_runs(made, found.axis)[0][0], found.free_run[0])
