@@ -26,7 +26,7 @@ from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.loop import PERIOD
 from macromicro.nominal import COUNTS
-from macromicro.plant import amplifier, carriage, encoder
+from macromicro.plant import amplifier, bench, carriage, encoder
 from macromicro.plant.amplifier import Amplifier
 from macromicro.plant.carriage import Macro, MacroState
 from macromicro.plant.encoder import Encoder
@@ -78,12 +78,12 @@ def run(
 
 def stage(settings: Settings) -> Stage:
     """The macro-stage of these settings."""
-    b, law = settings.bench, control_settings.prepare(settings.controller, table=shipped()).macro
+    law = control_settings.prepare(settings.controller, table=shipped()).macro
     return Stage(
-        b.amplifier,
-        Macro(b.carriage, b.motor, b.friction, b.belt),
+        settings.bench.amplifier,
+        bench.macro_stage(settings.bench),
         settings.sensors.encoder,
-        int(b.steps.macro),
+        int(settings.bench.steps.macro),
         law,
         law._replace(limit=math.inf),
     )

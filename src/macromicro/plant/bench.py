@@ -228,6 +228,11 @@ class State(NamedTuple):
     ctrl: float
 
 
+def macro_stage(bench: Bench) -> Macro:
+    """Runtime parameters of the macro-stage alone: what a bench is made of."""
+    return Macro(bench.carriage, bench.motor, bench.friction, bench.belt)
+
+
 def prepare(bench: Bench, sensors: Sensors) -> Plant:
     """Runtime parameters of the positioner.
 
@@ -246,7 +251,7 @@ def prepare(bench: Bench, sensors: Sensors) -> Plant:
     load = Load(bench.bias.preload, bench.bias.rate + stiffness(bench.flexure), bench.bias.platform)
     return Plant(
         bench.amplifier,
-        Macro(bench.carriage, bench.motor, bench.friction, bench.belt),
+        macro_stage(bench),
         micro.prepare(bench.driver, bench.thermal, bench.wire, bench.phase, load),
         sensors.encoder,
         sensors.hall,
