@@ -105,6 +105,82 @@ def force(p: Weight) -> float:
     return -p.pull
 '''
 
+SCALE = '''"""A second sensor of the carriage: a scale along the rail."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+
+class Scale(NamedTuple):
+    """Parameters."""
+
+    step: Annotated[float, Par("m", "step of the reading", shown="um", positive=True)] = 5e-6
+
+
+@kernel
+def reading(p: Scale, x: float) -> float:
+    """Reading [m] at position `x` [m]."""
+    return math.floor(x / p.step + 0.5) * p.step
+'''
+
+BACKLASH = '''"""Play between the motor's pulley and the belt."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+
+class Backlash(NamedTuple):
+    """Parameters. The rotor moves alone within the gap."""
+
+    gap: Annotated[float, Par("m", "play at the belt", shown="um", lo=0.0)] = 0.0
+    rotor: Annotated[float, Par("kg", "rotor's inertia at the belt", positive=True)] = 0.05
+    stiffness: Annotated[float, Par("N/m", "of the teeth", positive=True)] = 2e6
+    damping: Annotated[float, Par("N*s/m", "of the teeth", lo=0.0)] = 50.0
+
+
+@kernel
+def contact(p: Backlash, play: float, slip: float) -> float:
+    """Force [N] on the carriage; the rotor is `play` [m] ahead and `slip` [m/s] faster."""
+    half = 0.5 * p.gap
+    if play > half:
+        return max(p.stiffness * (play - half) + p.damping * slip, 0.0)
+    if play < -half:
+        return min(p.stiffness * (play + half) + p.damping * slip, 0.0)
+    return 0.0
+'''
+
+WITH_PLAY = """    if p.backlash.gap > 0.0:
+        teeth = backlash.contact(p.backlash, s.play, s.rotor - s.v)
+        pull = motor.force(p.motor, i0 - i1 * s.rotor) - teeth
+        turned = s.rotor + h * pull / p.backlash.rotor
+        force = teeth - f0 + e0 + belt.reaction(p.belt, mass, s.q, s.qv)
+        v = (mass * s.v + h * force) / (mass + h * (f1 + e1 + p.friction.viscous))
+        q, qv = belt.step(p.belt, s.q, s.qv, v - s.v, h)
+        play = s.play + h * (turned - v)
+        i = i0 - i1 * turned
+        return MacroState(s.x + h * v, v, z0 + z1 * v, i, q, qv, s.accel, play, turned)
+"""
+
+PLAY = """
+import numpy as np
+import macromicro
+tight = macromicro.run("staircase", seed=1)
+loose = macromicro.run("staircase", seed=1, settings=macromicro.load_settings("loose.toml"))
+assert np.abs(tight["scale"] - tight["true_carriage"]).max() <= 0.0025 + 1e-9
+n = min(len(tight), len(loose))
+apart = np.abs(tight["true_carriage"][:n] - loose["true_carriage"][:n]).max()
+assert 0.005 < apart < 5.0, apart
+"""
+
 EXPERIMENT = '''"""One step of the micro-stage."""
 
 from __future__ import annotations
@@ -240,3 +316,51 @@ def test_an_experiment_added_by_the_book_is_listed_and_runs(copy: Path) -> None:
     done = run(copy, "reproduce", "--only", "own_step", "--out", "own")
     assert done.returncode == 0, done.stdout + done.stderr
     assert list((copy / "own" / "figures").glob("*9.9*")) or list((copy / "own").rglob("*.png"))
+
+
+@pytest.mark.slow
+def test_a_sensor_and_a_part_with_a_state_take_one_new_file_and_two_edited(copy: Path) -> None:
+    """A sensor: its reading, a field of `Sample`, a line of `measure`. Recordings, telemetry and
+    replays have its column then."""
+    package = copy / "macromicro"
+    plant = package / "plant"
+    (plant / "scale.py").write_text(SCALE)
+    (plant / "backlash.py").write_text(BACKLASH)
+    edit(
+        package / "types.py",
+        ("import annotations\n", "import annotations\n\nimport math\n"),
+        ('Quantity("1", "CONTRACT signal (-1: not measured)", "i1")]\n',
+         'Quantity("1", "CONTRACT signal (-1: not measured)", "i1")]\n'
+         '    scale: Annotated[float, Quantity("mm", "by its scale", scale=1e3)] = math.nan\n'),
+    )  # fmt: skip
+    edit(
+        plant / "carriage.py",
+        ("from macromicro.plant import belt,", "from macromicro.plant import backlash, belt,"),
+        ("    belt: Belt\n", "    belt: Belt\n    backlash: backlash.Backlash\n"),
+        ("    accel: float\n", "    accel: float\n    play: float = 0.0\n    rotor: float = 0.0\n"),
+        ("    push = motor.force(", f"{WITH_PLAY}    push = motor.force("),
+        ("i0 - i1 * v, q, qv, s.accel)", "i0 - i1 * v, q, qv, s.accel, 0.0, v)"),
+        ("(s.v - v0) / dt)", "(s.v - v0) / dt, s.play, s.rotor)"),
+    )
+    edit(
+        plant / "bench.py",
+        ("import amplifier,", "import backlash, scale, amplifier,"),
+        ("    belt: Belt = Belt()\n",
+         "    belt: Belt = Belt()\n    backlash: backlash.Backlash = backlash.Backlash()\n"),
+        ("bench.friction, bench.belt)", "bench.friction, bench.belt, bench.backlash)"),
+        ("    laser: Laser = Laser()\n",
+         "    laser: Laser = Laser()\n    scale: scale.Scale = scale.Scale()\n"),
+        ("    laser: Laser\n", "    laser: Laser\n    scale: scale.Scale\n"),
+        ("        sensors.laser,\n", "        sensors.laser,\n        sensors.scale,\n"),
+        ("        s.micro.cut,\n    )",
+         "        s.micro.cut,\n        scale.reading(p.scale, s.macro.x),\n    )"),
+    )  # fmt: skip
+    (copy / "loose.toml").write_text('[bench.backlash]\ngap = "200 um"\n')
+    (copy / "play.py").write_text(PLAY)
+    done = subprocess.run(
+        [sys.executable, "play.py"],
+        cwd=copy,
+        env={**os.environ, "PYTHONPATH": str(copy), "MACROMICRO_CACHE": str(copy / "cache")},
+        capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -114,7 +114,7 @@ def test_what_cannot_be_stopped_is_said_and_shown_as_unknown(
     )
     machine, motion = hung(**{DEAF: "1", BAD_STOP: how})
     assert outcome(machine, motion) == "fault"
-    until(lambda: "may still be as last told" in machine.snapshot().fault.evidence, 30.0)  # type: ignore[union-attr]
+    until(lambda: "may still be as last written" in machine.snapshot().fault.evidence, 30.0)  # type: ignore[union-attr]
     now = machine.snapshot()
     assert now.fault is not None
     assert why in now.fault.evidence and "motor 1.00 V" in now.fault.evidence

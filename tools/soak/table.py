@@ -35,7 +35,10 @@ def write(path: Path, text: str) -> None:
 
 
 def _faults(rounds: list[Round]) -> Iterable[str]:
-    yield "| fault | injected | stopped as a fault | safe after, median [ms] | worst [ms] | told |"
+    yield (
+        "| fault | injected | stopped as a fault | safe after, median [ms] | worst [ms] "
+        "| reported |"
+    )
     yield "|---|---|---|---|---|---|"
     for name in dict.fromkeys(r.name for r in rounds):
         mine = [r for r in rounds if r.name == name]

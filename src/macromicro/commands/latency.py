@@ -124,12 +124,12 @@ def _check(file: Path, option: str) -> None:
 def _progress(seconds: float) -> Iterator[Callable[[float], None]]:
     """A bar on stderr; a line now and then where that is no terminal."""
     if not sys.stderr.isatty():
-        told = -math.inf
+        shown = -math.inf
 
         def say(done: float) -> None:
-            nonlocal told
-            if time.monotonic() - told >= _EVERY:
-                told = time.monotonic()
+            nonlocal shown
+            if time.monotonic() - shown >= _EVERY:
+                shown = time.monotonic()
                 print(f"{done:.0f} of {seconds:g} s", file=sys.stderr, flush=True)
 
         yield say
@@ -176,7 +176,7 @@ def table(got: Latency, other: Cyclic | str, settings: LiveSettings) -> Iterator
         f"missed periods: {got.missed} of {got.periods}; at most {got.share:.2%} in {window:g} s, "
         f"allowed {settings.serve.miss_share:.0%}"
     )
-    yield f"emergency stop: the rig was told to switch off after {1e3 * got.emergency:.2f} ms"
+    yield f"emergency stop: the rig was switched off after {1e3 * got.emergency:.2f} ms"
     yield f"loop: {got.realtime}"
 
 

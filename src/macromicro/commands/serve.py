@@ -115,7 +115,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
                 _serve(station, doors, record, signals)
             with suppress(OSError):  # the terminal may be gone
                 print(
-                    "stopping: the machine decelerates, then every output is told to be off",
+                    "stopping: the machine decelerates, then every output is switched off",
                     file=sys.stderr,
                 )
     raise typer.Exit(signals.status)

@@ -1,7 +1,7 @@
 """Standard output and error for a command whose reader may go away (``macromicro run | head``).
 
 What nobody reads is dropped and the work goes on: results are written, and the exit status
-tells of the work, not of the pipe.
+is that of the work, not of the pipe.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import math
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeVar, cast, get_type_hints
+from typing import Any, NamedTuple, TypeGuard, TypeVar, cast, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -236,7 +236,7 @@ def _quoted(text: str) -> str:
     return f'"{escaped}"'
 
 
-def finite(value: object) -> bool:
+def finite(value: object) -> TypeGuard[int | float]:
     """Whether a value is a plain, finite number.
 
     Parameters

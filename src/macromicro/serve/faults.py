@@ -83,7 +83,7 @@ def failed(code: int, evidence: str) -> Trouble:
 
 
 def trouble(status: Status) -> Trouble | None:
-    """The latched fault that the loop's status tells; None if all is well."""
+    """The latched fault in the loop's status; None if all is well."""
     code = int(status.fault)
     if code == codes.OK:
         return None

@@ -41,7 +41,7 @@ class Guesses:
 class Token:
     """What a client must give before it may change anything; thread-safe.
 
-    `secret`: None where nothing is asked for. An address that was wrong too often is told to
+    `secret`: None where nothing is asked for. An address that was wrong too often is asked to
     wait, whatever protocol it speaks and however often it connects anew.
     """
 

@@ -56,7 +56,7 @@ def names(host: str, given: Sequence[str] = ()) -> tuple[str, ...]:
 
 
 def reached(host: str, bound: str) -> str:
-    """What to type elsewhere to reach a server told to listen at `host` and `bound` there."""
+    """What to type elsewhere to reach a server that listens at `host` and `bound` there."""
     if is_everywhere(host):
         name = socket.gethostname()
         return name.lower() if _NAME.fullmatch(name) else bound

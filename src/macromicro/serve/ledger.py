@@ -1,4 +1,4 @@
-"""What the loop has told: replies, events, and how every motion ended. Thread-safe."""
+"""What the loop has reported: replies, events, and how every motion ended. Thread-safe."""
 
 from __future__ import annotations
 

@@ -74,12 +74,12 @@ class _Queue(QueueHandler):
             self.queue.put_nowait(record)
 
     def handleError(self, record: logging.LogRecord) -> None:
-        """Nothing: a log that fails must not disturb what it tells of."""
+        """Nothing: a log that fails must not disturb what it reports."""
 
 
 class _File(RotatingFileHandler):
     def handleError(self, record: logging.LogRecord) -> None:
-        """Nothing: where the disk is full the recording tells of it."""
+        """Nothing: where the disk is full the recording reports it."""
 
 
 class _Stderr(logging.StreamHandler[Any]):
@@ -100,7 +100,7 @@ class _Stderr(logging.StreamHandler[Any]):
         return f"<{number}>{text}"
 
     def filter(self, record: logging.LogRecord) -> Any:
-        """On a terminal a trouble that comes again and again is told once."""
+        """On a terminal a trouble that comes again and again is shown once."""
         text = record.getMessage()
         if self._journal or text not in self._told:
             self._told[text] = None

@@ -46,8 +46,8 @@ class LoopConnection:
         self.trust = "not started"
         self.realtime = ""
         self.running = False
-        self.switched_off = True  # was the rig told so last, and did that return?
-        self.ended: Callable[[str], None] = lambda reason: None  # told why the loop ended
+        self.switched_off = True  # was that the last order to the rig, and did it return?
+        self.ended: Callable[[str], None] = lambda reason: None  # called once it has ended
         self._leaving = False
         self._left: str | None = None  # what became of the rig's stop, by the loop process
         self._how = ""  # how a loop that did not end by itself was ended
@@ -199,8 +199,8 @@ class LoopConnection:
             self._silent(child, silent, allowed)
 
     def _silent(self, child: Child, silent: float, allowed: float) -> None:
-        told = watching.last_told(self.shared)
-        text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {told}"
+        last = watching.last_written(self.shared)
+        text = f"no period for {silent:.2f} s, allowed {allowed:g} s; {last}"
         self._fault(faults.failed(faults.LOOP_SILENT, text))
         self.trust = "the loop stopped answering"
         self.running = False
@@ -270,7 +270,7 @@ class LoopConnection:
         how = said or (f"signal {-status}" if status < 0 else f"exit status {status}")
         trouble = self.trouble
         if trouble is None:
-            text = f"it ended by itself: {how}; {watching.last_told(self.shared)}"
+            text = f"it ended by itself: {how}; {watching.last_written(self.shared)}"
             trouble = faults.failed(faults.LOOP_DIED, text)
             self._fault(trouble)
         self.trust = trouble.name
@@ -285,16 +285,16 @@ class LoopConnection:
         """What became of the outputs, behind the trouble's evidence; the rig stopped by a fresh
         process where the loop process did not do it."""
         words = "the rig's stop returned; nothing read the outputs back"
-        told = f"{trouble.evidence}; {self._how}" if self._how else trouble.evidence
+        evidence = f"{trouble.evidence}; {self._how}" if self._how else trouble.evidence
         self.switched_off = self._left == ""
         if not self.switched_off:
             with contextlib.suppress(MacromicroError):
                 if self._store is not None:
                     self._store.lose(f"the loop ended without leaving its rig: {trouble.name}")
             before = f"{self._left}; " if self._left else ""
-            now = "a fresh process is told to stop the rig"
-            self.trouble = trouble._replace(evidence=f"{told}; {before}{now}")
+            now = "a fresh process is stopping the rig"
+            self.trouble = trouble._replace(evidence=f"{evidence}; {before}{now}")
             safed = safing.stop(self._rig, self._seed)
-            self.switched_off, words = safed.told, before + safed.words
-        self.trouble = trouble._replace(evidence=f"{told}; {words}")
+            self.switched_off, words = safed.done, before + safed.words
+        self.trouble = trouble._replace(evidence=f"{evidence}; {words}")
         self.tell("loop", f"rig {'' if self.switched_off else 'not '}stopped", {"evidence": words})

@@ -2,7 +2,7 @@
 
 It is started as ``python -c "from macromicro.serve.loop_process import main; main()" FDS``
 in a session of its own, so that Ctrl-C in the terminal reaches only the serving process.
-It ends when told to, and by itself when that process is dead: the kernel's death signal
+It ends when ordered to, and by itself when that process is dead: the kernel's death signal
 (PR_SET_PDEATHSIG), and a heartbeat that no longer counts up.
 """
 
@@ -137,8 +137,8 @@ def drive(
     shared: Shared,
     outbox: Outbox,
 ) -> int:
-    """Loop until told to end; returns the exit status. The rig is stopped on every way out;
-    whether its stop returned, `session` tells."""
+    """Loop until ordered to end; returns the exit status. The rig is stopped on every way out;
+    `session` knows whether its stop returned."""
     rig = CompiledGuarded(session, opened.guard, PERIOD)
     loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced)
     _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
@@ -156,7 +156,7 @@ def drive(
             finally:  # no more periods come: leaving the rig has a time of its own
                 outbox.send(("leaving",))
     except KeyboardInterrupt:
-        outbox.send(("ended", "told to end by a signal"))
+        outbox.send(("ended", "ended by a signal"))
         return 0
     except Exception as error:
         from_rig = _inside_rig(error)
@@ -185,12 +185,12 @@ def _inside_rig(error: Exception) -> bool:
 def _die_with(parent: int, loop: Loop, patience: float) -> None:
     """Let the kernel tell when the serving process dies.
 
-    It tells of the death of the thread that started this process, which may be another
+    It reports the death of the thread that started this process, which may be another
     one; so only a changed parent counts. A loop that has not left within `patience` [s] of it
     is interrupted.
     """
 
-    def told(number: int, frame: FrameType | None) -> None:
+    def dying(number: int, frame: FrameType | None) -> None:
         if os.getppid() != parent:
             orphaned()
 
@@ -200,8 +200,8 @@ def _die_with(parent: int, loop: Loop, patience: float) -> None:
         signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGTERM))
         signal.setitimer(signal.ITIMER_REAL, patience)
 
-    signal.signal(_DEATH, told)
-    with contextlib.suppress(OSError, AttributeError):  # without it the heartbeat tells, later
+    signal.signal(_DEATH, dying)
+    with contextlib.suppress(OSError, AttributeError):  # without it the heartbeat shows it, later
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(_DEATH), 0, 0, 0)
     if os.getppid() != parent:
         orphaned()

@@ -1,4 +1,4 @@
-"""What the serving process tells the loop process at its start."""
+"""What the serving process gives the loop process at its start."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class Cyclic(NamedTuple):
 def measure(settings: LiveSettings, seconds: float, progress: Callable[[float], bool]) -> Latency:
     """Run the loop process on the twin for `seconds`, enabled, homed and moving.
 
-    `progress` is told the seconds so far and may end it early by returning False. The
+    `progress` is called with the seconds so far and may end it early by returning False. The
     position file is one of its own: no server is disturbed, but its machine's time is shared.
     """
     late: list[Times] = []
@@ -86,7 +86,7 @@ def measure(settings: LiveSettings, seconds: float, progress: Callable[[float], 
                 driver.go_on()
                 time.sleep(min(_LOOK_S, max(seconds - done, 0.0)))
             emergency = station.emergency()
-    # The first row tells of no period before it.
+    # Before the first row there was no period.
     lates, works = np.concatenate(late)[1:], np.concatenate(work)[1:]
     pace = now.pace
     return Latency(

@@ -1,4 +1,4 @@
-"""What anybody may see of the machine, and what it has told."""
+"""What anybody may see of the machine, and what it has reported."""
 
 from __future__ import annotations
 

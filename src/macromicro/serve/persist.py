@@ -41,7 +41,7 @@ class Kept(NamedTuple):
 
 
 class Evident(NamedTuple):
-    """What else tells at a start whether the carriage stands where it was left. `counted`: the
+    """What else shows at a start whether the carriage stands where it was left. `counted`: the
     rig's counter keeps its count and counts on while nothing runs; `laser` [m] as in `Kept`."""
 
     counted: bool = False

@@ -31,7 +31,7 @@ class Place(NamedTuple):
 
 
 class PositionStore:
-    """Writes the file. Thread-safe; `look` tells the present place, None where none is known.
+    """Writes the file. Thread-safe; `look` gives the present place, None where none is known.
 
     `begin_motion` must return before the request goes to the loop, `answered` follows its
     reply, `update` is called now and then.

@@ -1,4 +1,4 @@
-"""Can the server have what it is told to use: the rig, the files, the address?"""
+"""Can the server have what it is to use: the rig, the files, the address?"""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LITTLE, _TOO_LITTLE = 1e9, 1e8
 
 
 class Asked(NamedTuple):
-    """What the server would be told: its rig, address, ports with their purpose, position
+    """What the server would be given: its rig, address, ports with their purpose, position
     file (None: the rig's own) and folder for recordings."""
 
     rig: str = TWIN

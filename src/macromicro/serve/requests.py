@@ -63,7 +63,7 @@ def _shown(unit: str, value: float) -> str:
     return f"{value:.0f} counts" if unit == "counts" else f"{value:.6g} {unit}"
 
 
-# Lengths: wider than any machine's travel; what is out of the soft limits is told with their
+# Lengths: wider than any machine's travel; what is out of the soft limits is refused with their
 # values.
 REQUESTS: tuple[RequestType, ...] = (
     RequestType(
@@ -129,7 +129,7 @@ REQUESTS: tuple[RequestType, ...] = (
         "jog",
         m.Jog,
         "JOG:{stage}",
-        "The {stage}-stage at a speed until told otherwise; 0 ends it. *OPC? waits for it only "
+        "The {stage}-stage at a speed until the next JOG; 0 ends it. *OPC? waits for it only "
         "once it is being ended.",
         (
             Field("stage", key="stage", choices=m.STAGES),

@@ -25,10 +25,10 @@ _CODE = "from macromicro.serve.safing import main; main()"
 
 
 class Safed(NamedTuple):
-    """What was done about the outputs. `told`: did the rig's `stop` return? `words`: what was
+    """What was done about the outputs. `done`: did the rig's `stop` return? `words`: what was
     done and what is not known, for the fault's evidence."""
 
-    told: bool
+    done: bool
     words: str
 
 
@@ -82,7 +82,8 @@ def stop(rig: str, seed: int) -> Safed:
 
 
 def _failed(why: str) -> Safed:
-    words = f"a fresh process could not stop the rig ({why}); the outputs may still be as last told"
+    kept = "the outputs may still be as last written"
+    words = f"a fresh process could not stop the rig ({why}); {kept}"
     return Safed(False, words)
 
 

@@ -42,7 +42,7 @@ class Sender:
 
     `turn`: the lock under which everything is sent, and under which control changes hands;
     it is held for the time of a send. `wait` [s]: after which a request is void. `alive`:
-    does the loop run? `report`: tells of trouble.
+    does the loop run? `report`: is called with trouble.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Sender:
     def ask(self, request: Any, allowed: Allowed, since: Stops | None) -> Reply:
         """Send a request, wait for its reply.
 
-        `allowed` tells whether it may still be sent, when its turn has come. What begins
+        `allowed` says whether it may still be sent, when its turn has come. What begins
         something is refused, too, if a stop came `since` then (by default: since now).
         """
         asked = time.monotonic_ns()
@@ -80,6 +80,12 @@ class Sender:
         if not requests.begins(request):
             return self._exchange(request, asked, allowed)
 
+        # How a stop overtakes. An order that still waits for its turn finds other counts of stops
+        # than when it was asked for, and is refused (`still`). One that is in the socket already
+        # is done first, as the loop takes messages in order, and the stop behind it ends what it
+        # began. An emergency stop waits for no message: it is a stamp in the shared memory, read
+        # at the start of every period, and orders asked for before it are void
+        # (`requests.void`).
         def still() -> Refused | None:
             if self.stops != stops or self._releases != releases:
                 return requests.OVERTAKEN

@@ -87,7 +87,7 @@ _LOOKS, _LOOK_S = 200, 5e-5
 
 
 class Status(NamedTuple):
-    """What the loop tells beside the telemetry. `fault` with what was measured, its limit
+    """What the loop reports beside the telemetry. `fault` with what was measured, its limit
     and the time [s] of it, as in `rig.guard.Watch`; `latest`, `longest` [s]; `offset`
     [counts]: what the encoder reads at coordinate 0, NaN where that is not known; then the
     soft limits in force, as `control.live.parameters.SoftLimits`."""

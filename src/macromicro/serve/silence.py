@@ -1,4 +1,4 @@
-"""A channel whose silence stops nothing, and is told."""
+"""A channel whose silence stops nothing, and is reported."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Silence:
         self._missing = 0
 
     def look(self, laser: float, time: float) -> Event | None:
-        """What is to be told after this reading [m]: that it fell silent, that it is back."""
+        """What is to be reported after this reading [m]: that it fell silent, that it is back."""
         if not math.isnan(laser):
             was, self._missing = self._missing, 0
             if was < PERIODS or not self._present:

@@ -51,8 +51,8 @@ class Snapshot(NamedTuple):
     Positions are NaN before the first period. `position_m` with `uncertainty_m` is the whole
     system's, `trusted` whether it is known since homing, `trust` why (not). `macro_count`,
     `macro_reference` [counts]; `micro_mm`, `micro_reference_mm` by the Hall calibration.
-    Efforts: `motor_v`, `ctrl_v` [V at the D/A], `fan`, as told to the rig; where the loop is gone
-    and nobody told the rig to stop, the volts are NaN and `fan` is as last told.
+    Efforts: `motor_v`, `ctrl_v` [V at the D/A], `fan`, as last written to the rig; where the loop
+    is gone and nobody has stopped the rig, the volts are NaN and `fan` is as last written.
     `temperature_c`: of the wires, estimated from CTRL. `motion`: number of the motion under
     way, 0 for none. `limits`: soft limits in force.
 

@@ -195,7 +195,7 @@ class Station(Observed):
 
         Needs no control, waits for nobody else, passes through no queue. `client`: who asks,
         for the events. Returns the seconds from this call until the outputs were safe, measured
-        by the loop; NaN where it did not answer within a second: then the loop process is told
+        by the loop; NaN where it did not answer within a second: then the loop process is ordered
         to end, which makes them safe as far as the rig still answers it.
         """
         took = self._connection.emergency(client)

@@ -19,7 +19,7 @@ _FOLDER = "a folder that exists or can be made, and be written to"
 def check_state(path: Path, option: str = "--state") -> None:
     """Make the position file's folder; InputError where the file could not be kept there.
 
-    Its lock file is made: the only trial that tells of every file system.
+    Its lock file is made: the only trial that works for every file system.
     """
     where = f"{option} {printable(path, 300)}"
     try:

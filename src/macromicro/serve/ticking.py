@@ -113,7 +113,7 @@ class Loop:
         return flags
 
     def _tick(self, sample: Sample) -> str:
-        """One period; a word if it was the last."""
+        """One period; why it was the last, or ""."""
         emergency, commands, heartbeat, leave = self._flags()
         halted = emergency != self._emergency
         if halted:
@@ -148,7 +148,7 @@ class Loop:
         laser = self._laser.look(sample.laser, sample.t)
         if laser is not None:
             notices += (laser,)
-        self._show(sample, command)  # before what is told: who hears of a fault can ask for it
+        self._show(sample, command)  # before the notices: who hears of a fault can ask for it
         for notice in notices:
             self._outbox.send(("notice", notice))
         self._outbox.flush()
@@ -162,7 +162,7 @@ class Loop:
         self._cells[SEEN] = stamp
         self._emergency = stamp
         _, notices = self._machine.accept(EmergencyStop())
-        if fan and not notices:  # disabled already: what has changed is told all the same
+        if fan and not notices:  # disabled already: what has changed is reported all the same
             mode = MODES[int(self._machine.view().mode)]
             facts = {"on": False, "client": ""}
             notices = (Event(self._rig.clock.now(), "fan", mode, mode, "emergency stop", facts),)

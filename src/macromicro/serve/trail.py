@@ -19,7 +19,7 @@ LOG.addHandler(logging.NullHandler())
 RATE, BURST = 20.0, 500.0  # entries a second that clients may cause, and at once
 KEPT = 5000  # entries that wait to be recorded
 LONGEST = 300  # characters of a fact
-_LEVELS = {"fault": logging.ERROR, "token": logging.WARNING, "stranger": logging.WARNING}
+_LEVELS = {"fault": logging.ERROR, "token": logging.WARNING, "foreign": logging.WARNING}
 _BAD = ("client lost", "died", "trouble", "not kept", "failed", "lost")
 
 
@@ -28,7 +28,7 @@ class Trail:
 
     What clients cause is bounded by a rate, so that nobody fills a disk with it; what was
     done and what was refused have rates of their own, so that one does not hide the other.
-    What the machine tells is always noted.
+    What the machine reports is always noted.
     """
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class Trail:
         self._note(Noted(time, "end", "", f"motion {end.id} {end.outcome}", facts), level)
 
     def order(self, time: float, client: str, request: Any, reply: Reply) -> None:
-        """A client asked for something, and what it was told."""
+        """A client asked for something, and what was answered."""
         facts = {k: _plain(v) for k, v in request._asdict().items() if k != "client"}
         if isinstance(reply, Refused):
             facts["refused"] = reply.reason
@@ -68,7 +68,7 @@ class Trail:
         self._bounded(entry, logging.INFO, done=not isinstance(reply, Refused))
 
     def client(self, kind: str, who: str, what: str, **facts: Any) -> None:
-        """A client came, went, gave a wrong token ("token"), or is none ("stranger")."""
+        """A client came, went, gave a wrong token ("token"), or speaks no SCPI ("foreign")."""
         level = _LEVELS.get(kind, logging.INFO)
         self._bounded(Noted(float("nan"), kind, who, what, facts), level, done=False)
 

@@ -1,4 +1,4 @@
-"""From the shared memory to what a person or a file is told."""
+"""From the shared memory to what a person or a file is shown."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, PERIOD, SAFE_SINCE,
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
-STALE_S = 0.5  # age of the newest period from which on it tells of no present
+STALE_S = 0.5  # age of the newest period from which on it says nothing of the present
 STOOD_S = 0.2  # without a new count, after which a carriage stands
 _NOTHING = np.full(len(INDEX), math.nan)
 
@@ -31,8 +31,8 @@ def snapshot(
     holder: str,
     clients: tuple[str, ...],
 ) -> Snapshot:
-    """The machine now. `trouble`: a fault that the shared memory does not tell; `switched_off`:
-    without a loop, was the rig told to be? `limits`: the machine's own, until it tells which
+    """The machine now. `trouble`: a fault that is not in the shared memory; `switched_off`:
+    without a loop, was the rig stopped? `limits`: the machine's own, until it reports which
     are in force. Nothing is known of the position without a loop, nor of one that is silent."""
     now = shared.now() if shared is not None else None
     if shared is None or now is None:
@@ -79,14 +79,14 @@ def snapshot(
     )
 
 
-def last_told(shared: Shared | None) -> str:
-    """The outputs as the loop told them to the rig in its newest row, in words."""
+def last_written(shared: Shared | None) -> str:
+    """The outputs as the loop wrote them to the rig in its newest row, in words."""
     row = shared.last() if shared is not None else None
     if row is None:
-        return "no output had been told to the rig"
+        return "no output had been written to the rig"
     motor, ctrl, fan = (float(row[INDEX[name]]) for name in ("motor", "ctrl", "fan"))
     on = "on" if fan > 0.5 else "off"
-    return f"the rig was last told: motor {motor:.2f} V, CTRL {ctrl:.2f} V, fan {on}"
+    return f"last written to the rig: motor {motor:.2f} V, CTRL {ctrl:.2f} V, fan {on}"
 
 
 def emergency_time(shared: Shared | None) -> float:

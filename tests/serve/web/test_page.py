@@ -125,7 +125,7 @@ def test_nothing_moves_under_the_finger(ready: Page, size: tuple[int, int]) -> N
     ready.click("#emergency")
     assert ready.outcome(motion) == m.EMERGENCY
     until(lambda: "not known" in ready.text("#alarm-list"))
-    ready.says("the rig was told to switch off")
+    ready.says("the rig was switched off")
     assert places() == quiet
     ready.click("[data-do=enable]")
     ready.find("#move-value").clear()

@@ -61,7 +61,7 @@ def test_a_page_that_is_open_elsewhere_stops_the_machine(
     wanted = m.EMERGENCY if how == "#emergency" else m.STOPPED_BY_REQUEST
     assert ready.outcome(motion) == wanted
     if how == "#emergency":
-        ready.says("the rig was told to switch off")
+        ready.says("the rig was switched off")
     else:  # its answer, or already how the motion ended
         until(lambda: any(w in ready.text("#status") for w in ("Stop: done", " stopped.")))
     until(lambda: ready.text("#link") == "connected")
@@ -110,7 +110,7 @@ def test_an_emergency_stop_does_not_wait_for_the_next_try(page: Page, profile: P
     with WebServer(page.station, port=port, folder=profile):
         before = page.station.snapshot().emergency_s
         left.find("#emergency").click()
-        left.says("the rig was told to switch off")
+        left.says("the rig was switched off")
         after = page.station.snapshot().emergency_s
         assert after != before and math.isfinite(after)
         assert left.text("#link") == "connected"

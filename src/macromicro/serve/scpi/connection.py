@@ -154,7 +154,7 @@ class ScpiConnection:
                 data = b"" if self._intake.broken else await self._monitor.take(_READ)
         except ForeignProtocol as found:
             session = self.session
-            session.station.trail.client("stranger", session.name, f"sent {found}")
+            session.station.trail.client("foreign", session.name, f"sent {found}")
         except OSError:  # reset, or the peer no longer answers
             return
 

@@ -1,4 +1,4 @@
-"""Programme data of IEEE 488.2 (7.7): the elements behind a header, told apart but not judged."""
+"""Programme data of IEEE 488.2 (7.7): the elements behind a header, separated but not judged."""
 
 from __future__ import annotations
 

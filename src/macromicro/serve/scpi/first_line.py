@@ -1,4 +1,4 @@
-"""Clients of other protocols, told by their first line before any of it is heard.
+"""Clients of other protocols, known by their first line before any of it is done.
 
 Any page that a browser shows can have it send a request to this port, and chooses what stands
 behind the request's first line and parts of that line: `GET /;ABOR; HTTP/1.1`. Such a

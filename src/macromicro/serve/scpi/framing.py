@@ -19,7 +19,7 @@ class Framer:
     It holds at most one message: a line of `line_limit` bytes, blocks not counted, and
     blocks of `block_limit` bytes altogether. Of a longer line nothing is kept up to its end.
     A block's head that announces more is the end of it all: where the next message begins
-    could only be told by passing over what it announces, deaf to stops. `broken` then.
+    could only be found by passing over what it announces, deaf to stops. `broken` then.
     """
 
     def __init__(self, line_limit: int = LINE_LIMIT, block_limit: int = BLOCK_LIMIT) -> None:

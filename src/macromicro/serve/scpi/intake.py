@@ -31,7 +31,7 @@ class Intake:
 
     @property
     def broken(self) -> bool:
-        """Can nothing more be told from these bytes?"""
+        """Can nothing more be read from these bytes?"""
         return self._framer.broken
 
     @property

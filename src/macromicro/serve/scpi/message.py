@@ -72,7 +72,7 @@ def parse(tree: Tree, message: bytes) -> Message:
 
 
 def reading(tree: Tree, message: bytes) -> Generator[int, None, Message]:
-    """As `parse`, in slices of so many units as it tells behind each but the last."""
+    """As `parse`, in slices; behind each but the last it yields the number of its units."""
     units: list[Unit] = []
     error: ScpiError | None = None
     path: tuple[str, ...] = ()

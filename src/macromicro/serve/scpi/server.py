@@ -29,7 +29,7 @@ _READY = Callable[[str, int], None]
 class Server(Threaded):
     """The SCPI server in a thread of its own; a context manager that starts and stops it.
 
-    `port` 0 is any free one; `address` tells which. `token`: what a client must give before
+    `port` 0 is any free one; `address` is it. `token`: what a client must give before
     it may change anything (stops need none), or a `Token` that other servers share, so that
     wrong ones count together. `folder`: where recordings go. Raises InputError for a host
     that others reach, without a token.

@@ -106,7 +106,7 @@ class Session(Client):
             end = self.station.finished(motion, 0.0)
             if end is None and self.station.snapshot().running:
                 continue
-            words = self.pending.pop(motion, "")  # another thread may have told of it
+            words = self.pending.pop(motion, "")  # another thread may have reported it
             if not words:
                 continue
             if end is None:

@@ -179,7 +179,7 @@ COMMANDS = (
         _gain,
         "A setting of the controller.",
         (_PATH,),
-        answer="value in the unit that GAIN:BOUNds? tells",
+        answer="value in the unit of GAIN:BOUNds?",
     ),
     Command(
         "GAIN:BOUNds?",

@@ -15,7 +15,7 @@ _BROKEN = getattr(select, "POLLERR", 0) | getattr(select, "POLLHUP", 0)
 
 
 class SocketMonitor(asyncio.StreamReader):
-    """A stream that tells when bytes came and that they have ended, before they are read.
+    """A stream that knows when bytes came and that they have ended, before they are read.
 
     `heard` [s, monotonic]: when bytes came last. `stalled_since` [s]: since when so much lies
     unread that no more is taken from the socket, so that its end could hide behind it; None

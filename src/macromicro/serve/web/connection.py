@@ -236,13 +236,13 @@ class PageConnection:
         self, order: dict[str, Any], reply: Reply, more: dict[str, Any] | None = None
     ) -> None:
         number, what = order.get("id"), order.get("do")
-        told: dict[str, Any] = {
+        answer: dict[str, Any] = {
             "reply": plain(number) if isinstance(number, int | float | str) else None,
             "do": what[:60] if isinstance(what, str) else None,
         }
-        told["ok"] = isinstance(reply, Accepted)
-        told |= reply._asdict() if isinstance(reply, Refused) else {"motion": reply.id}
-        await self._send(json.dumps(plain(told | (more or {})), allow_nan=False))
+        answer["ok"] = isinstance(reply, Accepted)
+        answer |= reply._asdict() if isinstance(reply, Refused) else {"motion": reply.id}
+        await self._send(json.dumps(plain(answer | (more or {})), allow_nan=False))
 
     async def _send(self, data: str | bytes) -> None:
         """Send; a viewer that takes nothing for too long is sent away."""

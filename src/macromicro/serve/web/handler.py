@@ -34,7 +34,7 @@ class OrderHandler:
         }
 
     async def do(self, entry: Entry[dict[str, Any]], session: Session) -> Done:
-        """The reply, and what is told with it. Raises `Refusal`, and what the station raises."""
+        """The reply, and what goes with it. Raises `Refusal`, and what the station raises."""
         order, context = entry.order, self._context
         what = order.get("do")
         handle = self._files.get(what) if isinstance(what, str) else None

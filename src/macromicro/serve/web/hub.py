@@ -34,19 +34,19 @@ class Hub:
         self.turn = 0
         self._plane = Plane(self.settings.guard.hottest, table)
         self._row, self._clock = -1, -math.inf
-        self._seen, self._told, self._motion = -1, 0, 1
+        self._seen, self._newest, self._motion = -1, 0, 1
         self._time = math.nan
 
     def look(self, extra: dict[str, Any]) -> None:
-        """Ask the station; `extra`: what the server itself tells with the state."""
+        """Ask the station; `extra`: what the server itself adds to the state."""
         now = self.station.snapshot()
         self._time = now.time_s
         self.follow()
         self._follow_heat()
-        told = reporting.state(now, self._instrument.target(now), self.settings.live)
-        told |= extra
-        told["plane"] = self._plane.words()
-        self.state = json.dumps({"state": told}, allow_nan=False)
+        state = reporting.state(now, self._instrument.target(now), self.settings.live)
+        state |= extra
+        state["plane"] = self._plane.words()
+        self.state = json.dumps({"state": state}, allow_nan=False)
         self.turn += 1
 
     def as_toml(self) -> str:
@@ -63,12 +63,12 @@ class Hub:
         """The controller's settings in force, as a message."""
         return json.dumps({"gains": reporting.settings(self.control)}, allow_nan=False)
 
-    def after(self, told: int) -> tuple[int, str]:
-        """News behind number `told`: (number of the last one, message or "" for none)."""
-        if told >= self._told:
-            return told, ""
-        items = ", ".join(text for number, text in self.news if number > told)
-        return self._told, f'{{"news": [{items}]}}'
+    def after(self, seen: int) -> tuple[int, str]:
+        """News behind number `seen`: (number of the last one, message or "" for none)."""
+        if seen >= self._newest:
+            return seen, ""
+        items = ", ".join(text for number, text in self.news if number > seen)
+        return self._newest, f'{{"news": [{items}]}}'
 
     def has(self, path: str, value: float | int | str) -> bool:
         """Is this setting in force?"""
@@ -79,17 +79,17 @@ class Hub:
         self._seen, events = self.station.events(self._seen)
         for event in events:
             # Ends come before the events behind them; whoever is late is not reordered.
-            self._note(reporting.event(self._told + 1, event))
+            self._note(reporting.event(self._newest + 1, event))
             if event.kind == "loop" and event.cause == "started":
                 self._motion = 1
         self.control = self._instrument.control()
         while (end := self.station.finished(self._motion, 0.0)) is not None:
-            self._note(reporting.finished(self._told + 1, end, self._time))
+            self._note(reporting.finished(self._newest + 1, end, self._time))
             self._motion += 1
 
     def _note(self, item: dict[str, Any]) -> None:
-        self._told += 1
-        self.news.append((self._told, json.dumps(item, allow_nan=False)))
+        self._newest += 1
+        self.news.append((self._newest, json.dumps(item, allow_nan=False)))
 
     def _follow_heat(self) -> None:
         last, block, names = self.station.telemetry(self._row)

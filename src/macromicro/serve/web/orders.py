@@ -13,7 +13,7 @@ from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError
-from macromicro.schema.par import entries
+from macromicro.schema.par import entries, finite
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.requests import KINDS, Field, RequestType
 from macromicro.simulate import plan
@@ -50,17 +50,9 @@ def _no_constant(name: str) -> float:
 def number(order: dict[str, Any], key: str) -> float:
     """The finite number under `key`. Raises `Refusal`."""
     value = order.get(key)
-    good = isinstance(value, int | float) and not isinstance(value, bool)
-    if not good or not math.isfinite(_float(value)):
+    if not finite(value):
         raise Refusal(f"{key} {value!r:.60} is no finite number", "give a number")
-    return _float(value)
-
-
-def _float(value: Any) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
+    return float(value)
 
 
 def length(order: dict[str, Any]) -> float:
@@ -176,10 +168,8 @@ def _value(path: str, new: object) -> float | int | str:
     """A setting's new value: a short word, or a number that floating point can hold."""
     if isinstance(new, str) and len(new) <= _LONGEST:
         return new
-    numeric = isinstance(new, int | float) and not isinstance(new, bool)
-    if not numeric or not math.isfinite(_float(new)):
+    if not finite(new):
         raise Refusal(f"{path:.60}: {new!r:.40} is no value", "a finite number or a word")
-    assert isinstance(new, int | float)
     return new
 
 

@@ -30,20 +30,20 @@ def offered(now: Snapshot, supersede: bool) -> list[str]:
 
 def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
     """The snapshot, and what makes sense now; `target` [m], or NaN."""
-    told: dict[str, Any] = {
+    state: dict[str, Any] = {
         name: getattr(now, name)
         for name in ("time_s", "age_s", "running", "mode", "position_m", "uncertainty_m")
     }
-    told |= {name: getattr(now, name) for name in ("trusted", "trust", "macro_count", "micro_mm")}
-    told |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
-    told |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
-    told["limits"] = now.limits._asdict()
-    told["target_m"] = target
-    told["possible"] = offered(now, settings.supersede == 1)
-    told["fault"] = None if now.fault is None else now.fault._asdict()
-    told["pace"] = now.pace._asdict()
-    told["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}
-    found: dict[str, Any] = plain(told)
+    state |= {name: getattr(now, name) for name in ("trusted", "trust", "macro_count", "micro_mm")}
+    state |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
+    state |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
+    state["limits"] = now.limits._asdict()
+    state["target_m"] = target
+    state["possible"] = offered(now, settings.supersede == 1)
+    state["fault"] = None if now.fault is None else now.fault._asdict()
+    state["pace"] = now.pace._asdict()
+    state["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}
+    found: dict[str, Any] = plain(state)
     return found
 
 
@@ -55,8 +55,8 @@ def event(number: int, event: Event) -> dict[str, Any]:
 
 def finished(number: int, end: Finished, time: float) -> dict[str, Any]:
     """The end of a motion, noticed at `time` [s]."""
-    told = {"event": number, "kind": "finished", "time": time, **end._asdict()}
-    found: dict[str, Any] = plain(told)
+    state = {"event": number, "kind": "finished", "time": time, **end._asdict()}
+    found: dict[str, Any] = plain(state)
     return found
 
 

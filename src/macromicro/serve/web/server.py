@@ -34,7 +34,7 @@ _LOG.propagate = False
 class WebServer(Threaded):
     """The page of a station; a context manager that starts and stops it.
 
-    `port` 0 is any free one; `address` tells which, `url` where to look. `token`: what a
+    `port` 0 is any free one; `address` is it, `url` where to look. `token`: what a
     viewer must give before it may order anything (stops need none), or a `Token` that other
     servers share, so that wrong ones count together. `folder`: where recordings
     go; `names`: host names under which this server is reached, beside "localhost", its

@@ -48,7 +48,7 @@ class Stream:
     async def run(self, send: Send, answer: Answer, each: Callable[[], Awaitable[None]]) -> None:
         """Show until the viewer is gone. `answer`: to a wanted view; `each`: done every turn."""
         hub, period = self._context.hub, 1.0 / self._bounds.frames
-        turn, told, control = -1, 0, None
+        turn, seen, control = -1, 0, None
         due = time.monotonic()
         try:
             while True:
@@ -59,7 +59,7 @@ class Stream:
                 if hub.turn != turn:
                     turn = hub.turn
                     await send(hub.state)
-                told, news = hub.after(told)
+                seen, news = hub.after(seen)
                 if news:
                     await send(news)
                 if hub.control is not control:

@@ -14,7 +14,7 @@ export class Alarms {
     $("clear").hidden = !now.fault || !now.running || !link.welcome;
     const text = JSON.stringify(list);
     if (text === this.said) return;
-    this.said = text; // told once, not ten times a second
+    this.said = text; // shown once, not ten times a second
     $("alarms").tabIndex = list.length ? 0 : -1; // it may have to be scrolled
     $("alarm-list").replaceChildren(...list.map(box));
   }
@@ -23,14 +23,14 @@ export class Alarms {
     const list = [];
     if (now.fault) list.push([`Fault: ${now.fault.message}`, now.fault.remedy, false, now.fault.evidence]);
     else if (now.running === false) list.push(["The loop process does not run.", "Start the server again.", false]);
-    if (now.running && now.age_s > 0.5) list.push(["The loop has told nothing for more than half a second.", "Make an emergency stop; see the server's terminal.", false]);
+    if (now.running && now.age_s > 0.5) list.push(["The loop has reported nothing for more than half a second.", "Make an emergency stop; see the server's terminal.", false]);
     if (now.recording?.error) list.push([`The recording ended early: ${now.recording.error}`, "Make room on the disk and record again.", true]);
     if (now.running && this.missing(now)) list.push(["The loop has missed more than 5 % of its periods in a second lately.", "Close what else is computing; see macromicro latency.", true]);
     if (now.running && !now.trusted) list.push([`The position is not known (${now.trust}).`, "Enable, then home.", true]);
     return list;
   }
 
-  // Missed periods come in bursts: told for ten seconds, so that the words do not flicker.
+  // Missed periods come in bursts: shown for ten seconds, so that the words do not flicker.
   missing(now) {
     if (now.pace.share > 0.05) this.missedAt = performance.now();
     return performance.now() - this.missedAt < 10000;

@@ -2,7 +2,7 @@
 
 const HEADER = 80;
 const TAKEN_OVER = 4000;
-const URGENT_MS = 3000; // then a stop without an answer is told
+const URGENT_MS = 3000; // then a stop without an answer is reported
 const NOT_HERE = { ok: false, reason: "no connection", remedy: "use the machine's own switch" };
 
 export class Link {

@@ -49,22 +49,22 @@ function look() {
   if (link.ready) link.order("view", wanted());
 }
 
-function welcome(told) {
-  ruler.limits = told.limits; // its scale stays when the soft limits are narrowed
-  page.limits = { ...told.limits };
-  points.open(told.rig);
-  $("rig").textContent = told.rig === "twin" ? "(virtual bench)" : told.rig;
-  $("login").hidden = told.admitted;
+function welcome(server) {
+  ruler.limits = server.limits; // its scale stays when the soft limits are narrowed
+  page.limits = { ...server.limits };
+  points.open(server.rig);
+  $("rig").textContent = server.rig === "twin" ? "(virtual bench)" : server.rig;
+  $("login").hidden = server.admitted;
   if (lost) say("Connected again.");
   lost = false;
   replayed = false;
-  if (told.problem && sessionStorage.getItem("macromicro.token")) say(`Log in: ${told.problem}.`, true);
-  if (told.wrong) sessionStorage.removeItem("macromicro.token"); // it is not tried again and again
+  if (server.problem && sessionStorage.getItem("macromicro.token")) say(`Log in: ${server.problem}.`, true);
+  if (server.wrong) sessionStorage.removeItem("macromicro.token"); // it is not tried again and again
   if (!$("span").options.length) {
-    $("span").append(...told.spans.map((s) => new Option(`${s} s`, s)));
+    $("span").append(...server.spans.map((s) => new Option(`${s} s`, s)));
     const kept = sessionStorage.getItem("macromicro.span");
-    $("span").value = told.spans.map(String).includes(kept) ? kept : SPAN;
-    $("programme").append(...told.programmes.map((name) => new Option(name, name)));
+    $("span").value = server.spans.map(String).includes(kept) ? kept : SPAN;
+    $("programme").append(...server.programmes.map((name) => new Option(name, name)));
   }
   $("link").className = "badge good";
   $("link").textContent = "connected";
@@ -101,10 +101,10 @@ function say(words, bad = false) {
   $("status").className = bad ? "bad" : "";
 }
 
-function frame(told) {
+function frame(rows) {
   window.macromicro.frames += 1;
-  if (ring) ring.take(told);
-  newest = told;
+  if (ring) ring.take(rows);
+  newest = rows;
   if (!pending) { pending = true; requestAnimationFrame(draw); }
 }
 

@@ -39,10 +39,10 @@ export class Orders {
   }
 
   async give(what, fields, words) {
-    return this.told(await this.link.order(what, fields), words);
+    return this.answered(await this.link.order(what, fields), words);
   }
 
-  told(reply, words) {
+  answered(reply, words) {
     if (reply.ok) this.page.say(reply.motion ? `${words}: motion ${reply.motion} has begun.` : `${words}: done.`);
     else this.page.say(`${words}: refused. ${reply.reason}. ${capital(reply.remedy)}`, true);
     return reply;
@@ -64,7 +64,7 @@ export class Orders {
     window.macromicro.emergencyMs = took;
     this.safeAt = performance.now();
     if (reply.ok) {
-      this.page.say(`Emergency stop: the rig was told to switch off ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
+      this.page.say(`Emergency stop: the rig was switched off ${(reply.safe_s * 1e3).toFixed(2)} ms after the server ` +
         `knew of it, and known here ${took.toFixed(1)} ms after the click or key.`);
     } else this.page.say(`EMERGENCY STOP NOT CONFIRMED: ${reply.reason}. ${capital(reply.remedy)}`, true);
   }

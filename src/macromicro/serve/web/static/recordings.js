@@ -27,7 +27,7 @@ export class Recordings {
     }));
   }
 
-  // How far it is stands beside the button: told aloud are only its beginning and its end.
+  // How far it is stands beside the button: read aloud are only its beginning and its end.
   async save(name, share) {
     const say = this.page.say;
     say(`${name}: being fetched.`);
