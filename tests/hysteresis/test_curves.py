@@ -128,3 +128,9 @@ def test_only_a_rise_to_the_reversal_is_cut_off() -> None:
     with pytest.warns(OrderWarning):
         found = tidy([(u, f), OTHER], "descending")[1]
     assert found.u.tolist() == sorted(u, reverse=True)
+
+
+def test_curves_are_ordered_by_their_reversal_not_by_what_follows() -> None:
+    """The lower reversal comes first, though its second reading is the higher one."""
+    high, low = ([10.0, 5.0, 0.0], [9.0, 4.0, 0.0]), ([9.0, 8.0, 0.0], [8.0, 7.0, 0.0])
+    assert [curve.u[0] for curve in tidy([high, low], "descending")] == [9.0, 10.0]

@@ -10,7 +10,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, from_density
-from macromicro.hysteresis.table_files import load_table, read_curves, save_table
+from macromicro.hysteresis.table_files import _number, load_table, read_curves, save_table
 
 WEIGHTS = np.tril(np.random.default_rng(5).random((8, 8)))
 MODEL = FodTable.from_everett(from_density(WEIGHTS, 20.0, 0.7, 9), -0.3, 3.9)
@@ -68,6 +68,7 @@ def test_a_table_from_a_spreadsheet(tmp_path: Path) -> None:
         ("M,0,10,30\n0,1,,\n10,1,2,\n30,1,4,5\n", "equal steps"),
         ("M,20,10,0\n20,1,,\n10,1,2,\n0,1,4,5\n", "equal steps"),
         ("M,0,10,20\n0,1,,\n11,1,2,\n20,1,4,5\n", "row 2"),
+        ("M,0,10,20\n0,1,,\n9,1,2,\n20,1,4,5\n", "row 2"),
         ("M,0,10,20\n0,1,,\n10,1,warm,\n20,1,4,5\n", "row 2"),
         ("M,0,10,20\n0,1,,\n10,1,,\n20,1,4,5\n", "row 2"),
         ("M,0,10,20\n0,1,3,\n10,1,2,\n20,1,4,5\n", "m > M"),
@@ -128,3 +129,14 @@ def test_broken_curves_are_refused(tmp_path: Path, text: str, named: str) -> Non
     (tmp_path / "curves.csv").write_text(text)
     with pytest.raises(InputError, match=named):
         read_curves(tmp_path / "curves.csv")
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, -1e9])
+def test_a_setting_counts_as_far_as_the_table_says_the_same(scale: float) -> None:
+    """To a millionth of it, for a comment line has more digits; whatever the unit."""
+    for part, near in ((1.0 + 9e-7, True), (1.0 - 9e-7, True), (1.0 + 2e-6, False),
+                       (1.0 - 2e-6, False)):  # fmt: skip
+        found = _number({"lo": repr(part * scale)}, "lo", scale)
+        assert found == (part * scale if near else scale)
+    assert _number({"smooth": "7.5"}, "smooth", 0.0) == 7.5
+    assert _number({"lo": "far"}, "lo", scale) == _number({}, "lo", scale) == scale

@@ -42,10 +42,14 @@ def test_a_spike_ends_within_its_longest_time(longest: float, spikes: int) -> No
     assert (found.replaced.sum() == 17) == (spikes == 1)
 
 
+@pytest.mark.parametrize("level", [0.0, 100.0, -100.0])
 @pytest.mark.parametrize(("back", "ends"), [(0.49, True), (0.51, False)])
-def test_it_ends_where_the_record_is_nearer_to_what_it_was(back: float, ends: bool) -> None:
+def test_it_ends_where_the_record_is_nearer_to_what_it_was(
+    back: float, ends: bool, level: float
+) -> None:
     y = np.zeros(60)
     y[20:24], y[24:] = 20.0, 20.0 * back
+    y += level
     found = without_spikes(T, y, window=0.6)
     assert found.spikes == (1 if ends else 2)
     assert found.replaced[22] == ends

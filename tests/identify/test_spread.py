@@ -51,6 +51,9 @@ def test_a_short_record_allows_a_tenth_of_its_length(n: int, most: int) -> None:
     d, _ = autoregression([e])
     assert len(d) <= most
     assert len(autoregression([np.cumsum(WHITE), np.array([1.0, 2.0])])[0]) <= 1  # nor the shortest
+    swing = lfilter([1.0], [1.0, -1.2, 0.5], WHITE)
+    for short, orders in ((1, 0), (2, 1), (3, 2)):
+        assert len(autoregression([swing, np.zeros(short)])[0]) == orders
 
 
 def test_residuals_that_are_zero_have_no_power() -> None:

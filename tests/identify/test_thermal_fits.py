@@ -97,6 +97,28 @@ def test_noise_is_told_as_error_of_the_fit_and_of_its_modes() -> None:
     assert all(0.0 < s < m for s, m in zip(found.std, found.modes, strict=True))
 
 
+def test_errors_of_the_modes_are_those_of_what_is_left_by_its_degrees_of_freedom() -> None:
+    """Of few points, evenly over the logarithm of time: sigma^2 (J'J)^-1, sigma^2 by n - 6."""
+    record = stepped()
+    noise = np.random.default_rng(2).normal(0.0, 0.02, len(record.t))
+    noisy = record._replace(rise=record.rise + noise)
+    found = heating(noisy, 60.0, points=16)
+    usable = np.flatnonzero(np.isfinite(record.error) & (record.t > 0.0))
+    t = record.t[usable]
+    t = t[np.unique(np.minimum(np.searchsorted(t, np.geomspace(t[0], t[-1], 16)), len(t) - 1))]
+    left = step_response(found.modes, t) - np.interp(t, noisy.t, noisy.rise) / 60.0
+    theta = np.log(np.array(found.modes))
+
+    def response(log_modes: np.ndarray) -> np.ndarray:
+        return np.asarray(step_response(Modes(*np.exp(log_modes)), t))
+
+    steps = 1e-5 * np.eye(6)
+    j = np.array([(response(theta + by) - response(theta - by)) / 2e-5 for by in steps]).T
+    variance = float(left @ left) / (len(t) - 6)
+    wanted = np.array(found.modes) * np.sqrt(np.diag(np.linalg.inv(j.T @ j)) * variance)
+    np.testing.assert_allclose(found.std, wanted, rtol=0.02)
+
+
 def test_rates_come_in_falling_order_with_their_own_shares_and_errors() -> None:
     found = heating(stepped(), 60.0)
     assert found.modes.rate1 > found.modes.rate2 > found.modes.rate3

@@ -113,7 +113,7 @@ def maximum_for(table: Everett, u: float, target: float) -> float:
     """
     hi = table.lo + (table.n - 1) * table.step
     start = min(max(u, table.lo), hi)
-    here = lookup(table, start, table.lo) - lookup(table, start, u)
+    here = lookup(table, start, table.lo)
     if target == here:
         return start
     i = int((start - table.lo) / table.step)

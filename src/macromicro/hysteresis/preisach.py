@@ -336,8 +336,8 @@ class Preisach:
             maxima.size == minima.size >= 1
             and np.all(np.diff(maxima) < 0.0)
             and np.all(np.diff(minima) > 0.0)
-            and np.all(minima[:-1] < maxima[:-1])
-            and minima[-1] <= maxima[-1] <= maxima[0] <= self.table.hi
+            and minima[-1] <= maxima[-1]
+            and maxima[0] <= self.table.hi
             and minima[0] >= self.table.lo
         )
         if not nested:

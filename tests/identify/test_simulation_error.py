@@ -1,0 +1,92 @@
+"""Output error by damped steps: from a poor start, to the minimum, and that it ends there."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from macromicro.identify import output_error
+from macromicro.identify import simulation_error as model
+from macromicro.identify.regression import Solution, Task, prepared
+
+A, B = np.array([-1.6, 0.8]), np.array([1.0, 0.5])
+U = np.random.default_rng(4).choice([-1.0, 1.0], 400)
+Y = lfilter(np.r_[0.0, B], np.r_[1.0, A], U)
+
+
+def poor(monkeypatch: pytest.MonkeyPatch, theta: list[float]) -> None:
+    """The search begins at `theta` in place of the modified least squares' result."""
+
+    def first(task: Task) -> tuple[Solution, int, bool]:
+        return Solution(np.array(theta), np.zeros((1, 4)), np.zeros(1)), 1, True
+
+    monkeypatch.setattr(model, "steiglitz_mcbride", first)
+
+
+@pytest.mark.parametrize("theta", [[-0.5, 0.1, 3.0, -2.0], [-1.2, 0.5, 1.0, 0.0]])
+def test_from_a_poor_start_damping_finds_the_way(
+    monkeypatch: pytest.MonkeyPatch, theta: list[float]
+) -> None:
+    """Full steps lead astray there."""
+    poor(monkeypatch, theta)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = output_error(U, Y, 2, 2, 1.0)
+    np.testing.assert_allclose(np.r_[found.a, found.b], np.r_[A, B], rtol=1e-6)
+    assert found.converged and found.iterations < 100
+
+
+def test_it_ends_at_the_minimum_also_where_rounding_makes_steps_no_better() -> None:
+    """Whatever the noise; no direction lowers the sum of squares there."""
+    for seed in range(40):
+        noise = np.random.default_rng(seed).normal(size=400)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = output_error(U, Y + noise, 2, 2, 1.0)
+        assert found.converged and found.iterations < 20
+        theta = np.r_[found.a, found.b]
+        least = float(((Y + noise - found.free_run[0]) ** 2).sum())
+        for k in range(4):
+            for by in (1e-3, -1e-3):
+                other = theta.copy()
+                other[k] += by
+                run = lfilter(np.r_[0.0, other[2:]], np.r_[1.0, other[:2]], U)
+                assert float(((Y + noise - run) ** 2).sum()) > least
+
+
+def test_a_step_is_the_damped_least_squares_one_with_columns_of_one_length() -> None:
+    """(J'WJ + damping) step = J'W residual, J's columns scaled to length one and back; a
+    column of zeros is not moved along."""
+    random = np.random.default_rng(5)
+    psi, left = random.normal(size=(30, 3)) * [1.0, 1e3, 0.0], random.normal(size=30)
+    roots = random.uniform(0.5, 2.0, 30)
+    for damping in (1e-6, 1.0):
+        found = model._step(Solution(np.zeros(3), psi, left), roots, damping)
+        heavy = psi[:, :2] * roots[:, None]
+        size = np.linalg.norm(heavy, axis=0)
+        j = heavy / size
+        wanted = np.linalg.solve(j.T @ j + damping * np.eye(2), j.T @ (left * roots)) / size
+        np.testing.assert_allclose(found, [*wanted, 0.0], rtol=1e-9)
+
+
+def test_the_cost_is_weighted_and_infinite_where_the_run_overflowed() -> None:
+    made = Solution(np.zeros(1), np.zeros((2, 1)), np.array([1.0, 2.0]))
+    assert model._cost(made, np.array([3.0, 0.5])) == 9.0 + 1.0
+    over = made._replace(residual=np.array([1.0, np.nan]))
+    assert model._cost(over, np.ones(2)) == np.inf
+
+
+def test_weights_say_what_counts() -> None:
+    """A spoiled stretch of no weight changes nothing."""
+    y: Any = Y.copy()
+    y[100:120] += 50.0
+    weights = np.ones(400)
+    weights[100:120] = 0.0
+    found = output_error(U, y, 2, 2, 1.0, weights=weights)
+    np.testing.assert_allclose(np.r_[found.a, found.b], np.r_[A, B], rtol=1e-6)
+    task = prepared(U, y, (2, 2, 1), 1.0, weights, "rest")
+    np.testing.assert_allclose(task.roots**2, weights)
