@@ -234,10 +234,10 @@ def pd_by_margin(
         `frequency` is not below the Nyquist frequency.
     """
     _below_nyquist(frequency, dt)
-    wanted = np.exp(1j * math.radians(margin - 180.0)) / response(num, den, frequency, dt)
+    needed = np.exp(1j * math.radians(margin - 180.0)) / response(num, den, frequency, dt)
     late = np.exp(-1j * frequency * dt)
-    before = float(wanted.imag / late.imag)
-    return PdTaps(float(wanted.real) - before * float(late.real), before)
+    before = float(needed.imag / late.imag)
+    return PdTaps(float(needed.real) - before * float(late.real), before)
 
 
 def pd_by_time(

@@ -443,7 +443,7 @@ def closed_loop(
     motor : ndarray, shape (n,)
         D/A volts, V.
     """
-    aim = np.ascontiguousarray(reference, dtype=np.float64)
-    out = np.empty((2, len(aim)))
-    compiled(rollout)(p, law, MacroModelState(float(start), 0.0), aim, counted, out)
+    target = np.ascontiguousarray(reference, dtype=np.float64)
+    out = np.empty((2, len(target)))
+    compiled(rollout)(p, law, MacroModelState(float(start), 0.0), target, counted, out)
     return out[0], out[1]

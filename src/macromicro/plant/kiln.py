@@ -21,7 +21,7 @@ from macromicro.schema.par import Par
 
 
 class Oven(NamedTuple):
-    """Kiln, thermocouple and weight. The thesis tells the set-up, not its time constants."""
+    """Kiln, thermocouple and weight. The thesis gives the set-up, not its time constants."""
 
     ambient: Annotated[float, Par("degC", "room temperature", "Section 5.2.2", lo=-40, hi=80)] = (
         25.0

@@ -215,7 +215,7 @@ def _make(place: Path) -> None:
 
 
 def holder(file: int) -> str:
-    """The process that has locked an open folder, as well as the system tells.
+    """The process that has locked an open folder, as well as the system knows.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Jogs: a reference that runs at the speed asked for, until told otherwise or at a limit."""
+"""Jogs: a reference that runs at the speed asked for, until another request or a limit."""
 
 from __future__ import annotations
 

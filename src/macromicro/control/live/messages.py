@@ -1,4 +1,4 @@
-"""What the live positioner is asked, what it answers and what it tells.
+"""What the live positioner is asked, what it answers and what it reports.
 
 Requests are NamedTuples; each carries the name of the client that sent it (for the
 events only). Positions of the whole positioner are metres, macro positions counts in the
