@@ -30,7 +30,19 @@ PERIOD = nominal.PERIOD
 
 
 class Run(NamedTuple):
-    """State of a run on the twin: control periods so far, bench, supervisor, guard."""
+    """State of a run on the twin.
+
+    Attributes
+    ----------
+    tick : int
+        Control periods so far.
+    bench : State
+        The bench's state.
+    progress : Progress
+        The supervisor's state.
+    watch : Watch
+        The guard's state.
+    """
 
     tick: int
     bench: State

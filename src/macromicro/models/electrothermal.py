@@ -19,7 +19,17 @@ PRINTED = Weighted()
 
 
 class Heating(NamedTuple):
-    """State of (5.6) in controllable canonical form."""
+    """State of (5.6) in controllable canonical form; T = N2 s2 + N1 s1 + N0 s0.
+
+    Attributes
+    ----------
+    s0 : float
+        K s^3.
+    s1 : float
+        ds0/dt, K s^2.
+    s2 : float
+        ds1/dt, K s.
+    """
 
     s0: float
     s1: float
