@@ -52,7 +52,7 @@ def check_space(folder: str | os.PathLike[str], needed: int) -> None:
     folder : str | os.PathLike[str]
         Where the file is to be.
     needed : int
-        Bytes.
+        Space needed, bytes.
 
     Raises
     ------

@@ -71,7 +71,7 @@ def effort(now: float, before: float, error: float, past: float) -> float:
     before : float
         Weight of the last error, V/count.
     error : float
-        counts.
+        Error, counts.
     past : float
         The last one, counts.
 
@@ -94,7 +94,7 @@ def step(p: PdInitial | PdTuned, s: PdMemory, error: float, dt: float) -> tuple[
     s : PdMemory
         Memory.
     error : float
-        counts.
+        Error, counts.
     dt : float
         Not used: the taps hold for 1 ms.
 

@@ -71,7 +71,7 @@ def step(p: PiAntiWindup, integral: float, error: float, dt: float) -> tuple[flo
     integral : float
         Integral effort, V.
     error : float
-        mm.
+        Error, mm.
     dt : float
         Control period, s.
 

@@ -73,7 +73,7 @@ def step(p: Pid, s: PidMemory, error: float, dt: float) -> tuple[PidMemory, floa
     s : PidMemory
         Memory.
     error : float
-        counts.
+        Error, counts.
     dt : float
         Control period, s.
 

@@ -87,7 +87,7 @@ def inferred_step(
     trials : list[Recording]
         Trials of one voltage.
     ambient : float
-        deg C.
+        Room temperature, deg C.
     doubt : Doubt | None, optional
         Standard errors; default `Doubt()`.
 
@@ -255,11 +255,11 @@ def needed_goal(
     fit : Modes
         (5.6).
     t : ndarray, shape (n,)
-        s.
+        Times, s.
     x : ndarray, shape (n,)
-        mm.
+        Position, mm.
     ambient : float
-        deg C.
+        Room temperature, deg C.
     level : float
         Position, mm.
 
@@ -311,7 +311,7 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     trials : Sequence[Recording]
         Trials of one voltage, with the columns t, ctrl and laser.
     ambient : float
-        deg C.
+        Room temperature, deg C.
 
     Returns
     -------

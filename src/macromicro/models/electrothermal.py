@@ -77,7 +77,7 @@ def step(s: Heating, goal: float, dt: float) -> Heating:
     goal : float
         T_d, K above ambient.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

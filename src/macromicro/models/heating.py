@@ -113,7 +113,7 @@ def heated(p: Modes, s: Heat, goal: float, dt: float) -> Heat:
     goal : float
         T_d, K above ambient.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def cooled(p: Modes, s: Heat, goal: float, time: float, dt: float) -> Heat:
     time : float
         Time constant, s.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -227,7 +227,7 @@ def by_laser(
     machine : Machine
         The virtual bench's parameters, or a rig.
     target : float
-        mm.
+        Target, mm.
     p : PiAntiWindup
         The law.
     seconds : float

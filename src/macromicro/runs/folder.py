@@ -42,7 +42,7 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
     folder : Path
         Where they are to go.
     needed : int
-        Bytes.
+        Space needed, bytes.
     overwrite : bool
         Whether files may be replaced.
     names : Sequence[str], optional

@@ -89,7 +89,7 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
     session : Session
         The same, opened.
     place : float
-        counts.
+        Place, counts.
 
     Raises
     ------

@@ -36,7 +36,7 @@ def distance(p: LiveParameters, speed: float) -> float:
     p : LiveParameters
         Parameters of the live machine.
     speed : float
-        counts/s.
+        Speed, counts/s.
 
     Returns
     -------

@@ -114,7 +114,7 @@ def at(e: Phase, count: float) -> float:
     e : Phase
         What is known.
     count : float
-        counts.
+        Count at which it is asked, counts.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def variance(e: Phase, count: float) -> float:
     e : Phase
         What is known.
     count : float
-        counts.
+        Count at which it is asked, counts.
 
     Returns
     -------
@@ -232,7 +232,7 @@ def error(e: Phase, count: float) -> float:
     e : Phase
         What is known.
     count : float
-        counts.
+        Count at which it is asked, counts.
 
     Returns
     -------

@@ -30,7 +30,7 @@ def start_macro(
     motion : Motion
         The motion as accepted.
     speed : float
-        m/s.
+        Speed, m/s.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, 
     motion : Motion
         The motion as accepted.
     speed : float
-        m/s.
+        Speed, m/s.
 
     Returns
     -------

@@ -248,7 +248,7 @@ def remaining(p: LiveParameters, s: LiveState, target: float) -> float:
     s : LiveState
         State of the live machine.
     target : float
-        m.
+        Target, m.
 
     Returns
     -------
