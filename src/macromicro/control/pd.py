@@ -55,7 +55,7 @@ def start(error: float) -> PdMemory:
     Returns
     -------
     PdMemory
-        Memory.
+        Memory of the law.
     """
     return PdMemory(error)
 
@@ -92,7 +92,7 @@ def step(p: PdInitial | PdTuned, s: PdMemory, error: float, dt: float) -> tuple[
     p : PdInitial | PdTuned
         Gains.
     s : PdMemory
-        Memory.
+        Memory of the law.
     error : float
         Error, counts.
     dt : float

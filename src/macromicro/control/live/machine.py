@@ -262,7 +262,7 @@ def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
     s : LiveState
         State of the live machine.
     words : str
-        Why.
+        Why they may have been missed.
 
     Returns
     -------

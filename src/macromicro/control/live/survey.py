@@ -110,12 +110,12 @@ def reset_given(v: Survey) -> Survey:
     Parameters
     ----------
     v : Survey
-        Survey.
+        What is known before.
 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     if v.phase is None:
         return v
@@ -155,7 +155,7 @@ def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: 
     pitch : float
         Travel per count, m.
     v : Survey
-        Survey.
+        What is known before.
     sample : Sample
         What the rig shows.
     moving : Moving
@@ -166,7 +166,7 @@ def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     if v.phase is None:
         v = v._replace(phase=edges.unknown())
@@ -202,7 +202,7 @@ def followed(
     pitch : float
         Travel per count, m.
     v : Survey
-        Survey.
+        What is known before.
     sample : Sample
         What the rig shows.
     moving : Moving
@@ -213,7 +213,7 @@ def followed(
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     count = sample.encoder
     if q.use != 1 or not abs(sample.laser) < _FARTHEST:
@@ -326,7 +326,7 @@ def contradiction(v: Survey, position: float, pitch: float, offset: float) -> fl
     Parameters
     ----------
     v : Survey
-        Survey.
+        What is known before.
     position : float
         Position by count and Hall sensor, m.
     pitch : float
@@ -354,14 +354,14 @@ def homed(q: Edges, v: Survey, offset: float) -> Survey:
     q : Edges
         Parameters of the edges.
     v : Survey
-        Survey.
+        What is known before.
     offset : float
         Count of coordinate 0, raw counts.
 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     return v if v.phase is None else v._replace(half=_half(q, v.phase, v.anchor, offset))
 
@@ -372,7 +372,7 @@ def whole(v: Survey, pitch: float, offset: float) -> float:
     Parameters
     ----------
     v : Survey
-        Survey.
+        What is known before.
     pitch : float
         Travel per count, m.
     offset : float
@@ -398,14 +398,14 @@ def again(v: Survey, pitch: float) -> Survey:
     Parameters
     ----------
     v : Survey
-        Survey.
+        What is known before.
     pitch : float
         Travel per count, m.
 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     if v.phase is None or not math.isnan(v.anchor) or v.apart > 0.0:
         return NOTHING

@@ -156,12 +156,12 @@ def idle(d: Drive) -> Drive:
     Parameters
     ----------
     d : Drive
-        Drive.
+        What the laws follow and remember.
 
     Returns
     -------
     Drive
-        Drive.
+        With the references as they were.
     """
     return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset)
 
