@@ -22,6 +22,8 @@ PACKAGE = Path(macromicro.__file__).parent
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"
 LISTED = tomllib.loads(PROJECT.read_text())["tool"]["docstrings"]
 FILES = sorted(place.relative_to(PACKAGE).as_posix() for place in PACKAGE.rglob("*.py"))
+TREES = {name: ast.parse((PACKAGE / name).read_text()) for name in FILES}
+ALONE = LISTED["help"] + LISTED["internal"] + LISTED["later"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 # Decorated so, a function is read like a value, or says nothing of its own.
 VALUES = ("property", "cached_property", "overload", "setter")
@@ -71,12 +73,21 @@ def gives(function: Function) -> str:
     return "" if result in ("None", "NoReturn", "Never") else "Returns"
 
 
-def raised(function: Function) -> set[str]:
-    """The classes of the errors that its own statements raise by name."""
-    found = (each.exc for each in own(function) if isinstance(each, ast.Raise) and each.exc)
-    called = (each.func if isinstance(each, ast.Call) else each for each in found)
-    names = {ast.unparse(each).split(".")[-1] for each in called}
-    return {name for name in names if name[0].isupper()}
+def raised(node: ast.AST) -> set[str]:
+    """The classes of the errors that its own statements raise by name, and do not catch."""
+    found: set[str] = set()
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Raise) and child.exc:
+            error = child.exc.func if isinstance(child.exc, ast.Call) else child.exc
+            name = ast.unparse(error).split(".")[-1]
+            found |= {name} if name[0].isupper() else set()
+        elif not isinstance(child, Function | ast.Lambda | ast.ClassDef):
+            found |= raised(child)
+    if isinstance(node, ast.Try):
+        types = [ast.unparse(each.type) for each in node.handlers if each.type]
+        caught = {name for text in types for name in re.findall(r"\w+", text)}
+        found -= caught & set().union(*(raised(each) for each in node.body))
+    return found
 
 
 def sections(text: str) -> dict[str, list[str]]:
@@ -101,17 +112,21 @@ def wrong(function: Function) -> list[str]:
     return problems + [f"Raises lacks {name}" for name in sorted(missing)]
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [n for n in FILES if not in_room(n, ALONE)])
 def test_a_public_function_says_what_it_takes_gives_and_raises(name: str) -> None:
-    if in_room(name, LISTED["internal"] + LISTED["later"]):
-        pytest.skip("listed in pyproject.toml")
-    tree = ast.parse((PACKAGE / name).read_text())
-    assert {title: found for title, f in public(tree) if (found := wrong(f))} == {}
+    found = {title: wrong(f) for title, f in public(TREES[name])}
+    assert {title: problems for title, problems in found.items() if problems} == {}
+
+
+@pytest.mark.parametrize("name", [n for n in FILES if in_room(n, LISTED["internal"])])
+def test_an_internal_function_names_the_errors_that_it_raises(name: str) -> None:
+    texts = [(q, raised(f), ast.get_docstring(f) or "") for q, f in public(TREES[name])]
+    silent = {q: [e for e in errors if e not in text] for q, errors, text in texts}
+    assert {q: errors for q, errors in silent.items() if errors} == {}
 
 
 def test_what_is_left_alone_exists() -> None:
-    rooms = LISTED["internal"] + LISTED["later"]
-    assert [room for room in rooms if not any(in_room(name, [room]) for name in FILES)] == []
+    assert [room for room in ALONE if not any(in_room(name, [room]) for name in FILES)] == []
 
 
 HALF = '''

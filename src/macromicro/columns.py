@@ -58,7 +58,15 @@ class Part(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """The columns of one period's values, and where each type's fields go in them."""
+    """The columns of one period's values, and where each type's fields go in them.
+
+    Attributes
+    ----------
+    columns : tuple[Column, ...]
+        Of all types, in order.
+    parts : tuple[Part, ...]
+        One per type.
+    """
 
     columns: tuple[Column, ...]
     parts: tuple[Part, ...]

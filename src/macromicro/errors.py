@@ -1,4 +1,4 @@
-"""What can go wrong by the user's hand, in words: cause and remedy."""
+"""Errors that a user can cause and mend; their messages name cause and remedy."""
 
 from __future__ import annotations
 

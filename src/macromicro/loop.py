@@ -30,7 +30,19 @@ PERIOD = nominal.PERIOD
 
 
 class Run(NamedTuple):
-    """State of a run on the twin: control periods so far, bench, supervisor, guard."""
+    """State of a run on the twin.
+
+    Attributes
+    ----------
+    tick : int
+        Control periods so far.
+    bench : State
+        The bench's state.
+    progress : Progress
+        The supervisor's state.
+    watch : Watch
+        The guard's state.
+    """
 
     tick: int
     bench: State
@@ -80,10 +92,10 @@ def run(
     with rig:
         while periods is None or done < periods:
             sample = rig.read()
-            state, command, wanted = controller.step(state, reference, sample, dt)
+            state, command, requested = controller.step(state, reference, sample, dt)
             rig.expect(command)
             truth = real() if real is not None else _UNKNOWN
-            rig.write(wanted)
+            rig.write(requested)
             if sink is not None:
                 column = np.empty((ROWS, 1))
                 over = controller.finished(state)
@@ -100,7 +112,7 @@ def run(
 
 def _shown(state: Any, command: Command, over: bool) -> Progress:
     """What is recorded of a controller's state: of one of another kind than the supervisor's,
-    what its command tells; integrals and the number of the move are then unknown."""
+    what its command says; integrals and the number of the move are then unknown."""
     if isinstance(state, Progress):
         return state
     nan = float("nan")
@@ -170,8 +182,8 @@ def rollout(
     for k in range(noise.shape[0]):
         draw = bench.drawn(noise, k)
         sample = bench.measure(plant, machine, tick * dt, draw)
-        progress, command, wanted = supervisor.step(control, plan, progress, sample, dt)
-        watch, given = guard.step(watchdog, watch, sample, command, wanted, dt)
+        progress, command, requested = supervisor.step(control, plan, progress, sample, dt)
+        watch, given = guard.step(watchdog, watch, sample, command, requested, dt)
         truth = bench.truth(plant, machine)
         note(out, k, sample, command, given, inside(progress, watch), truth)
         machine = bench.advance(plant, machine, given, draw, dt)
@@ -188,7 +200,7 @@ def stage(
     s: State,
     law: PiAntiWindup,
     closed: bool,
-    wanted: Block,
+    targets: Block,
     noise: Block,
     out: Block,
     every: int,
@@ -206,8 +218,8 @@ def stage(
     law : PiAntiWindup
         Gains, used where `closed`.
     closed : bool
-        Whether `wanted` is a place to be held instead of CTRL.
-    wanted : ndarray, shape (n,)
+        Whether `targets` are places to be held instead of CTRL.
+    targets : ndarray, shape (n,)
         CTRL in V; where `closed`, the place in mm by the laser's reading.
     noise : ndarray, shape (n, NOISES)
         Standard normal draws.
@@ -225,12 +237,12 @@ def stage(
         The bench's state at the end.
     """
     integral = 0.0
-    for k in range(len(wanted)):
+    for k in range(len(targets)):
         draw = bench.drawn(noise, k)
         sample = bench.measure(p, s, k * dt, draw)
-        ctrl = wanted[k]
+        ctrl = targets[k]
         if closed:
-            integral, ctrl = pi.step(law, integral, wanted[k] - 1e3 * sample.laser, dt)
+            integral, ctrl = pi.step(law, integral, targets[k] - 1e3 * sample.laser, dt)
         if k % every == 0:
             j = k // every
             out[0, j] = ctrl

@@ -52,25 +52,25 @@ def check_space(folder: str | os.PathLike[str], needed: int) -> None:
     folder : str | os.PathLike[str]
         Where the file is to be.
     needed : int
-        Bytes.
+        Space needed, bytes.
 
     Raises
     ------
     InputError
         Not a folder, not writable, or too little space.
     """
-    wanted = Path(folder)
-    place = wanted.absolute()
+    given = Path(folder)
+    place = given.absolute()
     while not os.path.lexists(place) and place != place.parent:
         place = place.parent
     if not place.is_dir():
-        raise InputError(str(wanted), "not a folder", "a folder, or a place to make one")
+        raise InputError(str(given), "not a folder", "a folder, or a place to make one")
     if not os.access(place, os.W_OK | os.X_OK):
-        raise InputError(str(wanted), "not writable", "a folder that may be written to")
+        raise InputError(str(given), "not writable", "a folder that may be written to")
     free = shutil.disk_usage(place).free
     if free < needed:
         found = f"{free / _MB:.1f} MB free"
-        raise InputError(str(wanted), found, f"a folder with at least {needed / _MB:.1f} MB free")
+        raise InputError(str(given), found, f"a folder with at least {needed / _MB:.1f} MB free")
 
 
 class Recorder:

@@ -1,7 +1,7 @@
 """Recording: named columns with units and provenance, in memory or in an HDF5 file.
 
 `Recorder` (in ``macromicro.recorder``) writes the file during a run; `Recording` reads it,
-also while the run goes on and after it was killed.
+also while the run continues and after it was killed.
 """
 
 from __future__ import annotations

@@ -173,23 +173,23 @@ def as_column(values: Any, column: Column, where: str) -> NDArray[Any]:
         column, or not a row of numbers.
     """
     given = np.asarray(values)
-    wanted = np.dtype(column.dtype)
+    kind = np.dtype(column.dtype)
     if given.ndim != 1 or given.dtype.kind not in "fiub":
         found = f"{given.dtype} of shape {given.shape}"
         raise InputError(f"{where}, column {column.name!r}", found, "a row of numbers")
-    if given.dtype == wanted:
+    if given.dtype == kind:
         return np.ascontiguousarray(given)
-    if wanted.kind == "f":
+    if kind.kind == "f":
         with np.errstate(over="ignore"):
-            cast = given.astype(wanted)
+            cast = given.astype(kind)
         bad = np.isinf(cast) & np.isfinite(given)
         accepted = f"numbers that fit {column.dtype}"
     else:
-        limits = np.iinfo(wanted)
+        limits = np.iinfo(kind)
         rounded = np.rint(given) if given.dtype.kind == "f" else given
         bad = ~((rounded >= limits.min) & (rounded < limits.max + 1))
         with np.errstate(invalid="ignore"):
-            cast = rounded.astype(wanted)
+            cast = rounded.astype(kind)
         accepted = f"whole numbers from {limits.min} to {limits.max}"
     if bad.any():
         row = int(np.argmax(bad))

@@ -63,7 +63,21 @@ class Outcome(NamedTuple):
 
 
 class Rolled(NamedTuple):
-    """Everything the rollout takes, prepared once."""
+    """The arguments of ``loop.rollout``, prepared once.
+
+    Attributes
+    ----------
+    plant : Plant
+        The bench.
+    control : Supervisor
+        The supervisor.
+    watchdog : Guard
+        The guard.
+    plan : Plan
+        The programme.
+    run : Run
+        The state at the start.
+    """
 
     plant: Plant
     control: Supervisor

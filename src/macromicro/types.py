@@ -13,8 +13,20 @@ class Sample(NamedTuple):
 
     Fields that are annotated with a `Quantity` are recorded, here and in `Outputs` and `Command`.
 
-    t [s]; encoder [counts]; hall [V]; laser [m], from its last reset; extend and
-    contract: the actuator's end signals, 0.0 or 1.0.
+    Attributes
+    ----------
+    t : float
+        s.
+    encoder : float
+        counts.
+    hall : float
+        V.
+    laser : float
+        From its last reset, m.
+    extend : float
+        The actuator's end signal, 0 or 1.
+    contract : float
+        The actuator's end signal, 0 or 1.
     """
 
     t: Annotated[float, Quantity("s", "time since the start")]
@@ -28,7 +40,19 @@ class Sample(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """What a rig takes: motor and ctrl [V at the D/A], fan and laser_reset 0 or 1."""
+    """What a rig takes.
+
+    Attributes
+    ----------
+    motor : float
+        V at the D/A.
+    ctrl : float
+        V at the D/A.
+    fan : float
+        0 or 1.
+    laser_reset : float
+        0 or 1.
+    """
 
     motor: Annotated[float, Quantity("V", "motor output at the D/A")]
     ctrl: Annotated[float, Quantity("V", "CTRL output at the D/A")]
@@ -39,8 +63,18 @@ class Outputs(NamedTuple):
 class Command(NamedTuple):
     """What a controller is asking of the rig just now, for the guard and the recording.
 
-    macro_reference [counts] and micro_reference [mm], each with a flag (0 or 1) whether
-    that stage is under control; micro_position [mm]: the calibrated Hall reading.
+    Attributes
+    ----------
+    macro_reference : float
+        Set point, counts.
+    macro_active : float
+        Whether the macro-stage is under control, 0 or 1.
+    micro_reference : float
+        Set point, mm.
+    micro_active : float
+        Whether the micro-stage is under control, 0 or 1.
+    micro_position : float
+        The calibrated Hall reading, mm.
     """
 
     macro_reference: Annotated[float, Quantity("count", "set point of the macro-stage")]

@@ -211,8 +211,8 @@ def measured(text: str, units: tuple[str, ...], where: str) -> tuple[float, str]
                 size, dimension = _size(written)
             except _UnknownUnit:
                 break
-            goal, wanted = _size(unit)
-            if dimension == wanted:
+            goal, needed = _size(unit)
+            if dimension == needed:
                 value = float(number * size / goal)
                 if math.isfinite(value) and (value != 0.0) == (number != 0):
                     return value, unit
@@ -270,8 +270,8 @@ def convert(value: float, unit: str, to: str) -> float:
         The units have different dimensions.
     """
     size, dimension = _size(unit)
-    goal, wanted = _size(to)
-    if dimension != wanted:
+    goal, needed = _size(to)
+    if dimension != needed:
         raise ValueError(f"{unit!r} does not convert to {to!r}")
     return float(Decimal(repr(float(value))) * size / goal)
 
@@ -309,8 +309,8 @@ def shown(value: float, unit: str, shown_unit: str = "", digits: int = 17) -> st
     if not math.isfinite(value):
         return f"{value}{tail}"
     size, dimension = _size(unit)
-    goal, wanted = _size(other)
-    if dimension != wanted:
+    goal, needed = _size(other)
+    if dimension != needed:
         raise ValueError(f"{unit!r} cannot be shown in {other!r}")
     exact = Decimal(value) * size / goal
     text = ""

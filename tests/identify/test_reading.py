@@ -169,7 +169,7 @@ def test_rows_with_nan_are_left_out_and_said(tmp_path: Path) -> None:
 
 def test_no_unit_is_said_where_it_matters(tmp_path: Path) -> None:
     path = written(tmp_path, "t,u,x\n0,1,2\n1,1,3\n")
-    with pytest.warns(UnitWarning, match="u tells no unit; taken as V"):
+    with pytest.warns(UnitWarning, match="u names no unit; taken as V"):
         found = pick(read(path), ROLES, {})
     assert found.units == {"t": "s", "u": "V", "x": ""}
 

@@ -112,7 +112,9 @@ class FakeStation:
             if isinstance(request, m.Enable):
                 if self.mode != "disabled":
                     self.requests.pop()
-                    return m.Refused("the positioner is enabled", "go on, or disable it first")
+                    return m.Refused(
+                        "the positioner is enabled", "use it as it is, or disable it first"
+                    )
                 self.go("ready")
             if isinstance(request, MOTIONS):
                 if self.mode == "disabled":

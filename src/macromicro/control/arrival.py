@@ -57,7 +57,7 @@ def within(p: Sequence, error: float) -> bool:
     p : Sequence
         Parameters of the sequence.
     error : float
-        counts.
+        Error, counts.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def since(p: Sequence, error: float, before: float, t: float) -> float:
     p : Sequence
         Parameters of the sequence.
     error : float
-        counts.
+        Error, counts.
     before : float
         The same of the last period, s.
     t : float

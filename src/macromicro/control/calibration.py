@@ -39,7 +39,7 @@ def position(p: Calibration, volts: float) -> float:
     p : Calibration
         The table.
     volts : float
-        V.
+        Voltage, V.
 
     Returns
     -------

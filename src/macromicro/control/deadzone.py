@@ -16,7 +16,7 @@ def inverse(width: float, effort: float) -> float:
     width : float
         Width of the dead zone, V.
     effort : float
-        V.
+        Effort, V.
 
     Returns
     -------

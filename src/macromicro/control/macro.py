@@ -141,7 +141,7 @@ def step(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float
     s : Memory
         Memories of all laws.
     error : float
-        counts.
+        Error, counts.
     dt : float
         Control period, s.
 
@@ -203,9 +203,9 @@ def sent(effort: float, dead_zone: float, limit: float) -> float:
     effort : float
         Effort of a law, V.
     dead_zone : float
-        V.
+        Dead zone, V.
     limit : float
-        V.
+        Limit, V.
 
     Returns
     -------

@@ -55,7 +55,7 @@ def start(error: float) -> PdMemory:
     Returns
     -------
     PdMemory
-        Memory.
+        Memory of the law.
     """
     return PdMemory(error)
 
@@ -71,7 +71,7 @@ def effort(now: float, before: float, error: float, past: float) -> float:
     before : float
         Weight of the last error, V/count.
     error : float
-        counts.
+        Error, counts.
     past : float
         The last one, counts.
 
@@ -92,9 +92,9 @@ def step(p: PdInitial | PdTuned, s: PdMemory, error: float, dt: float) -> tuple[
     p : PdInitial | PdTuned
         Gains.
     s : PdMemory
-        Memory.
+        Memory of the law.
     error : float
-        counts.
+        Error, counts.
     dt : float
         Not used: the taps hold for 1 ms.
 

@@ -71,7 +71,7 @@ def step(p: PiAntiWindup, integral: float, error: float, dt: float) -> tuple[flo
     integral : float
         Integral effort, V.
     error : float
-        mm.
+        Error, mm.
     dt : float
         Control period, s.
 
@@ -82,7 +82,7 @@ def step(p: PiAntiWindup, integral: float, error: float, dt: float) -> tuple[flo
     effort : float
         Clamped, V.
     """
-    wanted = p.kp * error + integral
-    given = min(max(wanted, p.low), p.high)
+    effort = p.kp * error + integral
+    given = min(max(effort, p.low), p.high)
     # dI/dt = Ki e + Kaw (sat(u) - u)
-    return integral + dt * (p.ki * error + p.kaw * (given - wanted)), given
+    return integral + dt * (p.ki * error + p.kaw * (given - effort)), given

@@ -57,7 +57,7 @@ def start(error: float) -> PidMemory:
     Returns
     -------
     PidMemory
-        Memory.
+        Memory of the law.
     """
     return PidMemory(0.0, error)
 
@@ -71,9 +71,9 @@ def step(p: Pid, s: PidMemory, error: float, dt: float) -> tuple[PidMemory, floa
     p : Pid
         Gains.
     s : PidMemory
-        Memory.
+        Memory of the law.
     error : float
-        counts.
+        Error, counts.
     dt : float
         Control period, s.
 

@@ -26,7 +26,21 @@ WAITING, MACRO, SETTLING, MICRO, DONE, FAULT = range(6)
 
 
 class Supervisor(NamedTuple):
-    """Runtime parameters."""
+    """Runtime parameters.
+
+    Attributes
+    ----------
+    macro : MacroLaw
+        Law of the macro-stage, in counts and V.
+    micro : PiAntiWindup
+        Law of the micro-stage, in mm and V.
+    sequence : Sequence
+        Arrival, wait, parking.
+    calibration : Calibration
+        Hall voltage to mm.
+    fan : float
+        0 or 1, written in every period.
+    """
 
     macro: MacroLaw
     micro: PiAntiWindup

@@ -63,7 +63,7 @@ def largest_change(magnet: Magnet, travel: float) -> Change:
     magnet : Magnet
         Data sheet.
     travel : float
-        m.
+        Travel, m.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def ranking(magnets: Sequence[Magnet], travel: float) -> list[Change]:
     magnets : Sequence[Magnet]
         Data sheets.
     travel : float
-        m.
+        Travel, m.
 
     Returns
     -------

@@ -98,7 +98,7 @@ def response(num: npt.ArrayLike, den: npt.ArrayLike, frequency: float, dt: float
     num, den : array_like
         Coefficients, highest power of z first.
     frequency : float
-        rad/s.
+        Frequency, rad/s.
     dt : float
         Sample time, s.
 
@@ -221,7 +221,7 @@ def pd_by_margin(
     frequency : float
         Frequency of the crossover, rad/s.
     margin : float
-        deg.
+        Phase margin, deg.
 
     Returns
     -------
@@ -234,10 +234,10 @@ def pd_by_margin(
         `frequency` is not below the Nyquist frequency.
     """
     _below_nyquist(frequency, dt)
-    wanted = np.exp(1j * math.radians(margin - 180.0)) / response(num, den, frequency, dt)
+    needed = np.exp(1j * math.radians(margin - 180.0)) / response(num, den, frequency, dt)
     late = np.exp(-1j * frequency * dt)
-    before = float(wanted.imag / late.imag)
-    return PdTaps(float(wanted.real) - before * float(late.real), before)
+    before = float(needed.imag / late.imag)
+    return PdTaps(float(needed.real) - before * float(late.real), before)
 
 
 def pd_by_time(
@@ -254,7 +254,7 @@ def pd_by_time(
     frequency : float
         Frequency of the crossover, rad/s.
     derivative_time : float
-        s.
+        Derivative time, s.
 
     Returns
     -------
@@ -286,7 +286,7 @@ def lowest_frequency(num: npt.ArrayLike, den: npt.ArrayLike, dt: float, margin: 
     dt : float
         Sample time, s.
     margin : float
-        deg.
+        Phase margin, deg.
 
     Returns
     -------
@@ -453,7 +453,7 @@ def responses(num: npt.ArrayLike, den: npt.ArrayLike, frequency: Array, dt: floa
     num, den : array_like
         Coefficients, highest power of z first.
     frequency : ndarray, shape (n,)
-        rad/s.
+        Frequency, rad/s.
     dt : float
         Sample time, s.
 

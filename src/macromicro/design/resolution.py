@@ -40,7 +40,7 @@ def converter(span: float, bits: int) -> float:
     Parameters
     ----------
     span : float
-        V.
+        Span, V.
     bits : int
         Without the sign.
 
@@ -64,9 +64,9 @@ def field(volts_per_bit: float, sensitivity: float) -> float:
     Parameters
     ----------
     volts_per_bit : float
-        V/bit.
+        Volts per bit, V/bit.
     sensitivity : float
-        V/G.
+        Sensitivity, V/G.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def sensitivity_floor(output: float, field_span: float) -> float:
     Parameters
     ----------
     output : float
-        V.
+        Output, V.
     field_span : float
         Both signs, G.
 
@@ -165,9 +165,9 @@ def calibrated(volts_per_bit: float, slope: float) -> float:
     Parameters
     ----------
     volts_per_bit : float
-        V/bit.
+        Volts per bit, V/bit.
     slope : float
-        m/V.
+        Slope, m/V.
 
     Returns
     -------

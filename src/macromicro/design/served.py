@@ -47,7 +47,7 @@ def is_live(recording: Recording) -> bool:
     Parameters
     ----------
     recording : Recording
-        Any.
+        A run, or a recording of the live machine.
 
     Returns
     -------

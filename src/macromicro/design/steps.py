@@ -26,7 +26,7 @@ def rise_time(x: Array, target: float, share: float = 0.98) -> float:
     x : ndarray, shape (n,)
         Position, counts, a sample each control period.
     target : float
-        counts.
+        Target, counts.
     share : float, optional
         Share of the move.
 
@@ -47,7 +47,7 @@ def settling_time(x: Array, target: float, share: float = 0.02) -> float:
     x : ndarray, shape (n,)
         Position, counts, a sample each control period.
     target : float
-        counts.
+        Target, counts.
     share : float, optional
         Share of the move.
 
@@ -69,7 +69,7 @@ def overshoot(x: Array, target: float) -> float:
     x : ndarray, shape (n,)
         Position, counts.
     target : float
-        counts.
+        Target, counts.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def swings(x: Array, target: float, band: float = ARRIVED) -> Array:
     x : ndarray, shape (n,)
         Position, counts.
     target : float
-        counts.
+        Target, counts.
     band : float, optional
         Arrival is the first error within it, counts.
 

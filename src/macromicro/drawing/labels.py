@@ -14,7 +14,19 @@ _STEP = 6.0
 
 
 class Rect(NamedTuple):
-    """A rectangle; y grows downwards."""
+    """A rectangle, in units.
+
+    Attributes
+    ----------
+    left : float
+        Smallest x.
+    top : float
+        Smallest y; y grows downwards.
+    right : float
+        Largest x.
+    bottom : float
+        Largest y.
+    """
 
     left: float
     top: float

@@ -63,14 +63,34 @@ class Line(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """A dashed frame around things, with a label."""
+    """A dashed frame around things.
+
+    Attributes
+    ----------
+    label : str
+        Written at its top.
+    names : tuple[str, ...]
+        Names of what it holds.
+    """
 
     label: str
     names: tuple[str, ...]
 
 
 class Path(NamedTuple):
-    """A laid wire, from the border of its source to that of its target."""
+    """A laid wire.
+
+    Attributes
+    ----------
+    source : str
+        Name of the box where it begins.
+    target : str
+        Name of the box where it ends.
+    points : tuple[Point, ...]
+        Corners, from border to border, units.
+    dashed : bool
+        Whether it is an event, no quantity.
+    """
 
     source: str
     target: str
@@ -79,14 +99,38 @@ class Path(NamedTuple):
 
 
 class Words(NamedTuple):
-    """A label or a sign and the room it takes."""
+    """A label or a sign.
+
+    Attributes
+    ----------
+    text : str
+        With markup.
+    rect : Rect
+        The room it takes.
+    """
 
     text: str
     rect: Rect
 
 
 class Layout(NamedTuple):
-    """A finished drawing: `boxes` by name, `frames` with labels, `dots`: pick-offs."""
+    """A finished drawing, in units.
+
+    Attributes
+    ----------
+    view : Rect
+        The room of all of it.
+    boxes : dict[str, Rect]
+        By name.
+    paths : list[Path]
+        Wires.
+    words : list[Words]
+        Labels and signs.
+    frames : list[tuple[str, Rect]]
+        With labels.
+    dots : list[Point]
+        Where wires of one net part.
+    """
 
     view: Rect
     boxes: dict[str, Rect]

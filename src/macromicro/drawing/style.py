@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Okabe and Ito: told apart by colour-blind eyes; line styles differ too, for grey print.
+# Okabe and Ito: distinct for colour-blind eyes; line styles differ too, for grey print.
 BLUE, RED, GREEN, ORANGE, PURPLE, BLACK = (
     "#0072B2",
     "#D55E00",

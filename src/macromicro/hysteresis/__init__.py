@@ -4,7 +4,7 @@ Relays are weighted by their thresholds; the output is the fraction of the weigh
 up, 0 to 1. `everett` holds the weights, `memory` the past.
 
 In the units of measured data: `FodTable` is made from first-order curves, `Preisach` is
-the model of a table, forward and inverse. `diagnostics` tells how far a recording is from
+the model of a table, forward and inverse. `diagnostics` measures how far a recording is from
 any Preisach model. Files and pictures are imported from their own modules, because models
 and controllers import this package and open none: `forc` (MicroMag), `table_files` (HDF5,
 CSV), `pictures`.

@@ -264,12 +264,12 @@ class Preisach:
         InputError
             NaN, or another shape.
         """
-        wanted = (_vector("Preisach.run_inverse, targets", targets) - self._offset) / self._scale
-        inputs, outputs = np.empty_like(wanted), np.empty_like(wanted)
-        walk = compiled(follow_inverse) if wanted.size >= WORTH_COMPILING else follow_inverse
+        shares = (_vector("Preisach.run_inverse, targets", targets) - self._offset) / self._scale
+        inputs, outputs = np.empty_like(shares), np.empty_like(shares)
+        walk = compiled(follow_inverse) if shares.size >= WORTH_COMPILING else follow_inverse
         done = 0
-        while done < wanted.size:
-            memory, done = walk(self._arrays, self._memory(), wanted, inputs, outputs, done)
+        while done < shares.size:
+            memory, done = walk(self._arrays, self._memory(), shares, inputs, outputs, done)
             self._pairs, self._u = memory.pairs, memory.u
         return inputs, self._offset + self._scale * outputs
 

@@ -140,8 +140,8 @@ def nonnegative_hull(values: Array) -> Array:
     return np.tril(hull, -1)
 
 
-def _ratio(wanted: Array, found: Array) -> Array:
-    return np.divide(wanted, found, out=np.zeros_like(wanted), where=found > 0.0)
+def _ratio(target: Array, found: Array) -> Array:
+    return np.divide(target, found, out=np.zeros_like(target), where=found > 0.0)
 
 
 def cells(values: Array) -> Array:

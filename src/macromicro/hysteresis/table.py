@@ -274,7 +274,7 @@ class FodTable:
         start : float
             Input of its reversal; clamped to the table.
         inputs : array_like
-            Where it is wanted; inputs beyond `start` or beyond the table count as its ends.
+            Where it is evaluated; inputs beyond `start` or beyond the table count as its ends.
         kind : Kind | None, optional
             "descending" or "ascending"; None for the table's.
 

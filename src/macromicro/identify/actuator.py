@@ -94,7 +94,7 @@ def thesis(
     median : float, optional
         Voltage (V) whose step gives the dynamics; it must stay clear of the stop.
     ambient : float, optional
-        deg C.
+        Room temperature, deg C.
 
     Returns
     -------
@@ -159,11 +159,11 @@ def judged(t: Array, measured: Array, model: Array, stroke: float) -> Judgement:
     Parameters
     ----------
     t : ndarray, shape (n,)
-        s.
+        Times, s.
     measured, model : ndarray, shape (n,)
         Positions, mm.
     stroke : float
-        mm.
+        Stroke, mm.
 
     Returns
     -------

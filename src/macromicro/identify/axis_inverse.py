@@ -119,7 +119,7 @@ def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
     force : ndarray, shape (n,)
         Force of the drive.
     cutoff : float
-        Hz.
+        Cut-off frequency, Hz.
     factor : int
         Decimation to come.
 

@@ -130,7 +130,7 @@ def _covariance(
     """Covariance of the parameters from what disturbs the force.
 
     A free run's errors come from disturbances of the force and pile up like a random walk,
-    so their own spectrum tells little. In their place: the residual force of inverse
+    so their own spectrum says little. In their place: the residual force of inverse
     dynamics, as an autoregression, is drawn anew, added to the force, and the change of the
     free run is mapped to the parameters, `_DRAWS` times.
     """

@@ -87,7 +87,7 @@ def on_cooling(
     x : array_like, shape (n,)
         Positions, mm.
     peak : float
-        deg C.
+        Peak temperature, deg C.
     doubt : Doubt | None, optional
         Standard errors; default `Doubt()`.
 

@@ -129,7 +129,7 @@ def first_order_curves(
     profile : Profile
         A cleaned record.
     cold : float
-        deg C.
+        Temperature of a cold actuator, deg C.
     width : float, optional
         Points are means over windows of at most this width, K.
 

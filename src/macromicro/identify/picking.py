@@ -25,7 +25,7 @@ class MissingRowsWarning(DataWarning):
 
 
 class UnitWarning(DataWarning):
-    """A column tells no unit; the usual one was taken."""
+    """A column names no unit; the usual one was taken."""
 
 
 class Role(NamedTuple):
@@ -107,7 +107,7 @@ def chosen(pairs: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def pick(table: Table, roles: Sequence[Role], wanted: Mapping[str, str]) -> Picked:
+def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> Picked:
     """The columns for some roles. Warns of rows left out.
 
     Parameters
@@ -116,7 +116,7 @@ def pick(table: Table, roles: Sequence[Role], wanted: Mapping[str, str]) -> Pick
         What a file holds.
     roles : Sequence[Role]
         What is needed.
-    wanted : Mapping[str, str]
+    requested : Mapping[str, str]
         Role to column, "column:unit" where the file names none.
 
     Returns
@@ -131,14 +131,14 @@ def pick(table: Table, roles: Sequence[Role], wanted: Mapping[str, str]) -> Pick
         kind.
     """
     names = ", ".join(r.name for r in roles)
-    for role_name in wanted:
+    for role_name in requested:
         if role_name not in {r.name for r in roles}:
             raise InputError("--columns", printable(role_name), f"one of {names}")
     found: dict[str, Array] = {}
     units: dict[str, str] = {}
     named: dict[str, str] = {}
     for role in roles:
-        name, unit = _column(table, role, wanted.get(role.name))
+        name, unit = _column(table, role, requested.get(role.name))
         if not name:
             continue
         found[role.name], units[role.name] = _converted(table, role, name, unit)
@@ -149,12 +149,12 @@ def pick(table: Table, roles: Sequence[Role], wanted: Mapping[str, str]) -> Pick
     return Picked(table.file, _finite(table.file, found), units, named, table.constants)
 
 
-def _column(table: Table, role: Role, wanted: str | None) -> tuple[str, str]:
+def _column(table: Table, role: Role, requested: str | None) -> tuple[str, str]:
     """Name and unit of the column for a role; no name for an optional one that is not there."""
-    if wanted is not None:
-        name, mark, unit = wanted.rpartition(":")
-        if not mark or wanted in table.columns:
-            name, unit = wanted, ""
+    if requested is not None:
+        name, mark, unit = requested.rpartition(":")
+        if not mark or requested in table.columns:
+            name, unit = requested, ""
         if name in table.columns:
             return name, unit or table.units[name]
         near = [n for n in table.columns if parted(n)[0] == name]
@@ -190,7 +190,7 @@ def _converted(table: Table, role: Role, name: str, unit: str) -> tuple[Array, s
         if len(role.units) > 1:
             return values, ""
         if role.units[0] != "s":
-            text = f"{table.file}: {printable(name)} tells no unit; taken as {role.units[0]}"
+            text = f"{table.file}: {printable(name)} names no unit; taken as {role.units[0]}"
             notice(UnitWarning, text)
         return values, role.units[0]
     for to in role.units:

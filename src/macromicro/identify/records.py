@@ -287,7 +287,7 @@ def lowpassed(
     dt : float
         Sample time, s.
     cutoff : float
-        Hz.
+        Cut-off frequency, Hz.
     order : int, optional
         Order of the filter.
 

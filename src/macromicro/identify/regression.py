@@ -260,9 +260,9 @@ def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
         theta, _, rank, _ = np.linalg.lstsq(r[:, :n], r[:, n], rcond=1e-12)
         poor = rank < n
     else:
-        square, aim = left.T @ right, left.T @ (target * roots)
+        square, moments = left.T @ right, left.T @ (target * roots)
         poor = not np.linalg.cond(square) < 1e13
-        theta = np.zeros_like(aim) if poor else np.linalg.solve(square, aim)
+        theta = np.zeros_like(moments) if poor else np.linalg.solve(square, moments)
     if poor:
         raise InputError(
             "record",

@@ -101,7 +101,7 @@ def checked(t: Any, u: Any, x: Any, where: str = "run", least: int = 20) -> Run:
     Parameters
     ----------
     t : array_like, shape (n,)
-        s.
+        Times, s.
     u, x : Any
         Voltage or force, and position; array_like, shape (n,).
     where : str, optional

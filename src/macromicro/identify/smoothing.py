@@ -55,9 +55,9 @@ def without_spikes(
     Parameters
     ----------
     t : array_like, shape (n,)
-        s.
+        Times, s.
     values : array_like, shape (n,)
-        deg C.
+        Values, deg C.
     steepest : float, optional
         Slope beyond which a step is a jump, K/s.
     window : float, optional

@@ -88,9 +88,19 @@ def autoregression(residuals: list[Array]) -> tuple[Array, float]:
 
 
 def standard_errors(slopes: Array) -> Array:
-    """Standard errors float64[p] of what moves residuals of variance 1 by `slopes` [n, p].
+    """Standard errors of the parameters that move residuals of variance 1.
 
-    Slopes of all sizes are taken at one size; what moves nothing has an infinite error.
+    Slopes of all sizes are taken at one size.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (n, p)
+        Of the residuals by the parameters.
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        Unit of each parameter; infinite for one that moves nothing.
     """
     size = np.linalg.norm(slopes, axis=0)
     moves = size > 0.0

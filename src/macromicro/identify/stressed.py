@@ -157,7 +157,7 @@ def fit(
     gain : Weighted | None, optional
         A first guess for the heats.
     ambient : float, optional
-        deg C.
+        Room temperature, deg C.
     lag : float, optional
         Lag of the driver, s: too short to be found from such records, and taken as given.
 

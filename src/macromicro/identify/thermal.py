@@ -87,7 +87,7 @@ def inferred_step(
     trials : list[Recording]
         Trials of one voltage.
     ambient : float
-        deg C.
+        Room temperature, deg C.
     doubt : Doubt | None, optional
         Standard errors; default `Doubt()`.
 
@@ -255,11 +255,11 @@ def needed_goal(
     fit : Modes
         (5.6).
     t : ndarray, shape (n,)
-        s.
+        Times, s.
     x : ndarray, shape (n,)
-        mm.
+        Position, mm.
     ambient : float
-        deg C.
+        Room temperature, deg C.
     level : float
         Position, mm.
 
@@ -311,7 +311,7 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     trials : Sequence[Recording]
         Trials of one voltage, with the columns t, ctrl and laser.
     ambient : float
-        deg C.
+        Room temperature, deg C.
 
     Returns
     -------
@@ -339,7 +339,7 @@ def cooling(table: FodTable, trials: Sequence[Recording], ambient: float) -> Coo
     done = np.flatnonzero(rise <= goal)
     usable = (found.slope > 0.0) & (found.high - found.low <= WIDEST_BAND)
     if not len(done) or not usable[: done[0]].mean() > 0.5:
-        accepted = "a fall whose first 63 % the position can tell"
+        accepted = "a fall whose first 63 % show in the position"
         raise InputError("cooling record", f"peak {peak:.1f} degC", accepted)
     last = int(done[0])
     tt, yy = time[: last + 1][usable[: last + 1]], rise[: last + 1][usable[: last + 1]]

@@ -132,7 +132,7 @@ def step(p: Actuator, s: ActuatorState, ctrl: float, dt: float) -> ActuatorState
     ctrl : float
         CTRL, V.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -19,7 +19,17 @@ PRINTED = Weighted()
 
 
 class Heating(NamedTuple):
-    """State of (5.6) in controllable canonical form."""
+    """State of (5.6) in controllable canonical form; T = N2 s2 + N1 s1 + N0 s0.
+
+    Attributes
+    ----------
+    s0 : float
+        K s^3.
+    s1 : float
+        ds0/dt, K s^2.
+    s2 : float
+        ds1/dt, K s.
+    """
 
     s0: float
     s1: float
@@ -67,7 +77,7 @@ def step(s: Heating, goal: float, dt: float) -> Heating:
     goal : float
         T_d, K above ambient.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

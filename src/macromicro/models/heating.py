@@ -23,7 +23,23 @@ PRINTED = ((N2, N1, N0), (1.0, D2, D1, D0))
 
 
 class Modes(NamedTuple):
-    """T/T_d = sum over i of share_i rate_i / (s + rate_i); rates [rad/s], falling."""
+    """(5.6) as a sum: T/T_d = sum over i of share_i rate_i / (s + rate_i).
+
+    Attributes
+    ----------
+    rate1 : float
+        Fastest, rad/s.
+    rate2 : float
+        rad/s.
+    rate3 : float
+        Slowest, rad/s.
+    share1 : float
+        Of the rise, dimensionless.
+    share2 : float
+        Of the rise.
+    share3 : float
+        Of the rise.
+    """
 
     rate1: float
     rate2: float
@@ -34,10 +50,25 @@ class Modes(NamedTuple):
 
 
 class Ladder(NamedTuple):
-    """Wire, plates and body: capacities [s] and resistances (numbers).
+    """Wire, plates and body as capacities in a row, joined by resistances, the last to the air.
 
-    Heat is counted in K: one K of heat warms, in the end, by r1 + r2 + r3 K; a capacity
-    of c s takes up c K s of heat for each K. Real units by one factor, in K/W.
+    Heat is counted in K: one K of heat warms, in the end, by r1 + r2 + r3 K; a capacity of c s
+    takes up c K s of heat for each K. Real units by one factor, in K/W.
+
+    Attributes
+    ----------
+    c1 : float
+        Of the wire, s.
+    r1 : float
+        Wire to plates, dimensionless.
+    c2 : float
+        Of the plates, s.
+    r2 : float
+        Plates to body.
+    c3 : float
+        Of the body, s.
+    r3 : float
+        Body to air.
     """
 
     c1: float
@@ -49,7 +80,17 @@ class Ladder(NamedTuple):
 
 
 class Heat(NamedTuple):
-    """The modes' parts of the temperature [K above ambient]; their sum is T."""
+    """The modes' parts of the temperature; their sum is T.
+
+    Attributes
+    ----------
+    m1 : float
+        K above ambient.
+    m2 : float
+        K above ambient.
+    m3 : float
+        K above ambient.
+    """
 
     m1: float
     m2: float
@@ -72,7 +113,7 @@ def heated(p: Modes, s: Heat, goal: float, dt: float) -> Heat:
     goal : float
         T_d, K above ambient.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------
@@ -101,7 +142,7 @@ def cooled(p: Modes, s: Heat, goal: float, time: float, dt: float) -> Heat:
     time : float
         Time constant, s.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -62,7 +62,7 @@ def steady(p: Filament, current: float) -> float:
     p : Filament
         The wire.
     current : float
-        A.
+        Current, A.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def temperature(p: Filament, current: Array, dt: float) -> Array:
     current : ndarray, shape (n,)
         A, held for `dt` each.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -145,9 +145,9 @@ def discretised(gain: float, pole: float, dt: float) -> Linear:
     Parameters
     ----------
     gain : float
-        counts/s2/V.
+        Gain, counts/s2/V.
     pole : float
-        rad/s.
+        Pole, rad/s.
     dt : float
         Sample time, s.
 
@@ -191,9 +191,9 @@ def saturated(limit: float, volts: float) -> float:
     Parameters
     ----------
     limit : float
-        V.
+        Limit, V.
     volts : float
-        V.
+        Voltage, V.
 
     Returns
     -------
@@ -212,7 +212,7 @@ def dead_zone(width: float, volts: float) -> float:
     width : float
         To either side, V.
     volts : float
-        V.
+        Voltage, V.
 
     Returns
     -------
@@ -239,7 +239,7 @@ def jump_zone(width: float, a0: float, delta: float, volts: float) -> float:
     delta : float
         Delta of (4.5).
     volts : float
-        V.
+        Voltage, V.
 
     Returns
     -------
@@ -258,11 +258,11 @@ def jump(a0: float, delta: float, volts: float) -> float:
     Parameters
     ----------
     a0 : float
-        V.
+        a0 of (4.5), V.
     delta : float
         Dimensionless.
     volts : float
-        V.
+        Voltage, V.
 
     Returns
     -------
@@ -363,7 +363,7 @@ def rollout(
     s : MacroModelState
         State at the start.
     reference : ndarray, shape (n,)
-        counts.
+        Reference, counts.
     counted : bool
         Whether the law sees whole counts.
     out : ndarray, shape (2, n)
@@ -443,7 +443,7 @@ def closed_loop(
     motor : ndarray, shape (n,)
         D/A volts, V.
     """
-    aim = np.ascontiguousarray(reference, dtype=np.float64)
-    out = np.empty((2, len(aim)))
-    compiled(rollout)(p, law, MacroModelState(float(start), 0.0), aim, counted, out)
+    target = np.ascontiguousarray(reference, dtype=np.float64)
+    out = np.empty((2, len(target)))
+    compiled(rollout)(p, law, MacroModelState(float(start), 0.0), target, counted, out)
     return out[0], out[1]

@@ -48,7 +48,7 @@ def detwinned(p: Alloy, stress: float, before: float) -> float:
     p : Alloy
         The alloy.
     stress : float
-        Pa.
+        Stress, Pa.
     before : float
         Share that is out already, 0 to 1.
 
@@ -71,7 +71,7 @@ def strain(p: Alloy, stress: float, austenite: float, share: float) -> float:
     p : Alloy
         The alloy.
     stress : float
-        Pa.
+        Stress, Pa.
     austenite : float
         Share of austenite, 0 to 1.
     share : float

@@ -124,7 +124,7 @@ def static_heat(p: Stressed, ctrl: float) -> float:
     p : Stressed
         Parameters of the model.
     ctrl : float
-        V.
+        CTRL, V.
 
     Returns
     -------

@@ -39,7 +39,7 @@ def convert(p: Amplifier, volts: float) -> float:
     p : Amplifier
         Parameters of the amplifier.
     volts : float
-        V.
+        Voltage, V.
 
     Returns
     -------

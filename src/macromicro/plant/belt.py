@@ -58,7 +58,7 @@ def step(p: Belt, q: float, speed: float, kick: float, h: float) -> tuple[float,
     kick : float
         What the carriage's speed gains in the step, m/s.
     h : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -229,7 +229,18 @@ class State(NamedTuple):
 
 
 def macro_stage(bench: Bench) -> Macro:
-    """Runtime parameters of the macro-stage alone: what a bench is made of."""
+    """Runtime parameters of the macro-stage alone.
+
+    Parameters
+    ----------
+    bench : Bench
+        What is physically there.
+
+    Returns
+    -------
+    Macro
+        Carriage, motor, friction and belt.
+    """
     return Macro(bench.carriage, bench.motor, bench.friction, bench.belt)
 
 

@@ -105,7 +105,7 @@ def stop_terms(p: Carriage, x: float, h: float) -> tuple[float, float]:
     x : float
         Position before the step, m.
     h : float
-        s.
+        Length of the step, s.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> M
     offset : float
         Local deviation of the friction level, N.
     h : float
-        s.
+        Length of the step, s.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def advance(p: Macro, s: MacroState, volts: float, dt: float, substeps: int) -> 
     volts : float
         Volts at the motor throughout, V.
     dt : float
-        s.
+        Length of the step, s.
     substeps : int
         Into how many steps it is cut; fewer where the carriage stands.
 

@@ -195,7 +195,7 @@ def delivered(p: DriverTable, power: float, ctrl: float, cut: float, dt: float) 
     cut : float
         CONTRACT, 0 or 1.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -68,7 +68,7 @@ def sample(p: Converter, volts: float) -> float:
     p : Converter
         Parameters of encoder or converter.
     volts : float
-        V.
+        Voltage, V.
 
     Returns
     -------

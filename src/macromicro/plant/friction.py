@@ -113,7 +113,7 @@ def bristle_terms(
     offset : float
         Local deviation of the level, N.
     h : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

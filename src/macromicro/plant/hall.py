@@ -103,7 +103,7 @@ def lagged(p: Hall, level: float, x: float, dt: float) -> float:
     x : float
         Contraction throughout, m.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

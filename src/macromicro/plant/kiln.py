@@ -258,7 +258,7 @@ def advance(p: KilnPlant, s: KilnState, heater: float, draw: KilnNoise, dt: floa
     draw : KilnNoise
         Noise of this period.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

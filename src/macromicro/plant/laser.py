@@ -42,7 +42,7 @@ def drifted(p: Laser, drift: float, draw: float, dt: float) -> float:
     draw : float
         Standard normal number.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -83,7 +83,7 @@ def cold(p: Micro, temperature: float) -> MicroState:
     p : Micro
         Parameters of the actuator.
     temperature : float
-        deg C.
+        Temperature, deg C.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireSt
     table : Everett
         Relays.
     temperature : float
-        deg C.
+        Temperature, deg C.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def advance(
     inertia : float
         Load by the carriage's acceleration, N.
     dt : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

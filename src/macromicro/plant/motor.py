@@ -42,7 +42,7 @@ def current_terms(p: Motor, current: float, volts: float, h: float) -> tuple[flo
     volts : float
         Volts at the motor, V.
     h : float
-        s.
+        Length of the step, s.
 
     Returns
     -------

@@ -286,7 +286,7 @@ def tempered(p: Wire, load: Load, table: Everett, s: WireState, temperature: flo
     s : WireState
         State of the wires; its memory is changed in place.
     temperature : float
-        deg C.
+        Temperature, deg C.
 
     Returns
     -------

@@ -79,8 +79,8 @@ def fine_laser(recording: Recording) -> Floats:
     ndarray, shape (n,)
         um; NaN elsewhere and at resets.
     """
-    wanted = (recording["phase"] == ENABLED) & (recording["laser_reset"] == 0)
-    return np.where(wanted, recording["laser"], np.nan)
+    enabled = (recording["phase"] == ENABLED) & (recording["laser_reset"] == 0)
+    return np.where(enabled, recording["laser"], np.nan)
 
 
 def first_cycle(ended: Ended) -> slice:
@@ -148,8 +148,8 @@ def response(ended: Ended) -> Drawn | None:
             names, scale, sensor = ("micro_reference", "hall_position"), 1.0, "Hall sensor"
             color, name, what = GREEN, "micro-stage", "contraction [mm]"
         for ax, rows in zip(axes[row], (whole, near), strict=True):
-            aim, place = (recording[n][rows] * scale for n in names)
-            line(ax, t[rows], aim, ORANGE, "reference", linestyle="--")
+            target, place = (recording[n][rows] * scale for n in names)
+            line(ax, t[rows], target, ORANGE, "reference", linestyle="--")
             line(ax, t[rows], place, color, sensor)
         last = row == len(shown) - 1
         below = "time [s]" if last else ""
@@ -313,7 +313,7 @@ def micro(ended: Ended) -> Drawn | None:
     caption = (
         "The micro-stage in the last cycle. The laser is shown while the micro-stage is enabled. "
         "In (b) each reading is pale and its mean over 51 ms strong: the Hall sensor sits on the "
-        "target, as integral action makes it; the laser tells whether the stage does. A laser "
+        "target, as integral action makes it; the laser shows whether the stage does. A laser "
         "that stays off by a steady amount was reset before the "
         "actuator had fully extended."
     )

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from macromicro.rig import codes
 from macromicro.rig.guard import Watch
 
-SWITCHED_OFF = "all outputs were set to off (told to the rig, not read back)"
+SWITCHED_OFF = "all outputs were set to off (written to the rig, not read back)"
 
 
 class Fault(NamedTuple):
@@ -124,7 +124,7 @@ TEXTS = {
     ),
     codes.ENCODER_AGAINST: _Text(
         "encoder against the motor",
-        "The encoder counts against the motor's push and goes on so.",
+        "The encoder counts against the motor's push and keeps doing so.",
         "{value:.0f} counts against it, allowed {limit:.0f} counts",
         "See that the encoder's two channels, or the motor's two wires, are not swapped, then "
         "home; guard.lean and guard.against set the limits.",

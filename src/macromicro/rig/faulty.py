@@ -8,7 +8,7 @@ the loop opens nothing and waits for nobody:
     macromicro serve --rig macromicro.rig.faulty:twin
     python -m macromicro.rig.faulty encoder-frozen     # in another shell; "none" ends it
 
-The same file shows the bench's truth and what the rig was last told, to judge by. The bench
+The same file shows the bench's truth and what was last written to the rig, to judge by. The bench
 has its default parameters.
 """
 
@@ -295,7 +295,7 @@ class Faulty(Twin):
         super().stop()
 
     def _note(self, outputs: Outputs) -> None:
-        """What the rig was told, on the board."""
+        """What was written to the rig, on the board."""
         cells = self.cells
         motor, ctrl, fan, _ = outputs
         if not (abs(motor) <= 5.0 and 0.0 <= ctrl <= 5.0 and fan in (0.0, 1.0)):

@@ -186,15 +186,15 @@ def legal(p: Limits, out: Outputs) -> bool:
 
 
 @kernel
-def _warm(p: Limits, s: Heat, ctrl: float, wanted: bool, place: float, dt: float) -> Heat:
+def _warm(p: Limits, s: Heat, ctrl: float, requested: bool, place: float, dt: float) -> Heat:
     """Estimated heating after `dt`, and how long the stage at `place` [mm] ignores it.
 
-    `wanted`: a contraction is being asked for and not yet there.
+    `requested`: a contraction is being asked for and not yet there.
     """
     heating = electrothermal.step(s.heating, electrothermal.gain(ctrl, p.ceiling), dt)
     hot = ROOM + electrothermal.temperature(heating) > p.warm
     moved = math.isnan(s.anchor) or abs(place - s.anchor) > 1e3 * p.motion
-    if not hot or not wanted or moved:
+    if not hot or not requested or moved:
         return Heat(heating, place, 0.0)
     return Heat(heating, s.anchor, s.idle + dt)
 
@@ -252,8 +252,8 @@ def step(
         p.micro, s.micro, command.micro_active, command.micro_reference, abs(off), dt
     )
     ctrl = out.ctrl if fine and s.fault == OK else 0.0
-    wanted = command.micro_active > 0.5 and off > 1e3 * q.motion
-    heat = _warm(q, s.heat, ctrl, wanted, place, dt)
+    requested = command.micro_active > 0.5 and off > 1e3 * q.motion
+    heat = _warm(q, s.heat, ctrl, requested, place, dt)
 
     fault, value, limit, time = s.fault, s.value, s.limit, s.time
     if fault == OK:

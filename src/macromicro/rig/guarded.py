@@ -144,9 +144,9 @@ _OUTPUTS = _COMMAND + len(Command._fields)
 _ASKED = _OUTPUTS + len(Outputs._fields)
 
 
-def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) -> Iterator[int]:
+def _guard(p: Guard, s: Watch, asked: _Row, answer: _Row, state: _Row, dt: float) -> Iterator[int]:
     """The guard as a coroutine: each `next` does what `asked` orders and gives the fault that
-    is latched, if any. Judging fills `told` with outputs, temperature and doubt; `state` is the
+    is latched, if any. Judging fills `answer` with outputs, temperature and doubt; `state` is the
     whole watch, to be looked at or replaced."""
     while True:
         if asked[0] == _JUDGE:
@@ -159,12 +159,12 @@ def _guard(p: Guard, s: Watch, asked: _Row, told: _Row, state: _Row, dt: float) 
             seen = sensing.expecting(s.seen, asked[_ENCODER] == 1.0, asked[_HALL] == 1.0)
             s = Watch(s.fault, s.value, s.limit, s.time, seen, s.macro, s.micro, s.heat)
             s, given = guard.step(p, s, sample, command, outputs, dt)
-            told[0] = given.motor
-            told[1] = given.ctrl
-            told[2] = given.fan
-            told[3] = given.laser_reset
-            told[4] = guard.temperature(s)
-            told[5] = float(sensing.doubt(p.limits, s.seen, dt))
+            answer[0] = given.motor
+            answer[1] = given.ctrl
+            answer[2] = given.fan
+            answer[3] = given.laser_reset
+            answer[4] = guard.temperature(s)
+            answer[5] = float(sensing.doubt(p.limits, s.seen, dt))
         elif asked[0] == _SHOW:
             watching.store(s, state)
         else:
@@ -192,12 +192,12 @@ class CompiledGuarded(Guarded):
 
     def __init__(self, rig: Rig, limits: Guard, dt: float) -> None:
         self._asked = np.zeros(_ASKED)
-        self._told = np.zeros(6)
+        self._answer = np.zeros(6)
         self._state = np.zeros(watching.FIELDS)
         # The coroutine refers to the arrays inside, and does not own them.
         self._start = guard.fresh()
         self._guard = compiled(_guard)(
-            limits, self._start, self._asked, self._told, self._state, dt
+            limits, self._start, self._asked, self._answer, self._state, dt
         )
         super().__init__(rig, limits, dt)
         self._asked[_ENCODER : _HALL + 1] = self._there
@@ -227,12 +227,12 @@ class CompiledGuarded(Guarded):
         return self._temperature
 
     def _doubted(self) -> int:
-        return int(self._told[5])
+        return int(self._answer[5])
 
     def _judged(self, sample: Sample, command: Command, outputs: Outputs) -> Outputs:
         asked = self._asked
         asked[0] = _JUDGE
         asked[_SAMPLE:] = (*sample, *command, *outputs)
         self._fault = next(self._guard)
-        motor, ctrl, fan, reset, self._temperature, _ = self._told.tolist()
+        motor, ctrl, fan, reset, self._temperature, _ = self._answer.tolist()
         return Outputs(motor, ctrl, fan, reset)

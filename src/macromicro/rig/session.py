@@ -251,7 +251,7 @@ class Session:
         Parameters
         ----------
         seconds : float
-            s.
+            Duration, s.
         """
         periods = round(seconds / self._dt)
         if periods:

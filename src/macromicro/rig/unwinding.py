@@ -16,7 +16,7 @@ class Unwinding:
     whom it was meant for.
 
     A signal that was ignored stays so. Outside the main thread nothing is changed: only that
-    thread is told of signals.
+    thread receives signals.
     """
 
     def __init__(self) -> None:

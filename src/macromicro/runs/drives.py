@@ -63,24 +63,24 @@ def law(name: str) -> MacroLaw:
 
 @kernel
 def _motor(
-    p: MacroLaw, memory: Memory, closed: bool, wanted: float, x: float, dt: float
+    p: MacroLaw, memory: Memory, closed: bool, target: float, x: float, dt: float
 ) -> tuple[Memory, float]:
-    """Memory and volts [V]: by the law for `wanted` [counts] where `closed`, else `wanted` [V]."""
+    """Memory and volts [V]: by the law for `target` [counts] where `closed`, else `target` [V]."""
     if closed:
-        return control.step(p, memory, wanted - x, dt)
-    return memory, wanted
+        return control.step(p, memory, target - x, dt)
+    return memory, target
 
 
 @kernel
 def _carriage(
-    plant: Plant, p: MacroLaw, closed: bool, s: MacroState, wanted: Array, out: Array, dt: float
+    plant: Plant, p: MacroLaw, closed: bool, s: MacroState, targets: Array, out: Array, dt: float
 ) -> None:
     """Counts, D/A volts and integral effort into the rows of `out`."""
     latched = 0.0
     memory = control.rest(0.0)
-    for k in range(len(wanted)):
+    for k in range(len(targets)):
         x = encoder.count(plant.encoder, s.x)
-        memory, motor = _motor(p, memory, closed, wanted[k], x, dt)
+        memory, motor = _motor(p, memory, closed, targets[k], x, dt)
         out[0, k], out[1, k], out[2, k] = x, motor, control.integral(memory)
         drive = amplifier.motor_volts(plant.amplifier, latched)
         s = carriage.advance(plant.macro, s, drive, dt, plant.macro_steps)
@@ -139,46 +139,46 @@ def closed_loop(
     InputError
         The rig lacks an encoder.
     """
-    aim = np.ascontiguousarray(reference, dtype=np.float64)
-    return _moved(machine, "the macro-stage under control", controller, aim, start + 0.5)
+    targets = np.ascontiguousarray(reference, dtype=np.float64)
+    return _moved(machine, "the macro-stage under control", controller, targets, start + 0.5)
 
 
 def _moved(
-    machine: Machine, what: str, controller: MacroLaw | None, wanted: Array, start: float
+    machine: Machine, what: str, controller: MacroLaw | None, targets: Array, start: float
 ) -> Recording:
     """A run of the carriage from `start` [counts, half a count in], open loop without a law."""
     closed, shown = controller is not None, PUSHED if controller is None else FOLLOWED
     p = law("pd-tuned") if controller is None else controller
     if isinstance(machine, Fixture):
         machine.need(what, "encoder")
-        follow, integral = _follow(p, closed, wanted)
-        done = play(machine, what, len(wanted), follow, start=math.floor(start))
+        follow, integral = _follow(p, closed, targets)
+        done = play(machine, what, len(targets), follow, start=math.floor(start))
         rows = (done["t"], done["encoder"], done["motor"], integral)
     else:
-        out = np.empty((3, len(wanted)))
+        out = np.empty((3, len(targets)))
         s = carriage.at_rest(start * machine.encoder.pitch)
-        compiled(_carriage)(machine, p, closed, s, wanted, out, DT)
-        rows = (np.arange(len(wanted)) * DT, *out)
+        compiled(_carriage)(machine, p, closed, s, targets, out, DT)
+        rows = (np.arange(len(targets)) * DT, *out)
     names = ("t", "macro_position", "motor", "macro_integral")
-    values = {"macro_reference": wanted, **dict(zip(names, rows, strict=True))}
+    values = {"macro_reference": targets, **dict(zip(names, rows, strict=True))}
     return _recording(machine, shown, values, DT, {})
 
 
 def _follow(
-    p: MacroLaw, closed: bool, wanted: Array
+    p: MacroLaw, closed: bool, targets: Array
 ) -> tuple[Callable[[int, Sample], tuple[Command, Outputs]], Array]:
     """The same law for `play`, and where its integral effort goes. A missing reading gives no
     effort and leaves the memory: the guard counts how long."""
     memory = control.rest(0.0)
-    integral = np.zeros_like(wanted)
+    integral = np.zeros_like(targets)
 
     def follow(k: int, sample: Sample) -> tuple[Command, Outputs]:
         nonlocal memory
-        aim, motor = float(wanted[k]), 0.0
+        target, motor = float(targets[k]), 0.0
         if not (closed and math.isnan(sample.encoder)):
-            memory, motor = _motor(p, memory, closed, aim, sample.encoder, DT)
+            memory, motor = _motor(p, memory, closed, target, sample.encoder, DT)
         integral[k] = control.integral(memory)
-        command = Command(aim, 1.0, 0.0, 0.0, 0.0) if closed else IDLE
+        command = Command(target, 1.0, 0.0, 0.0, 0.0) if closed else IDLE
         return command, Outputs(motor, 0.0, 0.0, 0.0)
 
     return follow, integral
@@ -227,7 +227,7 @@ def by_laser(
     machine : Machine
         The virtual bench's parameters, or a rig.
     target : float
-        mm.
+        Target, mm.
     p : PiAntiWindup
         The law.
     seconds : float
@@ -245,9 +245,9 @@ def by_laser(
     InputError
         The rig lacks a laser.
     """
-    wanted = np.full(round(seconds / DT), target)
-    found = stage(machine, "control by the laser", ("laser",), wanted, law=p, seed=seed)
-    values = _shown(found) | {"micro_reference": wanted}
+    targets = np.full(round(seconds / DT), target)
+    found = stage(machine, "control by the laser", ("laser",), targets, law=p, seed=seed)
+    values = _shown(found) | {"micro_reference": targets}
     return _recording(machine, BY_LASER, values, DT, {"seed": seed})
 
 
@@ -255,7 +255,7 @@ def stage(
     machine: Machine,
     what: str,
     channels: tuple[str, ...],
-    wanted: Array,
+    targets: Array,
     *,
     law: PiAntiWindup | None = None,
     seed: int = 0,
@@ -271,7 +271,7 @@ def stage(
         What is run, for messages.
     channels : tuple[str, ...]
         What the rig must measure.
-    wanted : ndarray, shape (n,)
+    targets : ndarray, shape (n,)
         A sample each ms: CTRL (V), or the place (mm) that `law` holds by the laser.
     law : PiAntiWindup | None, optional
         None for an open loop.
@@ -294,14 +294,14 @@ def stage(
     p = PiAntiWindup() if law is None else law
     if isinstance(machine, Fixture):
         machine.need(what, *channels)
-        hold = _hold(p, law is not None, wanted, 1.0 if machine.has("hall") else 0.0)
-        done = play(machine, what, len(wanted), hold, seed=seed)
+        hold = _hold(p, law is not None, targets, 1.0 if machine.has("hall") else 0.0)
+        done = play(machine, what, len(targets), hold, seed=seed)
         seen = ("t", "ctrl", "laser", "hall", "contract")
         return {name: done[name][::every] for name in seen}
-    noise = noise_source(seed).standard_normal((len(wanted), NOISES))
-    out = np.empty((6, -(-len(wanted) // every)))
+    noise = noise_source(seed).standard_normal((len(targets), NOISES))
+    out = np.empty((6, -(-len(targets) // every)))
     cold = bench.initial(machine)
-    compiled(loop.stage)(machine, cold, p, law is not None, wanted, noise, out, every, DT)
+    compiled(loop.stage)(machine, cold, p, law is not None, targets, noise, out, every, DT)
     t = np.arange(out.shape[1], dtype=np.float64) * every * DT
     ctrl, laser, hall, contract, contraction, wire = out
     return {
@@ -316,20 +316,20 @@ def stage(
 
 
 def _hold(
-    p: PiAntiWindup, closed: bool, wanted: Array, seen: float
+    p: PiAntiWindup, closed: bool, targets: Array, seen: float
 ) -> Callable[[int, Sample], tuple[Command, Outputs]]:
     """The same law for `play`. The guard follows it by the Hall sensor, where one is `seen`."""
     integral = 0.0
 
     def hold(k: int, sample: Sample) -> tuple[Command, Outputs]:
         nonlocal integral
-        aim = float(wanted[k])
+        target = float(targets[k])
         if not closed:
-            return IDLE, Outputs(0.0, aim, 0.0, 0.0)
+            return IDLE, Outputs(0.0, target, 0.0, 0.0)
         ctrl = 0.0
         if not math.isnan(sample.laser):
-            integral, ctrl = pi.step(p, integral, aim - 1e3 * sample.laser, DT)
-        return Command(0.0, 0.0, aim, seen, math.nan), Outputs(0.0, ctrl, 0.0, 0.0)
+            integral, ctrl = pi.step(p, integral, target - 1e3 * sample.laser, DT)
+        return Command(0.0, 0.0, target, seen, math.nan), Outputs(0.0, ctrl, 0.0, 0.0)
 
     return hold
 

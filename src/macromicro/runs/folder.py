@@ -42,7 +42,7 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
     folder : Path
         Where they are to go.
     needed : int
-        Bytes.
+        Space needed, bytes.
     overwrite : bool
         Whether files may be replaced.
     names : Sequence[str], optional
@@ -215,7 +215,7 @@ def _make(place: Path) -> None:
 
 
 def holder(file: int) -> str:
-    """The process that has locked an open folder, as well as the system tells.
+    """The process that has locked an open folder, as well as the system knows.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
     session : Session
         The same, opened.
     place : float
-        counts.
+        Place, counts.
 
     Raises
     ------
@@ -200,9 +200,9 @@ def play(
         rig = Guarded(session, watchdog(fixture.limits, fixture.table), fixture.dt)
         for k in range(periods):
             sample = rig.read()
-            command, wanted = law(k, sample)
+            command, outputs = law(k, sample)
             rig.expect(command)
-            rig.write(wanted)
+            rig.write(outputs)
             if rig.tripped:
                 raise GuardTripped(f"{fixture.name}, {what}", rig)
             samples.append(sample)

@@ -226,7 +226,7 @@ def overridden(settings: Settings) -> dict[str, str]:
     Parameters
     ----------
     settings : Settings
-        Any.
+        Any settings.
 
     Returns
     -------

@@ -28,7 +28,7 @@ def micro_steps(
     Parameters
     ----------
     levels : Sequence[float]
-        mm.
+        Levels, mm.
     hold : float, optional
         How long each is held, or with `times` the last, s.
     times : Sequence[float] | None, optional

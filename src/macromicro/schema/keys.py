@@ -135,7 +135,25 @@ def whole(raw: object, low: int, high: int, where: str) -> int:
 
 
 def seed(value: int, where: str) -> int:
-    """A seed, from which trials may count on; `InputError` below 0 and beyond 2^52."""
+    """A seed, from which trials may count on.
+
+    Parameters
+    ----------
+    value : int
+        The seed.
+    where : str
+        File and key, or option, for the message.
+
+    Returns
+    -------
+    int
+        `value`.
+
+    Raises
+    ------
+    InputError
+        Below 0, or beyond 2^52.
+    """
     return whole(value, 0, MAX_SEED, where)
 
 

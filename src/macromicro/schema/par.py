@@ -79,10 +79,17 @@ class Par:
 
 
 class Entry(NamedTuple):
-    """One parameter of a tree: its dotted path, description and value.
+    """One parameter of a tree.
 
-    The value's type is the parameter's: true or false, text, a whole number, a number, or
-    a list of numbers.
+    Attributes
+    ----------
+    path : str
+        Dotted.
+    par : Par
+        What it is.
+    value : Any
+        In the stored unit; its type is the parameter's: true or false, text, a whole number, a
+        number, or a list of numbers.
     """
 
     path: str

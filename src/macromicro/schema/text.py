@@ -153,15 +153,20 @@ def printable(value: object, length: int = 60) -> str:
 
 
 def plain(value: Any, *, spelled: bool = False) -> Any:
-    """`value` as JSON can hold it.
+    """A value as JSON can hold it.
 
     Parameters
     ----------
-    value : object
-        Arrays become lists, numbers of numpy plain ones, keys and unknown objects text. What is
-        not a finite number becomes None.
-    spelled : bool
+    value : Any
+        Arrays become lists, numbers of numpy plain ones, keys and unknown objects text. What is not
+        a finite number becomes None.
+    spelled : bool, optional
         An infinite number becomes "inf" or "-inf" instead, where it means something.
+
+    Returns
+    -------
+    Any
+        Made of dictionaries, lists, text, numbers, truth values and None.
     """
     if hasattr(value, "tolist"):  # of numpy
         value = value.tolist()

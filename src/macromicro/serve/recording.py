@@ -120,7 +120,7 @@ class Recordings:
         return recording.state if recording is not None else NO_RECORDING
 
     def begin(self, path: Path, client: str = "", *, overwrite: bool) -> None:
-        """See `Station.record`."""
+        """See `Station.record`. Raises MacromicroError where nothing runs, or one is under way."""
         with self._lock:
             shared = self._connection.shared
             if shared is None or not self._connection.running:

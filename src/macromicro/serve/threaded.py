@@ -45,7 +45,8 @@ class Threaded(ABC):
         return self._failures[0] if self._failures else None
 
     def start(self) -> None:
-        """Listen. Raises InputError where the address cannot be had (port in use)."""
+        """Listen. Raises InputError where the address cannot be had (port in use), MacromicroError
+        where the server runs already."""
         if self._thread is not None:
             raise MacromicroError(f"the {self._kind} server runs already")
         self._bound.clear()

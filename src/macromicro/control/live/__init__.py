@@ -1,1 +1,1 @@
-"""The positioner as a live machine: requests in, motions out, every transition told."""
+"""The positioner as a live machine: requests in, motions out, every transition reported."""

@@ -55,7 +55,7 @@ def _enable(p: LiveParameters, s: LiveState, request: m.Enable) -> Answer:
     if s.mode == m.FAULT:
         return s, _FAULT, ()
     if s.mode != m.DISABLED:
-        return s, Refused("the positioner is enabled", "go on, or disable it first"), ()
+        return s, Refused("the positioner is enabled", "use it as it is, or disable it first"), ()
     if math.isnan(s.seen.position):
         return s, _NO_SAMPLE, ()
     s, event = t.go(s, m.READY, t.ENABLE, {"client": request.client})
@@ -68,11 +68,11 @@ def _disable(p: LiveParameters, s: LiveState, request: m.Disable) -> Answer:
 
 def _emergency(p: LiveParameters, s: LiveState, request: m.EmergencyStop) -> Answer:
     s = s._replace(fan=0.0, drive=t.idle(s.drive)._replace(reset=False))
-    told: tuple[Notice, ...] = ()
+    lost: tuple[Notice, ...] = ()
     if s.motion is not None:
-        s, told = t.untrusted(s, t.EMERGENCY + " on the way")
+        s, lost = t.untrusted(s, t.EMERGENCY + " on the way")
     s, reply, notices = _off(p, s, m.EMERGENCY, t.EMERGENCY, request.client)
-    return s, reply, (*told, *notices)
+    return s, reply, (*lost, *notices)
 
 
 def _off(p: LiveParameters, s: LiveState, outcome: str, cause: str, client: str) -> Answer:
@@ -115,7 +115,7 @@ def _zero(p: LiveParameters, s: LiveState, request: m.Zero) -> Answer:
     here = s.seen.position
     frame, drive = s.frame._replace(zero=here), s.drive._replace(reset=True)
     s = s._replace(frame=frame, drive=drive)
-    return s, _OK, (t.told(s, "zero", "zero", {"zero_m": here, "client": request.client}),)
+    return s, _OK, (t.reported(s, "zero", "zero", {"zero_m": here, "client": request.client}),)
 
 
 def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
@@ -125,7 +125,7 @@ def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
     if on is not True and on is not False:
         return s, Refused(f"{shown(request.on)} is neither on nor off", "True or False"), ()
     s = s._replace(fan=1.0 if request.on else 0.0)
-    return s, _OK, (t.told(s, "fan", "fan", {"on": request.on, "client": request.client}),)
+    return s, _OK, (t.reported(s, "fan", "fan", {"on": request.on, "client": request.client}),)
 
 
 def _gains(p: LiveParameters, s: LiveState, request: m.SetGains) -> Answer:
@@ -268,7 +268,7 @@ def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
 
 
 def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog) -> Answer:
-    """A jog under way goes on at another speed, or ends."""
+    """A jog under way continues at another speed, or ends."""
     fine = request.stage == m.MICRO
     if request.speed == 0.0:
         end = moves.stay if fine else brake.start

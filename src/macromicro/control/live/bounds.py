@@ -52,7 +52,7 @@ def change(
     names = [name for name in own._fields if getattr(new, name) != getattr(s.limits, name)]
     changed = {n: {"old": getattr(s.limits, n), "new": getattr(new, n)} for n in names}
     s = s._replace(limits=new)
-    return s, Accepted(), (t.told(s, "limits", "set limits", changed),)
+    return s, Accepted(), (t.reported(s, "limits", "set limits", changed),)
 
 
 def _problem(own: SoftLimits, new: Any) -> Refused | None:

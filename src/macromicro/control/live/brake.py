@@ -36,7 +36,7 @@ def distance(p: LiveParameters, speed: float) -> float:
     p : LiveParameters
         Parameters of the live machine.
     speed : float
-        counts/s.
+        Speed, counts/s.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def _slow_down(
     speed = 0.0 if left < less or stands else math.copysign(left, work.speed)
     reference = s.drive.macro_reference + speed * dt
     ahead = work.goal - work.origin
-    if ahead * work.speed > 0.0:  # what was near its target does not go on beyond it
+    if ahead * work.speed > 0.0:  # what was near its target does not continue beyond it
         reference = work.origin + math.copysign(
             min(abs(reference - work.origin), abs(ahead)), work.speed
         )

@@ -4,7 +4,7 @@ The edge between the counts n - 1 and n nominally lies at (n - 1/2) pitch: a cou
 middle. The laser sees it at that place + a + b (n - origin). `a` is the phase, known to half
 a count by the count alone. `b` is the error of `pitch`: a mean over edges near home would be
 wrong far away, and one over recent edges would follow the strip and not the laser; with `b`
-any edge tells about home, and home stays where it was. The laser's own resets and its drift
+any edge informs about home, and home stays where it was. The laser's own resets and its drift
 make `a` less certain, each edge that is crossed makes both more so.
 """
 
@@ -114,7 +114,7 @@ def at(e: Phase, count: float) -> float:
     e : Phase
         What is known.
     count : float
-        counts.
+        Count at which it is asked, counts.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def variance(e: Phase, count: float) -> float:
     e : Phase
         What is known.
     count : float
-        counts.
+        Count at which it is asked, counts.
 
     Returns
     -------
@@ -232,7 +232,7 @@ def error(e: Phase, count: float) -> float:
     e : Phase
         What is known.
     count : float
-        counts.
+        Count at which it is asked, counts.
 
     Returns
     -------

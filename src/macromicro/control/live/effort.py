@@ -48,9 +48,9 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
     s : LiveState
         State of the live machine.
     encoder : float
-        Raw counts, or NaN.
+        Encoder reading, raw counts, or NaN.
     reference : float
-        Raw counts.
+        Reference, raw counts.
     dt : float
         Control period, s.
 
@@ -76,9 +76,9 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
     s : LiveState
         State of the live machine.
     hall : float
-        V, or NaN.
+        Hall voltage, V, or NaN.
     reference : float
-        mm.
+        Reference, mm.
     dt : float
         Control period, s.
 
@@ -185,7 +185,7 @@ def observe(p: Fine, w: Window, hall: float, error: float, dt: float) -> Window:
     hall : float
         Reading, V or whatever is read; only changes count.
     error : float
-        mm.
+        Error, mm.
     dt : float
         Control period, s.
 

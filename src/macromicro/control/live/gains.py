@@ -64,8 +64,10 @@ def change(
     if busy(s) and (new.macro_law, new.micro_law) != (s.control.macro_law, s.control.micro_law):
         return s, Refused("a motion is under way", "change the law when it has ended"), ()
     s = _put(p, s, new)
-    told = t.told(s, "gains", "set gains", {c.path: {"old": c.old, "new": c.new} for c in done})
-    return s, Accepted(0, tuple(done)), (told,)
+    event = t.reported(
+        s, "gains", "set gains", {c.path: {"old": c.old, "new": c.new} for c in done}
+    )
+    return s, Accepted(0, tuple(done)), (event,)
 
 
 def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:

@@ -3,15 +3,15 @@
 The macro law follows a reference downwards: at the speed `approach`, which a stop may be met
 with; at `quick` where the stop is expected farther below than `near`, and slowly from there on.
 It is expected where the frame has it, if a homing before or a kept position named it, and where it
-was felt the first time. A carriage that is below that, and meets nothing, goes on at `approach`.
+was felt the first time. A carriage that is below that, and meets nothing, continues at `approach`.
 
 Where the carriage stands, the motor pushes with the full homing effort - below what the guard
-takes for stuck - and a carriage that goes on standing under it has met the stop. One that had
+takes for stuck - and a carriage that still stands under it has met the stop. One that had
 only stuck is freed by the push. So homing leans on a stop for twice `stand`, whichever law is in
 force, wherever it began.
 
 A stop has to be met twice at the same place, the second time slowly, backing off in between: one
-that was held up for longer, and is free again then, goes on. The second place counts.
+that was held up for longer, and is free again then, continues. The second place counts.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from macromicro.types import Sample
 SEARCH, PUSH, BACK = range(3)
 GIVE = 20.0  # counts that a stop's rubber may give under the push
 AGAIN = 2.0 * GIVE  # counts to back off before it is felt for again
-OVER = 1.4  # of the wanted speed, with which a carriage that had stuck may catch up
+OVER = 1.4  # of the requested speed, with which a carriage that had stuck may catch up
 
 
 def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
@@ -62,7 +62,7 @@ def start(p: LiveParameters, s: LiveState, motion: Motion) -> tuple[LiveState, t
     notices : tuple[Notice, ...]
         Trust and the transition.
     """
-    trust = t.told(s, "trust", "homing", {"trusted": False})
+    trust = t.reported(s, "trust", "homing", {"trusted": False})
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
     q = p.settings.homing
     expected = s.frame.offset + q.coordinate - q.back_off if s.frame.named else NAN
@@ -175,7 +175,7 @@ def _push(
     drive = s.drive._replace(macro_reference=sample.encoder, memory=REST)
     sure = abs(sample.encoder - work.stop) <= GIVE  # never, the first time: no stop is known
     cause = "end stop confirmed" if sure else "end stop found"
-    event = t.told(s, "move", cause, {"stop_raw_counts": sample.encoder})
+    event = t.reported(s, "move", cause, {"stop_raw_counts": sample.encoder})
     felt = Search(BACK, NAN, NAN, sample.encoder, sure, expected=sample.encoder)
     s = s._replace(work=felt, drive=drive)
     return s, Efforts(0.0, 0.0, 1.0, 0.0, (event,))
@@ -207,7 +207,7 @@ def _back(
             "stop_raw_counts": work.stop,
             "shift_counts": shift,
         }
-        trust = t.told(s, "trust", "homed", {"trusted": True, **found})
+        trust = t.reported(s, "trust", "homed", {"trusted": True, **found})
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.HOMED), found)
         return s, Efforts(notices=(trust, *notices))
     drive, motor = macro_effort(s, sample.encoder, reference, dt)

@@ -1,4 +1,4 @@
-"""Jogs: a reference that runs at the speed asked for, until told otherwise or at a limit."""
+"""Jogs: a reference that runs at the speed asked for, until another request or a limit."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def start_macro(
     motion : Motion
         The motion as accepted.
     speed : float
-        m/s.
+        Speed, m/s.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, 
     motion : Motion
         The motion as accepted.
     speed : float
-        m/s.
+        Speed, m/s.
 
     Returns
     -------

@@ -89,7 +89,7 @@ def step(
     if d.reset:
         s = s._replace(drive=d._replace(reset=False), survey=survey.reset_given(s.survey))
         reset = 1.0
-    # A law that gives NaN, for numbers that overflow, is the guard's to stop and to tell.
+    # A law that gives NaN, for numbers that overflow, is the guard's to stop and to report.
     return s, command, Outputs(motor, ctrl, s.fan, reset), notices
 
 
@@ -110,17 +110,17 @@ _WORKS: dict[type, Callable[..., tuple[LiveState, Efforts]]] = {
 }
 
 
-def _time(s: LiveState, told: float, dt: float) -> tuple[float, float]:
+def _time(s: LiveState, given: float, dt: float) -> tuple[float, float]:
     """Time [s] that has passed, and what the samples' time is ahead of it.
 
     A leap of the samples' time is no passing of time, and shortens no wait.
     """
-    if not math.isfinite(told):
+    if not math.isfinite(given):
         return s.time + dt, s.shift
-    time = told - s.shift
+    time = given - s.shift
     if not math.isnan(s.seen.encoder) and not 0.0 <= time - s.time <= _LEAP:
         time = s.time + dt
-        return time, told - time
+        return time, given - time
     return time, s.shift
 
 
@@ -160,7 +160,7 @@ def _look(
 
 
 def _driven(s: LiveState) -> bool:
-    """Does the motor have its turn, or had it just now? What the laser tells of a carriage
+    """Does the motor have its turn, or had it just now? What the laser shows of a carriage
     that is left alone, and of a Hall sensor, waits until then."""
     return s.mode in (m.HOMING, m.MOVING_MACRO, m.SETTLING) or (
         s.mode == m.STOPPED and s.motion is not None
@@ -212,14 +212,14 @@ def fault(
     """
     if s.mode == m.FAULT:
         return s, ()
-    told: tuple[Notice, ...] = ()
+    lost: tuple[Notice, ...] = ()
     if s.motion is not None or position_lost:
-        s, told = t.untrusted(s, f"fault: {words}")
+        s, lost = t.untrusted(s, f"fault: {words}")
     drive = t.idle(s.drive)._replace(reset=False)
     s = s._replace(fault=Trouble(now(s), words, evidence), fan=0.0, drive=drive)
     facts = {"words": words, **evidence}
     s, notices = t.conclude(p, s, m.FAULT, (m.FAULTED, t.FAULT), facts)
-    return s, (*told, *notices)
+    return s, (*lost, *notices)
 
 
 def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
@@ -251,7 +251,7 @@ def doubt(p: LiveParameters, s: LiveState, words: str) -> tuple[LiveState, tuple
     known = math.isfinite(uncertainty(p, s))
     if known == math.isfinite(before):
         return s, ()
-    return s, (t.told(s, "trust", words or "the Hall sensor is back", {"trusted": known}),)
+    return s, (t.reported(s, "trust", words or "the Hall sensor is back", {"trusted": known}),)
 
 
 def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
@@ -262,7 +262,7 @@ def lose(s: LiveState, words: str) -> tuple[LiveState, tuple[Notice, ...]]:
     s : LiveState
         State of the live machine.
     words : str
-        Why.
+        Why they may have been missed.
 
     Returns
     -------

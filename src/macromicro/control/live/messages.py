@@ -1,4 +1,4 @@
-"""What the live positioner is asked, what it answers and what it tells.
+"""What the live positioner is asked, what it answers and what it reports.
 
 Requests are NamedTuples; each carries the name of the client that sent it (for the
 events only). Positions of the whole positioner are metres, macro positions counts in the
@@ -190,7 +190,15 @@ class Fan(NamedTuple):
 
 
 class Programme(NamedTuple):
-    """Run a plan; its macro targets are in the homed frame."""
+    """Run a plan.
+
+    Attributes
+    ----------
+    plan : Plan
+        Macro targets in counts of the homed frame, micro targets in mm.
+    client : str
+        Who sent it.
+    """
 
     plan: Plan
     client: str = ""
@@ -212,22 +220,46 @@ class SetGains(NamedTuple):
 
 
 class SetLimits(NamedTuple):
-    """Soft limits for whatever moves from now on, within the machine's own; None: these."""
+    """Soft limits for whatever moves from now on, within the machine's own.
+
+    Attributes
+    ----------
+    limits : SoftLimits | None
+        None for the machine's own.
+    client : str
+        Who sent it.
+    """
 
     limits: SoftLimits | None = None
     client: str = ""
 
 
 class ClearFault(NamedTuple):
-    """Fault to disabled. `gone`: the caller has renewed the guard, the cause is away."""
+    """Fault to disabled.
+
+    Attributes
+    ----------
+    gone : bool
+        Whether the caller has renewed the guard and the cause is away.
+    client : str
+        Who sent it.
+    """
 
     gone: bool = False
     client: str = ""
 
 
 class LinkLost(NamedTuple):
-    """The client in control is gone. `action` "stop": come to rest, micro-stage off;
-    "hold": come to rest, the micro-stage is held where it is. Motion ends as "lost"."""
+    """The client in control is gone; motion ends as "lost".
+
+    Attributes
+    ----------
+    action : str
+        "stop": come to rest, micro-stage off; "hold": come to rest, the micro-stage is held where
+        it is.
+    client : str
+        Who it was.
+    """
 
     action: str = "stop"
     client: str = ""
@@ -255,7 +287,17 @@ Request = (
 
 
 class Change(NamedTuple):
-    """A setting that was changed."""
+    """A setting that was changed.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path within `Control`.
+    old : float | int | str
+        Value before, in the stored unit.
+    new : float | int | str
+        Value in force.
+    """
 
     path: str
     old: float | int | str
@@ -263,7 +305,15 @@ class Change(NamedTuple):
 
 
 class Accepted(NamedTuple):
-    """The request is being done. `id`: of the motion it began (1, 2, ...), else 0."""
+    """The request is being done.
+
+    Attributes
+    ----------
+    id : int
+        Number of the motion it began (1, 2, ...), else 0.
+    changes : tuple[Change, ...]
+        Settings that it changed.
+    """
 
     id: int = 0
     changes: tuple[Change, ...] = ()

@@ -248,7 +248,7 @@ def remaining(p: LiveParameters, s: LiveState, target: float) -> float:
     s : LiveState
         State of the live machine.
     target : float
-        m.
+        Target, m.
 
     Returns
     -------
@@ -289,7 +289,7 @@ def fine(
     q = p.settings.fine
     window = observe(q, work.window, sample.hall, motion.fine - s.seen.fine, dt)
     witness = EMPTY
-    if by_laser(p, s):  # of a move without such a target the laser tells nothing (NaN)
+    if by_laser(p, s):  # of a move without such a target the laser says nothing (NaN)
         off = (motion.target - s.seen.position) * 1e3
         witness = observe(q, work.witness, sample.laser, off, dt)
     s = s._replace(work=work._replace(window=window, witness=witness))
@@ -303,8 +303,8 @@ def fine(
         if rests and not abs(witness.mean) > q.band:
             s, notices = t.conclude(p, s, m.HOLDING, (m.DONE, t.ON_TARGET), found)
             return s, efforts._replace(notices=notices)
-        # The carriage is not where it was, or the laser tells another place than the Hall
-        # sensor: aim anew, by both.
+        # The carriage is not where it was, or the laser shows another place than the Hall
+        # sensor: choose the target anew, by both.
         rest = motion.fine + witness.mean if rests else remaining(p, s, motion.target)
         again = motion._replace(fine=rest)
         s = s._replace(motion=again, work=Settle(work.entered, s.seen.encoder, EMPTY))

@@ -140,7 +140,7 @@ class Brake(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """The laser beside the encoder: it places the encoder's edges, and tells of lost counts."""
+    """The laser beside the encoder: it places the encoder's edges, and detects lost counts."""
 
     use: Annotated[
         int, _own("", "1: the laser refines the position and watches the count", lo=0, hi=1)
@@ -150,10 +150,10 @@ class Edges(NamedTuple):
     ] = 12
     fastest: Annotated[
         float,
-        _own("count/s", "speed up to which a crossing tells where its edge is", positive=True),
+        _own("count/s", "speed up to which a crossing shows where its edge is", positive=True),
     ] = 400.0
     factor: Annotated[
-        float, _own("", "standard errors of the phase within the uncertainty told", lo=1.0)
+        float, _own("", "standard errors of the phase within the reported uncertainty", lo=1.0)
     ] = 3.0
     laser: Annotated[
         float, _own("m", "half peak-to-peak of the laser", "I5", shown="um", lo=0.0)

@@ -1,4 +1,4 @@
-"""A programme: the supervisor's schedule and laws, told as modes and events of the machine.
+"""A programme: the supervisor's schedule and laws, reported as modes and events of the machine.
 
 "Done": every move was begun and every macro move arrived, and at the end the last move is on
 target: a macro move within its tolerance, a fine one settled as a single one has to be, for
@@ -6,7 +6,7 @@ target: a macro move within its tolerance, a fine one settled as a single one ha
 the timetable passes over lack nothing.
 
 A macro move out of patience ends the programme as stalled. One that the timetable cuts off does
-not: the timetable goes on to its end, which is then "stalled", and tells of the first such move.
+not: the timetable continues to its end, which is then "stalled", and reports the first such move.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def step(
             return s, Efforts(notices=ends)
         else:
             work = work._replace(cut_off=work.cut_off or found)
-            event = t.told(s, "move", "cut off", found)
+            event = t.reported(s, "move", "cut off", found)
         notices = (event,)
     window = work.window
     fresh = progress.move != before.move
@@ -133,7 +133,7 @@ def step(
         s, event = t.go(s, mode, t.NEXT_MOVE, {"move": progress.move})
         notices = (*notices, event)
     if fresh:
-        notices = (*notices, _told(s, work, progress))
+        notices = (*notices, _begun(s, work, progress))
     return s, Efforts(out.motor, out.ctrl, command.macro_active, command.micro_active, notices)
 
 
@@ -160,7 +160,7 @@ def _way(s: LiveState, work: Running) -> Evidence:
     return {"move": move, "error_counts": work.progress.macro_reference - s.seen.encoder}
 
 
-def _told(s: LiveState, work: Running, progress: Progress) -> m.Event:
+def _begun(s: LiveState, work: Running, progress: Progress) -> m.Event:
     """The event of a move's beginning, with how the one before ended."""
     k = progress.move
     coarse = work.plan.stage[k] == moves.MACRO
@@ -170,7 +170,7 @@ def _told(s: LiveState, work: Running, progress: Progress) -> m.Event:
     facts |= {f"target_{unit}": target, "passed_over": k - work.progress.move - 1}
     if work.progress.move >= 0:
         facts |= _result(s, work)
-    return t.told(s, "move", "next move", facts)
+    return t.reported(s, "move", "next move", facts)
 
 
 def _result(s: LiveState, work: Running) -> Evidence:

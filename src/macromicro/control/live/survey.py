@@ -26,7 +26,7 @@ from macromicro.types import Sample
 
 NAN = math.nan
 _PENDING = 200  # periods within which a reset must show
-_SMALL = 5e-6  # m: a reset of no more cannot be told from noise, nor does it have to be
+_SMALL = 5e-6  # m: a reset of no more looks like noise, nor does it have to be
 _STUCK = 3  # periods with the same reading of the laser while counts pass
 _HALL_STUCK = 20  # the same of the Hall sensor, whatever passes: its noise forbids it
 _LEAP, _LEAP_AT_REST = 5.0, 1.5  # counts in a period that no carriage goes unseen
@@ -110,12 +110,12 @@ def reset_given(v: Survey) -> Survey:
     Parameters
     ----------
     v : Survey
-        Survey.
+        What is known before.
 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     if v.phase is None:
         return v
@@ -155,7 +155,7 @@ def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: 
     pitch : float
         Travel per count, m.
     v : Survey
-        Survey.
+        What is known before.
     sample : Sample
         What the rig shows.
     moving : Moving
@@ -166,7 +166,7 @@ def look(q: Edges, pitch: float, v: Survey, sample: Sample, moving: Moving, dt: 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     if v.phase is None:
         v = v._replace(phase=edges.unknown())
@@ -202,7 +202,7 @@ def followed(
     pitch : float
         Travel per count, m.
     v : Survey
-        Survey.
+        What is known before.
     sample : Sample
         What the rig shows.
     moving : Moving
@@ -213,7 +213,7 @@ def followed(
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     count = sample.encoder
     if q.use != 1 or not abs(sample.laser) < _FARTHEST:
@@ -222,7 +222,7 @@ def followed(
     phase = _phase(now)
     if now.same >= _STUCK and (not edges.known(_phase(v)) or count != now.held):
         return _anew(now.laser, now.same, now.held)
-    if v.awaited == 1 and now.base == v.base:  # the reset never came, or cannot be told
+    if v.awaited == 1 and now.base == v.base:  # the reset never came, or is too small to see
         return _anew(now.laser, 0, count)
     if math.isnan(count) or math.isnan(sample.hall) or now.hall_same >= _HALL_STUCK:
         return Survey(
@@ -292,7 +292,7 @@ def _judged(
     edge = max(count, v.counts)
     unsure = now.awaited > 0 or not math.isnan(anchor)
     if abs(count - v.counts) != 1.0 or edge == v.edge or now.slow == 0.0 or unsure:
-        edge = v.edge  # none, or one that flickers: it tells no more than it did once
+        edge = v.edge  # none, or one that flickers: it shows no more than it did once
     else:
         rocking = 0.0 if now.slow >= _SETTLED else q.rocking
         # The edge was crossed at some instant of the period, any as likely: a uniform spread over
@@ -319,15 +319,15 @@ def _half(q: Edges, phase: Phase, anchor: float, offset: float) -> float:
     return q.laser + q.hall + q.factor * edges.error(phase, offset)
 
 
-def contradiction(v: Survey, told: float, pitch: float, offset: float) -> float:
+def contradiction(v: Survey, position: float, pitch: float, offset: float) -> float:
     """Half width about a position that takes in where the laser has the stage, where it has it
     elsewhere for sure.
 
     Parameters
     ----------
     v : Survey
-        Survey.
-    told : float
+        What is known before.
+    position : float
         Position by count and Hall sensor, m.
     pitch : float
         Travel per count, m.
@@ -341,7 +341,7 @@ def contradiction(v: Survey, told: float, pitch: float, offset: float) -> float:
     """
     if v.phase is None or v.awaited or math.isnan(v.counts):
         return 0.0
-    off = abs(whole(v, pitch, offset) - told)
+    off = abs(whole(v, pitch, offset) - position)
     slack = min(3.0 * edges.error(v.phase, offset), 0.5 * pitch)
     return off + pitch if off > 0.5 * pitch + slack else 0.0
 
@@ -354,14 +354,14 @@ def homed(q: Edges, v: Survey, offset: float) -> Survey:
     q : Edges
         Parameters of the edges.
     v : Survey
-        Survey.
+        What is known before.
     offset : float
         Count of coordinate 0, raw counts.
 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     return v if v.phase is None else v._replace(half=_half(q, v.phase, v.anchor, offset))
 
@@ -372,7 +372,7 @@ def whole(v: Survey, pitch: float, offset: float) -> float:
     Parameters
     ----------
     v : Survey
-        Survey.
+        What is known before.
     pitch : float
         Travel per count, m.
     offset : float
@@ -398,14 +398,14 @@ def again(v: Survey, pitch: float) -> Survey:
     Parameters
     ----------
     v : Survey
-        Survey.
+        What is known before.
     pitch : float
         Travel per count, m.
 
     Returns
     -------
     Survey
-        Survey.
+        What is known then.
     """
     if v.phase is None or not math.isnan(v.anchor) or v.apart > 0.0:
         return NOTHING

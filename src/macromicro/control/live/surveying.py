@@ -67,7 +67,7 @@ def _restored(r: _Row) -> Survey:
 
 
 def _survey(q: Edges, pitch: float, asked: _Row, state: _Row, dt: float) -> Iterator[int]:
-    """The survey as a coroutine: each `next` takes over `state`, or looks at a sample and tells
+    """The survey as a coroutine: each `next` takes over `state`, or looks at a sample and gives
     it there."""
     v = _restored(state)
     while True:

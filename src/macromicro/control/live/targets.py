@@ -96,7 +96,7 @@ def whole(
     rest = (target - carriage(p, s)) * 1e3
     if carriage_rests and low <= rest <= high:
         return _motion(s, kind, target, NAN, rest)
-    # The laser tells where within its count the carriage stands.
+    # The laser shows where within its count the carriage stands.
     slack = s.laws.sequence.tolerance + (0.5 if by_laser(p, s) else 0.0)
     count = math.floor((target - low * 1e-3) / pitch - slack + 1e-9)
     count = min(count, math.floor(q.macro_high))

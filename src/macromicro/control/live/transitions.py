@@ -104,7 +104,7 @@ def go(s: LiveState, mode: int, cause: str, evidence: Evidence) -> tuple[LiveSta
     return s._replace(mode=mode), event
 
 
-def told(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
+def reported(s: LiveState, kind: str, cause: str, evidence: Evidence) -> Event:
     """An event that is no transition.
 
     Parameters
@@ -146,7 +146,7 @@ def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
     if not s.frame.trusted:
         return s, ()
     s = s._replace(frame=s.frame._replace(trusted=False))
-    return s, (told(s, "trust", why, {"trusted": False}),)
+    return s, (reported(s, "trust", why, {"trusted": False}),)
 
 
 def idle(d: Drive) -> Drive:
@@ -156,12 +156,12 @@ def idle(d: Drive) -> Drive:
     Parameters
     ----------
     d : Drive
-        Drive.
+        What the laws follow and remember.
 
     Returns
     -------
     Drive
-        Drive.
+        With the references as they were.
     """
     return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset)
 

@@ -63,11 +63,11 @@ def from_tables(tables: list[Picked], kind: str) -> Found:
         pairs = [pair for table in tables for pair in _named(table)]
         ways = [direction(u) for u, _ in pairs]
         many: Kind = "ascending" if sum(np.sign(ways)) > 0.0 else "descending"
-        return Found(pairs, _told(kind) or many, [])
+        return Found(pairs, _requested(kind) or many, [])
     records = [cleaned(table) for table in tables]
     down = [c for u, f in records for c in cut(u, f)]
     up = [(-u, -f) for a, b in records for u, f in cut(-a, -b)]
-    way = _told(kind) or ("ascending" if len(up) > len(down) else "descending")
+    way = _requested(kind) or ("ascending" if len(up) > len(down) else "descending")
     curves = up if way == "ascending" else down
     if len(curves) < 2:
         raise InputError(
@@ -79,7 +79,7 @@ def from_tables(tables: list[Picked], kind: str) -> Found:
     return Found(curves, way, records)
 
 
-def _told(kind: str) -> Kind | None:
+def _requested(kind: str) -> Kind | None:
     if kind not in ("auto", "ascending", "descending"):
         raise InputError("--curves", kind, "auto, ascending or descending")
     return "ascending" if kind == "ascending" else "descending" if kind == "descending" else None

@@ -94,7 +94,7 @@ def identify(picking: Picking, options: Options) -> Result:
         for part in runs(table):
             railed(part["x"], f"{table.file}, x")
             records.append(checked(part["t"], part["u"], part["x"], table.file, 200))
-    gain, said = options.gain, "as told"
+    gain, said = options.gain, "as given"
     if gain is None:
         name = next((n for n in GAINS if n in first.constants), "")
         gain, said = first.constants.get(name, 1.0), f"{name} in the file"
@@ -202,7 +202,7 @@ def structure(fit: DriveFit) -> str:
         One line.
     """
     if not fit.holdout:
-        return f"{fit.structure}, as told"
+        return f"{fit.structure}, as given"
     tried = ", ".join(f"{name} {error:.4g}" for name, error in fit.holdout.items())
     return f"{fit.structure}; force error on held-out data: {tried}"
 

@@ -103,7 +103,7 @@ def identify(picking: Picking, options: Options) -> Result:
     ]
     remarks = [
         ("runs", f"{fit.runs}, one way each; {int(seen.sum())} of {len(seen)} voltages seen"),
-        ("beyond them", "the table goes on with its last slope"),
+        ("beyond them", "the table continues with its last slope"),
         ("settings", f"none hold a table: it is in {FILE} with --out"),
     ]
 

@@ -20,7 +20,7 @@ from macromicro.recording import Recording
 
 Array = npt.NDArray[np.float64]
 
-NEAR_STOP = 0.97  # of the table's range: beyond it a position tells no temperature
+NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
 _COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))
 
 

@@ -233,7 +233,7 @@ def _held_out(make: _Maker, pairs: list[tuple[Array, Array]]) -> Errors | None:
 
 
 def _broken(found: Found) -> list[Line]:
-    """How far a recording is from any Preisach model, where it can be told."""
+    """How far a recording is from any Preisach model, where the recording shows it."""
     lines = []
     for name, check in (("wiping-out", wiping_out), ("congruency", congruency)):
         for u, f in found.records[:1]:

@@ -65,7 +65,7 @@ def leftover(residuals: Sequence[Array], dt: float, label: str) -> Figure:
     residuals : Sequence[Array]
         Shape (n,) per record.
     dt : float
-        s.
+        Length of the step, s.
     label : str
         Label of the y axis, with unit.
 

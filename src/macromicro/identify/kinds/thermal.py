@@ -29,7 +29,7 @@ T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "heating voltage", ("u", "ctrl", "voltage", "volts", "v", "input"), ("V",))
 TEMPERATURE = Role(
     "T",
-    "temperature; a position x tells it with --table",
+    "temperature; a position x gives it with --table",
     ("temperature", "thermocouple", "temp"),
     ("degC",),
 )
@@ -136,7 +136,7 @@ def identify(picking: Picking, options: Options) -> Result:
 def _steady(
     records: dict[float, StepRecord], source: Source, remarks: list[tuple[str, str]]
 ) -> dict[float, float]:
-    """Steady rise [K] of each voltage whose end tells one."""
+    """Steady rise [K] of each voltage whose end shows one."""
     rises, stopped = {}, []
     for volts, step in records.items():
         if not steps.clear_of_stop(step, source):
@@ -148,7 +148,7 @@ def _steady(
             stopped.append(volts)
     if stopped:
         listed = ", ".join(f"{v:g}" for v in stopped)
-        remarks.append(("no steady temperature", f"at {listed} V: the position does not tell it"))
+        remarks.append(("no steady temperature", f"at {listed} V: the position does not show it"))
     if not rises:
         raise InputError(
             "steps", "none shows a steady temperature", "a step that stays clear of the stop"
@@ -157,14 +157,14 @@ def _steady(
 
 
 def _chosen(
-    records: dict[float, StepRecord], rises: dict[float, float], told: float | None
+    records: dict[float, StepRecord], rises: dict[float, float], requested: float | None
 ) -> float:
-    """The step that shows the dynamics: as told, or the middle one, clear of the stop."""
-    if told is not None:
-        near = min(rises, key=lambda v: abs(v - told))
-        if abs(near - told) > 1e-6:
+    """The step that shows the dynamics: as requested, or the middle one, clear of the stop."""
+    if requested is not None:
+        near = min(rises, key=lambda v: abs(v - requested))
+        if abs(near - requested) > 1e-6:
             listed = ", ".join(f"{v:g}" for v in rises)
-            raise InputError("--step", told, f"a voltage whose step is steady: {listed}")
+            raise InputError("--step", requested, f"a voltage whose step is steady: {listed}")
         return near
     every = sorted(records)
     middle = every[(len(every) - 1) // 2]
@@ -186,7 +186,7 @@ def _gain(rises: dict[float, float], remarks: list[tuple[str, str]]) -> GainFit 
 
 
 def _falls(sorted_: steps.Steps, source: Source) -> dict[float, CoolingFit]:
-    """Cooling by voltage; what cannot be told is left out with a warning."""
+    """Cooling by voltage; what does not show is left out with a warning."""
     found = {}
     for volts, group in sorted(sorted_.cooled.items()):
         try:

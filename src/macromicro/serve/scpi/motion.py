@@ -93,7 +93,7 @@ def _asked(kind: str, scale: float, target: Callable[[Session], float]) -> Handl
 
 
 def stop(call: Call) -> Answer:
-    """Decelerate, whatever moves."""
+    """Decelerate, whatever moves. Raises ScpiError where that is refused."""
     session = call.session
     reply = session.stop()
     if isinstance(reply, Refused):

@@ -151,7 +151,7 @@ def ranking(square: Square) -> Claim:
 
 
 def travel(run: Recording) -> Claim:
-    """M16 from a full-travel move, by encoder and laser."""
+    """M16 from a full-travel move, by encoder and laser. Raises NotMeasured for a short way."""
     gone = float(run["macro_position"].max() - run["macro_position"].min())
     if gone < 0.5 * TRAVEL:
         raise NotMeasured(f"the carriage went {gone:.0f} counts only, too few to measure a pitch")
