@@ -13,7 +13,7 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
 from macromicro.robustness.metrics import METRICS, NAMES
 from macromicro.robustness.study import Influence, Study, overall, strongest, yields
-from macromicro.robustness.uncertain import FACTOR, Uncertain
+from macromicro.uncertainty.table import FACTOR, Uncertain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,14 +16,14 @@ from macromicro.drawing.page import Picture
 from macromicro.robustness import figures, words
 from macromicro.robustness.metrics import NAMES, QUANTITIES
 from macromicro.robustness.page import page
-from macromicro.robustness.sampling import settings_at
-from macromicro.robustness.statistics import CONFIDENCE, LEVELS, Share, spread
+from macromicro.robustness.statistics import CONFIDENCE, LEVELS, spread
 from macromicro.robustness.study import Study, Worst, influences, overall, worst, yields
 from macromicro.robustness.words import About
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import plain
 from macromicro.settings import Settings
+from macromicro.uncertainty.machines import settings_at
 
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
 FILES = (PAGE, JSON, SAMPLES, *(f"{name}.png" for name in figures.FIGURES))
@@ -69,15 +69,9 @@ def as_toml(study: Study, found: Worst, about: About) -> str:
         f"# {metric.meaning}: {words.number(found.value, metric.unit)}"
         f" (required: {found.requirement.text}). Repeat it with",
         f"#   {words.replay(study, found, about, '')}",
-        "",
+        "\n",
     ]
-    tables: dict[str, list[str]] = {}
-    for path, text in config.difference(tree, Settings()).items():
-        table, _, name = path.rpartition(".")
-        tables.setdefault(table, []).append(f"{name} = {text}")
-    for table, settings in tables.items():
-        lines += [f"[{table}]", *settings, ""]
-    return "\n".join(lines)
+    return "\n".join(lines) + config.changed_toml(tree, Settings())
 
 
 def as_csv(study: Study) -> str:
@@ -131,13 +125,13 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
                 "limit": y.requirement.limit,
                 "source": y.requirement.source,
                 "nominal": y.nominal,
-                "yield": _share(y.all),
-                "yield_where_known": _share(y.known),
+                "yield": y.all._asdict(),
+                "yield_where_known": y.known._asdict(),
             }
             for y in yields(study)
         ],
     )
-    yield "overall", _share(whole)
+    yield "overall", whole._asdict()
     yield (
         "metrics",
         {
@@ -175,10 +169,6 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
             for w in worst(study)
         ],
     )
-
-
-def _share(found: Share) -> dict[str, Any]:
-    return found._asdict()
 
 
 def _spread(study: Study, column: int) -> dict[str, Any]:

@@ -12,10 +12,10 @@ from macromicro.batch.scratch import Scratch
 from macromicro.batch.whole_bench import BenchJob, ProgrammeJob
 from macromicro.programme import Programme
 from macromicro.robustness.metrics import COLUMNS, METRICS, measure
-from macromicro.robustness.uncertain import Uncertain
-from macromicro.schema.par import value_at
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
+from macromicro.uncertainty.machines import columns
+from macromicro.uncertainty.table import Uncertain
 
 
 class RobustJob(BenchJob):
@@ -53,9 +53,5 @@ def variants(
     uncertain: Sequence[Uncertain], trees: Sequence[Settings], seeds: Sequence[int]
 ) -> Variants:
     """The settings `trees`, which differ where `uncertain` says, as a batch takes them."""
-    paths = tuple(path for each in uncertain for path, _ in each.parts)
-    values = [
-        [*(value_at(tree, path) for path in paths), float(seed)]
-        for tree, seed in zip(trees, seeds, strict=True)
-    ]
-    return Variants((*paths, SEED), np.array(values))
+    paths, values = columns(uncertain, trees)
+    return Variants((*paths, SEED), np.column_stack((values, np.array(seeds, dtype=float))))

@@ -30,16 +30,14 @@ def share(passed: int, total: int, confidence: float = CONFIDENCE) -> Share:
     C. J. Clopper and E. S. Pearson, Biometrika 26 (1934) 404-413. ValueError unless
     0 <= passed <= total.
     """
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
     if not 0 <= passed <= total:
         raise ValueError(f"{passed} of {total}")
     if total == 0:
         return Share(0, 0, math.nan, math.nan, math.nan)
-    tail = 0.5 * (1.0 - confidence)
-    low = float(beta.ppf(tail, passed, total - passed + 1)) if passed else 0.0
-    high = float(beta.ppf(1.0 - tail, passed + 1, total - passed)) if passed < total else 1.0
-    return Share(passed, total, passed / total, low, high)
+    low, high = binomtest(passed, total).proportion_ci(confidence, method="exact")
+    return Share(passed, total, passed / total, float(low), float(high))
 
 
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)

@@ -14,12 +14,14 @@ from macromicro.batch import Job
 from macromicro.robustness.job import variants
 from macromicro.robustness.metrics import NAMES
 from macromicro.robustness.requirements import Requirement
-from macromicro.robustness.sampling import Sample, centre, latin_hypercube, settings_at
 from macromicro.robustness.statistics import Share, rank_correlation, share
-from macromicro.robustness.uncertain import UNCERTAIN, Uncertain, refusal
 from macromicro.settings import Settings
+from macromicro.uncertainty.machines import Sample, centre, draw, refusal, settings_at
+from macromicro.uncertainty.table import UNCERTAIN, Uncertain
 
 Floats = NDArray[np.float64]
+
+LEAST, MOST = 10, 100_000  # machines of a sample
 
 
 class Request(NamedTuple):
@@ -63,7 +65,7 @@ def run(
     `progress` is told runs done and in all; when `stop` turns true, the rest is left out.
     """
     base, uncertain = request.settings, request.uncertain
-    sample = latin_hypercube(base, uncertain, request.samples, request.seed)
+    sample = draw(base, uncertain, request.samples, request.seed)
     ends, impossible = _ends(request)
     machines = [settings_at(base, uncertain, amounts) for amounts in sample.amounts]
     trees = [base, *machines, *ends.values()]
@@ -94,7 +96,7 @@ def _ends(request: Request) -> tuple[dict[tuple[int, int], Settings], dict[str, 
             amounts = middle.copy()
             amounts[k] = end
             tree = settings_at(request.settings, request.uncertain, amounts)
-            why = refusal(tree)
+            why = refusal(tree, request.uncertain)
             if why is None:
                 found[k, side] = tree
             else:

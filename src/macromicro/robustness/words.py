@@ -10,7 +10,7 @@ import numpy as np
 from macromicro.robustness.metrics import METRICS, QUANTITIES
 from macromicro.robustness.statistics import LEVELS, Share, spread
 from macromicro.robustness.study import Influence, Study, Worst, Yield, influences, yields
-from macromicro.robustness.uncertain import FACTOR, VALUE, Uncertain
+from macromicro.uncertainty.table import FACTOR, VALUE, Uncertain
 
 # What a tornado is drawn of, in this order.
 MAIN = ("macro_settling", "macro_overshoot", "micro_error", "contraction", "extension", "vibration")

@@ -87,6 +87,13 @@ def _check_same(place: Path, spec: Spec, code: Code, where: str) -> None:
             told["version"],
             f"{code.version}, which this is: install that one to go on, or --overwrite",
         )
+    if told.get("sampler") != code.sampler:
+        raise InputError(
+            f"{where}, sampler",
+            told.get("sampler", "none: of an earlier macromicro, which drew other points"),
+            f"{code.sampler}, which draws here: install that one to go on, or another --out, "
+            "or --overwrite",
+        )
     if told["digest"] == spec.digest:
         if told["sources"] == code.sources:
             return

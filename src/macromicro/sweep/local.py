@@ -209,13 +209,16 @@ def work(pipe: Connection, task: Task, path: Path, parent: int) -> None:
             return
         bench = Bench(task)
         spec = task.spec
-        with (
-            locked(path.parent.parent),  # nobody else may begin here while a worker is still at it
-            journal.Writer(path, spec.digest, len(spec.metrics)) as writer,
-        ):
-            pipe.send(("ready", bench.job.block))
-            for first, count in _orders(pipe):
-                _chunk(pipe, bench, writer, (first, count), parent)
+        # Nobody else may begin here while a worker is still at it.
+        with locked(path.parent.parent):
+            # Once it has its share: a run that goes on counts the journals before it starts
+            # workers, and one made behind its back would bear the name of one of its own.
+            if os.getppid() != parent:
+                os._exit(1)
+            with journal.Writer(path, spec.digest, len(spec.metrics)) as writer:
+                pipe.send(("ready", bench.job.block))
+                for first, count in _orders(pipe):
+                    _chunk(pipe, bench, writer, (first, count), parent)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         os._exit(1)  # the parent is gone
     except Exception as error:  # whatever it is, the parent says it

@@ -212,6 +212,25 @@ class _Tally:
         return Written(self._rows, self._impossible, self._words, ranges)
 
 
+def ranges(written: Written, units: dict[str, str]) -> Iterator[str]:
+    """A line for each metric: its range and mean over the variants."""
+    width = max((len(name) for name in units), default=0)
+    for name, unit in units.items():
+        if name not in written.ranges:
+            yield f"{name:{width}}  never a number"
+            continue
+        least, mean, most = written.ranges[name][1:]
+        line = f"{name:{width}}  {least:.6g} to {most:.6g}{_unit(unit)}, mean {mean:.6g}"
+        finite = written.ranges[name].finite
+        if finite < written.rows:
+            line += f", a number in {finite} of {written.rows}"
+        yield line
+
+
+def _unit(unit: str) -> str:
+    return "" if unit in ("", "1", "-") else f" {unit}"
+
+
 def constant(written: Written) -> bool:
     """Whether all of two or more possible variants have the same metrics."""
     possible = written.rows - written.impossible

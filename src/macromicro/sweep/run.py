@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from macromicro.batch import cores
 from macromicro.errors import InputError
 from macromicro.recording import check_space
+from macromicro.runs import folder as runs
 from macromicro.schema.text import printable
 from macromicro.sweep import cluster, folder, local, results
 from macromicro.sweep.origin import code
@@ -72,7 +73,7 @@ def check(request: Request) -> Ready:
         raise InputError("--resume", "beside --overwrite", "one of them")
     if request.scheduler is not None and request.workers is not None:
         raise InputError("--workers", "beside --scheduler", "one of them")
-    workers = _cores() if request.workers is None else request.workers
+    workers = cores() if request.workers is None else request.workers
     if not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
     results.require()
@@ -93,16 +94,8 @@ def check(request: Request) -> Ready:
     return Ready(Task(spec, request.factory, ours), metrics, out, workers, client)
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
-
-
 def _check_place(out: Path, spec: Spec, *, resume: bool) -> None:
-    where = f"--out {printable(out, 300)}"
-    if "\0" in str(out):
-        raise InputError(where, "not a file name", "a folder, or a place to make one")
-    if out.exists() and not out.is_dir():
-        raise InputError(where, "a file", "a folder, or a place to make one")
+    runs.named(out)
     # What is finished of a sweep that is resumed shows its journal, later.
     begun = resume and (out / folder.SUMMARY).exists()
     check_space(out, 0 if begun else folder.needed_bytes(spec, spec.variants))

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from macromicro import sampling
 from macromicro.errors import InputError
 from macromicro.schema.keys import found, leaves, nearest, unknown, whole
 from macromicro.schema.par import Entry
@@ -32,10 +33,9 @@ if TYPE_CHECKING:
     from macromicro.batch import Metric
 
 WHAT = "a sweep (.toml)"
-METHODS = ("grid", "random", "lhs", "sobol")
+METHODS = ("grid", *sampling.METHODS)
 MAX_VARIANTS = 10**12
 MAX_SEED = 2**63 - 1
-MAX_SOBOL, MAX_WIDTH = 2**30, 21_201  # points and dimensions that scipy's sequence has
 _KEYS = ("job", "method", "samples", "seed", "metrics", "config", "options", "parameters")
 
 
@@ -121,11 +121,24 @@ def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) 
         if count > MAX_VARIANTS:
             raise InputError(f"{file}, parameters", f"{count} variants", f"at most {MAX_VARIANTS}")
         return count
-    if method == "sobol" and len(axes) > MAX_WIDTH:
-        accepted = f"at most {MAX_WIDTH} for sobol"
+    if method == "sobol" and len(axes) > sampling.MAX_WIDTH:
+        accepted = f"at most {sampling.MAX_WIDTH} for sobol"
         raise InputError(f"{file}, parameters", f"{len(axes)} parameters", accepted)
-    most = MAX_SOBOL if method == "sobol" else MAX_VARIANTS
-    return whole(raw.get("samples"), 1, most, f"{file}, samples")
+    count = whole(raw.get("samples"), 1, MAX_VARIANTS, f"{file}, samples")
+    most, why = _most(method, len(axes))
+    if count > most:
+        raise InputError(f"{file}, samples", count, f"at most {most}{why}")
+    return count
+
+
+def _most(method: str, axes: int) -> tuple[int, str]:
+    """Samples that a method can have of so many parameters, and why not more."""
+    if method == "sobol":
+        return sampling.MAX_SOBOL, " for sobol; random takes more"
+    if method == "lhs":
+        why = f" for lhs with {axes} parameters, all of which it keeps in memory"
+        return sampling.MAX_LATIN // axes, f"{why}; sobol and random take more"
+    return MAX_VARIANTS, ""
 
 
 def _metrics(raw: object, known: tuple[Metric, ...], where: str) -> tuple[str, ...]:

@@ -6,11 +6,13 @@ optimization over continuous spaces, 1997, as `scipy.optimize` has it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from macromicro.sampling import latin
 
 Array = npt.NDArray[np.float64]
 Costs = Callable[[Array], Array]
@@ -78,14 +80,6 @@ def minimise(
     return Found(kept[0][0], history[-1], size * len(history), tuple(history), *kept)
 
 
-def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
-    """A Latin hypercube (rows, columns) within 0 and 1 (McKay, Beckman and Conover, 1979)."""
-    random = np.random.default_rng(seed)
-    strata = np.stack([random.permutation(rows) for _ in range(columns)], axis=1)
-    found: Array = (strata + random.random((rows, columns))) / rows
-    return found
-
-
 def _evolve(asked: Costs, drawn: Array, generations: int, seed: int) -> None:
     from scipy.optimize import differential_evolution
 
@@ -101,13 +95,5 @@ def _evolve(asked: Costs, drawn: Array, generations: int, seed: int) -> None:
         polish=False,
         vectorized=True,
         updating="deferred",
-        **_random(differential_evolution, seed),
+        rng=np.random.default_rng(seed),
     )
-
-
-def _random(function: Callable[..., Any], seed: int) -> dict[str, Any]:
-    """How this scipy takes a generator: `rng` since 1.15, `seed` before."""
-    import inspect
-
-    name = "rng" if "rng" in inspect.signature(function).parameters else "seed"
-    return {name: np.random.default_rng(seed)}

@@ -37,22 +37,13 @@ def as_toml(found: Tuning) -> str:
     """The tuned law with its gains, and whatever else the start set otherwise than the
     defaults."""
     plan, tuned = found.plan, found.tuned
-    wanted = set(config.difference(tuned, Settings()))
-    wanted |= {f"controller.{plan.request.stage}_law", *plan.law.paths}
-    lines: dict[str, list[str]] = {}
-    for path in sorted(wanted):
-        head, line = config.as_toml(tuned, path).splitlines()
-        # The comment names the source of the default, which a tuned value no longer has.
-        lines.setdefault(head, []).append(line.partition("  # ")[0])
     ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
     about = [
         f"# {plan.request.stage} law {plan.law.name}, tuned by {ways} for {plan.objective.name}",
         f"# {found.evaluations} {_tried(plan)}, macromicro {macromicro.__version__}",
         *(f"# {printable(line, 300)}" for line in tables.remarks(found)),
     ]
-    parts = ["\n".join(about)]
-    parts += ["\n".join([table, *rows]) for table, rows in sorted(lines.items())]
-    return "\n\n".join(parts) + "\n"
+    return "\n".join(about) + "\n\n" + config.changed_toml(tuned, Settings(), plan.law.chosen)
 
 
 def _tried(plan: Plan) -> str:
@@ -105,7 +96,7 @@ def _ensemble(found: Tuning) -> dict[str, Any] | None:
     return {
         "aggregate": searched.aggregate,
         "seed": searched.seed,
-        "ranges": [s._asdict() for s in searched.spreads],
+        "ranges": [each._asdict() for each in searched.uncertain],
         "draws": searched.draws.tolist(),
         "bench_cost": None if found.robust_costs is None else _pair(found.robust_costs),
         "held_out": {

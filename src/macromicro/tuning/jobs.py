@@ -37,7 +37,7 @@ def engine(name: str, settings: Settings, law: Law, ensemble: Ensemble | None) -
         job = batch.job(name, settings=settings)
         if ensemble is None:
             return Engine(job, law.paths)
-        return Engine(job, law.paths, *ensemble.on_bench(settings))
+        return Engine(job, law.paths, *ensemble.on_bench())
     chosen = control_settings.prepare(settings.controller).macro
     tree = MacroLoop()
     lifted = tree.controller._replace(dead_zone=chosen.dead_zone, limit=chosen.limit)

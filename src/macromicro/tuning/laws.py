@@ -57,6 +57,11 @@ class Law(NamedTuple):
         """Dotted paths of the gains in the tree of settings."""
         return tuple(f"controller.{self.field}.{gain}" for gain in self.gains)
 
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """Those, and the path of the choice of this law."""
+        return (f"controller.{self.stage}_law", *self.paths)
+
     def decoded(self, designs: Array) -> Array:
         """Gains (n, gains) of designs (n, knobs) from 0 to 1."""
         values = np.stack([_value(k, designs[:, i]) for i, k in enumerate(self.knobs)], axis=1)
