@@ -59,8 +59,17 @@ TRACED = (
 class BenchJob:
     """A programme on the whole bench, as `runs.programmed` runs it, no recording kept.
 
-    A variant's own noise seed stands at the path "seed", beside those of the settings; the
-    others share the job's, so that variants differ by their parameters alone.
+    A variant's own noise seed stands at the path "seed", beside those of the settings; the others
+    share the job's, so that variants differ by their parameters alone.
+
+    Parameters
+    ----------
+    settings : Settings, optional
+        That variants start from.
+    seed : int
+        Of the noise.
+    fan : bool
+        Cool the actuator by a fan.
     """
 
     name: str
@@ -81,19 +90,79 @@ class BenchJob:
         self._seed, self._fan = seed, fan
 
     def base(self) -> Settings:
-        """The settings that variants start from."""
+        """Give the settings that variants start from.
+
+        Returns
+        -------
+        Settings
+            A tree of parameters.
+        """
         return self._settings
 
     def programme(self, settings: Settings) -> Programme:
-        """What the bench of these settings is to do."""
+        """Give what a bench is to do.
+
+        Parameters
+        ----------
+        settings : Settings
+            Of the bench.
+
+        Returns
+        -------
+        Programme
+            With lengths as counts of its encoder.
+
+        Raises
+        ------
+        NotImplementedError
+            The job says it.
+        """
         raise NotImplementedError
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """The metrics of one run."""
+        """Measure one run.
+
+        Parameters
+        ----------
+        place : Scratch
+            With the run's columns.
+        settings : Settings
+            Of the run.
+        outcome : Outcome
+            How it ended.
+
+        Returns
+        -------
+        list of float
+            As `metrics`.
+
+        Raises
+        ------
+        NotImplementedError
+            The job says it.
+        """
         raise NotImplementedError
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """(n, metrics)."""
+        """Evaluate variants.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them.
+        first : int
+            Number of the first one, for errors.
+
+        Returns
+        -------
+        ndarray, shape (n, metrics)
+            As `metrics`.
+
+        Raises
+        ------
+        InputError
+            With variant and key: an impossible value.
+        """
         compiled(loop.rollout)  # once, before threads ask for it
         values = checked(self._known, variants, first, (SEED,))
         noise = seeds(variants, values, self._seed, first)
@@ -109,7 +178,27 @@ class BenchJob:
         return programmed.perform(what, settings, place, seed=seed, fan=self._fan)
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """The columns `TRACED` of a recording, each `every`-th row; NaN after a run's end."""
+        """Give the columns `TRACED` of each run's recording.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them.
+        every : int
+            Every so many rows.
+        first : int
+            Number of the first variant, for errors.
+
+        Returns
+        -------
+        Trajectories
+            NaN after a run's end.
+
+        Raises
+        ------
+        InputError
+            With variant and key: an impossible value.
+        """
         values = checked(self._known, variants, first, (SEED,))
         noise = seeds(variants, values, self._seed, first)
         runs: list[Array] = []
@@ -129,7 +218,21 @@ class BenchJob:
 
 
 class ProgrammeJob(BenchJob):
-    """`programme`: a file or an example's name, `cycles` times in a row; `fan`: on or off."""
+    """A programme on the whole bench, judged by its moves.
+
+    Parameters
+    ----------
+    programme : str
+        A file or an example's name.
+    cycles : int
+        How many times in a row.
+    fan : bool
+        Cool the actuator by a fan.
+    seed : int
+        Of the noise.
+    settings : Settings, optional
+        That variants start from.
+    """
 
     name = "programme"
     metrics = METRICS
@@ -156,11 +259,37 @@ class ProgrammeJob(BenchJob):
         self.programme(self._settings)  # what is wrong with the file is said at once
 
     def programme(self, settings: Settings) -> Programme:
-        """The programme; lengths become counts by the bench's encoder."""
+        """Give the programme.
+
+        Parameters
+        ----------
+        settings : Settings
+            Of the bench.
+
+        Returns
+        -------
+        Programme
+            With lengths as counts of its encoder.
+        """
         return self._loaded(settings.sensors.encoder.pitch)
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """`METRICS`; NaN for what a run that was stopped, or a move, does not show."""
+        """Measure one run.
+
+        Parameters
+        ----------
+        place : Scratch
+            With the run's columns.
+        settings : Settings
+            Of the run.
+        outcome : Outcome
+            How it ended.
+
+        Returns
+        -------
+        list of float
+            As `METRICS`; NaN for what a run that was stopped, or a move, does not show.
+        """
         seen = place.recording()
         hottest = float(seen["true_wire"].max())
         if not outcome.finished:
@@ -188,19 +317,53 @@ class ProgrammeJob(BenchJob):
 
 
 def worst(values: list[float | None]) -> float:
-    """Largest size; NaN without any, or where one is not known."""
+    """Give the largest size.
+
+    Parameters
+    ----------
+    values : list of float or None
+        None where one is not known.
+
+    Returns
+    -------
+    float
+        NaN without any, or where one is not known.
+    """
     sizes = [math.nan if v is None else abs(v) for v in values]
     return float(np.max(sizes)) if sizes else math.nan
 
 
 def mean(values: list[float | None]) -> float:
-    """Mean; NaN without any, or where one is not known."""
+    """Give the mean.
+
+    Parameters
+    ----------
+    values : list of float or None
+        None where one is not known.
+
+    Returns
+    -------
+    float
+        NaN without any, or where one is not known.
+    """
     return float(np.mean([math.nan if v is None else v for v in values])) if values else math.nan
 
 
 def directions(done: list[MoveResult]) -> tuple[list[MoveResult], list[MoveResult]]:
-    """Micro moves that contract and those that extend, from the place before; a macro move
-    puts the micro-stage back to 0."""
+    """Part micro moves into those that contract and those that extend.
+
+    It counts from the place before; a macro move puts the micro-stage back to 0.
+
+    Parameters
+    ----------
+    done : list of MoveResult
+        All moves of a run, in order.
+
+    Returns
+    -------
+    up, down : list of MoveResult
+        A move to where the stage is already is in neither.
+    """
     up: list[MoveResult] = []
     down: list[MoveResult] = []
     before = 0.0

@@ -24,7 +24,17 @@ _FAINT = "0.45"
 
 
 class Drawn(NamedTuple):
-    """A figure with file name, title and caption."""
+    """A figure.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, without an ending.
+    title, caption : str
+        For the page.
+    figure : Figure
+        Of matplotlib.
+    """
 
     name: str
     title: str
@@ -33,7 +43,18 @@ class Drawn(NamedTuple):
 
 
 def draw(study: Study) -> Iterator[Drawn]:
-    """The figures that the study has data for."""
+    """Draw the figures that a study has data for.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Yields
+    ------
+    Drawn
+        One after the other.
+    """
     yield _yields(study)
     if not np.isnan(study.single[:, :, 0]).all():
         yield _tornado(study)

@@ -31,9 +31,21 @@ BYTES = 4_000_000
 
 
 def write(out: Path, study: Study, about: About) -> None:
-    """Write everything to `out`, all of it or nothing; an earlier study there is replaced.
+    """Write everything, all of it or nothing; an earlier study there is replaced.
 
-    Raises OSError where the disk refuses.
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+
+    Raises
+    ------
+    OSError
+        The disk refuses.
     """
     with folder.staged(out, remove=_earlier(out)) as place:
         (place / JSON).write_text(as_json(study, about), encoding="utf-8")
@@ -56,9 +68,21 @@ def _earlier(out: Path) -> list[str]:
 
 
 def as_toml(study: Study, found: Worst, about: About) -> str:
-    """The settings of a worst case as a file that `macromicro run --config` takes.
+    """Give the settings of a worst case as a file that `macromicro run --config` takes.
 
-    It holds all that differs from the defaults, to the last bit.
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    found : Worst
+        The case.
+    about : About
+        How the study was asked for.
+
+    Returns
+    -------
+    str
+        All that differs from the defaults, to the last bit.
     """
     metric = found.requirement.metric
     tree = settings_at(
@@ -75,9 +99,17 @@ def as_toml(study: Study, found: Worst, about: About) -> str:
 
 
 def as_csv(study: Study) -> str:
-    """A line for each machine of the sample: seed, parameters on their scales, metrics.
+    """Give a line for each machine of the sample: seed, parameters on their scales, metrics.
 
-    Empty: not known; inf: never settled.
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    str
+        Empty cell: not known; inf: never settled.
     """
     names = [u.name for u in study.request.uncertain]
     text = io.StringIO(newline="")
@@ -94,7 +126,20 @@ def _cell(value: float) -> str:
 
 
 def as_json(study: Study, about: About) -> str:
-    """Everything but the pictures. null: not known; "inf": never."""
+    """Give everything but the pictures.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+
+    Returns
+    -------
+    str
+        JSON; null: not known; "inf": never.
+    """
     return (
         json.dumps(plain(dict(_content(study, about)), spelled=True), indent=2, allow_nan=False)
         + "\n"

@@ -22,6 +22,15 @@ class RobustJob(BenchJob):
     """The same runs as `macromicro run`, bit for bit, on the batch engine.
 
     A bench with another Hall sensor is calibrated first, as `macromicro run` does it.
+
+    Parameters
+    ----------
+    programme : str
+        A file or an example's name.
+    fan : bool
+        Cool the actuator by a fan.
+    settings : Settings, optional
+        The nominal machine.
     """
 
     name = "robust"
@@ -33,7 +42,18 @@ class RobustJob(BenchJob):
         self._planned = ProgrammeJob(programme, settings=settings)
 
     def programme(self, settings: Settings) -> Programme:
-        """What the bench of these settings is to do."""
+        """Give what a bench is to do.
+
+        Parameters
+        ----------
+        settings : Settings
+            Of the bench.
+
+        Returns
+        -------
+        Programme
+            With lengths as counts of its encoder.
+        """
         return self._planned.programme(settings)
 
     def compile(self) -> None:
@@ -42,7 +62,22 @@ class RobustJob(BenchJob):
         simulate.compile_bench(settings, self.programme(settings))
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """`metrics.METRICS` of one run."""
+        """Measure one run.
+
+        Parameters
+        ----------
+        place : Scratch
+            With the run's columns.
+        settings : Settings
+            Of the run.
+        outcome : Outcome
+            How it ended.
+
+        Returns
+        -------
+        list of float
+            As `metrics.METRICS`.
+        """
         found = measure(
             place.recording(), self.programme(settings), settings, int(outcome.watch.fault)
         )
@@ -52,6 +87,21 @@ class RobustJob(BenchJob):
 def variants(
     uncertain: Sequence[Uncertain], trees: Sequence[Settings], seeds: Sequence[int]
 ) -> Variants:
-    """The settings `trees`, which differ where `uncertain` says, as a batch takes them."""
+    """Give machines as a batch takes them.
+
+    Parameters
+    ----------
+    uncertain : sequence of Uncertain
+        The rows that were varied.
+    trees : sequence of Settings
+        n machines, which differ in these rows' parameters alone.
+    seeds : sequence of int
+        Of each one's noise.
+
+    Returns
+    -------
+    Variants
+        With values (n, paths + 1), the seed last.
+    """
     paths, values = columns(uncertain, trees)
     return Variants((*paths, SEED), np.column_stack((values, np.array(seeds, dtype=float))))

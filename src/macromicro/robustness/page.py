@@ -18,7 +18,24 @@ TEMPLATE = Path(__file__).parent / "templates" / "robust.html.j2"
 
 
 def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> str:
-    """The study as HTML. All text is escaped."""
+    """Give a study as HTML; all text is escaped.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+    pictures : sequence of Picture
+        The figures.
+    out : str
+        The folder, for the commands that repeat worst cases.
+
+    Returns
+    -------
+    str
+        One page that needs no other file.
+    """
     whole = overall(study)
     return filled(
         TEMPLATE,

@@ -25,8 +25,24 @@ LEAST, MOST = 10, 100_000  # machines of a sample
 
 
 class Request(NamedTuple):
-    """What to study. `seed`: of the sample and the noise; run i of the sample has the noise
-    of `seed` + i, the nominal machine and the runs of the tornado that of `seed`."""
+    """What to study.
+
+    Attributes
+    ----------
+    settings : Settings
+        The nominal machine.
+    requirements : tuple of Requirement
+        What machines must do.
+    samples : int
+        Machines to draw, from `LEAST` to `MOST`.
+    seed : int
+        Of the sample and the noise; run i of the sample has the noise of `seed` + i, the nominal
+        machine and the runs of the tornado that of `seed`.
+    workers : int
+        Threads.
+    uncertain : tuple of Uncertain
+        Rows of the table, by default all of them.
+    """
 
     settings: Settings
     requirements: tuple[Requirement, ...]
@@ -39,9 +55,22 @@ class Request(NamedTuple):
 class Study(NamedTuple):
     """What was computed, perhaps less than asked for.
 
-    `rows` (m, metrics): the first m of the sample's machines; `nominal` (metrics,);
-    `single` (k, 2, metrics): each parameter alone at its low and high end, the rest nominal,
-    NaN where it was not run; `impossible`: ends at which no machine is, with the reason.
+    Attributes
+    ----------
+    request : Request
+        What was asked for.
+    sample : Sample
+        The machines.
+    nominal : ndarray, shape (metrics,)
+        Of the settings themselves.
+    rows : ndarray, shape (m, metrics)
+        Of the first m of the sample's machines.
+    single : ndarray, shape (k, 2, metrics)
+        Each parameter alone at its low and high end, the rest nominal; NaN where it was not run.
+    impossible : dict of str to str
+        Ends at which no machine is, with the reason.
+    interrupted : bool
+        Whether something is missing.
     """
 
     request: Request
@@ -59,10 +88,29 @@ def run(
     progress: Callable[[int, int], None] = lambda done, total: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Study:
-    """Compute everything: `job` is a batch's, on the tree of the settings and with a noise
-    seed for each variant, and gives `metrics.METRICS`.
+    """Compute everything.
 
-    `progress` is told runs done and in all; when `stop` turns true, the rest is left out.
+    Parameters
+    ----------
+    request : Request
+        What to study.
+    job : Job
+        A batch's on the tree of the settings, with a noise seed for each variant, that gives
+        `metrics.METRICS`.
+    progress : callable
+        Told runs done and in all.
+    stop : callable
+        When it turns true, the rest is left out.
+
+    Returns
+    -------
+    Study
+        What was computed.
+
+    Raises
+    ------
+    InputError
+        Hardly any machine is possible around these settings.
     """
     base, uncertain = request.settings, request.uncertain
     sample = draw(base, uncertain, request.samples, request.seed)
@@ -105,10 +153,19 @@ def _ends(request: Request) -> tuple[dict[tuple[int, int], Settings], dict[str, 
 
 
 class Yield(NamedTuple):
-    """How many machines meet a requirement: of all, and of those of which it is known.
+    """How many machines meet a requirement.
 
-    Of a machine that its guard stopped early, nothing is known of what would have come; in
-    `all` it fails. `nominal`: what the settings themselves give.
+    Attributes
+    ----------
+    requirement : Requirement
+        Which one.
+    all : Share
+        Of all; one that its guard stopped, of which nothing is known of what would have come,
+        fails.
+    known : Share
+        Of those of which it is known.
+    nominal : float
+        What the settings themselves give.
     """
 
     requirement: Requirement
@@ -118,7 +175,18 @@ class Yield(NamedTuple):
 
 
 def yields(study: Study) -> list[Yield]:
-    """Each requirement's yield."""
+    """Give each requirement's yield.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    list of Yield
+        In the requirements' order.
+    """
     found = []
     for requirement in study.request.requirements:
         column = NAMES.index(requirement.metric.name)
@@ -137,7 +205,18 @@ def yields(study: Study) -> list[Yield]:
 
 
 def overall(study: Study) -> Share:
-    """The share of machines that meet every requirement."""
+    """Give the share of machines that meet every requirement.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    Share
+        Of all of them.
+    """
     met = np.ones(len(study.rows), dtype=bool)
     for requirement in study.request.requirements:
         met &= requirement.met(study.rows)
@@ -145,9 +224,19 @@ def overall(study: Study) -> Share:
 
 
 class Influence(NamedTuple):
-    """What one parameter does to one metric: alone at its low and high end (NaN: not known),
-    `effect`, the largest change among these and the nominal; and over the sample, its rank
-    correlation with the metric."""
+    """What one parameter does to one metric.
+
+    Attributes
+    ----------
+    parameter : Uncertain
+        Which one.
+    low, high : float
+        The metric with it alone at either end; NaN: not known.
+    effect : float
+        The largest change among these and the nominal.
+    correlation : float
+        Rank correlation with the metric over the sample.
+    """
 
     parameter: Uncertain
     low: float
@@ -157,10 +246,22 @@ class Influence(NamedTuple):
 
 
 def influences(study: Study, metric: str) -> list[Influence]:
-    """All parameters' influence on a metric, the largest effect first.
+    """Give all parameters' influence on a metric.
 
-    An end at which the metric is not known, though it is of the nominal machine (the guard
-    stopped the run), is a change beyond measure: effect infinity.
+    An end at which the metric is not known, though it is of the nominal machine (the guard stopped
+    the run), is a change beyond measure: effect infinity.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    metric : str
+        Its name.
+
+    Returns
+    -------
+    list of Influence
+        The largest effect first.
     """
     column = NAMES.index(metric)
     found = []
@@ -197,7 +298,19 @@ def _or_less(value: float) -> float:
 
 
 class Worst(NamedTuple):
-    """The machine of the sample that does worst by a metric."""
+    """The machine of the sample that does worst by a metric.
+
+    Attributes
+    ----------
+    requirement : Requirement
+        On the metric.
+    sample : int
+        Index of the machine.
+    value : float
+        Of the metric.
+    fault : int
+        The guard's code, 0 for none.
+    """
 
     requirement: Requirement
     sample: int
@@ -206,9 +319,19 @@ class Worst(NamedTuple):
 
 
 def worst(study: Study) -> list[Worst]:
-    """For each requirement the worst machine of which the metric is known.
+    """Give, for each requirement, the worst machine of which the metric is known.
 
     Of equals the one nearest to the nominal machine, each parameter counted in its range.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    list of Worst
+        In the requirements' order.
     """
     found = []
     spans = np.array([u.high - u.low for u in study.request.uncertain])
@@ -227,8 +350,20 @@ def worst(study: Study) -> list[Worst]:
 
 
 def strongest(study: Study) -> tuple[str, list[Influence]]:
-    """The metric whose requirement is met least often, of equals the first, and all parameters,
-    the one with the largest rank correlation first."""
+    """Give what matters most to the requirement that is met least often, of equals the first.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    metric : str
+        The requirement's.
+    influences : list of Influence
+        Of all parameters, the one with the largest rank correlation first.
+    """
     name = min(yields(study), key=lambda y: y.all.share).requirement.metric.name
     ranked = influences(study, name)
     return name, sorted(ranked, key=lambda i: _or_less(abs(i.correlation)), reverse=True)

@@ -11,7 +11,17 @@ _PIPED, _LEAST = 120, 80
 
 
 def show(study: Study, about: About, out: str) -> None:
-    """Everything a person asks first, on stdout."""
+    """Print everything a person asks first.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+    out : str
+        The folder of the results.
+    """
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

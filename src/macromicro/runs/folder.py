@@ -65,7 +65,23 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
 
 
 def named(folder: Path) -> str:
-    """How `folder` is called in an error; `InputError` for what cannot be a folder's name."""
+    """Say how a folder is called in an error.
+
+    Parameters
+    ----------
+    folder : Path
+        It need not be there.
+
+    Returns
+    -------
+    str
+        The option that names it.
+
+    Raises
+    ------
+    InputError
+        What cannot be a folder's name, or is a file.
+    """
     where = f"--out {printable(folder, 300)}"
     if "\0" in str(folder):
         raise InputError(where, "not a file name", _PLACE)

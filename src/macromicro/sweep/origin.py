@@ -17,7 +17,7 @@ _DATA = (".csv", ".toml", ".json")  # the shipped calibration, programmes, sizes
 class Code(NamedTuple):
     """With which code results are made.
 
-    Parameters
+    Attributes
     ----------
     version : str
         Of the package.
@@ -36,7 +36,13 @@ class Code(NamedTuple):
 
 
 def code() -> Code:
-    """The code that this package's files hold now."""
+    """Tell the code that this package's files hold now.
+
+    Returns
+    -------
+    Code
+        Version, digest and sampler.
+    """
     package = Path(macromicro.__file__).parent
     digest = hashlib.sha256(cache_folder().name.encode())  # of all Python sources
     for path in sorted(package.rglob("*")):
@@ -49,5 +55,11 @@ def code() -> Code:
 
 @cache
 def running() -> Code:
-    """The code of this process, looked at once: what it has imported, later edits do not change."""
+    """Tell the code of this process: what it has imported, later edits do not change.
+
+    Returns
+    -------
+    Code
+        Looked at once.
+    """
     return code()

@@ -42,10 +42,26 @@ _KEYS = ("job", "method", "samples", "seed", "metrics", "config", "options", "pa
 class Spec(NamedTuple):
     """A sweep that has been checked: plain values, so that it travels to other processes.
 
-    `options`: of the job, as pairs, with the settings that it starts from; `files`: what
-    these have otherwise than by default, and digests of files that options name. `seed`: of
-    the sampling. `metrics`: the names of the chosen ones and `columns` their places among the
-    job's. `variants`: how many.
+    Attributes
+    ----------
+    job : str
+        Its name.
+    options : tuple of (str, Any)
+        Of the job, with the settings that it starts from.
+    method : str
+        One of `METHODS`.
+    seed : int
+        Of the sampling.
+    metrics : tuple of str
+        The chosen ones.
+    columns : tuple of int
+        Their places among the job's.
+    axes : tuple of Axis
+        What is varied.
+    variants : int
+        How many.
+    files : tuple of (str, str)
+        What the options have otherwise than by default, and digests of files that they name.
     """
 
     job: str
@@ -85,11 +101,27 @@ class Spec(NamedTuple):
 
 
 def load(path: Path, factory: Factory) -> tuple[Spec, str]:
-    """The sweep in the TOML file at `path`, and the file's text.
+    """Read a sweep.
 
-    `factory`: makes a job from its name and options, as `batch.job`. Raises `InputError`
-    with file and key: unknown keys, jobs, options, metrics and parameters (with the nearest
-    names), bad values and ranges, a sweep of no variants.
+    Parameters
+    ----------
+    path : Path
+        A TOML file.
+    factory : callable
+        Makes a job from its name and options, as `batch.job`.
+
+    Returns
+    -------
+    spec : Spec
+        The sweep.
+    text : str
+        Of the file.
+
+    Raises
+    ------
+    InputError
+        With file and key: unknown keys, jobs, options, metrics and parameters (with the nearest
+        names), bad values and ranges, a sweep of no variants or of more than its method has.
     """
     raw = read_toml(path, WHAT)
     return _checked(raw, path, factory), read_text(path, WHAT)

@@ -34,7 +34,7 @@ HELD_OUT = 1  # number of the random stream that a search never draws from
 class Ensemble(NamedTuple):
     """Machines around given settings, and how their costs become one.
 
-    Parameters
+    Attributes
     ----------
     uncertain : tuple of Uncertain
         k rows of the table.

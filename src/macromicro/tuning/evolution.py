@@ -23,9 +23,23 @@ FEWEST = 5  # members that differential evolution needs
 
 
 class Found(NamedTuple):
-    """The best design (k,) and its cost; `evaluations` made; `history`: the least cost after
-    each generation; `ranked`: the best designs tried (m, k), best first, `KEPT` at most, with
-    their costs (m,)."""
+    """What a search found.
+
+    Attributes
+    ----------
+    design : ndarray, shape (k,)
+        The best, from 0 to 1.
+    cost : float
+        Of it.
+    evaluations : int
+        That were made.
+    history : tuple of float
+        The least cost after each generation.
+    ranked : ndarray, shape (m, k)
+        The best designs tried, best first, `KEPT` at most.
+    costs : ndarray, shape (m,)
+        Of these.
+    """
 
     design: Array
     cost: float
@@ -36,8 +50,24 @@ class Found(NamedTuple):
 
 
 def members(evaluations: int, knobs: int, block: int = 1) -> int:
-    """Members of a generation: ten for each knob, filled up to a multiple of `block`, but so
-    that at least four generations can be had; all in one where not even that is possible."""
+    """Give the size of a generation: ten for each knob, filled up to whole blocks.
+
+    It is smaller where not even four generations could be had; all in one where that does not help.
+
+    Parameters
+    ----------
+    evaluations : int
+        The budget.
+    knobs : int
+        Searched quantities.
+    block : int
+        Designs that are computed together.
+
+    Returns
+    -------
+    int
+        `FEWEST` at least, but for a smaller budget.
+    """
     wanted = -(-PER_KNOB * knobs // block) * block
     fewer = min(wanted, evaluations // 4)
     return fewer if fewer >= FEWEST else min(max(evaluations // 2, FEWEST), evaluations)
@@ -51,10 +81,29 @@ def minimise(
     block: int = 1,
     tell: Callable[[int, float], None] = lambda done, best: None,
 ) -> Found:
-    """Search for the least cost with at most so many `evaluations`, `start` (k,) among them.
+    """Search for the least cost.
 
-    `costs` takes designs (n, k) within 0 and 1 and gives costs (n,). The first generation is
-    a Latin hypercube drawn from `seed`. `tell` hears evaluations done and the least cost.
+    The first generation is a Latin hypercube.
+
+    Parameters
+    ----------
+    costs : callable
+        Takes designs (n, k) within 0 and 1 and gives costs (n,).
+    start : ndarray, shape (k,)
+        Is tried, too.
+    evaluations : int
+        At most so many designs.
+    seed : int
+        Of the search.
+    block : int
+        Designs that are computed together.
+    tell : callable
+        Hears evaluations done and the least cost.
+
+    Returns
+    -------
+    Found
+        The best, and those that came near.
     """
     knobs = len(start)
     size = members(evaluations, knobs, block)

@@ -20,12 +20,33 @@ _BYTES = 2_000_000
 
 
 def check(out: Path, *, overwrite: bool) -> None:
-    """InputError unless the results can go to `out`."""
+    """See that the results can go to a folder.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    overwrite : bool
+        Earlier results there may be replaced.
+
+    Raises
+    ------
+    InputError
+        They cannot.
+    """
     folder.check(out, _BYTES, overwrite=overwrite, names=FILES)
 
 
 def write(out: Path, found: Tuning) -> None:
-    """All files, or none."""
+    """Write all files, or none.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    found : Tuning
+        What was found.
+    """
     with folder.staged(out, remove=FILES) as place:
         (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
         (place / NUMBERS).write_text(as_json(found), encoding="utf-8")
@@ -34,8 +55,18 @@ def write(out: Path, found: Tuning) -> None:
 
 
 def as_toml(found: Tuning) -> str:
-    """The tuned law with its gains, and whatever else the start set otherwise than the
-    defaults."""
+    """Give the tuned law as a file that `macromicro run --config` takes.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    str
+        The law with its gains, and whatever else the start set otherwise than the defaults.
+    """
     plan, tuned = found.plan, found.tuned
     ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
     about = [
@@ -53,7 +84,18 @@ def _tried(plan: Plan) -> str:
 
 
 def as_json(found: Tuning) -> str:
-    """Everything but the recordings; NaN and infinity as null and "inf"."""
+    """Give everything but the recordings.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    str
+        JSON; NaN is null, infinity "inf".
+    """
     plan, request = found.plan, found.plan.request
     record: dict[str, Any] = {
         "version": macromicro.__version__,

@@ -26,7 +26,7 @@ _ROUNDS = 50
 class Sample(NamedTuple):
     """Machines that were drawn.
 
-    Parameters
+    Attributes
     ----------
     amounts : ndarray, shape (n, k)
         A row for each machine, each quantity on its own scale.

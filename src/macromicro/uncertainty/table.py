@@ -47,7 +47,7 @@ _LOOP = (
 class Uncertain(NamedTuple):
     """One quantity that is uncertain, from `low` to `high`.
 
-    Parameters
+    Attributes
     ----------
     name : str
         One word, unique in the table.
