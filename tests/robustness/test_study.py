@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Job, Variants
-from macromicro.robustness import study
+from macromicro.robustness import findings, study
+from macromicro.robustness.findings import influences, overall, worst, yields
 from macromicro.robustness.job import variants
 from macromicro.robustness.metrics import NAMES
-from macromicro.robustness.study import Request, Study, influences, overall, worst, yields
+from macromicro.robustness.study import Request, Study
 from macromicro.schema.par import changed, replaced
 from macromicro.uncertainty.machines import draw, settings_at
 from macromicro.uncertainty.table import UNCERTAIN
@@ -82,7 +83,7 @@ def test_worst_is_the_largest_and_of_equals_the_nearest(done: Study) -> None:
 
 
 def test_strongest_takes_the_hardest_requirement(done: Study) -> None:
-    name, ranked = study.strongest(done)
+    name, ranked = findings.strongest(done)
     shares = {y.requirement.metric.name: y.all.share for y in yields(done)}
     assert shares[name] == min(shares.values())
     assert abs(ranked[0].correlation) >= abs(ranked[1].correlation)

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from macromicro.batch.bench_job import BenchJob
 from macromicro.batch.scratch import Scratch
 from macromicro.batch.variants import Metric, shipped
-from macromicro.batch.whole_bench import BenchJob
 from macromicro.control import settings as control_settings
 from macromicro.design.response import smoothed
 from macromicro.loop import PERIOD

@@ -11,8 +11,9 @@ import numpy as np
 from macromicro.drawing import style
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
+from macromicro.robustness.findings import Influence, overall, strongest, yields
 from macromicro.robustness.metrics import METRICS, NAMES
-from macromicro.robustness.study import Influence, Study, overall, strongest, yields
+from macromicro.robustness.study import Study
 from macromicro.uncertainty.table import FACTOR, Uncertain
 
 if TYPE_CHECKING:

@@ -14,10 +14,11 @@ import macromicro
 from macromicro.drawing import style
 from macromicro.drawing.page import Picture
 from macromicro.robustness import figures, words
+from macromicro.robustness.findings import Worst, influences, overall, worst, yields
 from macromicro.robustness.metrics import NAMES, QUANTITIES
 from macromicro.robustness.page import page
 from macromicro.robustness.statistics import CONFIDENCE, LEVELS, spread
-from macromicro.robustness.study import Study, Worst, influences, overall, worst, yields
+from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 from macromicro.runs import folder
 from macromicro.schema import config

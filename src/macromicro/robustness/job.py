@@ -8,8 +8,9 @@ import numpy as np
 
 from macromicro import simulate
 from macromicro.batch import SEED, Variants
+from macromicro.batch.bench_job import BenchJob
 from macromicro.batch.scratch import Scratch
-from macromicro.batch.whole_bench import BenchJob, ProgrammeJob
+from macromicro.batch.whole_bench import ProgrammeJob
 from macromicro.programme import Programme
 from macromicro.robustness.metrics import COLUMNS, METRICS, measure
 from macromicro.settings import Settings

@@ -9,9 +9,10 @@ from pathlib import Path
 import macromicro
 from macromicro.drawing.page import Picture, filled
 from macromicro.robustness import words
+from macromicro.robustness.findings import overall, worst
 from macromicro.robustness.metrics import METRICS, NAMES
 from macromicro.robustness.statistics import rank_correlation
-from macromicro.robustness.study import Study, overall, worst
+from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 
 TEMPLATE = Path(__file__).parent / "templates" / "robust.html.j2"

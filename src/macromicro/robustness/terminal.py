@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from macromicro.robustness import words
+from macromicro.robustness.findings import overall, worst
 from macromicro.robustness.metrics import METRICS, NAMES
-from macromicro.robustness.study import Study, overall, worst
+from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 
 _PIPED, _LEAST = 120, 80

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.robustness.findings import Influence, Worst, Yield, influences, yields
 from macromicro.robustness.metrics import METRICS, QUANTITIES
 from macromicro.robustness.statistics import LEVELS, Share, spread
-from macromicro.robustness.study import Influence, Study, Worst, Yield, influences, yields
+from macromicro.robustness.study import Study
 from macromicro.uncertainty.table import FACTOR, VALUE, Uncertain
 
 # What a tornado is drawn of, in this order.
