@@ -9,7 +9,7 @@ import pytest
 
 from macromicro import batch
 from macromicro.batch import Variants
-from macromicro.batch.micro_bench import LEVELS, TIMES, MicroBenchJob, steps
+from macromicro.batch.micro_bench import MicroBenchJob, steps
 from macromicro.runs import programmed, sequence
 from macromicro.schema.par import replaced
 from macromicro.settings import Settings
@@ -26,7 +26,7 @@ def test_metrics_equal_those_of_a_recording() -> None:
         settings = Settings()
         for path, value in zip(PATHS[:2], values[:2], strict=True):
             settings = replaced(settings, path, float(value))
-        what = sequence.micro_steps(LEVELS, 2.0, TIMES)
+        what = steps()
         seen = programmed.on_twin(what, settings, int(values[2]))
         by_name = dict(zip(names, row.tolist(), strict=True))
         times = sequence.settling(seen)
@@ -44,13 +44,6 @@ def test_metrics_equal_those_of_a_recording() -> None:
         assert by_name["iae"] == pytest.approx(raw, rel=0.02)
         assert by_name["overshoot"] >= 0.0
         assert by_name["fault"] == 0.0
-
-
-def test_the_programme_is_the_procedures() -> None:
-    mine, theirs = steps(), sequence.micro_steps(LEVELS, 2.0, TIMES)
-    for a, b in zip(mine, theirs, strict=True):
-        assert np.array_equal(a, b)
-    assert (LEVELS, TIMES) == (sequence.LEVELS, sequence.TIMES)
 
 
 def test_a_run_that_the_guard_stops() -> None:

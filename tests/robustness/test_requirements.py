@@ -11,8 +11,8 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.robustness.metrics import NAMES
 from macromicro.robustness.requirements import DEFAULTS, load
-from macromicro.robustness.uncertain import UNCERTAIN
 from macromicro.robustness.words import amount
+from macromicro.uncertainty.table import UNCERTAIN
 
 
 def written(folder: Path, text: str, name: str = "limits.toml") -> Path:

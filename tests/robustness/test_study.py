@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from macromicro.batch import SEED, Job, Variants
-from macromicro.robustness import study
+from macromicro.robustness import findings, study
+from macromicro.robustness.findings import influences, overall, worst, yields
 from macromicro.robustness.job import variants
 from macromicro.robustness.metrics import NAMES
-from macromicro.robustness.sampling import latin_hypercube, settings_at
-from macromicro.robustness.study import Request, Study, influences, overall, worst, yields
-from macromicro.robustness.uncertain import UNCERTAIN
+from macromicro.robustness.study import Request, Study
 from macromicro.schema.par import changed, replaced
+from macromicro.uncertainty.machines import draw, settings_at
+from macromicro.uncertainty.table import UNCERTAIN
 
 ORDER = [u.name for u in UNCERTAIN]
 
@@ -82,7 +83,7 @@ def test_worst_is_the_largest_and_of_equals_the_nearest(done: Study) -> None:
 
 
 def test_strongest_takes_the_hardest_requirement(done: Study) -> None:
-    name, ranked = study.strongest(done)
+    name, ranked = findings.strongest(done)
     shares = {y.requirement.metric.name: y.all.share for y in yields(done)}
     assert shares[name] == min(shares.values())
     assert abs(ranked[0].correlation) >= abs(ranked[1].correlation)
@@ -117,11 +118,11 @@ def test_interrupted_in_the_tornado_keeps_the_sample(
 
 
 def test_an_end_that_is_no_machine_is_reported(request_: Request, machine: Job) -> None:
-    """With a ripple of 9 N, 70 % of the kinetic friction is none."""
-    base = replaced(request_.settings, "bench.friction.ripple", 9.0)
+    """A belt's share of 0.7 cannot be doubled: it is at most 1."""
+    base = replaced(request_.settings, "bench.belt.participation", 0.7)
     found = study.run(request_._replace(settings=base), machine)
-    assert list(found.impossible) == ["coulomb low"]
-    assert np.isnan(found.single[0, 0]).all()
+    assert list(found.impossible) == ["belt_share high"]
+    assert np.isnan(found.single[ORDER.index("belt_share"), 1]).all()
     assert not math.isnan(influences(found, "micro_error")[0].effect)
 
 
@@ -138,7 +139,7 @@ def test_a_failing_job_is_not_hidden(request_: Request, machine: Job) -> None:
 
 def test_variants_are_the_settings(request_: Request) -> None:
     """Every path that is varied, in SI, and the seed."""
-    sample = latin_hypercube(request_.settings, UNCERTAIN, 10, 0)
+    sample = draw(request_.settings, UNCERTAIN, 10, 0)
     trees = [settings_at(request_.settings, UNCERTAIN, a) for a in sample.amounts]
     found = variants(UNCERTAIN, trees, range(10))
     for row, tree, seed in zip(found.values, trees, range(10), strict=True):

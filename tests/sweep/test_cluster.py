@@ -208,9 +208,9 @@ def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
     assert ".venv/bin/pip install -e '.[cluster]'" in caught.value.accepted
 
 
-@pytest.mark.parametrize("key", ["version", "sources"])
+@pytest.mark.parametrize("key", ["version", "sources", "sampler"])
 def test_other_code_on_the_workers(workers: Any, key: str) -> None:
-    """Of another version, and of this one with other sources."""
+    """Of another version, of this one with other sources, or with another scipy."""
     other = code()._replace(**{key: "9.9.9"})
     with pytest.raises(InputError, match=r"macromicro .*9\.9\.9.* on every worker, as here"):
         cluster.connect(workers.scheduler_address, other)

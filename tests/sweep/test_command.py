@@ -41,7 +41,7 @@ def test_an_example_gives_what_the_job_gives(
     spec = load(example, batch.job)[0]
     assert f"computed: {spec.variants} of {spec.variants} variants" in said.out
     assert said.out.splitlines()[-1] == f"results: {out}/results.parquet"
-    assert said.err.startswith(f"{spec.variants} variants, 0 finished before")
+    assert said.err.startswith(f"{spec.job}: {spec.variants} variants, 0 finished before")
     table = pq.read_table(out / "results.parquet")
     assert table.num_rows == spec.variants
     first = spec.variants - 20

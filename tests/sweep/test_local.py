@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -17,7 +18,7 @@ import sweep_fake
 
 from macromicro.errors import InputError
 from macromicro.sweep import folder, run
-from macromicro.sweep.local import GIVE_UP
+from macromicro.sweep.local import GIVE_UP, work
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import load
 from macromicro.sweep.work import SweepError
@@ -194,6 +195,21 @@ def test_only_the_parent_killed(make: Make, tmp_path: Path) -> None:
     outcome = swept(spec, tmp_path / "out", resume=True)
     assert 0 < outcome.before < outcome.done == 160
     assert sorted(evaluated(log)) == list(range(160))
+
+
+def test_a_worker_whose_run_was_killed_makes_no_journal(make: Make, tmp_path: Path) -> None:
+    """It may get its share of the folder only when the next run has counted the journals."""
+    request = run.Request(make(8), tmp_path / "out", 1, factory=FACTORY)
+    task = run.check(request).task
+    path = tmp_path / "out" / folder.JOURNAL / "000001.journal"
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    here.send(None)  # were it to begin, it would be told to end at once
+    process = context.Process(target=work, args=(there, task, path, os.getpid() + 1))
+    process.start()
+    process.join(60)
+    assert process.exitcode == 1
+    assert not path.exists()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -13,6 +13,7 @@ import pytest
 
 from macromicro import __version__
 from macromicro.errors import InputError
+from macromicro.sampling import drawn_by
 from macromicro.sweep import folder, run
 from macromicro.sweep.origin import code
 from macromicro.sweep.work import SweepError
@@ -138,6 +139,24 @@ def test_other_sources_of_the_same_version_are_not_gone_on_with(make: Make, tmp_
     assert caught.value.exit_status == 2
     swept(spec, out, overwrite=True)
     assert json.loads((out / "sweep.json").read_text())["sources"] == code().sources
+
+
+@pytest.mark.parametrize("drew", [None, "scipy 1.0.0"])
+def test_points_of_another_sampler_are_not_gone_on_with(
+    make: Make, tmp_path: Path, drew: str | None
+) -> None:
+    """Another scipy may draw other points; folders of before name none, and drew their own."""
+    spec, out = make(5), tmp_path / "out"
+    checked(spec, out)
+    told = json.loads((out / "sweep.json").read_text())
+    assert told.pop("sampler") == code().sampler == drawn_by()
+    before = {**told, "sampler": drew} if drew else {**told, "digest": "0", "sources": "0"}
+    folder.write_json(out / "sweep.json", before)
+    with pytest.raises(InputError, match=r"sampler: .*which draws here.*--overwrite") as caught:
+        checked(spec, out, resume=True)
+    assert caught.value.exit_status == 2
+    assert (drew or "of an earlier macromicro") in str(caught.value)
+    assert json.loads((out / "sweep.json").read_text()) == before
 
 
 def test_workers_of_changed_sources_end_it(make: Make, tmp_path: Path) -> None:

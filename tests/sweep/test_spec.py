@@ -10,6 +10,7 @@ import sweep_fake
 
 from macromicro import batch
 from macromicro.errors import InputError
+from macromicro.sampling import MAX_LATIN
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec, load
 from macromicro.sweep.work import Bench, Task
@@ -240,3 +241,13 @@ def test_what_a_real_job_says_of_its_options(tmp_path: Path) -> None:
     text = 'job = "macro-bench"\n[options]\nlength = -1\n'
     with pytest.raises(InputError, match=r"s\.toml, options\.length.*from 2 ms"):
         real(tmp_path, text)
+
+
+def test_a_latin_hypercube_must_fit_into_memory(tmp_path: Path) -> None:
+    """Twenty million numbers; what takes more is named."""
+    most = MAX_LATIN // 2
+    two = P + "\ngain = { low = 0, high = 1 }\nteeth = { low = 3, high = 6 }"
+    head = HEAD.replace("random", "lhs")
+    assert loaded(tmp_path, head.replace("5", str(most)) + two).variants == most
+    with pytest.raises(InputError, match=rf"at most {most} for lhs with 2 .*sobol and random"):
+        loaded(tmp_path, head.replace("5", str(most + 1)) + two)

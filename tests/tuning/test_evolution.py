@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from macromicro.tuning.evolution import latin, members, minimise
+from macromicro.tuning.evolution import members, minimise
 
 AIM = np.array([0.3, 0.8])
 
@@ -73,10 +73,3 @@ def test_progress_and_stopping() -> None:
 
     with pytest.raises(InterruptedError):
         minimise(bowl, AIM, 100, 0, tell=stop)
-
-
-def test_latin_hypercube() -> None:
-    """Each column has one value in each of its strata."""
-    drawn = latin(3, 50, seed=4)
-    for column in drawn.T:
-        assert sorted(np.floor(50.0 * column).astype(int)) == list(range(50))

@@ -62,7 +62,7 @@ def test_the_numbers(place: Path, found: tuning.Tuning) -> None:
     ensemble = record["ensemble"]
     assert ensemble["aggregate"] == "worst"
     assert len(ensemble["draws"]) == 3
-    assert ensemble["ranges"][0]["name"] == "friction"
+    assert ensemble["ranges"][0]["name"] == "coulomb"
     assert len(ensemble["held_out"]["draws"]) == 12
     assert list(ensemble["held_out"]["bench_cost"].values()) == pytest.approx(found.verdict)
     assert record["judged_on"] == "held-out benches"

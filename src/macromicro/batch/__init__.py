@@ -65,7 +65,25 @@ JOBS: dict[str, Callable[..., Job]] = {
 
 
 def job(name: str, **options: Any) -> Job:
-    """The job `name` of `JOBS` with its options. `InputError` for an unknown name."""
+    """Make a job.
+
+    Parameters
+    ----------
+    name : str
+        Of `JOBS`.
+    **options : Any
+        Of the job.
+
+    Returns
+    -------
+    Job
+        To be given variants.
+
+    Raises
+    ------
+    InputError
+        An unknown name, or what the job refuses of its options.
+    """
     if name not in JOBS:
         raise InputError("job", name, " or ".join(JOBS))
     return JOBS[name](**options)

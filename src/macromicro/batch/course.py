@@ -32,8 +32,17 @@ METRICS: tuple[Metric, ...] = (
 
 
 class Task(NamedTuple):
-    """`sign` of the step; `band` [counts] of the error; `risen` [counts]: least way, whole,
-    that has the share `RISEN` of the step behind it."""
+    """How a step is judged.
+
+    Attributes
+    ----------
+    sign : float
+        Of the step.
+    band : float
+        Of the error [counts].
+    risen : float
+        Least way [counts], whole, that has the share `RISEN` of the step behind it.
+    """
 
     sign: float
     band: float
@@ -41,9 +50,23 @@ class Task(NamedTuple):
 
 
 class Course(NamedTuple):
-    """So far: samples up to the last one outside the band; samples before it has risen;
-    greatest way in the step's direction [counts], at least 0; sum of |error| [counts]; largest
-    |effort| asked for [V]; samples with a cut effort; turns; last move [counts], 0: none."""
+    """What was gathered so far.
+
+    Attributes
+    ----------
+    outside, early : float
+        Samples up to the last one outside the band, and before it has risen.
+    far : float
+        Greatest way in the step's direction [counts], at least 0.
+    sum : float
+        Of |error| [counts].
+    peak : float
+        Largest |effort| asked for [V].
+    saturated, turns : float
+        Samples with a cut effort, and turns of the position.
+    move : float
+        The last one [counts], 0: none.
+    """
 
     outside: float
     early: float
@@ -56,7 +79,18 @@ class Course(NamedTuple):
 
 
 def task(target: float) -> Task:
-    """How a step from 0 to `target` [counts] is judged."""
+    """Tell how a step from 0 is judged.
+
+    Parameters
+    ----------
+    target : float
+        Counts, `SMALLEST` at least in either direction.
+
+    Returns
+    -------
+    Task
+        For `follow`.
+    """
     size, sign = abs(target), math.copysign(1.0, target)
     risen = math.floor(RISEN * size) - 1.0
     while risen / size < RISEN:
@@ -65,19 +99,53 @@ def task(target: float) -> Task:
 
 
 def begun() -> Course:
-    """Before the first sample."""
+    """Begin, before the first sample.
+
+    Returns
+    -------
+    Course
+        Of nothing.
+    """
     return Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
 def gathered(total: float, error: float) -> float:
-    """Sum of |error| [counts] after one more sample."""
+    """Add one more sample's error.
+
+    Parameters
+    ----------
+    total : float
+        Sum of |error| [counts].
+    error : float
+        Of the sample [counts].
+
+    Returns
+    -------
+    float
+        The new sum.
+    """
     return total + abs(error)
 
 
 @kernel
 def farther(far: float, sign: float, seen: float) -> float:
-    """Greatest way [counts] in the step's direction after one more sample at `seen`."""
+    """Take one more sample's position.
+
+    Parameters
+    ----------
+    far : float
+        Greatest way in the step's direction [counts].
+    sign : float
+        Of the step.
+    seen : float
+        Position [counts].
+
+    Returns
+    -------
+    float
+        The new greatest way.
+    """
     # abs() changes nothing, as in `follow`.
     return abs(max(far, sign * seen))
 
@@ -93,8 +161,26 @@ def follow(
     asked: float,
     sent: float,
 ) -> Course:
-    """After the sample `number`, from 1: position `seen`, its `error`, the `last` one before
-    [counts], effort `asked` for and `sent` within the limit [V]."""
+    """Take one more sample.
+
+    Parameters
+    ----------
+    p : Task
+        How the step is judged.
+    s : Course
+        Before it.
+    number : float
+        Of the sample, from 1.
+    seen, error, last : float
+        Position, its error, and the error of the sample before [counts].
+    asked, sent : float
+        Effort without and with its limit [V].
+
+    Returns
+    -------
+    Course
+        After it.
+    """
     far = farther(s.far, p.sign, seen)
     went = last - error
     size = abs(error)
@@ -117,13 +203,42 @@ def follow(
 
 @kernel
 def first(s: Course) -> Course:
-    """The course after the first sample, whose kick and whose move from nowhere do not count."""
+    """Correct the first sample, whose kick and whose move from nowhere do not count.
+
+    Parameters
+    ----------
+    s : Course
+        After it.
+
+    Returns
+    -------
+    Course
+        Without these.
+    """
     return Course(s.outside, s.early, s.far, s.sum, 0.0, 0.0, 0.0, 0.0)
 
 
 def measured(rows: Array, error: Array, target: Array, samples: int, dt: Array | float) -> Array:
-    """The values of `METRICS`, (n, 8), after all `samples` of `dt` [s], the last with this
-    `error` (n,): `rows` (8, n) as in `Course`, target (n,) [counts]. NaN: not reached."""
+    """Make metrics of what was gathered.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (8, n)
+        As in `Course`.
+    error : ndarray, shape (n,)
+        At the end [counts].
+    target : ndarray, shape (n,)
+        Counts.
+    samples : int
+        In all.
+    dt : ndarray, shape (n,), or float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (n, 8)
+        The values of `METRICS`; NaN: not reached.
+    """
     s = Course(*rows)
     out = np.empty((len(error), len(METRICS)))
     out[:, 0] = np.where(s.outside < samples, s.outside * dt, math.nan)

@@ -21,7 +21,13 @@ _BLOCKS = 4  # most blocks in a piece: enough work to pay for handing it to a th
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Count the cores that this process may use.
+
+    Returns
+    -------
+    int
+        1 or more.
+    """
     try:
         return max(1, len(os.sched_getaffinity(0)))
     except AttributeError:  # a system without affinities
@@ -31,13 +37,30 @@ def cores() -> int:
 def run(
     job: Job, variants: Variants | Iterable[Variants], threads: int | None = None
 ) -> Iterator[tuple[int, Array]]:
-    """Evaluate all variants: (number of the first, metrics (m, k)) of one piece after another.
+    """Evaluate all variants.
 
-    `variants`: one set, or an iterable of sets, taken only as far ahead as the threads need,
-    so that memory stays bounded however many there are. `threads`: None for all cores. The
-    metrics are the same bits whatever the division and the number of threads. Raises
-    `InputError` for a number of threads below 1 and whatever the job refuses, once the
-    results before it have been given.
+    The metrics are the same bits whatever the division and the number of threads.
+
+    Parameters
+    ----------
+    job : Job
+        What turns variants into metrics.
+    variants : Variants or iterable of Variants
+        One set, or sets that are taken only as far ahead as the threads need, so that memory stays
+        bounded however many there are.
+    threads : int, optional
+        None for all cores.
+
+    Returns
+    -------
+    iterator of (int, ndarray, shape (m, k))
+        The number of the first variant and the metrics of one piece after another.
+
+    Raises
+    ------
+    InputError
+        A number of threads below 1, and whatever the job refuses, once the results before it have
+        been given.
     """
     count = cores() if threads is None else threads
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
@@ -87,9 +110,26 @@ def _parallel(
 
 
 def trajectories(job: Job, variants: Variants, every: int = 10) -> Trajectories:
-    """Each run's course, every `every`-th sample of it, in memory: for few variants.
+    """Give each run's course, in memory: for few variants.
 
-    Raises `InputError` for an `every` below 1 and whatever the job refuses.
+    Parameters
+    ----------
+    job : Job
+        What runs them.
+    variants : Variants
+        Few.
+    every : int
+        Every so many samples.
+
+    Returns
+    -------
+    Trajectories
+        Of all runs.
+
+    Raises
+    ------
+    InputError
+        An `every` below 1, and whatever the job refuses.
     """
     if isinstance(every, bool) or not isinstance(every, int) or every < 1:
         raise InputError("every", every, "a whole number from 1")

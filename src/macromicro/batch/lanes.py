@@ -41,7 +41,13 @@ SHOWN = 1 + 8  # last rows: error, course
 
 
 def place() -> Array:
-    """An empty block, (ROWS * WIDE,), at the start of a cache line."""
+    """Make an empty block at the start of a cache line.
+
+    Returns
+    -------
+    ndarray, shape (ROWS * WIDE,)
+        For `run`.
+    """
     raw = np.zeros(ROWS * WIDE + 8)
     skipped = -(raw.ctypes.data // 8) % 8
     return raw[skipped : skipped + ROWS * WIDE]
@@ -49,7 +55,18 @@ def place() -> Array:
 
 @kernel
 def counted(x: float) -> float:
-    """The whole counts of a position: `models.macro.whole`, for vectors one instruction."""
+    """Give the whole counts of a position: `models.macro.whole`, for vectors one instruction.
+
+    Parameters
+    ----------
+    x : float
+        Counts.
+
+    Returns
+    -------
+    float
+        Whole counts, not above.
+    """
     return float(np.floor(x))
 
 
@@ -75,7 +92,17 @@ def _period(s: Array, j: int) -> tuple[float, float, float, float]:
 
 @kernel
 def run(s: Array, lanes: int, samples: int) -> None:
-    """`samples` periods of the first `lanes` lanes of a block, all of `Course` gathered."""
+    """Run the first lanes of a block, all of `Course` gathered.
+
+    Parameters
+    ----------
+    s : ndarray, shape (ROWS * WIDE,)
+        The block; changed.
+    lanes : int
+        How many.
+    samples : int
+        Periods.
+    """
     for k in range(samples):
         number = k + 1.0
         for j in range(lanes):
@@ -98,7 +125,18 @@ def run(s: Array, lanes: int, samples: int) -> None:
 
 @kernel
 def run_errors(s: Array, lanes: int, samples: int) -> None:
-    """`run`, gathering `far` and `sum` of `Course` alone, which takes two thirds of the time."""
+    """Run as `run`, gathering `far` and `sum` of `Course` alone, which takes two thirds of the
+    time.
+
+    Parameters
+    ----------
+    s : ndarray, shape (ROWS * WIDE,)
+        The block; changed.
+    lanes : int
+        How many.
+    samples : int
+        Periods.
+    """
     for _ in range(samples):
         for j in range(lanes):
             seen, error, _, _ = _period(s, j)
@@ -132,8 +170,19 @@ def _show(s: Array, seen: Array, first: int, count: int) -> None:
 
 @kernel
 def blocks(s: Array, given: Array, seen: Array, samples: int) -> None:
-    """`run` on one block of variants after another: `given` (rows of GIVEN, n), `seen` (SHOWN,
-    n); `s` is the place of a block."""
+    """Do `run` on one block of variants after another.
+
+    Parameters
+    ----------
+    s : ndarray, shape (ROWS * WIDE,)
+        The place of a block.
+    given : ndarray, shape (GIVEN, n)
+        A row for each name of `GIVEN`.
+    seen : ndarray, shape (SHOWN, n)
+        Filled: error and course at the end.
+    samples : int
+        Periods.
+    """
     for first in range(0, given.shape[1], WIDE):
         count = _load(s, given, first)
         run(s, -(-count // UNIT) * UNIT, samples)
@@ -142,7 +191,19 @@ def blocks(s: Array, given: Array, seen: Array, samples: int) -> None:
 
 @kernel
 def blocks_errors(s: Array, given: Array, seen: Array, samples: int) -> None:
-    """`blocks` by `run_errors`."""
+    """Do `blocks` by `run_errors`.
+
+    Parameters
+    ----------
+    s : ndarray, shape (ROWS * WIDE,)
+        The place of a block.
+    given : ndarray, shape (GIVEN, n)
+        A row for each name of `GIVEN`.
+    seen : ndarray, shape (SHOWN, n)
+        Filled: error and course at the end.
+    samples : int
+        Periods.
+    """
     for first in range(0, given.shape[1], WIDE):
         count = _load(s, given, first)
         run_errors(s, -(-count // UNIT) * UNIT, samples)

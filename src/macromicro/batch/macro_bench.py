@@ -50,10 +50,33 @@ class Stage(NamedTuple):
 def run(
     p: Stage, judged: Task, s: MacroState, target: float, samples: int, dt: float, out: Array
 ) -> tuple[Course, float]:
-    """A step to `target` [counts] from `s`: its course and the last error.
+    """Run a step: its course and the last error.
 
-    The law is always at work, as in a run without a sequence. `out`: (2, m), counts and
-    volts of every sample for m samples at the most; m may be 0.
+    The law is always at work, as in a run without a sequence.
+
+    Parameters
+    ----------
+    p : Stage
+        Machine and law.
+    judged : Task
+        How the step is judged.
+    s : MacroState
+        From which it begins.
+    target : float
+        Counts.
+    samples : int
+        Periods.
+    dt : float
+        A period [s].
+    out : ndarray, shape (2, m)
+        Filled: counts and volts of the first m samples; m may be 0.
+
+    Returns
+    -------
+    course : Course
+        After the last sample.
+    error : float
+        Of the last sample [counts].
     """
     law = p.law
     so_far = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -77,7 +100,18 @@ def run(
 
 
 def stage(settings: Settings) -> Stage:
-    """The macro-stage of these settings."""
+    """Take the macro-stage out of settings.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of a bench.
+
+    Returns
+    -------
+    Stage
+        What it alone needs, and its law.
+    """
     law = control_settings.prepare(settings.controller, table=shipped()).macro
     return Stage(
         settings.bench.amplifier,
@@ -90,9 +124,18 @@ def stage(settings: Settings) -> Stage:
 
 
 class MacroBenchJob:
-    """A step of `reference` [counts] from rest at 0, `length` [s] at 1 kHz, nothing parked.
+    """A step of the bench's macro-stage from rest at 0 at 1 kHz, nothing parked.
 
     A variant's own step stands at the path "reference", beside those of the settings.
+
+    Parameters
+    ----------
+    settings : Settings, optional
+        That variants start from.
+    reference : float
+        The step [counts].
+    length : float
+        Of the run [s].
     """
 
     name = "macro-bench"
@@ -114,11 +157,35 @@ class MacroBenchJob:
         _step(self._reference, "reference")
 
     def base(self) -> Settings:
-        """The settings that variants start from."""
+        """Give the settings that variants start from.
+
+        Returns
+        -------
+        Settings
+            A tree of parameters.
+        """
         return self._settings
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """(n, metrics)."""
+        """Evaluate variants.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them.
+        first : int
+            Number of the first one, for errors.
+
+        Returns
+        -------
+        ndarray, shape (n, metrics)
+            As `course.METRICS`.
+
+        Raises
+        ------
+        InputError
+            With variant and key: an impossible value.
+        """
         values = checked(self._known, variants, first, (REFERENCE,))
         compiled(run)  # once, before threads ask for it
         rows, errors, targets = np.empty((8, len(values))), *np.empty((2, len(values)))
@@ -143,7 +210,27 @@ class MacroBenchJob:
         return found, error, target
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """Position [counts] and effort sent [V], each `every`-th sample."""
+        """Give each run's course.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them.
+        every : int
+            Every so many samples.
+        first : int
+            Number of the first variant, for errors.
+
+        Returns
+        -------
+        Trajectories
+            Position [counts] and effort sent [V].
+
+        Raises
+        ------
+        InputError
+            With variant and key: an impossible value.
+        """
         values = checked(self._known, variants, first, (REFERENCE,))
         t = np.arange(self._samples, step=every, dtype=np.float64) * PERIOD
         shown, out = np.empty((2, len(values), len(t))), np.empty((2, self._samples))

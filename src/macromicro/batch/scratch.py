@@ -15,7 +15,13 @@ _LOCAL = threading.local()
 
 
 class Scratch:
-    """A sink for `runs.programmed.perform` that keeps the named columns of one run at a time."""
+    """A sink for `runs.programmed.perform` that keeps the named columns of one run at a time.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Columns of a recording.
+    """
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self._rows = [NAMES.index(name) for name in names]
@@ -28,7 +34,13 @@ class Scratch:
         self._used = 0
 
     def append(self, block: Array) -> None:
-        """Take the wanted rows of a block (columns, rows)."""
+        """Take the wanted rows of a block.
+
+        Parameters
+        ----------
+        block : ndarray, shape (columns, rows)
+            As `perform` hands it on.
+        """
         end = self._used + block.shape[1]
         if end > self._place.shape[1]:
             larger = np.empty((len(self._rows), max(end, 2 * self._place.shape[1])))
@@ -39,12 +51,29 @@ class Scratch:
         self._used = end
 
     def recording(self) -> Recording:
-        """The run as a recording; it holds only until the next `clear`."""
+        """Give the run as a recording; it holds only until the next `clear`.
+
+        Returns
+        -------
+        Recording
+            Of the named columns.
+        """
         return Recording.from_arrays(self._columns, self._place[:, : self._used], PERIOD, {})
 
 
 def scratch(names: tuple[str, ...]) -> Scratch:
-    """This thread's place for these columns, cleared."""
+    """Give this thread's place for some columns, cleared.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Columns of a recording.
+
+    Returns
+    -------
+    Scratch
+        The same one at every call.
+    """
     places: dict[tuple[str, ...], Scratch] = _LOCAL.__dict__.setdefault("places", {})
     if names not in places:
         places[names] = Scratch(names)

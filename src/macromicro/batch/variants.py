@@ -22,19 +22,43 @@ SEED = "seed"  # beside the tree's paths: the seed of the measurement noise
 
 @cache
 def shipped() -> Calibration:
-    """The shipped Hall calibration, read once."""
+    """Read the shipped Hall calibration, once.
+
+    Returns
+    -------
+    Calibration
+        The table.
+    """
     return calibration.shipped()
 
 
 class Variants(NamedTuple):
-    """`paths`: k dotted paths; `values`: (n, k), in the units that the parameters are stored in."""
+    """Values at paths of a job's parameter tree.
+
+    Attributes
+    ----------
+    paths : tuple of str
+        k dotted paths.
+    values : ndarray, shape (n, k)
+        In the units that the parameters are stored in.
+    """
 
     paths: tuple[str, ...]
     values: Array
 
 
 class Metric(NamedTuple):
-    """A number that a run gives; `unit` as in `macromicro.units`, "" for none."""
+    """A number that a run gives.
+
+    Attributes
+    ----------
+    name : str
+        One word.
+    unit : str
+        As in `macromicro.units`, "" for none.
+    meaning : str
+        For a person.
+    """
 
     name: str
     unit: str
@@ -42,8 +66,17 @@ class Metric(NamedTuple):
 
 
 class Trajectories(NamedTuple):
-    """`t`: (rows,) [s]; `columns`: by name, each (n, rows); `units`: by the same names. A run
-    that ended early is NaN from there on."""
+    """The courses of runs; one that ended early is NaN from there on.
+
+    Attributes
+    ----------
+    t : ndarray, shape (rows,)
+        Time [s].
+    columns : dict of str to ndarray, shape (n, rows)
+        By name.
+    units : dict of str to str
+        By the same names.
+    """
 
     t: Array
     columns: dict[str, Array]
@@ -51,31 +84,89 @@ class Trajectories(NamedTuple):
 
 
 class Job(Protocol):
-    """What turns variants into metrics. `block`: how many variants are computed together."""
+    """What turns variants into metrics.
+
+    Attributes
+    ----------
+    name : str
+        As in `batch.JOBS`.
+    metrics : tuple of Metric
+        What `evaluate` gives.
+    block : int
+        How many variants are computed together.
+    """
 
     name: str
     metrics: tuple[Metric, ...]
     block: int
 
     def base(self) -> Any:
-        """The parameter tree (`parameters.entries` describe it) that variants start from."""
+        """Give the parameter tree that variants start from.
+
+        Returns
+        -------
+        Any
+            A set of parameters, which `schema.par.entries` lists.
+        """
 
     def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """(n, metrics); `first`: the number of the first variant, for seeds and errors.
+        """Evaluate variants.
 
-        Raises `InputError` that names the variant and the key of an impossible value. Any
-        division into calls gives the same bits; threads may call it at the same time.
+        Any division into calls gives the same bits; threads may call it at the same time.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them.
+        first : int
+            Number of the first one, for seeds and errors.
+
+        Returns
+        -------
+        ndarray, shape (n, metrics)
+            As `metrics`.
+
+        Raises
+        ------
+        InputError
+            With variant and key: an impossible value.
         """
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """Every `every`-th sample of each run."""
+        """Give each run's course.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them.
+        every : int
+            Every so many samples.
+        first : int
+            Number of the first variant, for seeds and errors.
+
+        Returns
+        -------
+        Trajectories
+            Of all runs.
+        """
 
 
 Known = dict[str, Entry]
 
 
 def table(tree: Any) -> Known:
-    """All parameters of a tree by path: made once a job, because it takes a while."""
+    """List all parameters of a tree by path: made once a job, because it takes a while.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+
+    Returns
+    -------
+    dict of str to Entry
+        By dotted path.
+    """
     return {e.path: e for e in entries(tree)}
 
 
@@ -101,9 +192,28 @@ def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Kno
 
 
 def checked(every: Known, variants: Variants, first: int, extra: tuple[str, ...] = ()) -> Array:
-    """The values as (n, k) float64, each within its parameter's bounds; else `InputError`.
+    """Check variants' values.
 
-    `extra`: paths beside those of the job's tree, which the job checks itself.
+    Parameters
+    ----------
+    every : dict of str to Entry
+        The job's parameters, by path.
+    variants : Variants
+        n of them.
+    first : int
+        Number of the first one, for errors.
+    extra : tuple of str
+        Paths beside those of the job's tree, which the job checks itself.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        The values, each within its parameter's bounds.
+
+    Raises
+    ------
+    InputError
+        A wrong shape, an unknown path, one named twice, a value out of its bounds.
     """
     values = np.asarray(variants.values, dtype=np.float64)
     if values.ndim != 2 or values.shape[1] != len(variants.paths):
@@ -120,12 +230,47 @@ def checked(every: Known, variants: Variants, first: int, extra: tuple[str, ...]
 
 
 def named(number: int, path: str) -> str:
-    """How a variant's parameter is called in an error; variants are counted from 0."""
+    """Say how a variant's parameter is called in an error.
+
+    Parameters
+    ----------
+    number : int
+        Of the variant, from 0.
+    path : str
+        Of the parameter.
+
+    Returns
+    -------
+    str
+        Where.
+    """
     return f"variant {number}, {path}"
 
 
 def seeds(variants: Variants, values: Array, seed: int, first: int) -> list[int]:
-    """The noise seed of each variant: its own column `seed`, or `seed` for all."""
+    """Give the noise seed of each variant.
+
+    Parameters
+    ----------
+    variants : Variants
+        n of them, perhaps with a column `SEED`.
+    values : ndarray, shape (n, k)
+        Theirs, checked.
+    seed : int
+        Of all, where there is no such column.
+    first : int
+        Number of the first one, for errors.
+
+    Returns
+    -------
+    list of int
+        n seeds.
+
+    Raises
+    ------
+    InputError
+        With the variant: no whole number from 0 to 2^53.
+    """
     if SEED not in variants.paths:
         return [seed] * len(values)
     column = values[:, variants.paths.index(SEED)]
@@ -140,7 +285,31 @@ def seeds(variants: Variants, values: Array, seed: int, first: int) -> list[int]
 def applied(
     tree: Any, paths: tuple[str, ...], row: Array, number: int, extra: tuple[str, ...] = ()
 ) -> Any:
-    """The tree of one variant; `InputError` with its number for what is impossible together."""
+    """Make the tree of one variant.
+
+    Parameters
+    ----------
+    tree : Any
+        That it starts from.
+    paths : tuple of str
+        k dotted paths.
+    row : ndarray, shape (k,)
+        Its values, checked.
+    number : int
+        Of the variant, for errors.
+    extra : tuple of str
+        Paths beside those of the tree.
+
+    Returns
+    -------
+    Any
+        The tree with these values, and what is derived from them.
+
+    Raises
+    ------
+    InputError
+        With the variant's number: what is impossible together.
+    """
     changes = {
         path: _typed(tree, path, float(value))
         for path, value in zip(paths, row, strict=True)

@@ -7,30 +7,17 @@ from functools import cache
 
 import numpy as np
 
-from macromicro import loop
 from macromicro import programme as programmes
-from macromicro.batch.scratch import Scratch, scratch
+from macromicro.batch.bench_job import BenchJob
+from macromicro.batch.scratch import Scratch
 from macromicro.batch.variants import (
-    SEED,
-    Array,
     Metric,
-    Trajectories,
-    Variants,
-    applied,
-    checked,
-    seeds,
 )
-from macromicro.batch.variants import table as parameters
 from macromicro.design.extension import extension
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import vibration
-from macromicro.errors import InputError
-from macromicro.kernel import compiled
-from macromicro.loop import PERIOD
 from macromicro.programme import Programme
 from macromicro.programme.travel import limits
-from macromicro.recorded import COLUMNS
-from macromicro.runs import programmed
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
 
@@ -50,86 +37,24 @@ _MEASURED = (
     *("t", "move", "phase", "macro_position", "laser", "laser_reset", "hall_position"),
     "true_wire",
 )
-TRACED = (
-    *("macro_reference", "macro_position", "motor", "micro_reference", "hall_position"),
-    *("ctrl", "laser", "phase"),
-)
-
-
-class BenchJob:
-    """A programme on the whole bench, as `runs.programmed` runs it, no recording kept.
-
-    A variant's own noise seed stands at the path "seed", beside those of the settings; the
-    others share the job's, so that variants differ by their parameters alone.
-    """
-
-    name: str
-    metrics: tuple[Metric, ...]
-    columns: tuple[str, ...]
-    block = 1
-
-    def __init__(
-        self,
-        settings: Settings | None = None,
-        seed: int = 0,
-        fan: bool = False,
-    ) -> None:
-        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-            raise InputError("seed", seed, "a whole number from 0")
-        self._settings = Settings() if settings is None else settings
-        self._known = parameters(self._settings)
-        self._seed, self._fan = seed, fan
-
-    def base(self) -> Settings:
-        """The settings that variants start from."""
-        return self._settings
-
-    def programme(self, settings: Settings) -> Programme:
-        """What the bench of these settings is to do."""
-        raise NotImplementedError
-
-    def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """The metrics of one run."""
-        raise NotImplementedError
-
-    def evaluate(self, variants: Variants, first: int = 0) -> Array:
-        """(n, metrics)."""
-        compiled(loop.rollout)  # once, before threads ask for it
-        values = checked(self._known, variants, first, (SEED,))
-        noise = seeds(variants, values, self._seed, first)
-        out = np.empty((len(values), len(self.metrics)))
-        for k, row in enumerate(values):
-            settings = applied(self._settings, variants.paths, row, first + k, (SEED,))
-            place = scratch(self.columns)
-            out[k] = self.measure(place, settings, self._run(settings, noise[k], place))
-        return out
-
-    def _run(self, settings: Settings, seed: int, place: Scratch) -> Outcome:
-        what = self.programme(settings)
-        return programmed.perform(what, settings, place, seed=seed, fan=self._fan)
-
-    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
-        """The columns `TRACED` of a recording, each `every`-th row; NaN after a run's end."""
-        values = checked(self._known, variants, first, (SEED,))
-        noise = seeds(variants, values, self._seed, first)
-        runs: list[Array] = []
-        for k, row in enumerate(values):
-            settings = applied(self._settings, variants.paths, row, first + k, (SEED,))
-            place = scratch(("t", *TRACED))
-            self._run(settings, noise[k], place)
-            seen = place.recording()
-            runs.append(np.array([seen[name][::every] for name in TRACED], dtype=np.float64))
-        rows = max((run.shape[1] for run in runs), default=0)
-        shown = np.full((len(TRACED), len(runs), rows), math.nan)
-        for k, run in enumerate(runs):
-            shown[:, k, : run.shape[1]] = run
-        units = {c.name: c.unit for c in COLUMNS if c.name in TRACED}
-        t = np.arange(rows * every, step=every) * PERIOD
-        return Trajectories(t, dict(zip(TRACED, shown, strict=True)), units)
 
 
 class ProgrammeJob(BenchJob):
-    """`programme`: a file or an example's name, `cycles` times in a row; `fan`: on or off."""
+    """A programme on the whole bench, judged by its moves.
+
+    Parameters
+    ----------
+    programme : str
+        A file or an example's name.
+    cycles : int
+        How many times in a row.
+    fan : bool
+        Cool the actuator by a fan.
+    seed : int
+        Of the noise.
+    settings : Settings, optional
+        That variants start from.
+    """
 
     name = "programme"
     metrics = METRICS
@@ -156,11 +81,37 @@ class ProgrammeJob(BenchJob):
         self.programme(self._settings)  # what is wrong with the file is said at once
 
     def programme(self, settings: Settings) -> Programme:
-        """The programme; lengths become counts by the bench's encoder."""
+        """Give the programme.
+
+        Parameters
+        ----------
+        settings : Settings
+            Of the bench.
+
+        Returns
+        -------
+        Programme
+            With lengths as counts of its encoder.
+        """
         return self._loaded(settings.sensors.encoder.pitch)
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """`METRICS`; NaN for what a run that was stopped, or a move, does not show."""
+        """Measure one run.
+
+        Parameters
+        ----------
+        place : Scratch
+            With the run's columns.
+        settings : Settings
+            Of the run.
+        outcome : Outcome
+            How it ended.
+
+        Returns
+        -------
+        list of float
+            As `METRICS`; NaN for what a run that was stopped, or a move, does not show.
+        """
         seen = place.recording()
         hottest = float(seen["true_wire"].max())
         if not outcome.finished:
@@ -188,19 +139,53 @@ class ProgrammeJob(BenchJob):
 
 
 def worst(values: list[float | None]) -> float:
-    """Largest size; NaN without any, or where one is not known."""
+    """Give the largest size.
+
+    Parameters
+    ----------
+    values : list of float or None
+        None where one is not known.
+
+    Returns
+    -------
+    float
+        NaN without any, or where one is not known.
+    """
     sizes = [math.nan if v is None else abs(v) for v in values]
     return float(np.max(sizes)) if sizes else math.nan
 
 
 def mean(values: list[float | None]) -> float:
-    """Mean; NaN without any, or where one is not known."""
+    """Give the mean.
+
+    Parameters
+    ----------
+    values : list of float or None
+        None where one is not known.
+
+    Returns
+    -------
+    float
+        NaN without any, or where one is not known.
+    """
     return float(np.mean([math.nan if v is None else v for v in values])) if values else math.nan
 
 
 def directions(done: list[MoveResult]) -> tuple[list[MoveResult], list[MoveResult]]:
-    """Micro moves that contract and those that extend, from the place before; a macro move
-    puts the micro-stage back to 0."""
+    """Part micro moves into those that contract and those that extend.
+
+    It counts from the place before; a macro move puts the micro-stage back to 0.
+
+    Parameters
+    ----------
+    done : list of MoveResult
+        All moves of a run, in order.
+
+    Returns
+    -------
+    up, down : list of MoveResult
+        A move to where the stage is already is in neither.
+    """
     up: list[MoveResult] = []
     down: list[MoveResult] = []
     before = 0.0

@@ -86,8 +86,7 @@ def _request(
     from macromicro.batch import cores
     from macromicro.errors import InputError
     from macromicro.robustness import requirements as limits
-    from macromicro.robustness.sampling import LEAST, MOST
-    from macromicro.robustness.study import Request
+    from macromicro.robustness.study import LEAST, MOST, Request
     from macromicro.runs.job import load
     from macromicro.schema import config as configs
     from macromicro.schema import keys
@@ -111,6 +110,7 @@ def _robust(
     out: Path,
     signals: Signals,
 ) -> None:
+    from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software
     from macromicro.robustness import files, study, terminal
     from macromicro.robustness.job import RobustJob
@@ -126,8 +126,8 @@ def _robust(
     job.compile()
     started, began = datetime.now().astimezone(), time.perf_counter()
     signals.later()
-    with terminal.progress(plan.title) as report:
-        found = study.run(request, job, report, lambda: bool(signals.received))
+    with progress(plan.title, "runs") as pace:
+        found = study.run(request, job, pace.reach, lambda: bool(signals.received))
     if not len(found.rows):
         print("macromicro: interrupted before the first machine; nothing written", file=sys.stderr)
         raise typer.Exit(signals.status)

@@ -71,16 +71,16 @@ def sweep(
 
 
 def _sweep(request: Request, signals: Signals) -> None:
+    from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software
     from macromicro.sweep import run
-    from macromicro.sweep.progress import progress
     from macromicro.sweep.results import constant
 
     ready = run.check(request)
     signals.later()
-    with progress() as shown:
+    with progress(ready.task.spec.job, "variants") as pace:
         outcome = run.execute(
-            ready, shown.begin, shown.report, lambda: bool(signals.received), software()
+            ready, pace.begin, pace.add, lambda: bool(signals.received), software()
         )
     if outcome.written is None:
         _interrupted(request, ready, outcome)
@@ -112,8 +112,9 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
 
 
 def _show(ready: Ready, outcome: Outcome) -> None:
+    from macromicro.drawing.bar import span
     from macromicro.sweep.folder import RESULTS
-    from macromicro.sweep.progress import ranges, span
+    from macromicro.sweep.results import ranges
 
     written = outcome.written
     assert written is not None

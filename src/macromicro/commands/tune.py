@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -127,16 +125,19 @@ def _penalties(texts: list[str]) -> tuple[tuple[str, float], ...]:
 
 
 def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
+    from macromicro.drawing.bar import progress
     from macromicro.tuning import files, tables
     from macromicro.tuning.tune import judge, prepare, search
 
+    what = f"{plan.request.stage}-stage, objective {plan.request.objective}"
     prepare(plan)
     signals.later()
     try:
-        with _progress(plan) as report:
+        with progress(f"tuning the {what}", "evaluations at most") as pace:
+            pace.begin(plan.evaluations)
 
             def tell(done: int, best: float) -> None:
-                report(done, best)
+                pace.reach(done, plan.evaluations, f"least cost {best:.4g}")
                 if signals.received:
                     raise _Stopped
 
@@ -154,31 +155,3 @@ def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
     for line in tables.text(found):
         print(line)
     print(f"results: {place}; try: macromicro run --config {place / files.SETTINGS}")
-
-
-@contextmanager
-def _progress(plan: Plan) -> Iterator[Callable[[int, float], None]]:
-    """A bar on stderr; one plain line where that is no terminal."""
-    what = f"{plan.request.stage}-stage, objective {plan.request.objective}"
-    if not sys.stderr.isatty():
-        print(f"tuning the {what}", file=sys.stderr)
-        yield lambda done, best: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    bar = Progress(
-        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
-        BarColumn(bar_width=24),
-        TimeRemainingColumn(),
-        TextColumn("{task.description}", markup=False),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with bar:
-        task = bar.add_task(what, total=plan.evaluations)
-
-        def report(done: int, best: float) -> None:
-            bar.update(task, completed=done, description=f"{what}: least cost {best:.4g}")
-
-        yield report

@@ -1,20 +1,28 @@
-"""A progress bar on stderr, for work whose share that is done is known."""
+"""How far a long computation is, on stderr: a bar in a terminal, else a line now and then."""
 
 from __future__ import annotations
 
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+EVERY = 10.0  # s between plain lines
+_BAR = 0.1  # s between moves of the bar
+
 
 def progress_bar() -> Progress:
-    """Percentage, bar and a task's description, on stderr; gone once the work has ended.
+    """Make a bar for work whose share that is done is known.
 
     Returns
     -------
-    Progress
-        To be entered.
+    rich.progress.Progress
+        Percentage, bar and a task's description; gone once the work has ended.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
@@ -26,3 +34,164 @@ def progress_bar() -> Progress:
         console=Console(stderr=True),
         transient=True,
     )
+
+
+class Pace:
+    """How far a computation is, how fast, and how long it will take.
+
+    The rate is of this time, from the first report on: before it workers start and compile.
+
+    Parameters
+    ----------
+    title, unit : str
+        What is computed, and of what there are so many.
+    show : callable
+        Called with a line of text when it begins, and with None after every report.
+    """
+
+    def __init__(
+        self, title: str = "", unit: str = "", show: Callable[[str | None], None] = lambda _: None
+    ) -> None:
+        self.count = self.done = self.impossible = 0
+        self.remark = ""
+        self._title, self._unit, self._show = title, unit, show
+        self._started, self._base = math.nan, 0
+
+    def begin(self, count: int, before: int | None = None) -> None:
+        """Say how much there is to do.
+
+        Parameters
+        ----------
+        count : int
+            Of all.
+        before : int, optional
+            How many of them an earlier run finished, where there can be one.
+        """
+        self.count, self.done = count, before or 0
+        earlier = "" if before is None else f", {before} finished before"
+        self._show(f"{self._title}: {count} {self._unit}{earlier}")
+
+    def add(self, done: int, impossible: int = 0) -> None:
+        """Say that some more are done.
+
+        Parameters
+        ----------
+        done : int
+            How many.
+        impossible : int
+            How many of them could not be computed.
+        """
+        self.impossible += impossible
+        self.reach(self.done + done, self.count, self.remark)
+
+    def reach(self, done: int, count: int, remark: str = "") -> None:
+        """Say how many are done by now.
+
+        Parameters
+        ----------
+        done, count : int
+            Of how many.
+        remark : str
+            What is worth telling beside it.
+        """
+        if not self.count:
+            self.begin(count)
+        self.done, self.remark = done, remark
+        if math.isnan(self._started):
+            self._started, self._base = time.monotonic(), done
+        self._show(None)
+
+    @property
+    def rate(self) -> float:
+        """Done per second; NaN before there is one to tell."""
+        if self.done == self._base or math.isnan(self._started):
+            return math.nan
+        return (self.done - self._base) / max(time.monotonic() - self._started, 1e-6)
+
+    def words(self) -> str:
+        """Tell the same to a person.
+
+        Returns
+        -------
+        str
+            Such as "50 of 100, 3 impossible, 5/s, 10 s left".
+        """
+        text = f"{self.done} of {self.count}"
+        if self.impossible:
+            text += f", {self.impossible} impossible"
+        if self.remark:
+            text += f", {self.remark}"
+        if not math.isnan(self.rate):
+            left = (self.count - self.done) / self.rate
+            text += f", {_short(self.rate)}/s, {span(left)} left"
+        return text
+
+
+@contextmanager
+def progress(title: str, unit: str) -> Iterator[Pace]:
+    """Show how far a computation is, as long as the block takes.
+
+    Parameters
+    ----------
+    title, unit : str
+        What is computed, and of what there are so many: the first line where stderr is no
+        terminal, followed by how far it is every `EVERY` seconds.
+
+    Yields
+    ------
+    Pace
+        To be told of what is done.
+    """
+    told = 0.0
+    if not sys.stderr.isatty():
+
+        def line(first: str | None) -> None:
+            nonlocal told
+            if first is not None or time.monotonic() - told >= EVERY:
+                told = time.monotonic()
+                print(first or pace.words(), file=sys.stderr, flush=True)
+
+        pace = Pace(title, unit, line)
+        yield pace
+        return
+    with progress_bar() as bar:
+        task = bar.add_task(title, total=None)
+
+        def move(first: str | None) -> None:
+            nonlocal told
+            ended = pace.done == pace.count
+            if first is not None or ended or time.monotonic() - told >= _BAR:
+                told = time.monotonic()
+                bar.update(
+                    task, total=pace.count, completed=pace.done, description=first or pace.words()
+                )
+
+        pace = Pace(title, unit, move)
+        yield pace
+
+
+def _short(rate: float) -> str:
+    return f"{rate:.0f}" if rate >= 10.0 else f"{rate:.2g}"
+
+
+def span(seconds: float) -> str:
+    """Put a time into words.
+
+    Parameters
+    ----------
+    seconds : float
+        0 or more.
+
+    Returns
+    -------
+    str
+        Such as 12 s, 3 min 20 s, 5 h 10 min, 3.2 days.
+    """
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    if whole < 172_800:
+        return f"{whole // 3600} h {whole % 3600 // 60} min"
+    return f"{whole / 86_400:.1f} days"

@@ -11,9 +11,10 @@ import numpy as np
 from macromicro.drawing import style
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED
 from macromicro.robustness import words
+from macromicro.robustness.findings import Influence, overall, strongest, yields
 from macromicro.robustness.metrics import METRICS, NAMES
-from macromicro.robustness.study import Influence, Study, overall, strongest, yields
-from macromicro.robustness.uncertain import FACTOR, Uncertain
+from macromicro.robustness.study import Study
+from macromicro.uncertainty.table import FACTOR, Uncertain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +25,17 @@ _FAINT = "0.45"
 
 
 class Drawn(NamedTuple):
-    """A figure with file name, title and caption."""
+    """A figure.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, without an ending.
+    title, caption : str
+        For the page.
+    figure : Figure
+        Of matplotlib.
+    """
 
     name: str
     title: str
@@ -33,7 +44,18 @@ class Drawn(NamedTuple):
 
 
 def draw(study: Study) -> Iterator[Drawn]:
-    """The figures that the study has data for."""
+    """Draw the figures that a study has data for.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Yields
+    ------
+    Drawn
+        One after the other.
+    """
     yield _yields(study)
     if not np.isnan(study.single[:, :, 0]).all():
         yield _tornado(study)

@@ -14,16 +14,17 @@ import macromicro
 from macromicro.drawing import style
 from macromicro.drawing.page import Picture
 from macromicro.robustness import figures, words
+from macromicro.robustness.findings import Worst, influences, overall, worst, yields
 from macromicro.robustness.metrics import NAMES, QUANTITIES
 from macromicro.robustness.page import page
-from macromicro.robustness.sampling import settings_at
-from macromicro.robustness.statistics import CONFIDENCE, LEVELS, Share, spread
-from macromicro.robustness.study import Study, Worst, influences, overall, worst, yields
+from macromicro.robustness.statistics import CONFIDENCE, LEVELS, spread
+from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import plain
 from macromicro.settings import Settings
+from macromicro.uncertainty.machines import settings_at
 
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
 FILES = (PAGE, JSON, SAMPLES, *(f"{name}.png" for name in figures.FIGURES))
@@ -31,9 +32,21 @@ BYTES = 4_000_000
 
 
 def write(out: Path, study: Study, about: About) -> None:
-    """Write everything to `out`, all of it or nothing; an earlier study there is replaced.
+    """Write everything, all of it or nothing; an earlier study there is replaced.
 
-    Raises OSError where the disk refuses.
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+
+    Raises
+    ------
+    OSError
+        The disk refuses.
     """
     with folder.staged(out, remove=_earlier(out)) as place:
         (place / JSON).write_text(as_json(study, about), encoding="utf-8")
@@ -56,9 +69,21 @@ def _earlier(out: Path) -> list[str]:
 
 
 def as_toml(study: Study, found: Worst, about: About) -> str:
-    """The settings of a worst case as a file that `macromicro run --config` takes.
+    """Give the settings of a worst case as a file that `macromicro run --config` takes.
 
-    It holds all that differs from the defaults, to the last bit.
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    found : Worst
+        The case.
+    about : About
+        How the study was asked for.
+
+    Returns
+    -------
+    str
+        All that differs from the defaults, to the last bit.
     """
     metric = found.requirement.metric
     tree = settings_at(
@@ -69,21 +94,23 @@ def as_toml(study: Study, found: Worst, about: About) -> str:
         f"# {metric.meaning}: {words.number(found.value, metric.unit)}"
         f" (required: {found.requirement.text}). Repeat it with",
         f"#   {words.replay(study, found, about, '')}",
-        "",
+        "\n",
     ]
-    tables: dict[str, list[str]] = {}
-    for path, text in config.difference(tree, Settings()).items():
-        table, _, name = path.rpartition(".")
-        tables.setdefault(table, []).append(f"{name} = {text}")
-    for table, settings in tables.items():
-        lines += [f"[{table}]", *settings, ""]
-    return "\n".join(lines)
+    return "\n".join(lines) + config.changed_toml(tree, Settings())
 
 
 def as_csv(study: Study) -> str:
-    """A line for each machine of the sample: seed, parameters on their scales, metrics.
+    """Give a line for each machine of the sample: seed, parameters on their scales, metrics.
 
-    Empty: not known; inf: never settled.
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    str
+        Empty cell: not known; inf: never settled.
     """
     names = [u.name for u in study.request.uncertain]
     text = io.StringIO(newline="")
@@ -100,7 +127,20 @@ def _cell(value: float) -> str:
 
 
 def as_json(study: Study, about: About) -> str:
-    """Everything but the pictures. null: not known; "inf": never."""
+    """Give everything but the pictures.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+
+    Returns
+    -------
+    str
+        JSON; null: not known; "inf": never.
+    """
     return (
         json.dumps(plain(dict(_content(study, about)), spelled=True), indent=2, allow_nan=False)
         + "\n"
@@ -131,13 +171,13 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
                 "limit": y.requirement.limit,
                 "source": y.requirement.source,
                 "nominal": y.nominal,
-                "yield": _share(y.all),
-                "yield_where_known": _share(y.known),
+                "yield": y.all._asdict(),
+                "yield_where_known": y.known._asdict(),
             }
             for y in yields(study)
         ],
     )
-    yield "overall", _share(whole)
+    yield "overall", whole._asdict()
     yield (
         "metrics",
         {
@@ -175,10 +215,6 @@ def _content(study: Study, about: About) -> Iterator[tuple[str, Any]]:
             for w in worst(study)
         ],
     )
-
-
-def _share(found: Share) -> dict[str, Any]:
-    return found._asdict()
 
 
 def _spread(study: Study, column: int) -> dict[str, Any]:

@@ -8,20 +8,30 @@ import numpy as np
 
 from macromicro import simulate
 from macromicro.batch import SEED, Variants
+from macromicro.batch.bench_job import BenchJob
 from macromicro.batch.scratch import Scratch
-from macromicro.batch.whole_bench import BenchJob, ProgrammeJob
+from macromicro.batch.whole_bench import ProgrammeJob
 from macromicro.programme import Programme
 from macromicro.robustness.metrics import COLUMNS, METRICS, measure
-from macromicro.robustness.uncertain import Uncertain
-from macromicro.schema.par import value_at
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome
+from macromicro.uncertainty.machines import columns
+from macromicro.uncertainty.table import Uncertain
 
 
 class RobustJob(BenchJob):
     """The same runs as `macromicro run`, bit for bit, on the batch engine.
 
     A bench with another Hall sensor is calibrated first, as `macromicro run` does it.
+
+    Parameters
+    ----------
+    programme : str
+        A file or an example's name.
+    fan : bool
+        Cool the actuator by a fan.
+    settings : Settings, optional
+        The nominal machine.
     """
 
     name = "robust"
@@ -33,7 +43,18 @@ class RobustJob(BenchJob):
         self._planned = ProgrammeJob(programme, settings=settings)
 
     def programme(self, settings: Settings) -> Programme:
-        """What the bench of these settings is to do."""
+        """Give what a bench is to do.
+
+        Parameters
+        ----------
+        settings : Settings
+            Of the bench.
+
+        Returns
+        -------
+        Programme
+            With lengths as counts of its encoder.
+        """
         return self._planned.programme(settings)
 
     def compile(self) -> None:
@@ -42,7 +63,22 @@ class RobustJob(BenchJob):
         simulate.compile_bench(settings, self.programme(settings))
 
     def measure(self, place: Scratch, settings: Settings, outcome: Outcome) -> list[float]:
-        """`metrics.METRICS` of one run."""
+        """Measure one run.
+
+        Parameters
+        ----------
+        place : Scratch
+            With the run's columns.
+        settings : Settings
+            Of the run.
+        outcome : Outcome
+            How it ended.
+
+        Returns
+        -------
+        list of float
+            As `metrics.METRICS`.
+        """
         found = measure(
             place.recording(), self.programme(settings), settings, int(outcome.watch.fault)
         )
@@ -52,10 +88,21 @@ class RobustJob(BenchJob):
 def variants(
     uncertain: Sequence[Uncertain], trees: Sequence[Settings], seeds: Sequence[int]
 ) -> Variants:
-    """The settings `trees`, which differ where `uncertain` says, as a batch takes them."""
-    paths = tuple(path for each in uncertain for path, _ in each.parts)
-    values = [
-        [*(value_at(tree, path) for path in paths), float(seed)]
-        for tree, seed in zip(trees, seeds, strict=True)
-    ]
-    return Variants((*paths, SEED), np.array(values))
+    """Give machines as a batch takes them.
+
+    Parameters
+    ----------
+    uncertain : sequence of Uncertain
+        The rows that were varied.
+    trees : sequence of Settings
+        n machines, which differ in these rows' parameters alone.
+    seeds : sequence of int
+        Of each one's noise.
+
+    Returns
+    -------
+    Variants
+        With values (n, paths + 1), the seed last.
+    """
+    paths, values = columns(uncertain, trees)
+    return Variants((*paths, SEED), np.column_stack((values, np.array(seeds, dtype=float))))

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.batch import Metric
+from macromicro.batch.whole_bench import directions
 from macromicro.design.extension import extension
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.vibration import vibration
@@ -55,14 +56,31 @@ _KNOWN_OF_STOPPED = {"fault", "macro_missed", "micro_missed", "hottest", "fault_
 def measure(
     recording: Recording, programme: Programme, settings: Settings, fault: int
 ) -> NDArray[np.float64]:
-    """The metrics of one run, in the order of `METRICS`. `fault`: the guard's code, 0 for none."""
+    """Measure one run.
+
+    Parameters
+    ----------
+    recording : Recording
+        With `COLUMNS`.
+    programme : Programme
+        What was to be done.
+    settings : Settings
+        Of the run.
+    fault : int
+        The guard's code, 0 for none.
+
+    Returns
+    -------
+    ndarray, shape (metrics,)
+        In the order of `METRICS`.
+    """
     pitch = settings.sensors.encoder.pitch
     done = moves(
         recording, programme, pitch=pitch, macro_band=settings.controller.sequence.tolerance
     )
     coarse = [m for m in done if m.stage == "macro"]
     fine = [m for m in done if m.stage == "micro"]
-    up, down = _directions(programme, fine)
+    up, down = directions(done)
     counts = 1e-3 / pitch
     shaken = [v for m in coarse if (v := vibration(recording, m)) is not None]
     planned = int(np.sum(programme.stage == MACRO))
@@ -92,21 +110,6 @@ def measure(
     if fault:
         values |= dict.fromkeys(set(values) - _KNOWN_OF_STOPPED, math.nan)
     return np.array([values[name] for name in NAMES])
-
-
-def _directions(
-    programme: Programme, fine: Sequence[MoveResult]
-) -> tuple[list[MoveResult], list[MoveResult]]:
-    """Micro moves that contract and that extend; after a macro move the stage starts at 0."""
-    up, down = [], []
-    for m in fine:
-        k = m.move
-        before = programme.target[k - 1] if k and programme.stage[k - 1] != MACRO else 0.0
-        if programme.target[k] > before:
-            up.append(m)
-        elif programme.target[k] < before:
-            down.append(m)
-    return up, down
 
 
 def _missed(found: Sequence[MoveResult], planned: int) -> float:

@@ -9,16 +9,34 @@ from pathlib import Path
 import macromicro
 from macromicro.drawing.page import Picture, filled
 from macromicro.robustness import words
+from macromicro.robustness.findings import overall, worst
 from macromicro.robustness.metrics import METRICS, NAMES
 from macromicro.robustness.statistics import rank_correlation
-from macromicro.robustness.study import Study, overall, worst
+from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 
 TEMPLATE = Path(__file__).parent / "templates" / "robust.html.j2"
 
 
 def page(study: Study, about: About, pictures: Sequence[Picture], out: str) -> str:
-    """The study as HTML. All text is escaped."""
+    """Give a study as HTML; all text is escaped.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+    pictures : sequence of Picture
+        The figures.
+    out : str
+        The folder, for the commands that repeat worst cases.
+
+    Returns
+    -------
+    str
+        One page that needs no other file.
+    """
     whole = overall(study)
     return filled(
         TEMPLATE,

@@ -24,7 +24,17 @@ WHAT = "a requirements file (.toml)"
 
 
 class Requirement(NamedTuple):
-    """`metric` must be at most `limit`, in the metric's unit."""
+    """A limit on a metric.
+
+    Attributes
+    ----------
+    metric : Metric
+        What is limited.
+    limit : float
+        At most so much, in the metric's unit.
+    source : str
+        Of the limit.
+    """
 
     metric: Metric
     limit: float
@@ -38,7 +48,18 @@ class Requirement(NamedTuple):
         return f"at most {shown(self.limit, self.metric.unit, digits=6)}"
 
     def met(self, rows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """For each row of metrics; what is not known or never settled is not met."""
+        """Tell which machines meet it.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (n, metrics)
+            As `METRICS`.
+
+        Returns
+        -------
+        ndarray of bool, shape (n,)
+            What is not known or never settled is not met.
+        """
         return np.asarray(rows[:, NAMES.index(self.metric.name)] <= self.limit)
 
 
@@ -65,10 +86,23 @@ DEFAULTS = tuple(Requirement(_BY_NAME[name], limit, source) for name, limit, sou
 
 
 def load(path: Path) -> tuple[Requirement, ...]:
-    """The defaults with what the file at `path` changes, in the metrics' order.
+    """Read requirements.
 
-    Raises `InputError` that names file and key: an unknown metric, a missing or wrong unit, a
-    limit below zero, a file that changes nothing or leaves no requirement.
+    Parameters
+    ----------
+    path : Path
+        A TOML file.
+
+    Returns
+    -------
+    tuple of Requirement
+        The defaults with what the file changes, in the metrics' order.
+
+    Raises
+    ------
+    InputError
+        With file and key: an unknown metric, a missing or wrong unit, a limit below zero, a file
+        that changes nothing or leaves no requirement.
     """
     file = printable(path, 300)
     content = read_toml(path, WHAT)

@@ -15,7 +15,15 @@ Floats = NDArray[np.float64]
 
 
 class Share(NamedTuple):
-    """`passed` of `total`; `low`, `high`: bounds of the true share. NaN for none of none."""
+    """A share and bounds of the true one; NaN for none of none.
+
+    Attributes
+    ----------
+    passed, total : int
+        So many of how many.
+    share, low, high : float
+        From 0 to 1.
+    """
 
     passed: int
     total: int
@@ -25,29 +33,57 @@ class Share(NamedTuple):
 
 
 def share(passed: int, total: int, confidence: float = CONFIDENCE) -> Share:
-    """The Clopper-Pearson interval: exact, covers the true share at least so often.
+    """Give a share with its Clopper-Pearson interval: exact, covers the true share at least so
+    often.
 
-    C. J. Clopper and E. S. Pearson, Biometrika 26 (1934) 404-413. ValueError unless
-    0 <= passed <= total.
+    Parameters
+    ----------
+    passed, total : int
+        So many of how many.
+    confidence : float
+        How often, from 0 to 1.
+
+    Returns
+    -------
+    Share
+        NaN for none of none.
+
+    Raises
+    ------
+    ValueError
+        Not 0 <= passed <= total.
+
+    References
+    ----------
+    C. J. Clopper and E. S. Pearson, Biometrika 26 (1934) 404-413.
     """
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
     if not 0 <= passed <= total:
         raise ValueError(f"{passed} of {total}")
     if total == 0:
         return Share(0, 0, math.nan, math.nan, math.nan)
-    tail = 0.5 * (1.0 - confidence)
-    low = float(beta.ppf(tail, passed, total - passed + 1)) if passed else 0.0
-    high = float(beta.ppf(1.0 - tail, passed + 1, total - passed)) if passed < total else 1.0
-    return Share(passed, total, passed / total, low, high)
+    low, high = binomtest(passed, total).proportion_ci(confidence, method="exact")
+    return Share(passed, total, passed / total, float(low), float(high))
 
 
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 class Spread(NamedTuple):
-    """How a metric is distributed over the sample. `known`: rows that have it; `never`: those
-    of them where it is infinite (never settled); the rest of the finite ones, NaN if none."""
+    """How a metric is distributed over the sample.
+
+    Attributes
+    ----------
+    known : int
+        Rows that have it.
+    never : int
+        Those of them where it is infinite (never settled).
+    least, most : float
+        Of the finite ones; NaN if there are none.
+    quantiles : tuple of float
+        Of these at `LEVELS`.
+    """
 
     known: int
     never: int
@@ -57,7 +93,18 @@ class Spread(NamedTuple):
 
 
 def spread(values: Floats) -> Spread:
-    """Count, extremes and the quantiles at `LEVELS` of the finite values."""
+    """Tell how a metric is distributed.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        NaN: not known; infinity: never.
+
+    Returns
+    -------
+    Spread
+        Count, extremes and quantiles.
+    """
     finite = values[np.isfinite(values)]
     never = int(np.isposinf(values).sum())
     if not len(finite):
@@ -68,9 +115,17 @@ def spread(values: Floats) -> Spread:
 
 
 def rank_correlation(x: Floats, y: Floats) -> float:
-    """Spearman's rank correlation of the rows where `y` is known; infinity ranks highest.
+    """Give Spearman's rank correlation of the rows where `y` is known; infinity ranks highest.
 
-    NaN for fewer than `LEAST` rows, or where one of them does not vary.
+    Parameters
+    ----------
+    x, y : ndarray, shape (n,)
+        Finite; NaN where it is not known.
+
+    Returns
+    -------
+    float
+        From -1 to 1; NaN for fewer than `LEAST` rows, or where one of them does not vary.
     """
     from scipy.stats import rankdata
 

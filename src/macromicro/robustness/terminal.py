@@ -1,54 +1,28 @@
-"""A study in the terminal: a bar while it runs, then yields, influences and worst cases."""
+"""A study in the terminal: yields, influences and worst cases."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-
 from macromicro.robustness import words
+from macromicro.robustness.findings import overall, worst
 from macromicro.robustness.metrics import METRICS, NAMES
-from macromicro.robustness.study import Study, overall, worst
+from macromicro.robustness.study import Study
 from macromicro.robustness.words import About
 
-Report = Callable[[int, int], None]
 _PIPED, _LEAST = 120, 80
 
 
-@contextmanager
-def progress(title: str) -> Iterator[Report]:
-    """A bar with the time left on stderr; a line every tenth where that is no terminal."""
-    if not sys.stderr.isatty():
-        told = 0
-
-        def tell(done: int, total: int) -> None:
-            nonlocal told
-            if 10 * done // total > told:
-                told = 10 * done // total
-                print(f"{title}: {done} of {total} runs", file=sys.stderr, flush=True)
-
-        yield tell
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-    from rich.progress import TimeRemainingColumn as Left
-
-    bar = Progress(
-        MofNCompleteColumn(),
-        BarColumn(),
-        TextColumn("runs,"),
-        Left(),
-        TextColumn("left"),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with bar:
-        task = bar.add_task("", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
 def show(study: Study, about: About, out: str) -> None:
-    """Everything a person asks first, on stdout."""
+    """Print everything a person asks first.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    about : About
+        How it was asked for.
+    out : str
+        The folder of the results.
+    """
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.robustness.findings import Influence, Worst, Yield, influences, yields
 from macromicro.robustness.metrics import METRICS, QUANTITIES
 from macromicro.robustness.statistics import LEVELS, Share, spread
-from macromicro.robustness.study import Influence, Study, Worst, Yield, influences, yields
-from macromicro.robustness.uncertain import FACTOR, VALUE, Uncertain
+from macromicro.robustness.study import Study
+from macromicro.uncertainty.table import FACTOR, VALUE, Uncertain
 
 # What a tornado is drawn of, in this order.
 MAIN = ("macro_settling", "macro_overshoot", "micro_error", "contraction", "extension", "vibration")
@@ -19,8 +20,25 @@ YIELD_HEADINGS = ("requirement", "limit", "nominal", "met", "yield", "95 % inter
 
 
 class About(NamedTuple):
-    """How a study was asked for. `programme`: as on the command line; `overrides`: the
-    settings that are not the defaults; `software`: name and value."""
+    """How a study was asked for.
+
+    Attributes
+    ----------
+    programme : str
+        As on the command line.
+    title : str
+        Of the programme.
+    fan : bool
+        Whether a fan cooled the actuator.
+    started : str
+        When.
+    seconds : float
+        That it took.
+    overrides : dict of str to str
+        The settings that are not the defaults.
+    software : tuple of (str, str)
+        Name and version.
+    """
 
     programme: str
     title: str
@@ -32,7 +50,20 @@ class About(NamedTuple):
 
 
 def number(value: float, unit: str = "") -> str:
-    """A metric's value with its unit: "never" for infinity, "-" where there is none."""
+    """Put a metric's value into words.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`.
+    unit : str
+        "" for none.
+
+    Returns
+    -------
+    str
+        "never" for infinity, "-" for NaN.
+    """
     if math.isnan(value):
         return "-"
     if math.isinf(value):
@@ -41,17 +72,52 @@ def number(value: float, unit: str = "") -> str:
 
 
 def percent(value: float) -> str:
-    """A share, to a tenth of a percent."""
+    """Put a share into words.
+
+    Parameters
+    ----------
+    value : float
+        From 0 to 1.
+
+    Returns
+    -------
+    str
+        To a tenth of a percent.
+    """
     return "-" if math.isnan(value) else f"{100.0 * value:.1f} %"
 
 
 def interval(found: Share) -> str:
-    """A share's confidence interval."""
+    """Put a share's confidence interval into words.
+
+    Parameters
+    ----------
+    found : Share
+        With its bounds.
+
+    Returns
+    -------
+    str
+        "-" for none of none.
+    """
     return f"{percent(found.low)} to {percent(found.high)}" if found.total else "-"
 
 
 def yield_rows(study: Study, whole: Share) -> list[tuple[str, ...]]:
-    """A line for each requirement, under `YIELD_HEADINGS`, and one for all together."""
+    """Give a line for each requirement, and one for all together.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    whole : Share
+        That meets all of them.
+
+    Returns
+    -------
+    list of tuple of str
+        Under `YIELD_HEADINGS`.
+    """
     lines = [_yield(y) for y in yields(study)]
     met = f"{whole.passed} of {whole.total}"
     return [*lines, ("all together", "", "", met, percent(whole.share), interval(whole), "")]
@@ -71,12 +137,42 @@ def _yield(y: Yield) -> tuple[str, ...]:
 
 
 def top_influences(study: Study, metric: str, count: int) -> list[Influence]:
-    """The parameters that alone change the metric most, those with no effect left out."""
+    """Give the parameters that alone change a metric most, those with no effect left out.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    metric : str
+        Its name.
+    count : int
+        At most so many.
+
+    Returns
+    -------
+    list of Influence
+        The largest effect first.
+    """
     return [i for i in influences(study, metric) if i.effect > 0.0][:count]
 
 
 def influence(study: Study, metric: str, count: int = 3) -> str:
-    """The largest influences on a metric, in words."""
+    """Put the largest influences on a metric into words.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    metric : str
+        Its name.
+    count : int
+        At most so many.
+
+    Returns
+    -------
+    str
+        One line.
+    """
     unit = _BY_NAME[metric].unit
     parts = [
         f"{i.parameter.name} ({amount(i.parameter, i.parameter.low)}: {_end(i, i.low, unit)}, "
@@ -93,7 +189,20 @@ def _end(i: Influence, value: float, unit: str) -> str:
 
 
 def amount(each: Uncertain, value: float) -> str:
-    """Where a parameter stands on its scale: "+30 %", "-10 K", "35 degC"."""
+    """Say where a parameter stands on its scale.
+
+    Parameters
+    ----------
+    each : Uncertain
+        The row.
+    value : float
+        An amount.
+
+    Returns
+    -------
+    str
+        Such as "+30 %", "-10 K", "35 degC".
+    """
     if each.kind == FACTOR:
         return f"{_signed(100.0 * (value - 1.0))} %"
     return f"{value:.3g} {each.unit}" if each.kind == VALUE else f"{_signed(value)} {each.unit}"
@@ -104,12 +213,40 @@ def _signed(value: float) -> str:
 
 
 def file_name(found: Worst) -> str:
-    """The file that a worst case is written to."""
+    """Name the file that a worst case is written to.
+
+    Parameters
+    ----------
+    found : Worst
+        The case.
+
+    Returns
+    -------
+    str
+        Within the study's folder.
+    """
     return f"worst-{found.requirement.metric.name}.toml"
 
 
 def replay(study: Study, found: Worst, about: About, folder: str) -> str:
-    """The command that repeats a worst case."""
+    """Give the command that repeats a worst case.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    found : Worst
+        The case.
+    about : About
+        How the study was asked for.
+    folder : str
+        Of the study; "" where the command is run in it.
+
+    Returns
+    -------
+    str
+        For a shell.
+    """
     seed = study.request.seed + found.sample
     place = f"{folder}/{file_name(found)}" if folder else file_name(found)
     fan = " --fan" if about.fan else ""
@@ -123,7 +260,18 @@ def _quoted(text: str) -> str:
 
 
 def remarks(study: Study) -> list[str]:
-    """What must be known beside the numbers, a sentence each."""
+    """Say what must be known beside the numbers.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    list of str
+        A sentence each.
+    """
     asked, done = study.request.samples, len(study.rows)
     found = []
     if study.interrupted:
@@ -153,7 +301,18 @@ SPREAD_HEADINGS = (
 
 
 def spread_rows(study: Study) -> list[tuple[str, ...]]:
-    """Every metric's distribution over the sample, under `SPREAD_HEADINGS`."""
+    """Give every metric's distribution over the sample.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+
+    Returns
+    -------
+    list of tuple of str
+        Under `SPREAD_HEADINGS`.
+    """
     lines = []
     for column, metric in enumerate(QUANTITIES):
         s = spread(study.rows[:, column])

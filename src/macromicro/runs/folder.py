@@ -29,6 +29,7 @@ FILES = (RECORDING, SUMMARY, PAGE, *(f"{name}.png" for name in FIGURES))
 REPORT_BYTES = 4_000_000
 
 _made_here: list[Path] = []  # by this process, for commands under way; innermost first
+_PLACE = "a folder, or a place to make one"
 ACCEPTED = "another folder, or this one when that has ended"
 
 
@@ -53,19 +54,43 @@ def check(folder: Path, needed: int, *, overwrite: bool, names: Sequence[str] = 
     InputError
         It is not free, not writable, or has too little space.
     """
-    where = f"--out {printable(folder, 300)}"
-    if "\0" in str(folder):
-        raise InputError(where, "not a file name", "a folder, or a place to make one")
+    where = named(folder)
     try:
-        if folder.exists() and not folder.is_dir():
-            raise InputError(where, "a file", "a folder, or a place to make one")
         if folder.is_dir():
             check_content(folder, where, overwrite, names)
     except OSError as error:
-        found = error.strerror or "cannot be read"
-        raise InputError(where, found, "a folder, or a place to make one") from None
+        raise InputError(where, error.strerror or "cannot be read", _PLACE) from None
     _check_writable(folder, where)
     check_space(folder, needed + REPORT_BYTES)
+
+
+def named(folder: Path) -> str:
+    """Say how a folder is called in an error.
+
+    Parameters
+    ----------
+    folder : Path
+        It need not be there.
+
+    Returns
+    -------
+    str
+        The option that names it.
+
+    Raises
+    ------
+    InputError
+        What cannot be a folder's name, or is a file.
+    """
+    where = f"--out {printable(folder, 300)}"
+    if "\0" in str(folder):
+        raise InputError(where, "not a file name", _PLACE)
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(where, "a file", _PLACE)
+    except OSError as error:
+        raise InputError(where, error.strerror or "cannot be read", _PLACE) from None
+    return where
 
 
 def _check_writable(folder: Path, where: str) -> None:

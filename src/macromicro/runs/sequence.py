@@ -17,7 +17,7 @@ from macromicro.recording import Recording
 
 LEVELS, TIMES = (2.0, 3.0, 2.0, 0.0), (1.0, 3.0, 5.0, 7.0)  # mm, s
 BAND_UM = 10.0
-_MEAN = 21  # samples of the centred mean that takes the laser's fast noise
+MEAN = 21  # samples of the centred mean that takes the laser's fast noise
 
 
 def micro_steps(
@@ -78,7 +78,7 @@ def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
     list[float]
         s; NaN where it does not settle within its hold, or the recording ends before.
     """
-    place = smoothed(recording["laser"], _MEAN)
+    place = smoothed(recording["laser"], MEAN)
     found = []
     before = 0.0
     for time, level in zip(TIMES, LEVELS, strict=True):

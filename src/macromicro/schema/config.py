@@ -198,7 +198,7 @@ def difference(tree: Any, default: Any) -> dict[str, str]:
     return found
 
 
-def changed_toml(tree: Any, default: Any) -> str:
+def changed_toml(tree: Any, default: Any, also: Iterable[str] = ()) -> str:
     """What one tree sets otherwise than another, as TOML for `load_overrides`.
 
     Parameters
@@ -207,6 +207,8 @@ def changed_toml(tree: Any, default: Any) -> str:
         A set of parameters.
     default : Any
         Another of the same type.
+    also : iterable of str
+        Dotted paths that stand there in any case.
 
     Returns
     -------
@@ -214,10 +216,13 @@ def changed_toml(tree: Any, default: Any) -> str:
         A line per parameter, with its meaning and its default behind it.
     """
     own = {e.path: e for e in entries(default)}
+    wanted = {*difference(tree, default), *also}
     lines = []
-    for path, text in difference(tree, default).items():
-        table, _, name = path.rpartition(".")
-        was = own[path]
+    for entry in entries(tree):
+        if entry.path not in wanted:
+            continue
+        table, _, name = entry.path.rpartition(".")
+        was, text = own[entry.path], entry.text or entry.value
         words = printable(f"{was.par.meaning}; default {was.text or was.value}", 1000)
         lines.append((table, f"{name} = {text}  # {words}"))
     return _in_tables(lines) or "# nothing differs from the defaults\n"

@@ -12,6 +12,7 @@ import math
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple, TypeGuard, TypeVar, cast, get_type_hints
 
 import numpy as np
@@ -280,6 +281,12 @@ def is_set(value: object) -> bool:
     return isinstance(value, tuple) and hasattr(value, "_fields")
 
 
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """A set's annotations, evaluated once: a study asks for them at every machine."""
+    return get_type_hints(kind, include_extras=True)
+
+
 def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
     """All parameters of a (nested) parameter set, in order.
 
@@ -295,7 +302,8 @@ def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
     Entry
         A parameter with its dotted path and value.
     """
-    hints = get_type_hints(type(tree), include_extras=True)
+    kind: Any = type(tree)
+    hints = _hints(kind)
     for name in tree._fields:
         value = getattr(tree, name)
         path = f"{prefix}{name}"

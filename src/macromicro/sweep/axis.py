@@ -22,10 +22,20 @@ _KEYS = ("value", "values", "low", "high", "steps", "scale")
 
 
 class Axis(NamedTuple):
-    """The parameter at the dotted `path`, stored in `unit`.
+    """The values that one parameter of a sweep takes.
 
-    `levels`: the values that it takes, all of them; empty for the whole range from `low` to
-    `high`, both included, even on the `scale`; "whole" is even over its whole numbers.
+    Attributes
+    ----------
+    path : str
+        Dotted path of the parameter.
+    unit : str
+        That it is stored in.
+    levels : tuple of float
+        The values that it takes, all of them; empty for a whole range.
+    low, high : float
+        Ends of the range, both included; NaN where there are levels.
+    scale : {"linear", "log", "whole"}
+        The range is even on it; "whole" is even over its whole numbers.
     """
 
     path: str
@@ -36,7 +46,18 @@ class Axis(NamedTuple):
     scale: str = "linear"
 
     def at(self, share: Array) -> Array:
-        """The values at these shares, 0 to below 1, of the range, or of the levels' list."""
+        """Give the values at shares of the range, or of the levels' list.
+
+        Parameters
+        ----------
+        share : ndarray
+            From 0 to 1, of any shape.
+
+        Returns
+        -------
+        ndarray
+            Values in the stored unit, of the same shape.
+        """
         if self.levels:
             row = (share * len(self.levels)).astype(np.int64)
             return np.asarray(self.levels)[np.minimum(row, len(self.levels) - 1)]
@@ -51,10 +72,28 @@ class Axis(NamedTuple):
 
 
 def read(table: object, entry: Entry, where: str, *, grid: bool) -> Axis:
-    """The axis that a spec's table says for the parameter `entry`.
+    """Read the axis that a spec's table says for a parameter.
 
-    `grid`: a range needs `steps`, else it must have none. Raises `InputError` with `where`
-    and the key: what is unknown, missing, without its unit or out of the parameter's bounds.
+    Parameters
+    ----------
+    table : object
+        What TOML has there: a table, a list of values, a value.
+    entry : Entry
+        The parameter.
+    where : str
+        File and key, for messages.
+    grid : bool
+        A range needs `steps`, else it must have none.
+
+    Returns
+    -------
+    Axis
+        In stored units.
+
+    Raises
+    ------
+    InputError
+        What is unknown, missing, without its unit or out of the parameter's bounds.
     """
     par = entry.par
     if not entry.number:

@@ -33,8 +33,21 @@ Stop = Callable[[], bool]
 
 
 class Answer(NamedTuple):
-    """What `compute` gives: with which code and where, the size of the job's blocks, the
-    chunk's variants, and the seconds that they took."""
+    """What a worker gives for a chunk.
+
+    Attributes
+    ----------
+    code : Code
+        With which it was computed.
+    where : str
+        The worker's address.
+    size : int
+        Of the job's blocks.
+    block : Block
+        The chunk's variants.
+    seconds : float
+        That they took.
+    """
 
     code: Code
     where: str
@@ -58,7 +71,13 @@ _mine = threading.local()
 
 
 def require() -> None:
-    """InputError with the remedy unless dask.distributed is installed."""
+    """See that dask.distributed is installed.
+
+    Raises
+    ------
+    InputError
+        It is not; with the remedy.
+    """
     try:
         import distributed  # noqa: F401
     except ImportError:
@@ -67,9 +86,22 @@ def require() -> None:
 
 
 def checked(address: str) -> str:
-    """`address` with its scheme, tcp where it has none.
+    """See that an address is SCHEME://HOST:PORT with a scheme of `SCHEMES`.
 
-    Raises `InputError` unless it is SCHEME://HOST:PORT with a scheme of `SCHEMES`.
+    Parameters
+    ----------
+    address : str
+        As given.
+
+    Returns
+    -------
+    str
+        With its scheme, tcp where it had none.
+
+    Raises
+    ------
+    InputError
+        It is none.
     """
     text = printable(address, 200)
     if not text.isascii() or " " in address or text != address:
@@ -93,10 +125,25 @@ def checked(address: str) -> str:
 
 
 def connect(address: str, code: Code) -> Client:
-    """A client of the scheduler at `address`, such as tcp://10.0.0.1:8786.
+    """Connect to a dask scheduler and see that its workers can do the sweep.
 
-    Raises `InputError` within seconds: not an address, nothing answers there, no workers,
-    workers that have not just this `code` of the package.
+    Parameters
+    ----------
+    address : str
+        Such as tcp://10.0.0.1:8786.
+    code : Code
+        Of this process.
+
+    Returns
+    -------
+    distributed.Client
+        Of the scheduler; to be closed.
+
+    Raises
+    ------
+    InputError
+        Within seconds: not an address, nothing answers there, no workers, workers that have not
+        just this code.
     """
     require()
     full, where = checked(address), f"--scheduler {address}"
@@ -148,11 +195,28 @@ def _silence() -> None:
 
 
 def run(client: Client, task: Task, todo: Todo, folder: Path, report: Report, stop: Stop) -> None:
-    """Compute what is to do; what completes goes into one new journal in `folder`.
+    """Compute what is to do; what completes goes into one new journal.
 
-    `report`, `stop`: as `local.run`; a stop waits for nothing, for what is not here yet is
-    not finished. Raises `SweepError` where a task fails, a worker has other code, as one may
-    that joined later, or the scheduler is lost.
+    Parameters
+    ----------
+    client : distributed.Client
+        Of the cluster.
+    task : Task
+        What workers must know.
+    todo : Todo
+        What is not finished.
+    folder : Path
+        The journals'.
+    report : callable
+        Told variants and impossible ones of every finished chunk.
+    stop : callable
+        True to end; waits for nothing, for what is not here yet is not finished.
+
+    Raises
+    ------
+    SweepError
+        A task fails, a worker has other code, as one may that joined later, or the scheduler is
+        lost.
     """
     spec = task.spec
     path = folder / f"{next_number(folder):06d}{journal.SUFFIX}"
@@ -263,7 +327,20 @@ class _Flow:
 
 
 def compute(task: Task, first: int, count: int) -> Answer:
-    """On a worker."""
+    """Compute a chunk, on a worker.
+
+    Parameters
+    ----------
+    task : Task
+        What it must know.
+    first, count : int
+        The chunk's variants.
+
+    Returns
+    -------
+    Answer
+        Sent back.
+    """
     from distributed import get_worker
 
     if getattr(_mine, "task", None) != task:

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 
 def remedy(extra: str) -> str:
-    """How to install the package's `extra`, from an index or in a checkout."""
+    """Say how to install one of the package's extras.
+
+    Parameters
+    ----------
+    extra : str
+        Its name.
+
+    Returns
+    -------
+    str
+        From an index, and in a checkout.
+    """
     return (
         f"an installation with it: pip install 'macromicro[{extra}]', "
         f"in a checkout .venv/bin/pip install -e '.[{extra}]'"

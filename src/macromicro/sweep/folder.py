@@ -37,8 +37,20 @@ _ROW = 8  # bytes of a number
 
 
 def needed_bytes(spec: Spec, left: int) -> int:
-    """Bytes on the disk, at most, that a sweep with `left` variants to compute still needs:
-    their journal and, beside it, the results of all."""
+    """Tell what a sweep still needs on the disk.
+
+    Parameters
+    ----------
+    spec : Spec
+        The sweep.
+    left : int
+        Variants that are not computed yet.
+
+    Returns
+    -------
+    int
+        Bytes at most: their journal and, beside it, the results of all.
+    """
     columns = 1 + len(spec.axes) + len(spec.metrics)
     return _ROW * (spec.variants * columns + left * (len(spec.metrics) + 1)) + 1_000_000
 
@@ -48,8 +60,24 @@ def prepare(
 ) -> None:
     """Make the folder's files for a new sweep, or see that this one can be resumed.
 
-    Raises `InputError` for a folder that is in use, of another spec or of other code than
-    `code`, or that has content and neither `resume` nor `overwrite` is asked for.
+    Parameters
+    ----------
+    place : Path
+        The folder.
+    spec : Spec
+        The sweep.
+    text : str
+        Of its file.
+    code : Code
+        That computes it here.
+    resume, overwrite : bool
+        Go on with what is there; replace what a sweep wrote there.
+
+    Raises
+    ------
+    InputError
+        The folder is in use, of another spec, of other code or another sampler than `code`, or it
+        has content and neither `resume` nor `overwrite` is asked for.
     """
     where = f"--out {printable(place, 300)}"
     content = {p.name for p in place.iterdir()} if place.is_dir() else set()
@@ -75,7 +103,20 @@ def prepare(
 
 
 def origin(spec: Spec, code: Code) -> dict[str, Any]:
-    """What decides the results: the spec, and the code with its version."""
+    """Tell what decides the results.
+
+    Parameters
+    ----------
+    spec : Spec
+        The sweep.
+    code : Code
+        That computes it.
+
+    Returns
+    -------
+    dict
+        Version, sources, sampler, digest and canonical spec.
+    """
     return {**code._asdict(), "digest": spec.digest, "spec": spec.canonical}
 
 
@@ -86,6 +127,13 @@ def _check_same(place: Path, spec: Spec, code: Code, where: str) -> None:
             f"{where}, version",
             told["version"],
             f"{code.version}, which this is: install that one to go on, or --overwrite",
+        )
+    if told.get("sampler") != code.sampler:
+        raise InputError(
+            f"{where}, sampler",
+            told.get("sampler", "none: of an earlier macromicro, which drew other points"),
+            f"{code.sampler}, which draws here: install that one to go on, or another --out, "
+            "or --overwrite",
         )
     if told["digest"] == spec.digest:
         if told["sources"] == code.sources:
@@ -107,7 +155,25 @@ def _check_same(place: Path, spec: Spec, code: Code, where: str) -> None:
 
 
 def summary(place: Path, where: str) -> dict[str, Any]:
-    """What the folder's summary says. `InputError` where it is no sweep's."""
+    """Read what the folder's summary says.
+
+    Parameters
+    ----------
+    place : Path
+        The folder.
+    where : str
+        For messages.
+
+    Returns
+    -------
+    dict
+        As `prepare` or a finished sweep wrote it.
+
+    Raises
+    ------
+    InputError
+        It is no sweep's.
+    """
     try:
         told: dict[str, Any] = json.loads((place / SUMMARY).read_text(encoding="utf-8"))
         keys = ("state", "version", "sources", "digest", "spec")
@@ -119,30 +185,84 @@ def summary(place: Path, where: str) -> dict[str, Any]:
 
 
 def write_json(path: Path, told: dict[str, Any]) -> None:
-    """Put `told` to `path`, all or nothing."""
+    """Write a JSON file, all or nothing.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    told : dict
+        Its content.
+    """
     fresh = path.with_name(f".{path.name}.new")
     fresh.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     fresh.replace(path)
 
 
 def drop_journal(place: Path) -> None:
-    """Remove the journal, if there still is one; the results have all of it."""
+    """Remove the journal, if there still is one; the results have all of it.
+
+    Parameters
+    ----------
+    place : Path
+        The sweep's folder.
+    """
     shutil.rmtree(place / JOURNAL, ignore_errors=True)
 
 
 def journals(place: Path) -> list[Path]:
-    """The journal's files, oldest first."""
+    """Find the journal's files.
+
+    Parameters
+    ----------
+    place : Path
+        The sweep's folder.
+
+    Returns
+    -------
+    list of Path
+        Oldest first.
+    """
     return sorted((place / JOURNAL).glob(f"*{journal.SUFFIX}"))
 
 
 def next_number(folder: Path) -> int:
-    """One more than the highest number of a journal in `folder`."""
+    """Give the number of the next journal.
+
+    Parameters
+    ----------
+    folder : Path
+        The journals'.
+
+    Returns
+    -------
+    int
+        One more than the highest number in it.
+    """
     used = [int(p.stem) for p in folder.glob(f"*{journal.SUFFIX}") if p.stem.isdigit()]
     return max(used, default=0) + 1
 
 
 def spans(paths: Sequence[Path], spec: Spec) -> journal.Spans:
-    """The variants that these journals have, as merged spans."""
+    """Tell which variants journals have.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The journals; one that is not there has none.
+    spec : Spec
+        The sweep.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Merged half-open spans of indices.
+
+    Raises
+    ------
+    InputError
+        A journal is another sweep's.
+    """
     pair, columns = np.dtype((np.int64, 2)), len(spec.metrics)
     found = [np.zeros((0, 2), dtype=np.int64)]
     for path in paths:
@@ -159,6 +279,15 @@ def locked(place: Path) -> Iterator[None]:
     """Hold a share of the lock on the sweep's folder, as everybody who writes there does.
 
     The system takes it back when the process ends, however that was.
+
+    Parameters
+    ----------
+    place : Path
+        The sweep's folder.
+
+    Yields
+    ------
+    None
     """
     file = os.open(place, os.O_RDONLY)
     try:
@@ -172,9 +301,21 @@ def locked(place: Path) -> Iterator[None]:
 def alone(place: Path) -> Iterator[None]:
     """Hold the lock on the sweep's folder: nobody else may begin a sweep in it.
 
-    Within the block it is a share, so that our workers can have theirs. Raises `InputError`
-    while another run, or a worker of a killed one that has not noticed yet, is at work in
-    the folder.
+    Within the block it is a share, so that our workers can have theirs.
+
+    Parameters
+    ----------
+    place : Path
+        The sweep's folder.
+
+    Yields
+    ------
+    None
+
+    Raises
+    ------
+    InputError
+        Another run, or a worker of a killed one that has not noticed yet, is at work in it.
     """
     where = f"--out {printable(place, 300)}"
     file = os.open(place, os.O_RDONLY)

@@ -40,7 +40,17 @@ _DIGEST = 64  # characters of the spec's digest in the head
 
 
 class Block(NamedTuple):
-    """Finished variants from `first` on: metrics (rows, columns), and why rows were impossible."""
+    """Finished variants.
+
+    Attributes
+    ----------
+    first : int
+        Index of the first one.
+    rows : ndarray, shape (rows, columns)
+        Their metrics, NaN where a variant is impossible.
+    errors : mapping of int to str
+        Why rows were impossible, by their place in the block.
+    """
 
     first: int
     rows: Array
@@ -48,7 +58,15 @@ class Block(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where a sound record stands: its variants and its bytes in the file."""
+    """Where a sound record stands.
+
+    Attributes
+    ----------
+    first, rows : int
+        Its variants.
+    offset, size : int
+        Its bytes in the file.
+    """
 
     first: int
     rows: int
@@ -60,6 +78,15 @@ class Writer:
     """Appends blocks to a new file; what `append` was given outlives the process.
 
     A context manager. Power cuts may take what was appended since the last `sync`.
+
+    Parameters
+    ----------
+    path : Path
+        The file, which must not be there.
+    digest : str
+        Of the spec.
+    columns : int
+        Metrics of a variant.
     """
 
     def __init__(self, path: Path, digest: str, columns: int) -> None:
@@ -68,7 +95,20 @@ class Writer:
         self._write(_HEAD + digest.encode().ljust(_DIGEST) + columns.to_bytes(4, "little"))
 
     def append(self, block: Block) -> None:
-        """One record, in one write. Raises OSError, such as for a full disk."""
+        """Append one record, in one write.
+
+        Parameters
+        ----------
+        block : Block
+            Finished variants.
+
+        Raises
+        ------
+        ValueError
+            Its metrics are not (rows, columns).
+        OSError
+            The disk refuses, as a full one does.
+        """
         rows = np.ascontiguousarray(block.rows, dtype="<f8")
         if rows.ndim != 2 or rows.shape[1] != self._columns:
             raise ValueError(f"metrics of shape {rows.shape} for {self._columns} columns")
@@ -98,9 +138,26 @@ class Writer:
 
 
 def scan(path: Path, digest: str, columns: int) -> Iterator[Place]:
-    """The sound records of a file, as they stand in it.
+    """Find the sound records of a file.
 
-    Raises `InputError` for a file of another sweep. A file cut within its head has none.
+    Parameters
+    ----------
+    path : Path
+        The journal; one that was cut within its head has none.
+    digest : str
+        Of the spec.
+    columns : int
+        Metrics of a variant.
+
+    Yields
+    ------
+    Place
+        As they stand in the file.
+
+    Raises
+    ------
+    InputError
+        The file is another sweep's.
     """
     head = len(_HEAD) + _DIGEST + 4
     with path.open("rb") as file:
@@ -137,7 +194,22 @@ def _sound(data: mmap.mmap, at: int, columns: int) -> Place | None:
 
 
 def read(file: int, place: Place, columns: int) -> Block:
-    """The block at `place` of the open file with this descriptor."""
+    """Read a record.
+
+    Parameters
+    ----------
+    file : int
+        Descriptor of the open journal.
+    place : Place
+        Of the record.
+    columns : int
+        Metrics of a variant.
+
+    Returns
+    -------
+    Block
+        Its variants.
+    """
     data = os.pread(file, place.size, place.offset)
     start = len(_MARK) + _FIXED.size
     end = start + place.rows * columns * 8
@@ -148,14 +220,36 @@ def read(file: int, place: Place, columns: int) -> Block:
 
 
 def joined(blocks: Sequence[Block]) -> Block:
-    """Blocks that follow each other as one."""
+    """Join blocks.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        Each following the one before.
+
+    Returns
+    -------
+    Block
+        All of them.
+    """
     first = blocks[0].first
     errors = {b.first - first + k: words for b in blocks for k, words in b.errors.items()}
     return Block(first, np.concatenate([b.rows for b in blocks]), errors)
 
 
 def merged(spans: Spans) -> Spans:
-    """Half-open spans of indices (n, 2), in order and joined where they touch or overlap."""
+    """Merge spans.
+
+    Parameters
+    ----------
+    spans : ndarray, shape (n, 2)
+        Half-open spans of indices.
+
+    Returns
+    -------
+    ndarray, shape (m, 2)
+        In order, joined where they touch or overlap.
+    """
     if not len(spans):
         return np.zeros((0, 2), dtype=np.int64)
     spans = spans[np.argsort(spans[:, 0], kind="stable")]
@@ -166,7 +260,20 @@ def merged(spans: Spans) -> Spans:
 
 
 def gaps(done: Spans, first: int, last: int) -> list[tuple[int, int]]:
-    """What of `first` to `last` (not included) lies in none of the merged spans `done`."""
+    """Tell what is not done yet.
+
+    Parameters
+    ----------
+    done : ndarray, shape (n, 2)
+        Merged spans.
+    first, last : int
+        The range that is asked about, `last` not included.
+
+    Returns
+    -------
+    list of (int, int)
+        The half-open spans of it that lie in none of `done`.
+    """
     found = []
     for low, high in done.tolist():
         if low > first:

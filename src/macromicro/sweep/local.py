@@ -36,11 +36,27 @@ _PATIENCE = 30.0  # s that a worker has to finish a portion when it is asked to 
 
 
 def run(task: Task, todo: Todo, folder: Path, workers: int, report: Report, stop: Stop) -> None:
-    """Compute what is to do into new journals in `folder`.
+    """Compute what is to do into new journals, by worker processes.
 
-    `report(variants, impossible)`: after every finished block; `stop()`: true to end early,
-    when every worker has finished the portion that it is at. Raises `SweepError` where the
-    same chunk ends `GIVE_UP` workers, or a worker fails with an error.
+    Parameters
+    ----------
+    task : Task
+        What workers must know.
+    todo : Todo
+        What is not finished.
+    folder : Path
+        The journals'.
+    workers : int
+        Processes at most.
+    report : callable
+        Told variants and impossible ones of every finished block.
+    stop : callable
+        True to end early, when every worker has finished the portion that it is at.
+
+    Raises
+    ------
+    SweepError
+        The same chunk ends `GIVE_UP` workers, or a worker fails with an error.
     """
     pool = _Pool(task, todo, folder, report)
     try:
@@ -199,7 +215,19 @@ def _cause(code: int | None) -> str:
 
 
 def work(pipe: Connection, task: Task, path: Path, parent: int) -> None:
-    """A worker's life: until it is told to end, or its parent has."""
+    """Live a worker's life: until it is told to end, or its parent has.
+
+    Parameters
+    ----------
+    pipe : Connection
+        To the parent: chunks come, blocks are reported.
+    task : Task
+        What a worker must know.
+    path : Path
+        Of the journal that it makes.
+    parent : int
+        The parent's process id.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group
     for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[name] = "1"  # the cores are the workers'
@@ -209,13 +237,16 @@ def work(pipe: Connection, task: Task, path: Path, parent: int) -> None:
             return
         bench = Bench(task)
         spec = task.spec
-        with (
-            locked(path.parent.parent),  # nobody else may begin here while a worker is still at it
-            journal.Writer(path, spec.digest, len(spec.metrics)) as writer,
-        ):
-            pipe.send(("ready", bench.job.block))
-            for first, count in _orders(pipe):
-                _chunk(pipe, bench, writer, (first, count), parent)
+        # Nobody else may begin here while a worker is still at it.
+        with locked(path.parent.parent):
+            # Once it has its share: a run that goes on counts the journals before it starts
+            # workers, and one made behind its back would bear the name of one of its own.
+            if os.getppid() != parent:
+                os._exit(1)
+            with journal.Writer(path, spec.digest, len(spec.metrics)) as writer:
+                pipe.send(("ready", bench.job.block))
+                for first, count in _orders(pipe):
+                    _chunk(pipe, bench, writer, (first, count), parent)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         os._exit(1)  # the parent is gone
     except Exception as error:  # whatever it is, the parent says it

@@ -32,7 +32,15 @@ _RECORD = np.dtype(
 
 
 class Range(NamedTuple):
-    """A metric over all variants: how many are a number, and their least, mean and greatest."""
+    """A metric over all variants.
+
+    Attributes
+    ----------
+    finite : int
+        How many are a number.
+    least, mean, most : float
+        Of those.
+    """
 
     finite: int
     least: float
@@ -41,7 +49,17 @@ class Range(NamedTuple):
 
 
 class Written(NamedTuple):
-    """What is in the results: rows, impossible variants, the first one's words, and ranges."""
+    """What is in the results.
+
+    Attributes
+    ----------
+    rows, impossible : int
+        Variants, and how many of them are impossible.
+    words : str
+        Why the first of those is.
+    ranges : dict of str to Range
+        By metric, where it is ever a number.
+    """
 
     rows: int
     impossible: int
@@ -50,7 +68,13 @@ class Written(NamedTuple):
 
 
 def require() -> None:
-    """InputError with the remedy unless Parquet files can be written here."""
+    """See that Parquet files can be written here.
+
+    Raises
+    ------
+    InputError
+        They cannot; with the remedy.
+    """
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
@@ -65,12 +89,36 @@ def write(
     code: Code,
     stop: Callable[[], bool] = lambda: False,
 ) -> Written | None:
-    """The results of all variants to `path`, all or nothing; None if `stop()` said so.
+    """Write the results of all variants, all or nothing.
 
-    Columns: `index`, the parameters by path, the metrics by name, `error` (text where a
-    variant is impossible, its metrics NaN); units and meanings in the fields' metadata, the
-    spec and the `code` that computed all of it in the schema's. The file depends on spec, metrics
-    and code only, not on who computed what when. Raises ValueError if a variant is missing.
+    Columns: `index`, the parameters by path, the metrics by name, `error` (text where a variant is
+    impossible, its metrics NaN); units and meanings in the fields' metadata, the spec and the code
+    in the schema's. The file depends on spec, metrics and code only, not on who computed what when.
+
+    Parameters
+    ----------
+    path : Path
+        The Parquet file.
+    spec : Spec
+        The sweep.
+    metrics : sequence of Metric
+        All of the job's.
+    journals : sequence of Path
+        With all variants.
+    code : Code
+        That computed all of it.
+    stop : callable
+        True to end early.
+
+    Returns
+    -------
+    Written or None
+        None if `stop()` said so.
+
+    Raises
+    ------
+    ValueError
+        A variant is missing.
     """
     import pyarrow.parquet as pq
 
@@ -212,8 +260,51 @@ class _Tally:
         return Written(self._rows, self._impossible, self._words, ranges)
 
 
+def ranges(written: Written, units: dict[str, str]) -> Iterator[str]:
+    """Put the metrics' ranges into words.
+
+    Parameters
+    ----------
+    written : Written
+        What is in the results.
+    units : dict of str to str
+        Of the metrics that are told of, by name.
+
+    Yields
+    ------
+    str
+        A line for each: its range and mean over the variants.
+    """
+    width = max((len(name) for name in units), default=0)
+    for name, unit in units.items():
+        if name not in written.ranges:
+            yield f"{name:{width}}  never a number"
+            continue
+        least, mean, most = written.ranges[name][1:]
+        line = f"{name:{width}}  {least:.6g} to {most:.6g}{_unit(unit)}, mean {mean:.6g}"
+        finite = written.ranges[name].finite
+        if finite < written.rows:
+            line += f", a number in {finite} of {written.rows}"
+        yield line
+
+
+def _unit(unit: str) -> str:
+    return "" if unit in ("", "1", "-") else f" {unit}"
+
+
 def constant(written: Written) -> bool:
-    """Whether all of two or more possible variants have the same metrics."""
+    """Tell whether nothing varies.
+
+    Parameters
+    ----------
+    written : Written
+        What is in the results.
+
+    Returns
+    -------
+    bool
+        Whether all of two or more possible variants have the same metrics.
+    """
     possible = written.rows - written.impossible
     return possible > 1 and all(
         r.least == r.most and r.finite == possible for r in written.ranges.values()
@@ -221,7 +312,20 @@ def constant(written: Written) -> bool:
 
 
 def as_json(written: Written, metrics: Sequence[Metric]) -> dict[str, Any]:
-    """The same for the summary, with units; a metric that is never a number has no range."""
+    """Give the same for the summary.
+
+    Parameters
+    ----------
+    written : Written
+        What is in the results.
+    metrics : sequence of Metric
+        All of the job's, for their units.
+
+    Returns
+    -------
+    dict
+        A metric that is never a number has no range.
+    """
     units = {m.name: m.unit for m in metrics}
     told = {n: {"unit": units[n], **r._asdict()} for n, r in written.ranges.items()}
     found = {"rows": written.rows, "impossible": written.impossible, "metrics": told}
@@ -229,7 +333,18 @@ def as_json(written: Written, metrics: Sequence[Metric]) -> dict[str, Any]:
 
 
 def restored(told: Mapping[str, Any]) -> Written:
-    """What `as_json` was given."""
+    """Read back what `as_json` gave.
+
+    Parameters
+    ----------
+    told : mapping
+        From the summary.
+
+    Returns
+    -------
+    Written
+        What is in the results.
+    """
     ranges = {
         name: Range(**{key: one[key] for key in Range._fields})
         for name, one in told["metrics"].items()

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from macromicro.batch import cores
 from macromicro.errors import InputError
 from macromicro.recording import check_space
+from macromicro.runs import folder as runs
 from macromicro.schema.text import printable
 from macromicro.sweep import cluster, folder, local, results
 from macromicro.sweep.origin import code
@@ -28,9 +29,23 @@ MAX_WORKERS = 1024
 
 
 class Request(NamedTuple):
-    """What is asked for. `out`: None for results/NAME of the spec. `workers`: None for one
-    per core. `scheduler`: address of a cluster's instead of processes here. `factory`:
-    where jobs come from."""
+    """What is asked for.
+
+    Attributes
+    ----------
+    spec : Path
+        The sweep's file.
+    out : Path, optional
+        None for results/NAME of the spec.
+    workers : int, optional
+        None for one per core.
+    scheduler : str, optional
+        Address of a cluster's, instead of processes here.
+    resume, overwrite : bool
+        Go on with what is in `out`; replace it.
+    factory : str
+        Where jobs come from, "module:function".
+    """
 
     spec: Path
     out: Path | None = None
@@ -42,7 +57,21 @@ class Request(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A sweep that can begin: its folder is made."""
+    """A sweep that can begin: its folder is made.
+
+    Attributes
+    ----------
+    task : Task
+        What workers must know.
+    metrics : sequence of Metric
+        All of the job's.
+    out : Path
+        The folder.
+    workers : int
+        Processes.
+    client : distributed.Client or None
+        Of the cluster, where there is one.
+    """
 
     task: Task
     metrics: Sequence[Metric]
@@ -52,8 +81,17 @@ class Ready(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How a sweep ended: finished variants, those of them that were finished before, and
-    what was written; None where it was stopped before all were finished."""
+    """How a sweep ended.
+
+    Attributes
+    ----------
+    done, before : int
+        Finished variants, and those of them that were finished before.
+    seconds : float
+        That this time took.
+    written : Written or None
+        None where it was stopped before all were finished.
+    """
 
     done: int
     before: int
@@ -62,17 +100,30 @@ class Outcome(NamedTuple):
 
 
 def check(request: Request) -> Ready:
-    """Everything that can be wrong before the first variant; makes the folder.
+    """See everything that can be wrong before the first variant, and make the folder.
 
-    Raises `InputError`: the options, the spec, a package that is missing, a scheduler that
-    does not answer or whose workers have other code, a folder that must not be written to, a
-    full disk. Nothing existing is touched then.
+    Parameters
+    ----------
+    request : Request
+        What is asked for.
+
+    Returns
+    -------
+    Ready
+        To be executed.
+
+    Raises
+    ------
+    InputError
+        The options, the spec, a package that is missing, a scheduler that does not answer or whose
+        workers have other code, a folder that must not be written to, a full disk. Nothing existing
+        is touched then.
     """
     if request.resume and request.overwrite:
         raise InputError("--resume", "beside --overwrite", "one of them")
     if request.scheduler is not None and request.workers is not None:
         raise InputError("--workers", "beside --scheduler", "one of them")
-    workers = _cores() if request.workers is None else request.workers
+    workers = cores() if request.workers is None else request.workers
     if not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
     results.require()
@@ -93,16 +144,8 @@ def check(request: Request) -> Ready:
     return Ready(Task(spec, request.factory, ours), metrics, out, workers, client)
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
-
-
 def _check_place(out: Path, spec: Spec, *, resume: bool) -> None:
-    where = f"--out {printable(out, 300)}"
-    if "\0" in str(out):
-        raise InputError(where, "not a file name", "a folder, or a place to make one")
-    if out.exists() and not out.is_dir():
-        raise InputError(where, "a file", "a folder, or a place to make one")
+    runs.named(out)
     # What is finished of a sweep that is resumed shows its journal, later.
     begun = resume and (out / folder.SUMMARY).exists()
     check_space(out, 0 if begun else folder.needed_bytes(spec, spec.variants))
@@ -117,10 +160,30 @@ def execute(
 ) -> Outcome:
     """Compute what is not finished yet, then write results and summary.
 
-    `begin(count, before)` is told how many variants there are and are finished already,
-    `report(variants, impossible)` every finished block; `stop()`: true to end early.
-    `software`: what it was made with, for the summary. Raises `SweepError` where it cannot
-    go on, `InputError` where the disk has no room for what is missing; what is finished is kept.
+    Parameters
+    ----------
+    ready : Ready
+        From `check`.
+    begin : callable
+        Told how many variants there are and are finished already.
+    report : callable
+        Told variants and impossible ones of every finished block.
+    stop : callable
+        True to end early.
+    software : sequence of (str, str)
+        What it was made with, for the summary.
+
+    Returns
+    -------
+    Outcome
+        How it ended.
+
+    Raises
+    ------
+    InputError
+        The disk has no room for what is missing, or the folder was given to another sweep.
+    SweepError
+        It cannot go on; what is finished is kept.
     """
     try:
         with folder.alone(ready.out):

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from macromicro import sampling
 from macromicro.errors import InputError
 from macromicro.schema.keys import found, leaves, nearest, unknown, whole
 from macromicro.schema.par import Entry
@@ -32,20 +33,35 @@ if TYPE_CHECKING:
     from macromicro.batch import Metric
 
 WHAT = "a sweep (.toml)"
-METHODS = ("grid", "random", "lhs", "sobol")
+METHODS = ("grid", *sampling.METHODS)
 MAX_VARIANTS = 10**12
 MAX_SEED = 2**63 - 1
-MAX_SOBOL, MAX_WIDTH = 2**30, 21_201  # points and dimensions that scipy's sequence has
 _KEYS = ("job", "method", "samples", "seed", "metrics", "config", "options", "parameters")
 
 
 class Spec(NamedTuple):
     """A sweep that has been checked: plain values, so that it travels to other processes.
 
-    `options`: of the job, as pairs, with the settings that it starts from; `files`: what
-    these have otherwise than by default, and digests of files that options name. `seed`: of
-    the sampling. `metrics`: the names of the chosen ones and `columns` their places among the
-    job's. `variants`: how many.
+    Attributes
+    ----------
+    job : str
+        Its name.
+    options : tuple of (str, Any)
+        Of the job, with the settings that it starts from.
+    method : str
+        One of `METHODS`.
+    seed : int
+        Of the sampling.
+    metrics : tuple of str
+        The chosen ones.
+    columns : tuple of int
+        Their places among the job's.
+    axes : tuple of Axis
+        What is varied.
+    variants : int
+        How many.
+    files : tuple of (str, str)
+        What the options have otherwise than by default, and digests of files that they name.
     """
 
     job: str
@@ -85,11 +101,27 @@ class Spec(NamedTuple):
 
 
 def load(path: Path, factory: Factory) -> tuple[Spec, str]:
-    """The sweep in the TOML file at `path`, and the file's text.
+    """Read a sweep.
 
-    `factory`: makes a job from its name and options, as `batch.job`. Raises `InputError`
-    with file and key: unknown keys, jobs, options, metrics and parameters (with the nearest
-    names), bad values and ranges, a sweep of no variants.
+    Parameters
+    ----------
+    path : Path
+        A TOML file.
+    factory : callable
+        Makes a job from its name and options, as `batch.job`.
+
+    Returns
+    -------
+    spec : Spec
+        The sweep.
+    text : str
+        Of the file.
+
+    Raises
+    ------
+    InputError
+        With file and key: unknown keys, jobs, options, metrics and parameters (with the nearest
+        names), bad values and ranges, a sweep of no variants or of more than its method has.
     """
     raw = read_toml(path, WHAT)
     return _checked(raw, path, factory), read_text(path, WHAT)
@@ -121,11 +153,24 @@ def _count(raw: dict[str, Any], method: str, axes: tuple[Axis, ...], file: str) 
         if count > MAX_VARIANTS:
             raise InputError(f"{file}, parameters", f"{count} variants", f"at most {MAX_VARIANTS}")
         return count
-    if method == "sobol" and len(axes) > MAX_WIDTH:
-        accepted = f"at most {MAX_WIDTH} for sobol"
+    if method == "sobol" and len(axes) > sampling.MAX_WIDTH:
+        accepted = f"at most {sampling.MAX_WIDTH} for sobol"
         raise InputError(f"{file}, parameters", f"{len(axes)} parameters", accepted)
-    most = MAX_SOBOL if method == "sobol" else MAX_VARIANTS
-    return whole(raw.get("samples"), 1, most, f"{file}, samples")
+    count = whole(raw.get("samples"), 1, MAX_VARIANTS, f"{file}, samples")
+    most, why = _most(method, len(axes))
+    if count > most:
+        raise InputError(f"{file}, samples", count, f"at most {most}{why}")
+    return count
+
+
+def _most(method: str, axes: int) -> tuple[int, str]:
+    """Samples that a method can have of so many parameters, and why not more."""
+    if method == "sobol":
+        return sampling.MAX_SOBOL, " for sobol; random takes more"
+    if method == "lhs":
+        why = f" for lhs with {axes} parameters, all of which it keeps in memory"
+        return sampling.MAX_LATIN // axes, f"{why}; sobol and random take more"
+    return MAX_VARIANTS, ""
 
 
 def _metrics(raw: object, known: tuple[Metric, ...], where: str) -> tuple[str, ...]:

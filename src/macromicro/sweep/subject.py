@@ -32,8 +32,19 @@ _BESIDE = (
 
 
 class Subject(NamedTuple):
-    """The job, the options that make it again (pairs, settings included), what files that it
-    names say (key of the spec and what stands there), and the parameters that can be varied."""
+    """What a spec says of its job.
+
+    Attributes
+    ----------
+    job : Job
+        The job.
+    options : tuple of (str, Any)
+        That make it again, settings included.
+    files : tuple of (str, str)
+        What files that it names say: key of the spec and what stands there.
+    parameters : dict of str to Entry
+        Those that can be varied.
+    """
 
     job: Job
     options: Options
@@ -42,10 +53,27 @@ class Subject(NamedTuple):
 
 
 def read(raw: dict[str, Any], path: Path, factory: Factory) -> Subject:
-    """The job of the spec `raw`, which stands in the file `path`.
+    """Read what a spec says of its job.
 
-    Raises `InputError` that names file and key: no or an unknown job, an unknown option or
-    one of the wrong kind, what is wrong with the settings file.
+    Parameters
+    ----------
+    raw : dict
+        The spec.
+    path : Path
+        Its file.
+    factory : callable
+        Makes a job from its name and options.
+
+    Returns
+    -------
+    Subject
+        The job, checked.
+
+    Raises
+    ------
+    InputError
+        With file and key: no or an unknown job, an unknown option or one of the wrong kind, what is
+        wrong with the settings file.
     """
     file = printable(path, 300)
     name = raw.get("job")
@@ -71,14 +99,36 @@ def read(raw: dict[str, Any], path: Path, factory: Factory) -> Subject:
 
 
 def plain_options(job: Job) -> dict[str, Any]:
-    """The options of a job that a file can set, with their defaults."""
+    """Tell the options of a job that a file can set.
+
+    Parameters
+    ----------
+    job : Job
+        Any.
+
+    Returns
+    -------
+    dict
+        Name and default.
+    """
     given = inspect.signature(type(job)).parameters.values()
     return {p.name: p.default for p in given if isinstance(p.default, bool | int | float | str)}
 
 
 def parameters(job: Job) -> dict[str, Entry]:
-    """The parameters of a job by dotted path, and beside them what else a variant may have:
-    the seed of the noise, the step of a job that has none in its tree."""
+    """Tell the parameters of a job that can be varied.
+
+    Parameters
+    ----------
+    job : Job
+        Any.
+
+    Returns
+    -------
+    dict of str to Entry
+        By dotted path; beside those of its tree the seed of the noise, and the step of a job that
+        has none in its tree.
+    """
     known = {entry.path: entry for entry in entries(job.base())}
     options = plain_options(job)
     beside = [e for e in _BESIDE if e.path in options and e.path not in known]

@@ -8,7 +8,15 @@ from macromicro.sweep.journal import Spans, gaps
 
 
 class Chunk(NamedTuple):
-    """Consecutive variants, and how many workers died over them without finishing one."""
+    """Consecutive variants.
+
+    Attributes
+    ----------
+    first, size : int
+        Which.
+    deaths : int
+        How many workers died over them without finishing one.
+    """
 
     first: int
     size: int
@@ -16,9 +24,16 @@ class Chunk(NamedTuple):
 
 
 class Todo:
-    """The variants 0 to `count` - 1 without the finished spans, in chunks in order.
+    """The variants that are not finished, handed out in chunks in order.
 
     What is given back comes first again.
+
+    Parameters
+    ----------
+    count : int
+        Variants in all.
+    done : ndarray, shape (n, 2)
+        Merged spans of those that are finished.
     """
 
     def __init__(self, count: int, done: Spans) -> None:
@@ -30,7 +45,20 @@ class Todo:
         return bool(self._open or self._back)
 
     def take(self, count: int, block: int) -> Chunk:
-        """The next at most `count` variants; the end is a whole block's where it can be."""
+        """Hand out the next variants.
+
+        Parameters
+        ----------
+        count : int
+            At most so many.
+        block : int
+            Of the job; the chunk ends where a block does, if it can.
+
+        Returns
+        -------
+        Chunk
+            One or more of them.
+        """
         if self._back:
             chunk = self._back.pop()
         else:
@@ -43,6 +71,12 @@ class Todo:
         return chunk
 
     def give_back(self, chunk: Chunk) -> None:
-        """To be done again."""
+        """Take a chunk back, to be done again.
+
+        Parameters
+        ----------
+        chunk : Chunk
+            Of which nothing is finished.
+        """
         self._back.append(chunk)
         self.left += chunk.size

@@ -26,8 +26,17 @@ class SweepError(MacromicroError):
 
 
 class Task(NamedTuple):
-    """What a worker must know: the spec, where jobs come from ("module:function"), and the
-    code that all variants are to be computed with; None where that is not looked at."""
+    """What a worker must know.
+
+    Attributes
+    ----------
+    spec : Spec
+        The sweep.
+    factory : str
+        Where jobs come from, "module:function".
+    code : Code or None
+        That all variants are to be computed with; None where that is not looked at.
+    """
 
     spec: Spec
     factory: str = FACTORY
@@ -35,7 +44,20 @@ class Task(NamedTuple):
 
 
 def foreign(who: str, theirs: object, ours: Code) -> SweepError:
-    """The error for a worker of other code: its results must not stand beside ours."""
+    """Make the error for a worker of other code: its results must not stand beside ours.
+
+    Parameters
+    ----------
+    who : str
+        The worker.
+    theirs, ours : Code
+        Its code, and the sweep's.
+
+    Returns
+    -------
+    SweepError
+        To be raised.
+    """
     return SweepError(
         f"{who} has macromicro {theirs}, this sweep is of {ours}; what is finished is kept, "
         "--resume goes on where all have that code"
@@ -43,14 +65,31 @@ def foreign(who: str, theirs: object, ours: Code) -> SweepError:
 
 
 def factory(name: str) -> Factory:
-    """The function that makes jobs, by "module:function"."""
+    """Find the function that makes jobs.
+
+    Parameters
+    ----------
+    name : str
+        "module:function".
+
+    Returns
+    -------
+    callable
+        The function.
+    """
     module, _, function = name.partition(":")
     made: Factory = getattr(importlib.import_module(module), function)
     return made
 
 
 class Bench:
-    """A task's job, ready to compute; one per thread."""
+    """A task's job, ready to compute; one per thread.
+
+    Parameters
+    ----------
+    task : Task
+        What a worker must know.
+    """
 
     def __init__(self, task: Task) -> None:
         self.spec = task.spec
@@ -60,7 +99,18 @@ class Bench:
         self._portion = self.job.block
 
     def blocks(self, first: int, count: int) -> Iterator[Block]:
-        """The variants `first` to `first + count - 1`, portion by portion as they are done."""
+        """Compute variants, portion by portion.
+
+        Parameters
+        ----------
+        first, count : int
+            Which.
+
+        Yields
+        ------
+        Block
+            As they are done.
+        """
         last = first + count
         while first < last:
             # Portions end where the job's blocks do, so that no lane stays empty.
@@ -73,7 +123,18 @@ class Bench:
             first = end
 
     def block(self, first: int, count: int) -> Block:
-        """These variants; a row of NaN and its words where a variant is impossible."""
+        """Compute variants together.
+
+        Parameters
+        ----------
+        first, count : int
+            Which.
+
+        Returns
+        -------
+        Block
+            A row of NaN and its words where a variant is impossible.
+        """
         errors: dict[int, str] = {}
         rows = self._computed(first, count, 0, errors)
         return Block(first, rows, errors)
@@ -99,15 +160,43 @@ class Bench:
 
 
 def sized(each: float | None, seconds: float, block: int, share: int) -> int:
-    """Variants for one chunk: `seconds` of work in whole blocks, not over `share`.
+    """Give the size of a chunk.
 
-    `each`: seconds per variant as measured; None before the first is done.
+    Parameters
+    ----------
+    each : float or None
+        Seconds per variant as measured; None before the first is done.
+    seconds : float
+        Of work that is wanted.
+    block : int
+        Variants that are computed together.
+    share : int
+        At most so many variants.
+
+    Returns
+    -------
+    int
+        Whole blocks, one at least.
     """
     wanted = block if each is None else int(seconds / max(each, 1e-9))
     return max(1, -(-min(wanted, share) // block)) * block
 
 
 def smoothed(each: float | None, new: float) -> float:
-    """Seconds per variant with a new measurement: down at once, for what takes long is often
-    a first call that compiles, and up slowly."""
+    """Smooth the seconds per variant.
+
+    They go down at once, for what takes long is often a first call that compiles, and up slowly.
+
+    Parameters
+    ----------
+    each : float or None
+        So far; None before the first.
+    new : float
+        A new measurement.
+
+    Returns
+    -------
+    float
+        Of both.
+    """
     return new if each is None or new < each else 0.7 * each + 0.3 * new

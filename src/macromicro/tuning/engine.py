@@ -12,8 +12,19 @@ Array = npt.NDArray[np.float64]
 
 
 class Engine:
-    """A job of `macromicro.batch` whose gains at `paths` are varied, on one bench or on
-    `members`, each with its `values` (members, k) at `member_paths`."""
+    """A job of `macromicro.batch` whose gains are varied, on one bench or on several.
+
+    Parameters
+    ----------
+    job : Job
+        The batch's.
+    paths : sequence of str
+        Of the gains.
+    member_paths : sequence of str
+        Of what the benches differ by.
+    values : ndarray, shape (members, member_paths), optional
+        Each bench's; one bench, the job's, without it.
+    """
 
     def __init__(
         self,
@@ -28,7 +39,18 @@ class Engine:
         self._paths = (*paths, *member_paths)
 
     def metrics(self, gains: Array) -> dict[str, Array]:
-        """Each metric, (n, members), for gains (n, paths): one call of the engine."""
+        """Compute each metric, by one call of the engine.
+
+        Parameters
+        ----------
+        gains : ndarray, shape (n, paths)
+            Of n designs.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n, members)
+            By the metric's name.
+        """
         from macromicro import batch
 
         count, each = len(gains), len(self.members)

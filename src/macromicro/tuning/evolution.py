@@ -6,11 +6,13 @@ optimization over continuous spaces, 1997, as `scipy.optimize` has it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from macromicro.sampling import latin
 
 Array = npt.NDArray[np.float64]
 Costs = Callable[[Array], Array]
@@ -21,9 +23,23 @@ FEWEST = 5  # members that differential evolution needs
 
 
 class Found(NamedTuple):
-    """The best design (k,) and its cost; `evaluations` made; `history`: the least cost after
-    each generation; `ranked`: the best designs tried (m, k), best first, `KEPT` at most, with
-    their costs (m,)."""
+    """What a search found.
+
+    Attributes
+    ----------
+    design : ndarray, shape (k,)
+        The best, from 0 to 1.
+    cost : float
+        Of it.
+    evaluations : int
+        That were made.
+    history : tuple of float
+        The least cost after each generation.
+    ranked : ndarray, shape (m, k)
+        The best designs tried, best first, `KEPT` at most.
+    costs : ndarray, shape (m,)
+        Of these.
+    """
 
     design: Array
     cost: float
@@ -34,8 +50,24 @@ class Found(NamedTuple):
 
 
 def members(evaluations: int, knobs: int, block: int = 1) -> int:
-    """Members of a generation: ten for each knob, filled up to a multiple of `block`, but so
-    that at least four generations can be had; all in one where not even that is possible."""
+    """Give the size of a generation: ten for each knob, filled up to whole blocks.
+
+    It is smaller where not even four generations could be had; all in one where that does not help.
+
+    Parameters
+    ----------
+    evaluations : int
+        The budget.
+    knobs : int
+        Searched quantities.
+    block : int
+        Designs that are computed together.
+
+    Returns
+    -------
+    int
+        `FEWEST` at least, but for a smaller budget.
+    """
     wanted = -(-PER_KNOB * knobs // block) * block
     fewer = min(wanted, evaluations // 4)
     return fewer if fewer >= FEWEST else min(max(evaluations // 2, FEWEST), evaluations)
@@ -49,10 +81,29 @@ def minimise(
     block: int = 1,
     tell: Callable[[int, float], None] = lambda done, best: None,
 ) -> Found:
-    """Search for the least cost with at most so many `evaluations`, `start` (k,) among them.
+    """Search for the least cost.
 
-    `costs` takes designs (n, k) within 0 and 1 and gives costs (n,). The first generation is
-    a Latin hypercube drawn from `seed`. `tell` hears evaluations done and the least cost.
+    The first generation is a Latin hypercube.
+
+    Parameters
+    ----------
+    costs : callable
+        Takes designs (n, k) within 0 and 1 and gives costs (n,).
+    start : ndarray, shape (k,)
+        Is tried, too.
+    evaluations : int
+        At most so many designs.
+    seed : int
+        Of the search.
+    block : int
+        Designs that are computed together.
+    tell : callable
+        Hears evaluations done and the least cost.
+
+    Returns
+    -------
+    Found
+        The best, and those that came near.
     """
     knobs = len(start)
     size = members(evaluations, knobs, block)
@@ -78,14 +129,6 @@ def minimise(
     return Found(kept[0][0], history[-1], size * len(history), tuple(history), *kept)
 
 
-def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
-    """A Latin hypercube (rows, columns) within 0 and 1 (McKay, Beckman and Conover, 1979)."""
-    random = np.random.default_rng(seed)
-    strata = np.stack([random.permutation(rows) for _ in range(columns)], axis=1)
-    found: Array = (strata + random.random((rows, columns))) / rows
-    return found
-
-
 def _evolve(asked: Costs, drawn: Array, generations: int, seed: int) -> None:
     from scipy.optimize import differential_evolution
 
@@ -101,13 +144,5 @@ def _evolve(asked: Costs, drawn: Array, generations: int, seed: int) -> None:
         polish=False,
         vectorized=True,
         updating="deferred",
-        **_random(differential_evolution, seed),
+        rng=np.random.default_rng(seed),
     )
-
-
-def _random(function: Callable[..., Any], seed: int) -> dict[str, Any]:
-    """How this scipy takes a generator: `rng` since 1.15, `seed` before."""
-    import inspect
-
-    name = "rng" if "rng" in inspect.signature(function).parameters else "seed"
-    return {name: np.random.default_rng(seed)}

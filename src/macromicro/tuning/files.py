@@ -20,12 +20,33 @@ _BYTES = 2_000_000
 
 
 def check(out: Path, *, overwrite: bool) -> None:
-    """InputError unless the results can go to `out`."""
+    """See that the results can go to a folder.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    overwrite : bool
+        Earlier results there may be replaced.
+
+    Raises
+    ------
+    InputError
+        They cannot.
+    """
     folder.check(out, _BYTES, overwrite=overwrite, names=FILES)
 
 
 def write(out: Path, found: Tuning) -> None:
-    """All files, or none."""
+    """Write all files, or none.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    found : Tuning
+        What was found.
+    """
     with folder.staged(out, remove=FILES) as place:
         (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
         (place / NUMBERS).write_text(as_json(found), encoding="utf-8")
@@ -34,25 +55,26 @@ def write(out: Path, found: Tuning) -> None:
 
 
 def as_toml(found: Tuning) -> str:
-    """The tuned law with its gains, and whatever else the start set otherwise than the
-    defaults."""
+    """Give the tuned law as a file that `macromicro run --config` takes.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    str
+        The law with its gains, and whatever else the start set otherwise than the defaults.
+    """
     plan, tuned = found.plan, found.tuned
-    wanted = set(config.difference(tuned, Settings()))
-    wanted |= {f"controller.{plan.request.stage}_law", *plan.law.paths}
-    lines: dict[str, list[str]] = {}
-    for path in sorted(wanted):
-        head, line = config.as_toml(tuned, path).splitlines()
-        # The comment names the source of the default, which a tuned value no longer has.
-        lines.setdefault(head, []).append(line.partition("  # ")[0])
     ways = "the thesis' route" if plan.request.route == "thesis" else "differential evolution"
     about = [
         f"# {plan.request.stage} law {plan.law.name}, tuned by {ways} for {plan.objective.name}",
         f"# {found.evaluations} {_tried(plan)}, macromicro {macromicro.__version__}",
         *(f"# {printable(line, 300)}" for line in tables.remarks(found)),
     ]
-    parts = ["\n".join(about)]
-    parts += ["\n".join([table, *rows]) for table, rows in sorted(lines.items())]
-    return "\n\n".join(parts) + "\n"
+    return "\n".join(about) + "\n\n" + config.changed_toml(tuned, Settings(), plan.law.chosen)
 
 
 def _tried(plan: Plan) -> str:
@@ -62,7 +84,18 @@ def _tried(plan: Plan) -> str:
 
 
 def as_json(found: Tuning) -> str:
-    """Everything but the recordings; NaN and infinity as null and "inf"."""
+    """Give everything but the recordings.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    str
+        JSON; NaN is null, infinity "inf".
+    """
     plan, request = found.plan, found.plan.request
     record: dict[str, Any] = {
         "version": macromicro.__version__,
@@ -105,7 +138,7 @@ def _ensemble(found: Tuning) -> dict[str, Any] | None:
     return {
         "aggregate": searched.aggregate,
         "seed": searched.seed,
-        "ranges": [s._asdict() for s in searched.spreads],
+        "ranges": [each._asdict() for each in searched.uncertain],
         "draws": searched.draws.tolist(),
         "bench_cost": None if found.robust_costs is None else _pair(found.robust_costs),
         "held_out": {

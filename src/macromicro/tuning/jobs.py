@@ -16,7 +16,18 @@ MODEL_PLANT = ("model.a", "model.b", "model.width")
 
 
 def unit(name: str) -> int:
-    """Variants that one pass of the job computes at no more cost than one."""
+    """Tell how many variants one pass of a job computes at no more cost than one.
+
+    Parameters
+    ----------
+    name : str
+        The job's.
+
+    Returns
+    -------
+    int
+        1 or more.
+    """
     if name != MODEL:
         return 1
     from macromicro.batch.lanes import UNIT
@@ -25,10 +36,26 @@ def unit(name: str) -> int:
 
 
 def engine(name: str, settings: Settings, law: Law, ensemble: Ensemble | None) -> Engine:
-    """The engine of a job on the settings' bench, or on an ensemble of such benches.
+    """Make the engine of a job on the settings' bench, or on an ensemble of such benches.
 
-    The thesis' model has none of the bench's settings: it takes the dead-zone inverse and
-    the limit of the settings' law, and its own parameters as printed.
+    The thesis' model has none of the bench's settings: it takes the dead-zone inverse and the limit
+    of the settings' law, and its own parameters as printed.
+
+    Parameters
+    ----------
+    name : str
+        The job's.
+    settings : Settings
+        The bench and its law.
+    law : Law
+        Whose gains are varied.
+    ensemble : Ensemble or None
+        Of benches; None for one.
+
+    Returns
+    -------
+    Engine
+        To be asked for metrics.
     """
     from macromicro import batch
     from macromicro.batch.macro_model import MacroLoop
@@ -37,7 +64,7 @@ def engine(name: str, settings: Settings, law: Law, ensemble: Ensemble | None) -
         job = batch.job(name, settings=settings)
         if ensemble is None:
             return Engine(job, law.paths)
-        return Engine(job, law.paths, *ensemble.on_bench(settings))
+        return Engine(job, law.paths, *ensemble.on_bench())
     chosen = control_settings.prepare(settings.controller).macro
     tree = MacroLoop()
     lifted = tree.controller._replace(dead_zone=chosen.dead_zone, limit=chosen.limit)

@@ -32,7 +32,21 @@ _PD = ("now", "before")
 
 
 class Knob(NamedTuple):
-    """One searched quantity: bounds and present value, in `unit`; `log`: on that scale."""
+    """One searched quantity.
+
+    Attributes
+    ----------
+    name : str
+        For a person.
+    unit : str
+        Of the next three.
+    low, high : float
+        Bounds.
+    present : float
+        Where it stands.
+    log : bool
+        Searched on a logarithmic scale.
+    """
 
     name: str
     unit: str
@@ -43,8 +57,21 @@ class Knob(NamedTuple):
 
 
 class Law(NamedTuple):
-    """A control law as it is searched. `stage`: macro or micro; `field`: its set within
-    `controller`; `gains`: the gains' names there; `knobs`: what is searched."""
+    """A control law as it is searched.
+
+    Attributes
+    ----------
+    name : str
+        As settings name it.
+    stage : {"macro", "micro"}
+        That it drives.
+    field : str
+        Its set within `controller`.
+    gains : tuple of str
+        The gains' names there.
+    knobs : tuple of Knob
+        What is searched.
+    """
 
     name: str
     stage: str
@@ -57,8 +84,24 @@ class Law(NamedTuple):
         """Dotted paths of the gains in the tree of settings."""
         return tuple(f"controller.{self.field}.{gain}" for gain in self.gains)
 
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """Those, and the path of the choice of this law."""
+        return (f"controller.{self.stage}_law", *self.paths)
+
     def decoded(self, designs: Array) -> Array:
-        """Gains (n, gains) of designs (n, knobs) from 0 to 1."""
+        """Make gains of designs.
+
+        Parameters
+        ----------
+        designs : ndarray, shape (n, knobs)
+            From 0 to 1.
+
+        Returns
+        -------
+        ndarray, shape (n, gains)
+            In the units that the gains are stored in.
+        """
         values = np.stack([_value(k, designs[:, i]) for i, k in enumerate(self.knobs)], axis=1)
         if self.gains != _PD:
             return values
@@ -66,19 +109,53 @@ class Law(NamedTuple):
         return np.stack((values[:, 0] * (1.0 + share), -values[:, 0] * share), axis=1)
 
     def present(self) -> Array:
-        """The design (knobs,) nearest to the gains that the law has."""
+        """Give the design nearest to the gains that the law has.
+
+        Returns
+        -------
+        ndarray, shape (knobs,)
+            From 0 to 1.
+        """
         return np.array([_place(k, k.present) for k in self.knobs])
 
 
 def names(stage: str) -> tuple[str, ...]:
-    """The laws of a stage."""
+    """Name the laws of a stage.
+
+    Parameters
+    ----------
+    stage : {"macro", "micro"}
+        Which one.
+
+    Returns
+    -------
+    tuple of str
+        As settings name them.
+    """
     return MACRO_LAWS if stage == "macro" else MICRO_LAWS
 
 
 def find(stage: str, name: str | None, control: Control) -> Law:
-    """The law `name` of a stage, by default the one that `control` chooses, with its gains.
+    """Find a law with its gains.
 
-    Raises `InputError` for a name that the stage does not know.
+    Parameters
+    ----------
+    stage : {"macro", "micro"}
+        That it drives.
+    name : str or None
+        By default the law that `control` chooses.
+    control : Control
+        The settings' controller.
+
+    Returns
+    -------
+    Law
+        As it is searched.
+
+    Raises
+    ------
+    InputError
+        A name that the stage does not know.
     """
     known = names(stage)
     chosen = name if name is not None else getattr(control, f"{stage}_law")
@@ -96,14 +173,42 @@ def find(stage: str, name: str | None, control: Control) -> Law:
 
 
 def with_gains(control: Control, law: Law, gains: Array) -> Control:
-    """`control` with this law chosen and these gains."""
+    """Choose a law and set its gains.
+
+    Parameters
+    ----------
+    control : Control
+        The settings' controller.
+    law : Law
+        To be chosen.
+    gains : ndarray, shape (gains,)
+        In stored units.
+
+    Returns
+    -------
+    Control
+        With both.
+    """
     values = dict(zip(law.gains, (float(g) for g in gains), strict=True))
     changed: Any = getattr(control, law.field)._replace(**values)
     return control._replace(**{f"{law.stage}_law": law.name, law.field: changed})
 
 
 def gains_of(control: Control, law: Law) -> Array:
-    """The law's gains in `control`."""
+    """Give a law's gains.
+
+    Parameters
+    ----------
+    control : Control
+        The settings' controller.
+    law : Law
+        One of it.
+
+    Returns
+    -------
+    ndarray, shape (gains,)
+        In stored units.
+    """
     mine = getattr(control, law.field)
     return np.array([getattr(mine, name) for name in law.gains])
 

@@ -17,7 +17,7 @@ from macromicro.design.margins import Margins, PdTaps, margins, open_loop
 from macromicro.design.response import smoothed
 from macromicro.models.macro import Linear, position_transfer
 from macromicro.runs.programmed import on_twin
-from macromicro.runs.sequence import BAND_UM, micro_steps
+from macromicro.runs.sequence import BAND_UM, MEAN, micro_steps
 from macromicro.settings import Settings
 from macromicro.tuning import laws
 from macromicro.tuning.laws import Law
@@ -28,11 +28,23 @@ _LEVEL, _HOLD, _LATE = 2.0, 8.0, 4.0  # mm, s, s
 MOST = 64.0
 LEAST = 2.0
 _PER_DOUBLING = 4
-_MEAN = 21  # samples
 
 
 def macro_loop(control: Control, linear: Linear = Linear()) -> tuple[Array, Array]:  # noqa: B008
-    """D(z) of the chosen macro law times (4.4): numerator and denominator in z."""
+    """Give the open loop of the chosen macro law with the linear model (4.4).
+
+    Parameters
+    ----------
+    control : Control
+        With the law.
+    linear : Linear
+        The model's (4.3).
+
+    Returns
+    -------
+    num, den : ndarray
+        Of D(z) times (4.4), in z, highest power first.
+    """
     num, den = position_transfer(linear)
     if control.macro_law != "pid":
         taps = control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned
@@ -45,27 +57,66 @@ def macro_loop(control: Control, linear: Linear = Linear()) -> tuple[Array, Arra
 
 
 def macro_margins(control: Control) -> Margins:
-    """Margins of that loop."""
+    """Give the margins of that loop.
+
+    Parameters
+    ----------
+    control : Control
+        With the law.
+
+    Returns
+    -------
+    Margins
+        With (4.4) as identified.
+    """
     return margins(*macro_loop(control), Linear().dt)
 
 
 def ripple(settings: Settings, seed: int = 0) -> float:
-    """Peak to peak [um] of the laser's centred mean over the last 4 s of a hold of 8 s at
-    2 mm, less a straight line; inf where the stage reached its stop in that time, or the
-    guard ended the run."""
+    """Measure how much a hold of the micro-stage wanders.
+
+    Parameters
+    ----------
+    settings : Settings
+        The bench and its law.
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    float
+        Peak to peak [um] of the laser's centred mean over the last 4 s of a hold of 8 s at 2 mm,
+        less a straight line; inf where the stage reached its stop in that time, or the guard ended
+        the run.
+    """
     recording = on_twin(micro_steps([_LEVEL], _HOLD), settings, seed)
     if not recording.attributes.get("finished", 1):
         return math.inf
-    rows = slice(-round(_LATE / recording.dt) - _MEAN, -_MEAN)
+    rows = slice(-round(_LATE / recording.dt) - MEAN, -MEAN)
     if recording["contract"][rows].any():
         return math.inf
-    late = smoothed(recording["laser"], _MEAN)[rows]
+    late = smoothed(recording["laser"], MEAN)[rows]
     at = np.arange(len(late))
     return float(np.ptp(late - np.polyval(np.polyfit(at, late, 1), at)))
 
 
 def holds(settings: Settings, law: Law, seed: int = 0) -> bool:
-    """Whether the micro law's `ripple_margin` is at least `LEAST`."""
+    """Tell whether a micro law keeps still.
+
+    Parameters
+    ----------
+    settings : Settings
+        The bench and its law.
+    law : Law
+        The micro law.
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    bool
+        Whether its `ripple_margin` is at least `LEAST`.
+    """
     return ripple_margin(settings, law, seed, LEAST) >= LEAST
 
 
@@ -75,10 +126,26 @@ def _quiet(settings: Settings, law: Law, gains: Array, seed: int) -> bool:
 
 
 def ripple_margin(settings: Settings, law: Law, seed: int = 0, most: float = MOST) -> float:
-    """The largest factor on all gains of the micro law at which a hold still is quiet, its
-    ripple within the 10 um band; measured on the bench, in steps of a quarter of an octave.
+    """Measure the largest factor on all gains of a micro law at which a hold still is quiet.
 
-    NaN where the hold is not quiet with the gains as they are; `most`: the last one tried.
+    Quiet: its ripple stays within the 10 um band. Measured on the bench, in steps of a quarter of
+    an octave.
+
+    Parameters
+    ----------
+    settings : Settings
+        The bench and its law.
+    law : Law
+        The micro law.
+    seed : int
+        Of the noise.
+    most : float
+        The last factor tried.
+
+    Returns
+    -------
+    float
+        NaN where the hold is not quiet with the gains as they are.
     """
     gains = laws.gains_of(settings.controller, law)
     quiet = math.nan

@@ -52,9 +52,19 @@ SLOWER = "slower"  # goes with the objective effort alone
 
 
 class Scale(NamedTuple):
-    """What the formulas need beside the metrics: length [s] and step [counts] of a run, and
-    T [s] of the controller that the search starts from (NaN until it is known); `weights`:
-    penalties by name, those of the stage by default."""
+    """What the formulas need beside the metrics.
+
+    Attributes
+    ----------
+    length : float
+        Of a run [s].
+    step : float
+        Of a run [counts].
+    time : float or ndarray
+        T of the controller that the search starts from [s]; NaN until it is known.
+    weights : mapping of str to float, optional
+        Penalties by name; those of the stage by default.
+    """
 
     length: float
     step: float
@@ -63,7 +73,21 @@ class Scale(NamedTuple):
 
 
 class Objective(NamedTuple):
-    """`formula` as above; `value` makes it, without penalties, (n,) of metrics (n,) each."""
+    """What is minimised.
+
+    Attributes
+    ----------
+    stage : {"macro", "micro"}
+        Whose metrics it takes.
+    name : str
+        As the option names it.
+    unit : str
+        Of its value.
+    formula : str
+        As in the module's docstring.
+    value : callable
+        Makes it, without penalties, (n,) of metrics (n,) each.
+    """
 
     stage: str
     name: str
@@ -73,7 +97,21 @@ class Objective(NamedTuple):
 
 
 class Penalty(NamedTuple):
-    """A weight in `unit` of the objective for each of what `amount` counts."""
+    """What costs beside the objective.
+
+    Attributes
+    ----------
+    name : str
+        As the option names it.
+    weight : float
+        By default, for each of what `amount` counts.
+    unit : str
+        Of the weight.
+    meaning : str
+        For a person.
+    amount : callable
+        Makes it, (n,) of metrics (n,) each.
+    """
 
     name: str
     weight: float
@@ -83,13 +121,39 @@ class Penalty(NamedTuple):
 
 
 def macro_time(m: Metrics, scale: Scale) -> Array:
-    """T of the macro-stage [s]."""
+    """Give T of the macro-stage.
+
+    Parameters
+    ----------
+    m : mapping of str to ndarray, shape (n,)
+        Metrics.
+    scale : Scale
+        Of the runs.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In s.
+    """
     away = np.abs(m["final_error"]) / scale.step
     return np.where(np.isnan(m["settling_time"]), scale.length * (1.0 + away), m["settling_time"])
 
 
 def micro_time(m: Metrics, scale: Scale) -> Array:
-    """T of the micro-stage [s]."""
+    """Give T of the micro-stage.
+
+    Parameters
+    ----------
+    m : mapping of str to ndarray, shape (n,)
+        Metrics.
+    scale : Scale
+        Of the runs.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In s.
+    """
     up, down = m["settle_up"], m["settle_down"]
     found: Array = np.where(np.isnan(up), NEVER, up) + np.where(np.isnan(down), NEVER, down)
     return found
@@ -136,9 +200,24 @@ OBJECTIVES = {"macro": _MACRO, "micro": _MICRO}
 
 
 def penalties(objective: Objective, asked: Mapping[str, float]) -> dict[str, float]:
-    """Weights by name of all penalties that an objective may have, those `asked` for as said.
+    """Give the weights of all penalties that an objective may have.
 
-    Raises `InputError` for an unknown one, one without effect, or a weight that is none.
+    Parameters
+    ----------
+    objective : Objective
+        Which one.
+    asked : mapping of str to float
+        Weights that were asked for.
+
+    Returns
+    -------
+    dict of str to float
+        By name; the others by default.
+
+    Raises
+    ------
+    InputError
+        An unknown one, one without effect, or a weight that is none.
     """
     known = {
         p.name: p.weight
@@ -155,7 +234,20 @@ def penalties(objective: Objective, asked: Mapping[str, float]) -> dict[str, flo
 
 
 def described(objective: Objective, weights: Mapping[str, float]) -> str:
-    """What is minimised, in words: the objective and each of its penalties."""
+    """Put into words what is minimised.
+
+    Parameters
+    ----------
+    objective : Objective
+        Which one.
+    weights : mapping of str to float
+        Of the penalties, by name.
+
+    Returns
+    -------
+    str
+        The objective and each of its penalties.
+    """
     words = {p.name: f"{p.unit} x ({p.meaning})" for p in PENALTIES[objective.stage]}
     some = [f"{name}: {weight:g} {words[name]}" for name, weight in weights.items() if weight]
     none = [name for name, weight in weights.items() if not weight]
@@ -164,7 +256,25 @@ def described(objective: Objective, weights: Mapping[str, float]) -> str:
 
 
 def find(stage: str, name: str) -> Objective:
-    """The objective `name` of a stage; raises `InputError` where there is none."""
+    """Find an objective.
+
+    Parameters
+    ----------
+    stage : {"macro", "micro"}
+        Whose.
+    name : str
+        As the option names it.
+
+    Returns
+    -------
+    Objective
+        Of that name.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
     known = {o.name: o for o in OBJECTIVES[stage]}
     if name not in known:
         raise InputError("--objective", printable(name), f"one of {', '.join(known)}")
@@ -172,17 +282,62 @@ def find(stage: str, name: str) -> Objective:
 
 
 def time_of(stage: str, m: Metrics, scale: Scale) -> Array:
-    """T [s] (n,) of a stage."""
+    """Give T of a stage.
+
+    Parameters
+    ----------
+    stage : {"macro", "micro"}
+        Which one.
+    m : mapping of str to ndarray, shape (n,)
+        Metrics.
+    scale : Scale
+        Of the runs.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In s.
+    """
     return macro_time(m, scale) if stage == "macro" else micro_time(m, scale)
 
 
 def values(objective: Objective, m: Metrics, scale: Scale) -> Array:
-    """The named objective (n,) alone, finite: `FAILED` where a metric is missing."""
+    """Give the named objective alone.
+
+    Parameters
+    ----------
+    objective : Objective
+        Which one.
+    m : mapping of str to ndarray, shape (n,)
+        Metrics.
+    scale : Scale
+        Of the runs.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Finite: `FAILED` where a metric is missing.
+    """
     return _finite(objective.value(m, scale))
 
 
 def costs(objective: Objective, m: Metrics, scale: Scale) -> Array:
-    """Objective and penalties (n,), finite: `FAILED` where a metric is missing."""
+    """Give objective and penalties.
+
+    Parameters
+    ----------
+    objective : Objective
+        Which one.
+    m : mapping of str to ndarray, shape (n,)
+        Metrics.
+    scale : Scale
+        Of the runs, with the penalties' weights.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Finite: `FAILED` where a metric is missing.
+    """
     found = objective.value(m, scale)
     weights = penalties(objective, {}) if scale.weights is None else scale.weights
     for penalty in PENALTIES[objective.stage]:

@@ -14,16 +14,29 @@ from macromicro.design.response import smoothed
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, png
 from macromicro.models.macro import Linear
 from macromicro.recording import Recording
+from macromicro.runs.sequence import MEAN
 from macromicro.tuning import loops, measuring
 from macromicro.tuning.tune import Tuning
 
 RESPONSE, BODE = "response.png", "bode.png"
 _COLOURS = ((BLUE, "before", "-"), (RED, "after", "--"))
-_MEAN = 21  # samples
 
 
 def drawn(found: Tuning) -> Iterator[tuple[str, bytes]]:
-    """File names and their PNG."""
+    """Draw the figures of a tuning.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Yields
+    ------
+    name : str
+        Of the file.
+    data : bytes
+        Of the PNG.
+    """
     if found.plan.request.stage == "macro":
         yield RESPONSE, _macro(found)
         yield BODE, _bode(found)
@@ -66,7 +79,7 @@ def _micro(found: Tuning) -> bytes:
     figure, axes = new(6.6, 3)
     for k, (colour, name, style) in enumerate(_COLOURS):
         run = found.bench[k].recording
-        t, place = run["t"], smoothed(run["laser"], _MEAN)
+        t, place = run["t"], smoothed(run["laser"], MEAN)
         line(axes[0, 0], t, 1e-3 * place, colour, name, linestyle=style)
         error = 1e3 * run["micro_reference"] - place
         line(axes[1, 0], t, error, colour, name, linestyle=style)

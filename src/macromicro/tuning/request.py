@@ -24,9 +24,30 @@ EVALUATIONS, SEED, AGGREGATE, BENCHES, HELD_OUT = 300, 0, "worst", 16, 200
 class Request(NamedTuple):
     """What is wanted; None: not said, so the default, which is a constant of this module.
 
-    `law`: by default the settings' own; `on`: model or bench, by default the model where it
-    has the law; `aggregate`, `benches` of the ensemble that is searched on and `held_out`
-    benches that judge, if `robust`; `penalties`: weights by name, as in `objectives`.
+    Attributes
+    ----------
+    stage : {"macro", "micro"}
+        To be tuned.
+    objective : str
+        As in `objectives`.
+    law : str, optional
+        By default the settings' own.
+    evaluations, seed : int, optional
+        The budget, and of the search.
+    settings : Settings
+        The bench and its controller.
+    on : {"model", "bench"}, optional
+        By default the model where it has the law.
+    route : {"optimise", "thesis"}
+        By search, or as Section 4.3.3 does.
+    robust : bool
+        On an ensemble of benches.
+    aggregate : {"worst", "q95"}, optional
+        How their costs become one.
+    benches, held_out : int, optional
+        To search on, and to judge by.
+    penalties : tuple of (str, float)
+        Weights by name, as in `objectives`.
     """
 
     stage: str
@@ -45,10 +66,31 @@ class Request(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """A request that was found good. `engine`: a job's name; `start`: the settings with the
-    law chosen; `evaluations`: the budget, or the thesis' route's trials; `ensemble` of a
-    robust search, and `held_out`, the fresh one that judges what it found; `weights` of all
-    penalties by name."""
+    """A request that was found good.
+
+    Attributes
+    ----------
+    request : Request
+        What is wanted.
+    law : Law
+        To be searched.
+    objective : Objective
+        To be minimised.
+    engine : str
+        A job's name.
+    start : Settings
+        With the law chosen.
+    evaluations : int
+        The budget, or the thesis' route's trials.
+    seed : int
+        Of the search.
+    ensemble : Ensemble or None
+        Of a robust search.
+    held_out : Ensemble or None
+        The fresh one that judges what it found.
+    weights : dict of str to float
+        Of all penalties by name.
+    """
 
     request: Request
     law: Law
@@ -63,8 +105,23 @@ class Plan(NamedTuple):
 
 
 def check(request: Request) -> Plan:
-    """A request's plan. Raises `InputError` for anything wrong with it, an option that would
-    have no effect among that."""
+    """Make a request's plan.
+
+    Parameters
+    ----------
+    request : Request
+        What is wanted.
+
+    Returns
+    -------
+    Plan
+        That can be followed.
+
+    Raises
+    ------
+    InputError
+        Anything wrong with it, an option that would have no effect among that.
+    """
     stage = request.stage
     _one_of("stage", stage, STAGES)
     _one_of("--route", request.route, ROUTES)

@@ -41,7 +41,17 @@ _MARGINS = (
 
 
 class Line(NamedTuple):
-    """A row of the table: what, before, after, unit."""
+    """A row of the table.
+
+    Attributes
+    ----------
+    name : str
+        What.
+    before, after : float
+        In `unit`.
+    unit : str
+        For a person.
+    """
 
     name: str
     before: float
@@ -50,7 +60,18 @@ class Line(NamedTuple):
 
 
 def measured(found: Tuning) -> list[Line]:
-    """The metrics on the bench, and the cost there."""
+    """Give the metrics on the bench, and the cost there.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    list of Line
+        For the table.
+    """
     lines, objective = _metrics(found), found.plan.objective
     lines.append(Line(f"objective ({objective.name})", *found.bench_values, objective.unit))
     lines.append(Line("with penalties", *found.bench_costs, objective.unit))
@@ -73,7 +94,18 @@ def _metrics(found: Tuning) -> list[Line]:
 
 
 def bounds(found: Tuning) -> list[Line]:
-    """Margins with the linear model; for the micro-stage the one that was measured."""
+    """Give the margins with the linear model; for the micro-stage the one that was measured.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    list of Line
+        For the table.
+    """
     if found.margins is not None:
         first, last = found.margins
         return [
@@ -84,7 +116,18 @@ def bounds(found: Tuning) -> list[Line]:
 
 
 def gains(found: Tuning) -> list[Line]:
-    """The law's gains."""
+    """Give the law's gains.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    list of Line
+        For the table.
+    """
     law, pair = found.plan.law, (found.plan.start, found.tuned)
     sets = [getattr(s.controller, law.field) for s in pair]
     units = {e.path: e.par.unit for e in entries(sets[0])}
@@ -92,7 +135,18 @@ def gains(found: Tuning) -> list[Line]:
 
 
 def text(found: Tuning) -> Iterator[str]:
-    """Lines of plain text."""
+    """Put a tuning into plain text.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Yields
+    ------
+    str
+        A line.
+    """
     blocks = (
         ("gains", gains(found)),
         ("on the bench", measured(found)),
@@ -107,7 +161,18 @@ def text(found: Tuning) -> Iterator[str]:
 
 
 def remarks(found: Tuning) -> Iterator[str]:
-    """Sentences: the search, and whether it was any good."""
+    """Say how the search went, and whether it was any good.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Yields
+    ------
+    str
+        A sentence.
+    """
     plan = found.plan
     before, after = found.engine_costs
     if plan.request.route != "thesis":

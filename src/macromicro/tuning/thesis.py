@@ -54,11 +54,26 @@ TRIALS = len(RATIOS) + len(FREQUENCIES) + 1
 
 
 class Trial(NamedTuple):
-    """One controller on the tuned model: effort as asked for, before the limit.
+    """A step of 3000 counts on the tuned model.
 
-    crossover on the linear model; first, peak: |effort| [V] of the first sample and the
-    largest after it; saturated: samples after the first beyond the limit; overshoot
-    [counts]; settled [s]: to within 2 %; position [counts] and effort [V], (n,).
+    Attributes
+    ----------
+    taps : PdTaps
+        The PD.
+    crossover : Crossover
+        With the position model (4.4).
+    first : float
+        Effort asked for at the first sample [V].
+    peak : float
+        The largest after it [V].
+    saturated : int
+        Samples after the first beyond the limit.
+    overshoot : float
+        Counts.
+    settled : float
+        Settling time [s] into 2 %; NaN where it never does.
+    position, effort : ndarray
+        Of every sample, counts and V.
     """
 
     taps: PdTaps
@@ -76,10 +91,28 @@ def tuned(
     tell: Callable[[int, float], None],
     control: Control = Control(),  # noqa: B008
 ) -> tuple[PdTaps, tuple[Row, ...]]:
-    """The route's taps for the PD law that `control` chooses, and a row for each trial.
+    """Follow the thesis' route for the PD law that a controller chooses.
 
-    The rule that ends it, in steps of 0.05 rad/s, is `chosen`; raises
-    `InputError` where that finds nothing.
+    The rule that ends it, in steps of 0.05 rad/s, is `chosen`.
+
+    Parameters
+    ----------
+    tell : callable
+        Hears trials made and the settling time of the last.
+    control : Control
+        With the law, its dead-zone inverse and limit.
+
+    Returns
+    -------
+    taps : PdTaps
+        That the route ends with.
+    rows : tuple of dict
+        One for each trial.
+
+    Raises
+    ------
+    InputError
+        The rule finds nothing.
     """
     law = control_settings.prepare(control).macro
     held, width, limit = derivative_time(control), law.dead_zone, law.limit
@@ -94,8 +127,19 @@ def tuned(
 
 
 def derivative_time(control: Control) -> float:
-    """The derivative time [s] of the chosen PD; that of (4.10) where it has no lead, as (4.9),
-    because without one no crossover keeps the step from overshooting."""
+    """Give the derivative time of the chosen PD.
+
+    Parameters
+    ----------
+    control : Control
+        With the law.
+
+    Returns
+    -------
+    float
+        In s; that of (4.10) where the law has no lead, as (4.9), because without one no crossover
+        keeps the step from overshooting.
+    """
     mine = PdTaps(*(control.pd_initial if control.macro_law == "pd-initial" else control.pd_tuned))
     if mine.proportional > 0.0 and mine.before < 0.0:
         return mine.derivative_time(DT)
@@ -118,12 +162,40 @@ def _row(swept: str, value: float, trial: Trial) -> Row:
 
 
 def crossover(taps: PdTaps, linear: Linear = Linear()) -> Crossover:  # noqa: B008
-    """Gain crossover of D(z) with the position model (4.4)."""
+    """Give the gain crossover of D(z) with the position model (4.4).
+
+    Parameters
+    ----------
+    taps : PdTaps
+        Of D(z).
+    linear : Linear
+        The model's (4.3).
+
+    Returns
+    -------
+    Crossover
+        The first one.
+    """
     return first_crossover(*open_loop(taps, *position_transfer(linear)), linear.dt)
 
 
 def with_taps(taps: PdTaps, limit: float = LIMIT, dead_zone: float = DEAD_ZONE) -> MacroLaw:
-    """The tuned controller with other taps; `limit`, `dead_zone` [V] of its inverse."""
+    """Give the tuned controller with other taps.
+
+    Parameters
+    ----------
+    taps : PdTaps
+        Of the PD.
+    limit : float
+        Of its effort [V].
+    dead_zone : float
+        That its inverse lifts by [V].
+
+    Returns
+    -------
+    MacroLaw
+        To be run.
+    """
     return law("pd-tuned").with_gains(PdTuned(*taps))._replace(limit=limit, dead_zone=dead_zone)
 
 
@@ -133,8 +205,24 @@ def trial(
     dead_zone: float = DEAD_ZONE,
     limit: float = LIMIT,
 ) -> Trial:
-    """A step of 3000 counts on the tuned model, which saturates by itself at `limit` [V] or
-    its own; `dead_zone` [V]: of the law's inverse, whatever the model's friction."""
+    """Run a step of 3000 counts on the tuned model, which saturates by itself.
+
+    Parameters
+    ----------
+    taps : PdTaps
+        Of the PD.
+    model : MacroModel
+        As printed by default.
+    dead_zone : float
+        Of the law's inverse [V], whatever the model's friction.
+    limit : float
+        The model saturates at it [V] or at its own.
+
+    Returns
+    -------
+    Trial
+        What it shows.
+    """
     reference = np.full(round(SECONDS / DT), STEP)
     model = model._replace(limit=min(model.limit, limit))
     x, effort = macro.closed_loop(model, with_taps(taps, math.inf, dead_zone), reference)
@@ -153,21 +241,56 @@ def trial(
 
 
 def at_ratio(ratio: float) -> PdTaps:
-    """The PD of a damping ratio at the lowest frequency that allows it (Section 4.3.3)."""
+    """Give the PD of a damping ratio at the lowest frequency that allows it (Section 4.3.3).
+
+    Parameters
+    ----------
+    ratio : float
+        Of damping.
+
+    Returns
+    -------
+    PdTaps
+        The PD.
+    """
     num, den = position_transfer(Linear())
     margin = damping_margin(ratio)
     return pd_by_margin(num, den, DT, lowest_frequency(num, den, DT, margin), margin)
 
 
 def sweep_ratios(dead_zone: float = DEAD_ZONE, limit: float = LIMIT) -> dict[float, Trial]:
-    """Figure 4.22: damping ratios, each at its lowest phase-margin frequency."""
+    """Try damping ratios, each at its lowest phase-margin frequency (Figure 4.22).
+
+    Parameters
+    ----------
+    dead_zone, limit : float
+        Of the law [V].
+
+    Returns
+    -------
+    dict of float to Trial
+        By ratio.
+    """
     return {r: trial(at_ratio(r), dead_zone=dead_zone, limit=limit) for r in RATIOS}
 
 
 def sweep_frequencies(
     derivative_time: float | None = None, dead_zone: float = DEAD_ZONE, limit: float = LIMIT
 ) -> dict[float, Trial]:
-    """Figure 4.23: falling crossovers [rad/s] at one derivative time [s], that of (4.10)."""
+    """Try falling crossovers at one derivative time (Figure 4.23).
+
+    Parameters
+    ----------
+    derivative_time : float, optional
+        In s; that of (4.10) by default.
+    dead_zone, limit : float
+        Of the law [V].
+
+    Returns
+    -------
+    dict of float to Trial
+        By crossover [rad/s].
+    """
     return {w: _at(w, derivative_time, dead_zone, limit) for w in FREQUENCIES}
 
 
@@ -180,11 +303,30 @@ def _at(crossing: float, derivative_time: float | None, dead_zone: float, limit:
 def chosen(
     derivative_time: float | None = None, dead_zone: float = DEAD_ZONE, limit: float = LIMIT
 ) -> Trial:
-    """The stated rule: keep the derivative time [s], by default that of (4.10), and lower the
-    crossover from 9.91 rad/s in steps of 0.05 until the tuned model neither overshoots by
-    half a count nor asks for more than `limit` [V] after the first sample. Raises
-    `InputError` where no crossover down to 0.5 rad/s does, as with a dead-zone inverse near
-    the limit or too short a derivative time."""
+    """Follow the stated rule.
+
+    It keeps the derivative time and lowers the crossover from 9.91 rad/s in steps of 0.05 until the
+    tuned model neither overshoots by half a count nor asks for more than the limit after the first
+    sample.
+
+    Parameters
+    ----------
+    derivative_time : float, optional
+        In s; that of (4.10) by default.
+    dead_zone, limit : float
+        Of the law [V].
+
+    Returns
+    -------
+    Trial
+        The first that meets the rule.
+
+    Raises
+    ------
+    InputError
+        No crossover down to 0.5 rad/s does, as with a dead-zone inverse near the limit or too short
+        a derivative time.
+    """
     for w in np.arange(FREQUENCIES[0], 0.5, -0.05):
         found = _at(float(w), derivative_time, dead_zone, limit)
         if found.saturated == 0 and found.overshoot < SMALL:
@@ -199,7 +341,13 @@ def chosen(
 
 
 def ratio_below_limit() -> float:
-    """The least damping ratio whose effort stays within 5 V on the step, by bisection."""
+    """Give the least damping ratio whose effort stays within 5 V on the step.
+
+    Returns
+    -------
+    float
+        By bisection, to 1e-4.
+    """
     low, high = 1.0, 4.0
     while high - low > 1e-4:
         middle = 0.5 * (low + high)

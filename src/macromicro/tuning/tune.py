@@ -37,8 +37,15 @@ __all__ = [
 
 
 class HeldOut(NamedTuple):
-    """What fresh benches say: costs and the named objective before and after, aggregated, and
-    on how many of the benches the tuned law costs less."""
+    """What fresh benches say, before and after.
+
+    Attributes
+    ----------
+    costs, values : (float, float)
+        With penalties, and the named objective alone, aggregated.
+    cheaper : int
+        On how many of the benches the tuned law costs less.
+    """
 
     costs: tuple[float, float]
     values: tuple[float, float]
@@ -48,14 +55,34 @@ class HeldOut(NamedTuple):
 class Tuning(NamedTuple):
     """What a search gave; pairs are before and after.
 
-    `tuned`: settings with the new gains, the old ones where nothing better was found.
-    `engine_costs`: on the engine, aggregated over its benches; `bench`: runs on the full
-    bench, `bench_costs` what they cost with penalties, `bench_values` what is named of it
-    alone; `robust_costs`: aggregated over full benches of the
-    ensemble that was searched on, `held_out` over fresh ones. `margins` with the linear model
-    (macro), `ripple_margins`: measured (micro).
-    `history`: the least cost after each generation; `trials`: the thesis' route's sweeps;
-    `rejected`: cheaper designs that were passed over (micro), see `loops.holds`.
+    Attributes
+    ----------
+    plan : Plan
+        That was followed.
+    tuned : Settings
+        With the new gains, the old ones where nothing better was found.
+    evaluations : int
+        That were made.
+    engine_costs : (float, float)
+        On the engine, aggregated over its benches.
+    bench : (Shown, Shown)
+        Runs on the full bench.
+    bench_costs, bench_values : (float, float)
+        What they cost with penalties, and what is named of it alone.
+    robust_costs : (float, float) or None
+        Over full benches of the ensemble that was searched on.
+    held_out : HeldOut or None
+        Over fresh ones.
+    margins : (Margins, Margins) or None
+        With the linear model (macro).
+    ripple_margins : (float, float) or None
+        Measured (micro).
+    history : tuple of float
+        The least cost after each generation.
+    trials : tuple of dict
+        The thesis' route's sweeps.
+    rejected : int
+        Cheaper designs that were passed over (micro), see `loops.holds`.
     """
 
     plan: Plan
@@ -87,15 +114,48 @@ class Tuning(NamedTuple):
 
 
 def tune(request: Request, tell: Tell = lambda done, best: None) -> Tuning:
-    """Search and judge; `tell` hears evaluations done and the least cost so far.
+    """Search and judge.
 
-    Raises `InputError` for a request that cannot be met.
+    Parameters
+    ----------
+    request : Request
+        What is wanted.
+    tell : callable
+        Hears evaluations done and the least cost so far.
+
+    Returns
+    -------
+    Tuning
+        Before and after.
+
+    Raises
+    ------
+    InputError
+        The request cannot be met.
     """
     return judge(search(check(request), tell))
 
 
 class Searched(NamedTuple):
-    """A search's gains and what it took: see `Tuning`."""
+    """A search's gains and what it took; the rest as in `Tuning`.
+
+    Attributes
+    ----------
+    plan : Plan
+        That was followed.
+    gains : ndarray, shape (gains,)
+        The best, in stored units.
+    evaluations : int
+        That were made.
+    engine_costs : (float, float)
+        Before and after.
+    history : tuple of float
+        The least cost after each generation.
+    trials : tuple of dict
+        The thesis' route's sweeps.
+    rejected : int
+        Cheaper designs that were passed over.
+    """
 
     plan: Plan
     gains: Array
@@ -107,12 +167,36 @@ class Searched(NamedTuple):
 
 
 def prepare(plan: Plan) -> None:
-    """Compile what the search needs, or load it from the cache, so that it need not wait."""
+    """Compile what the search needs, or load it from the cache, so that it need not wait.
+
+    Parameters
+    ----------
+    plan : Plan
+        To be followed.
+    """
     engine_costs(plan)
 
 
 def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
-    """The best gains by the plan's route. Raises `InputError` where the thesis' finds none."""
+    """Search for the best gains by the plan's route.
+
+    Parameters
+    ----------
+    plan : Plan
+        To be followed.
+    tell : callable
+        Hears evaluations done and the least cost so far.
+
+    Returns
+    -------
+    Searched
+        Gains that are not judged yet.
+
+    Raises
+    ------
+    InputError
+        The thesis' route finds none.
+    """
     costs = engine_costs(plan)
     present = laws.gains_of(plan.start.controller, plan.law)
     before = float(costs(present[None, :])[0])
@@ -149,7 +233,18 @@ def _holds(plan: Plan, gains: Array) -> bool:
 
 
 def engine_costs(plan: Plan) -> Callable[[Array], Array]:
-    """Costs (n,) of gains (n, gains) on the plan's engine, over the ensemble if there is one."""
+    """Make the function that is minimised.
+
+    Parameters
+    ----------
+    plan : Plan
+        To be followed.
+
+    Returns
+    -------
+    callable
+        Costs (n,) of gains (n, gains) on the plan's engine, over the ensemble if there is one.
+    """
     each, ensemble = _each(plan, plan.engine, plan.ensemble), plan.ensemble
     return lambda gains: each(gains)[:, 0] if ensemble is None else ensemble.total(each(gains))
 
@@ -176,7 +271,18 @@ def _scale(plan: Plan, first: dict[str, Array]) -> Scale:
 
 
 def judge(found: Searched) -> Tuning:
-    """Before and after on the full bench, with margins."""
+    """Run before and after on the full bench, and give the margins.
+
+    Parameters
+    ----------
+    found : Searched
+        By `search`.
+
+    Returns
+    -------
+    Tuning
+        Before and after.
+    """
     plan, start = found.plan, found.plan.start
     stage = plan.request.stage
     tuned = start._replace(controller=laws.with_gains(start.controller, plan.law, found.gains))
@@ -235,10 +341,32 @@ def _two(costs: Array) -> tuple[float, float]:
 
 
 def macro(**options: Any) -> Tuning:
-    """Tune a law of the macro-stage; options as in `Request`."""
+    """Tune a law of the macro-stage.
+
+    Parameters
+    ----------
+    **options : Any
+        As in `Request`.
+
+    Returns
+    -------
+    Tuning
+        Before and after.
+    """
     return tune(Request("macro", **options))
 
 
 def micro(**options: Any) -> Tuning:
-    """Tune a law of the micro-stage; options as in `Request`."""
+    """Tune a law of the micro-stage.
+
+    Parameters
+    ----------
+    **options : Any
+        As in `Request`.
+
+    Returns
+    -------
+    Tuning
+        Before and after.
+    """
     return tune(Request("micro", **options))

@@ -132,8 +132,7 @@ COMMANDS = (
     Command(
         "MOVE[:ABSolute]?",
         _asked("whole", 1e3, lambda session: session.instrument.target()),
-        "Where the whole positioner is going or is held; or the ends between which it may "
-        "go.",
+        "Where the whole positioner is going or is held; or the ends between which it may go.",
         (_WHICH,),
         answer="position mm; 9.91E37 where it goes nowhere and holds nothing",
     ),

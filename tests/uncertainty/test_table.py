@@ -1,0 +1,85 @@
+"""The table of what is not known about a machine."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro.schema.par import entries
+from macromicro.settings import Settings
+from macromicro.uncertainty import table
+from macromicro.uncertainty.machines import centre, on_model
+from macromicro.uncertainty.table import FACTOR, UNCERTAIN, VALUE, of_stage
+
+BASE = Settings()
+KNOWN = {e.path: e.value for e in entries(BASE)}
+BY_NAME = {u.name: u for u in UNCERTAIN}
+
+
+def test_table_names_parameters_and_sources() -> None:
+    assert len(BY_NAME) == len(UNCERTAIN)
+    for u, nominal in zip(UNCERTAIN, centre(BASE, UNCERTAIN), strict=True):
+        assert u.low < u.high
+        assert u.low <= nominal <= u.high, u.name
+        assert u.meaning
+        assert u.source
+        assert all(isinstance(KNOWN[path], float) for path, _ in u.parts)
+
+
+def test_no_two_move_the_same_setting() -> None:
+    paths = [path for u in UNCERTAIN for path, _ in u.parts]
+    assert len(set(paths)) == len(paths)
+
+
+def test_asked_for_ranges() -> None:
+    for name in ("coulomb", "stribeck", "viscous"):
+        assert (BY_NAME[name].kind, BY_NAME[name].low, BY_NAME[name].high) == (FACTOR, 0.7, 1.3)
+    assert (BY_NAME["ambient"].kind, BY_NAME["ambient"].low, BY_NAME["ambient"].high) == (
+        VALUE,
+        15.0,
+        35.0,
+    )
+
+
+def test_each_row_belongs_to_one_stage() -> None:
+    assert {*of_stage("macro"), *of_stage("micro")} == set(UNCERTAIN)
+    assert not {*of_stage("macro")} & {*of_stage("micro")}
+
+
+def model(changes: dict[str, float]) -> dict[str, float]:
+    """Gain and pole of (4.2) and the breakaway in volts, of the default bench's own parameters
+    times these factors, by the names of the table's rows."""
+    f = {name: changes.get(name, 1.0) for name in BY_NAME}
+    bench = BASE.bench
+    constant = f["motor_constant"] * bench.motor.constant
+    per_volt = constant / (bench.motor.resistance * bench.motor.pulley)
+    mass = f["mass"] * bench.carriage.mass
+    drag = f["viscous"] * bench.friction.viscous + per_volt * constant / bench.motor.pulley
+    kinetic = f["coulomb"] * (bench.friction.coulomb + bench.friction.ripple)
+    breakaway = kinetic + f["stribeck"] * bench.friction.stribeck
+    return {
+        table.GAIN: per_volt / mass,
+        table.POLE: drag / mass,
+        table.WIDTH: breakaway / per_volt,
+    }
+
+
+@pytest.mark.parametrize("name", [u.name for u in of_stage("macro")])
+def test_the_model_follows_the_bench(name: str) -> None:
+    """The powers are the logarithmic derivatives of (4.2) and of the breakaway, to 0.01."""
+    step = 1.0 + 1e-6
+    before, after = model({}), model({name: step})
+    for quantity, nominal in before.items():
+        power = math.log(after[quantity] / nominal) / math.log(step)
+        assert dict(BY_NAME[name].model).get(quantity, 0.0) == pytest.approx(power, abs=0.01)
+
+
+def test_only_factors_reach_the_model() -> None:
+    assert all(u.kind == FACTOR for u in UNCERTAIN if u.model)
+    rows = of_stage("macro")
+    amounts = np.ones((2, len(rows)))
+    amounts[1, [u.name for u in rows].index("mass")] = 2.0
+    assert on_model(rows, amounts, table.GAIN).tolist() == [1.0, 0.5]
+    assert on_model(rows, amounts, table.WIDTH).tolist() == [1.0, 1.0]
