@@ -11,9 +11,9 @@ import functools
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro import loop
+from macromicro.arrays import Array
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.control.pi import PiAntiWindup
@@ -23,8 +23,6 @@ from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Bench, Plant, Sensors
 from macromicro.rig.twin import noise_source
-
-Array = npt.NDArray[np.float64]
 
 DT = PERIOD
 LOW, HIGH = 1.3, 1.72

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import nominal
+from macromicro.arrays import Array
 from macromicro.control import macro, pi, supervisor
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.supervisor import DONE, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import Plant, State, Truth
-from macromicro.recorded import ROWS, Block, inside, note
+from macromicro.recorded import ROWS, inside, note
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
@@ -56,7 +57,7 @@ def run(
     reference: Any,
     dt: float,
     state: Any,
-    sink: Callable[[Block], None] | None = None,
+    sink: Callable[[Array], None] | None = None,
     periods: int | None = None,
 ) -> Any:
     """Drive a guarded rig until the reference is completed, a fault trips, or `periods` pass.
@@ -76,7 +77,7 @@ def run(
         Control period, s.
     state : Any
         The controller's at the start.
-    sink : Callable[[Block], None] | None, optional
+    sink : Callable[[Array], None] | None, optional
         Takes a block of shape (columns, 1) each period, rows as in `COLUMNS`; quantities that only
         a bench knows are NaN on a real rig.
     periods : int | None, optional
@@ -200,9 +201,9 @@ def stage(
     s: State,
     law: PiAntiWindup,
     closed: bool,
-    targets: Block,
-    noise: Block,
-    out: Block,
+    targets: Array,
+    noise: Array,
+    out: Array,
     every: int,
     dt: float,
 ) -> State:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from macromicro.arrays import Array
 from macromicro.columns import Column, Quantity, layout, put
 from macromicro.control import macro
 from macromicro.control.supervisor import FAULT, Progress
@@ -16,8 +14,6 @@ from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Watch
 from macromicro.types import Command, Outputs, Sample
-
-Block = npt.NDArray[np.float64]
 
 
 class Inside(NamedTuple):
@@ -90,7 +86,7 @@ def inside(progress: Progress, watch: Watch) -> Inside:
 
 @kernel
 def note(
-    out: Block,
+    out: Array,
     k: int,
     sample: Sample,
     command: Command,

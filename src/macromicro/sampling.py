@@ -13,9 +13,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from macromicro.arrays import Array
+
 Seed = int | tuple[int, ...]
 
 METHODS = ("random", "lhs", "sobol")

@@ -10,11 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
-
-Array = NDArray[np.float64]
 
 _EARLY = 1e-9
 

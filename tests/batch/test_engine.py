@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from macromicro import batch
+from macromicro.arrays import Array
 from macromicro.batch import Metric, Trajectories, Variants
-from macromicro.batch.variants import Array
 from macromicro.errors import InputError
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.hysteresis.everett import Array
+from macromicro.arrays import Array
 
 
 class Relays(NamedTuple):

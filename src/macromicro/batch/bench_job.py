@@ -7,17 +7,9 @@ import math
 import numpy as np
 
 from macromicro import loop
+from macromicro.arrays import Array
 from macromicro.batch.scratch import Scratch, scratch
-from macromicro.batch.variants import (
-    SEED,
-    Array,
-    Metric,
-    Trajectories,
-    Variants,
-    applied,
-    checked,
-    seeds,
-)
+from macromicro.batch.variants import SEED, Metric, Trajectories, Variants, applied, checked, seeds
 from macromicro.batch.variants import table as parameters
 from macromicro.errors import InputError
 from macromicro.kernel import compiled

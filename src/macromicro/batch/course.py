@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from macromicro.batch.variants import Array, Metric
+from macromicro.arrays import Array
+from macromicro.batch.variants import Metric
 from macromicro.kernel import kernel
 
 BAND = 0.02  # share of the step within which it has settled

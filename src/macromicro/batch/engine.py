@@ -13,7 +13,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
-from macromicro.batch.variants import Array, Job, Trajectories, Variants
+from macromicro.arrays import Array
+from macromicro.batch.variants import Job, Trajectories, Variants
 from macromicro.errors import InputError
 
 AHEAD = 2  # pieces a thread that may wait for their turn to be given

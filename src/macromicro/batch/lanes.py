@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.batch import course
 from macromicro.batch.course import Course, Task
-from macromicro.batch.variants import Array
 from macromicro.control import macro as control
 from macromicro.control import pd
 from macromicro.kernel import kernel

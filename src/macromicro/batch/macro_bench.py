@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.batch import course
 from macromicro.batch.course import METRICS, SMALLEST, Course, Task
 from macromicro.batch.variants import (
-    Array,
     Trajectories,
     Variants,
     applied,

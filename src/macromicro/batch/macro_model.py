@@ -7,9 +7,10 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.batch import course, lanes
 from macromicro.batch.course import METRICS, SMALLEST
-from macromicro.batch.variants import Array, Trajectories, Variants, applied, checked, named, table
+from macromicro.batch.variants import Trajectories, Variants, applied, checked, named, table
 from macromicro.control import settings
 from macromicro.control.macro import MacroLaw
 from macromicro.control.pd import PdTuned

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 
-from macromicro.batch.variants import Array
+from macromicro.arrays import Array
 from macromicro.loop import PERIOD
 from macromicro.recorded import COLUMNS, NAMES
 from macromicro.recording import Recording

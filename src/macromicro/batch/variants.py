@@ -6,16 +6,14 @@ from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.schema.config import check
 from macromicro.schema.keys import EXACT
 from macromicro.schema.par import Entry, changed, entries
-
-Array = npt.NDArray[np.float64]
 
 SEED = "seed"  # beside the tree's paths: the seed of the measurement noise
 
@@ -173,8 +171,10 @@ def table(tree: Any) -> Known:
 def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Known:
     """The parameters at `paths`, by path.
 
-    Raises `InputError` for an unknown path (`extra` are known, too), a path named twice, a
-    parameter that is no number.
+    Raises
+    ------
+    InputError
+        An unknown path (`extra` are known, too), a path named twice, a parameter that is no number.
     """
     found = {}
     for path in paths:

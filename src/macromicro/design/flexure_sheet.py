@@ -10,11 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.design.checks import positive, sheet
-
-Array = npt.NDArray[np.float64]
 
 GRAM_FORCE = 9.80665e-3  # N
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 
-Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
 _GRID = 4000

@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from macromicro import nominal
+from macromicro.arrays import Array
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
 from macromicro.programme import MACRO, Programme
@@ -27,8 +27,6 @@ MICRO_BAND = 10.0
 MEAN = 0.5
 DWELL = 0.2
 SMOOTH = 0.021
-
-Floats = NDArray[np.float64]
 
 
 class MoveResult(NamedTuple):
@@ -157,7 +155,7 @@ def _spans(recording: Recording, programme: Programme) -> Iterator[_Span]:
     return reversed(spans)
 
 
-def entry(error: Floats, band: float, dt: float, dwell: float) -> int | None:
+def entry(error: Array, band: float, dt: float, dwell: float) -> int | None:
     """First row from which an error stays within a band to the end. A NaN counts as outside.
 
     Parameters
@@ -199,7 +197,7 @@ def tail(rows: int, dt: float) -> int:
     return max(1, min(round(MEAN / dt), rows // 2))
 
 
-def smoothed(y: Floats, width: int) -> Floats:
+def smoothed(y: Array, width: int) -> Array:
     """Centred mean; the window shrinks evenly towards the ends.
 
     Parameters
@@ -218,7 +216,7 @@ def smoothed(y: Floats, width: int) -> Floats:
     sums = np.concatenate(([0.0], np.cumsum(y)))
     at = np.arange(n)
     half = np.minimum(np.minimum(at, n - 1 - at), width // 2)
-    mean: Floats = (sums[at + half + 1] - sums[at - half]) / (2 * half + 1)
+    mean: Array = (sums[at + half + 1] - sums[at - half]) / (2 * half + 1)
     return mean
 
 
@@ -227,7 +225,7 @@ def _number(value: Any) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _beyond(error: Floats) -> float | None:
+def _beyond(error: Array) -> float | None:
     """How far beyond the target: `error` changes sign in the direction of the move."""
     known = error[np.isfinite(error)]
     if not len(known):

@@ -8,11 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.nominal import PERIOD
-
-Array = npt.NDArray[np.float64]
 
 DT = PERIOD
 ARRIVED = 2.0  # counts; the tolerance of the default sequence

@@ -10,14 +10,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design.response import PITCH
 from macromicro.programme import MACRO, MICRO, Programme
 from macromicro.recording import Recording
-
-Floats = NDArray[np.float64]
 
 FEWEST = 20  # targets, and at most ...
 LONGEST = 0.25  # ... this median time from one to the next [s]
@@ -77,9 +75,9 @@ class Course(NamedTuple):
         In the stage's unit.
     """
 
-    t: Floats
-    reference: Floats
-    reading: Floats
+    t: Array
+    reference: Array
+    reading: Array
 
 
 def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
@@ -188,7 +186,7 @@ def tracking(recording: Recording, programme: Programme, *, pitch: float = PITCH
     return results
 
 
-def lagging(reference: Floats, reading: Floats, dt: float) -> tuple[float | None, float | None]:
+def lagging(reference: Array, reading: Array, dt: float) -> tuple[float | None, float | None]:
     """Lag of least mean square error, between samples by a parabola.
 
     Parameters
@@ -222,5 +220,5 @@ def lagging(reference: Floats, reading: Floats, dt: float) -> tuple[float | None
     return shift * dt * step, math.sqrt(float(squares[best]))
 
 
-def _rms(values: Floats) -> float:
+def _rms(values: Array) -> float:
     return math.sqrt(float(np.mean(values * values)))

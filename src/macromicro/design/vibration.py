@@ -14,8 +14,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO, WAITING
 from macromicro.design.response import MoveResult
 from macromicro.recording import Recording
@@ -24,8 +24,6 @@ DECAYED = 2.0
 CREEP = 0.05
 SHORTEST = 0.3
 SLOWEST, FASTEST = 3.0, 450.0
-
-Floats = NDArray[np.float64]
 
 
 class Vibration(NamedTuple):
@@ -119,7 +117,7 @@ def vibration(recording: Recording, move: MoveResult) -> Vibration | None:
     )
 
 
-def decaying_sine(y: Floats, dt: float) -> tuple[float, float, float, float] | None:
+def decaying_sine(y: Array, dt: float) -> tuple[float, float, float, float] | None:
     """The decaying sine in a record.
 
     Gauss-Newton on frequency and decay with the linear part solved anew each time (variable

@@ -6,7 +6,8 @@ import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from macromicro.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,8 +24,6 @@ BLUE, RED, GREEN, ORANGE, PURPLE, BLACK = (
 DPI = 110
 WIDTH = 8.6
 BINS = 900
-
-Floats = NDArray[np.float64]
 
 
 def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
@@ -69,7 +68,7 @@ def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Fig
     return figure, axes
 
 
-def thinned(t: Floats, y: Floats, bins: int = BINS) -> tuple[Floats, Floats]:
+def thinned(t: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
     """At most two points a bin, its least and its greatest value, so no peak is lost.
 
     Bins of NaN stay NaN and part the line.
@@ -96,7 +95,7 @@ def thinned(t: Floats, y: Floats, bins: int = BINS) -> tuple[Floats, Floats]:
     return np.repeat(t[edges], 2), np.stack((low, high), axis=1).ravel()
 
 
-def line(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any) -> None:
+def line(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) -> None:
     """Draw a column, thinned.
 
     Parameters
@@ -165,7 +164,7 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def smooth(ax: Any, t: Floats, y: Floats, color: str, label: str, **options: Any) -> None:
+def smooth(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) -> None:
     """Draw every k-th sample, few enough that `line` does not thin them: the peaks that it keeps
     would fill the gaps of a dotted line, and a smooth column has none.
 

@@ -16,8 +16,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis.everett import Array
 
 Kind = Literal["descending", "ascending"]
 KINDS = ("descending", "ascending")

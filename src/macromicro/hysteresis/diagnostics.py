@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis.everett import Array
 
 SHARES = np.linspace(0.0, 1.0, 21)
 

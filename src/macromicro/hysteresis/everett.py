@@ -15,12 +15,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
-
-Array = npt.NDArray[np.float64]
 
 
 class Everett(NamedTuple):

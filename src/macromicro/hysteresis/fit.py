@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.hysteresis.curves import Curve, averaged
-from macromicro.hysteresis.everett import Array
 from macromicro.hysteresis.shape import bounded, monotone_hull, nonnegative_hull, solver
 from macromicro.hysteresis.stencils import Grid, densities, numbered, readings, roughness, slopes
 

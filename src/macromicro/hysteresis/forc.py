@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.curves import CurveWarning
-from macromicro.hysteresis.everett import Array
 from macromicro.schema.text import printable, read_text
 
 _WHAT = "first-order reversal curves in the MicroMag text format"

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 
-from macromicro.hysteresis.everett import Array, Everett, lookup
+from macromicro.arrays import Array
+from macromicro.hysteresis.everett import Everett, lookup
 from macromicro.hysteresis.memory import AT_DOWN, AT_UP, DOWN, UP, Memory, advance
 from macromicro.kernel import kernel
 

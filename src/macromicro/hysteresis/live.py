@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, cast
 
-from macromicro.hysteresis.everett import Array, Everett
+from macromicro.arrays import Array
+from macromicro.hysteresis.everett import Everett
 
 
 class Rows(NamedTuple):

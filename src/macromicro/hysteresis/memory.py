@@ -28,8 +28,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis.everett import Array, Everett, lookup
+from macromicro.hysteresis.everett import Everett, lookup
 from macromicro.kernel import kernel
 
 DEPTH = 256

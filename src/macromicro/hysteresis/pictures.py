@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from macromicro.hysteresis.everett import Array
+from macromicro.arrays import Array
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 

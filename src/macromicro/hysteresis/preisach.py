@@ -9,8 +9,9 @@ from typing import Any, Literal, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis.everett import Array, Everett
+from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.invert import follow, follow_inverse, invert, maximum_for
 from macromicro.hysteresis.live import as_rows, flat, live_advance
 from macromicro.hysteresis.memory import AT_DOWN, DOWN, UP, Memory, peek

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.hysteresis.everett import Array
+from macromicro.arrays import Array
 
 ROUNDS = 800
 _WEIGHED = (20, 60, 150)  # after these rounds the weight is adjusted

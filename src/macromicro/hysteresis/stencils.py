@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.hysteresis.everett import Array
+from macromicro.arrays import Array
 
 Index = npt.NDArray[np.int64]
 

@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.curves import (
     KINDS,
@@ -20,7 +21,7 @@ from macromicro.hysteresis.curves import (
     Kind,
     tidy,
 )
-from macromicro.hysteresis.everett import Array, Everett
+from macromicro.hysteresis.everett import Everett
 from macromicro.hysteresis.fit import branches, fitted
 from macromicro.hysteresis.shape import cells
 from macromicro.hysteresis.stencils import Grid, numbered, readings

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis.everett import Array
 from macromicro.hysteresis.table import MOST_NODES, FodTable
 from macromicro.schema.text import printable, read_text
 

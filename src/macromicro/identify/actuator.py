@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import gain, thermal
@@ -17,8 +17,6 @@ from macromicro.models import actuator
 from macromicro.models.actuator import Actuator, Hysteresis
 from macromicro.models.weighted_gain import Weighted
 from macromicro.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 AMBIENT = 25.0
 # Steps that get this close to the table's end are in saturation: no steady temperature.

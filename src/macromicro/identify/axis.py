@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.kernel import compiled, kernel
-
-Array = npt.NDArray[np.float64]
 
 
 class Axis(NamedTuple):

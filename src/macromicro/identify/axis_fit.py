@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import (
@@ -23,8 +24,6 @@ from macromicro.identify.axis_refine import begun, free_runs, refined
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run, checked
-
-Array = npt.NDArray[np.float64]
 
 _GAIN = 0.02  # a richer structure must lower the hold-out error by this part
 _LEAST = 200

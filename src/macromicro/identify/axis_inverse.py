@@ -15,12 +15,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.axis import Axis
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
-
-Array = npt.NDArray[np.float64]
 
 # Parameters of each structure, from the poorest to the richest.
 STRUCTURES: dict[str, tuple[str, ...]] = {

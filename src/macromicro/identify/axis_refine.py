@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.identify.axis import Axis, simulate
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.spread import autoregression
-
-Array = npt.NDArray[np.float64]
 
 _DRAWS = 60
 _BEFORE = 200  # samples for the noise to settle

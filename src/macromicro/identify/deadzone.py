@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.runs import Run, as_run
 from macromicro.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 
 class Trial(NamedTuple):

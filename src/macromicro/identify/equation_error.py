@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.records import Signals
@@ -21,8 +21,6 @@ from macromicro.identify.regression import (
     settled,
     solved,
 )
-
-Array = npt.NDArray[np.float64]
 
 
 def least_squares(

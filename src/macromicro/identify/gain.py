@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.models.weighted_gain import Exponential, Weighted, weighted
-
-Array = npt.NDArray[np.float64]
 
 
 class GainFit(NamedTuple):

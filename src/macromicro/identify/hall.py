@@ -10,12 +10,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
-
-Array = npt.NDArray[np.float64]
 
 
 class HallFit(NamedTuple):

@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable, Shape
 from macromicro.identify.records import signal
 from macromicro.identify.smoothing import window_means, without_spikes
 from macromicro.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 # Seconds over which a parabola is fitted to the noise that is left: it keeps turning points.
 NOISE_S = 6.0

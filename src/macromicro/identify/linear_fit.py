@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from macromicro.arrays import Array
+
 Complex = npt.NDArray[np.complex128]
 
 

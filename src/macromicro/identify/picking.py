@@ -12,12 +12,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
 from macromicro.identify.reading import Table, parted
 from macromicro.schema.text import printable
-
-Array = npt.NDArray[np.float64]
 
 
 class MissingRowsWarning(DataWarning):

@@ -13,13 +13,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.recording import Recording
 from macromicro.schema.text import printable, read_text
-
-Array = npt.NDArray[np.float64]
 
 WHAT = "a recording (.h5), CSV with a heading, MAT (version 7 or older) or MicroMag file"
 _HDF5, _MATLAB = b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0 MAT-file"

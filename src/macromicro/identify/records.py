@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import SaturationWarning, notice
 
-Array = npt.NDArray[np.float64]
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 

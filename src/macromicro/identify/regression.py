@@ -11,15 +11,14 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.linear_fit import LinearFit, percent, whiteness
 from macromicro.identify.notices import ConvergenceWarning, RestWarning, UnstableWarning, notice
 from macromicro.identify.records import Record, Signals, records
 from macromicro.identify.spread import robust_covariance
 
-Array = npt.NDArray[np.float64]
 Start = Literal["rest", "free"]
 
 MAX_ITERATIONS = 100

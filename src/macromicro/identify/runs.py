@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.notices import ResampledWarning, notice
 from macromicro.identify.records import signal
 from macromicro.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 _EVEN = 0.02  # a time step this part off the median is even enough
 _GAP = 5.0  # a time step of this many medians is a gap

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.records import Signals
 from macromicro.identify.refined import steiglitz_mcbride
@@ -20,8 +20,6 @@ from macromicro.identify.regression import (
     settled,
     stable,
 )
-
-Array = npt.NDArray[np.float64]
 
 
 def output_error(

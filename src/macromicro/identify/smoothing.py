@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.records import signal
 
-Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.actuator import AMBIENT, Judgement, hysteresis, judged
@@ -25,8 +26,6 @@ from macromicro.models.heating import Ladder
 from macromicro.models.stressed import Stressed
 from macromicro.models.weighted_gain import Weighted, weighted
 from macromicro.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 # Below this the actuator does not respond at all (Section 5.3.2).
 SILENT = 1.25

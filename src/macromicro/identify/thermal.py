@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.inference import Doubt, on_cooling, on_heating
@@ -18,8 +18,6 @@ from macromicro.identify.refined import mls
 from macromicro.identify.spread import standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 # A temperature whose band is wider than this [K] says next to nothing.
 WIDEST_BAND = 6.0

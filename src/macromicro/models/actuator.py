@@ -11,13 +11,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.hysteresis import Everett, Memory, advance, fresh
 from macromicro.kernel import compiled, kernel
 from macromicro.models import heating
 from macromicro.models.heating import Heat, Modes
 from macromicro.models.weighted_gain import Weighted, weighted
-
-Array = npt.NDArray[np.float64]
 
 
 class Hysteresis(NamedTuple):

@@ -12,11 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
 from macromicro.models.electrothermal import D0, D1, D2, N0, N1, N2
-
-Array = npt.NDArray[np.float64]
 
 # (5.6): numerator and denominator, highest power of s first.
 PRINTED = ((N2, N1, N0), (1.0, D2, D1, D0))

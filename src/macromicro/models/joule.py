@@ -10,11 +10,10 @@ import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.schema.par import Par
 
-Array = npt.NDArray[np.float64]
 _LIT = "literature value for NiTi"
 
 

@@ -13,13 +13,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control import macro as control
 from macromicro.control.macro import MacroLaw
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import FULL_SCALE, PERIOD
-
-Array = npt.NDArray[np.float64]
 
 LINEAR, INITIAL, TUNED = 0, 1, 2
 

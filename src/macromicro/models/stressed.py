@@ -14,12 +14,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.hysteresis import Memory, advance, fresh, peek
 from macromicro.kernel import compiled, kernel
 from macromicro.models.actuator import Hysteresis
 from macromicro.models.heating import Ladder
-
-Array = npt.NDArray[np.float64]
 
 
 class Stressed(NamedTuple):

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as ENABLED
 from macromicro.design.response import MICRO_BAND, smoothed
 from macromicro.design.tracking import course
@@ -20,8 +20,6 @@ from macromicro.runs.job import Ended
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Floats = NDArray[np.float64]
 
 
 class Drawn(NamedTuple):
@@ -66,7 +64,7 @@ def draw(ended: Ended) -> Iterator[Drawn]:
             yield drawn
 
 
-def fine_laser(recording: Recording) -> Floats:
+def fine_laser(recording: Recording) -> Array:
     """The laser while the micro-stage is enabled.
 
     Parameters

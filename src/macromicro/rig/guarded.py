@@ -7,15 +7,14 @@ from types import TracebackType
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.kernel import compiled
 from macromicro.rig import guard, sensing, watching
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
 from macromicro.types import SAFE, Clock, Command, Outputs, Rig, Sample
 
-_Row = npt.NDArray[np.float64]
 IDLE = Command(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -144,7 +143,9 @@ _OUTPUTS = _COMMAND + len(Command._fields)
 _ASKED = _OUTPUTS + len(Outputs._fields)
 
 
-def _guard(p: Guard, s: Watch, asked: _Row, answer: _Row, state: _Row, dt: float) -> Iterator[int]:
+def _guard(
+    p: Guard, s: Watch, asked: Array, answer: Array, state: Array, dt: float
+) -> Iterator[int]:
     """The guard as a coroutine: each `next` does what `asked` orders and gives the fault that
     is latched, if any. Judging fills `answer` with outputs, temperature and doubt; `state` is the
     whole watch, to be looked at or replaced."""

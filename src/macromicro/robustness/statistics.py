@@ -6,12 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from macromicro.arrays import Array
 
 CONFIDENCE = 0.95
 LEAST = 10  # rows for a rank correlation
-
-Floats = NDArray[np.float64]
 
 
 class Share(NamedTuple):
@@ -92,7 +91,7 @@ class Spread(NamedTuple):
     most: float
 
 
-def spread(values: Floats) -> Spread:
+def spread(values: Array) -> Spread:
     """Tell how a metric is distributed.
 
     Parameters
@@ -114,7 +113,7 @@ def spread(values: Floats) -> Spread:
     return Spread(len(finite) + never, never, float(finite.min()), quantiles, float(finite.max()))
 
 
-def rank_correlation(x: Floats, y: Floats) -> float:
+def rank_correlation(x: Array, y: Array) -> float:
     """Give Spearman's rank correlation of the rows where `y` is known; infinity ranks highest.
 
     Parameters

@@ -7,17 +7,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from macromicro import batch
+from macromicro.arrays import Array
 from macromicro.batch import Job
 from macromicro.robustness.job import variants
 from macromicro.robustness.requirements import Requirement
 from macromicro.settings import Settings
 from macromicro.uncertainty.machines import Sample, centre, draw, refusal, settings_at
 from macromicro.uncertainty.table import UNCERTAIN, Uncertain
-
-Floats = NDArray[np.float64]
 
 LEAST, MOST = 10, 100_000  # machines of a sample
 
@@ -73,9 +71,9 @@ class Study(NamedTuple):
 
     request: Request
     sample: Sample
-    nominal: Floats
-    rows: Floats
-    single: Floats
+    nominal: Array
+    rows: Array
+    single: Array
     impossible: dict[str, str]
     interrupted: bool
 
@@ -117,7 +115,7 @@ def run(
     trees = [base, *machines, *ends.values()]
     seeds = [request.seed + i for i in range(len(machines))]
     seeds = [request.seed, *seeds, *[request.seed] * len(ends)]
-    done: list[Floats] = []
+    done: list[Array] = []
     for _, piece in batch.run(job, variants(uncertain, trees, seeds), request.workers):
         done.extend(piece)
         progress(len(done), len(trees))

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import loop
+from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.control import macro as control
 from macromicro.control import pi, settings
@@ -33,8 +34,6 @@ from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
 from macromicro.runs.machine import Machine, play, recorded
 from macromicro.types import Command, Outputs, Sample
-
-Array = npt.NDArray[np.float64]
 
 DT = PERIOD
 

@@ -9,9 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from macromicro.arrays import Array
 from macromicro.control.calibration import Calibration
 from macromicro.hall_table import profile
 from macromicro.identify.hall import calibrate
@@ -19,8 +17,6 @@ from macromicro.plant import bench
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.runs import drives
 from macromicro.runs.machine import Machine
-
-Array = npt.NDArray[np.float64]
 
 
 def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array]]:

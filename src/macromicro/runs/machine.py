@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.columns import Column, quantities
 from macromicro.control import calibration, macro, settings
 from macromicro.control.calibration import Calibration
@@ -27,7 +27,6 @@ from macromicro.rig.limits import Limits
 from macromicro.rig.session import Fixture, Session
 from macromicro.types import Command, Outputs, Sample
 
-Array = npt.NDArray[np.float64]
 Machine = Plant | Fixture
 Oven = KilnPlant | Fixture
 CycleBed = CyclePlant | Fixture

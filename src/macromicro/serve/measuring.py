@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from macromicro.arrays import Array
 from macromicro.control.live import messages as m
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import INDEX
@@ -28,8 +28,6 @@ _PLACES_M = (20.4e-3, 20.9e-3, 40.3e-3, 22.0e-3)
 _US = 1e6
 _CYCLIC = re.compile(r"Min:\s*(\d+).*Avg:\s*(\d+).*Max:\s*(\d+)")
 
-Times = NDArray[np.float64]
-
 
 class Latency(NamedTuple):
     """What was measured: one value a period, float64[periods], in s.
@@ -40,8 +38,8 @@ class Latency(NamedTuple):
     stopped it early.
     """
 
-    late: Times
-    work: Times
+    late: Array
+    work: Array
     periods: int
     missed: int
     share: float
@@ -65,8 +63,8 @@ def measure(settings: LiveSettings, seconds: float, progress: Callable[[float], 
     `progress` is called with the seconds so far and may end it early by returning False. The
     position file is one of its own: no server is disturbed, but its machine's time is shared.
     """
-    late: list[Times] = []
-    work: list[Times] = []
+    late: list[Array] = []
+    work: list[Array] = []
     share = 0.0
     with tempfile.TemporaryDirectory() as folder:
         station = Station(settings=settings, state=Path(folder) / "position.json")
@@ -116,7 +114,7 @@ class _Driver:
             self._motion = self._begin(m.MoveTo(next(self._places)))
 
 
-def quantiles(times: Times) -> list[float]:
+def quantiles(times: Array) -> list[float]:
     """The quantiles of `SHARES` [s], then the greatest; NaN where nothing was measured."""
     if not len(times):
         return [math.nan] * (len(SHARES) + 1)

@@ -6,15 +6,13 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.schema.keys import only, unknown, whole
 from macromicro.schema.par import Entry
 from macromicro.schema.text import printable
 from macromicro.units import remedy
-
-Array = npt.NDArray[np.float64]
 
 SCALES = ("linear", "log")
 MAX_LEVELS = 10_000  # the spec travels with every task

@@ -168,7 +168,13 @@ def connect(address: str, code: Code) -> Client:
 
 def _reached(address: str, where: str) -> Client:
     """A client of a scheduler that answers. One that found none is closed here: left to the
-    garbage collector, it waits for long and prints a traceback."""
+    garbage collector, it waits for long and prints a traceback.
+
+    Raises
+    ------
+    InputError
+        Nothing answers at `address`.
+    """
     from distributed import Client
 
     _silence()
@@ -274,7 +280,15 @@ class _Flow:
 
     def completed(self) -> Iterator[tuple[Chunk, journal.Block]]:
         """The answers that came within a moment, fetched together; those of workers with
-        other code are none, and end it after the others."""
+        other code are none, and end it after the others.
+
+        Raises
+        ------
+        _lost
+            The connection to the cluster is lost.
+        foreign
+            A worker runs other code.
+        """
         try:
             firsts = [self._done.get(timeout=_POLL)]
         except queue.Empty:

@@ -26,9 +26,9 @@ from typing import NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 
-Array = npt.NDArray[np.float64]
 Spans = npt.NDArray[np.int64]
 
 SUFFIX = ".journal"

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.sweep import journal
 from macromicro.sweep.extras import remedy
-from macromicro.sweep.journal import Array, Block, joined
+from macromicro.sweep.journal import Block, joined
 from macromicro.sweep.origin import Code
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec

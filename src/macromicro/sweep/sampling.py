@@ -9,15 +9,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.sampling import Points
 from macromicro.sweep.spec import Spec
 
 if TYPE_CHECKING:
     from macromicro.batch import Variants
-
-Array = npt.NDArray[np.float64]
 
 
 class Sampler:

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
-from macromicro.sweep.journal import Array, Block
+from macromicro.sweep.journal import Block
 from macromicro.sweep.origin import Code
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.models.macro import discretised
 from macromicro.nominal import PERIOD
@@ -23,8 +23,6 @@ from macromicro.schema.text import printable
 from macromicro.settings import Settings
 from macromicro.uncertainty import machines, table
 from macromicro.uncertainty.table import Uncertain
-
-Array = npt.NDArray[np.float64]
 
 AGGREGATES = ("worst", "q95")
 FEWEST, MOST = 2, 1000

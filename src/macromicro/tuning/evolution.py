@@ -10,11 +10,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.sampling import latin
 
-Array = npt.NDArray[np.float64]
 Costs = Callable[[Array], Array]
 
 PER_KNOB = 10

@@ -12,8 +12,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control.macro import NAMES as MACRO_LAWS
 from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.design.margins import PdTaps
@@ -21,8 +21,6 @@ from macromicro.errors import InputError
 from macromicro.nominal import PERIOD
 from macromicro.schema.par import Entry, entries
 from macromicro.schema.text import printable
-
-Array = npt.NDArray[np.float64]
 
 DECADE = 10.0
 LONGEST_DERIVATIVE = 0.05  # s; five times that of (4.10)

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control.settings import Control
 from macromicro.design.margins import Margins, PdTaps, margins, open_loop
 from macromicro.design.response import smoothed
@@ -21,8 +21,6 @@ from macromicro.runs.sequence import BAND_UM, MEAN, micro_steps
 from macromicro.settings import Settings
 from macromicro.tuning import laws
 from macromicro.tuning.laws import Law
-
-Array = npt.NDArray[np.float64]
 
 _LEVEL, _HOLD, _LATE = 2.0, 8.0, 4.0  # mm, s, s
 MOST = 64.0

@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.batch import micro_bench
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
@@ -25,8 +25,6 @@ from macromicro.recording import Recording
 from macromicro.runs import drives
 from macromicro.runs.programmed import on_twin
 from macromicro.settings import Settings
-
-Array = npt.NDArray[np.float64]
 
 STEP = COUNTS  # counts; the whole travel
 SECONDS = 10.0

@@ -35,12 +35,11 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.schema.text import printable
 
-Array = npt.NDArray[np.float64]
 Metrics = Mapping[str, Array]
 
 FAILED = 1e6

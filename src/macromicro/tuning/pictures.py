@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.design.margins import Array, Complex, crossovers, frequencies, responses
+from macromicro.arrays import Array
+from macromicro.design.margins import Complex, crossovers, frequencies, responses
 from macromicro.design.response import smoothed
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, png
 from macromicro.models.macro import Linear

@@ -16,8 +16,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
@@ -38,7 +38,6 @@ from macromicro.models import macro
 from macromicro.models.macro import Linear, MacroModel, position_transfer
 from macromicro.runs.drives import DT, law
 
-Array = npt.NDArray[np.float64]
 Row = dict[str, float | str]
 
 STEP = 3000.0  # counts, Section 4.3.3

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.design.margins import Margins
 from macromicro.settings import Settings
 from macromicro.tuning import jobs, laws, loops, measuring, objectives, thesis
@@ -17,7 +17,6 @@ from macromicro.tuning.measuring import Shown
 from macromicro.tuning.objectives import Scale
 from macromicro.tuning.request import Plan, Request, check
 
-Array = npt.NDArray[np.float64]
 Tell = Callable[[int, float], None]
 
 __all__ = [

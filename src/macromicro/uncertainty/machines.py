@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.sampling import latin
 from macromicro.schema import config
@@ -19,7 +19,6 @@ from macromicro.schema.par import changed, entries, value_at
 from macromicro.settings import Settings
 from macromicro.uncertainty.table import FACTOR, SHIFT, VALUE, Uncertain
 
-Array = npt.NDArray[np.float64]
 _ROUNDS = 50
 
 

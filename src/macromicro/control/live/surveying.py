@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control.live import edges, survey
 from macromicro.control.live.edges import Phase
 from macromicro.control.live.parameters import Edges
@@ -19,7 +19,6 @@ from macromicro.control.live.survey import NOTHING, Moving, Survey
 from macromicro.kernel import compiled, kernel
 from macromicro.types import Sample
 
-_Row = npt.NDArray[np.float64]
 _PHASE = len(Phase._fields)
 _FIELDS = _PHASE + len(Survey._fields) - 1
 _LOOK, _TAKE = 0.0, 1.0
@@ -27,7 +26,7 @@ _MOVING = 4  # place in what is asked; before it the order, encoder, Hall sensor
 
 
 @kernel
-def _store(v: Survey, row: _Row) -> None:
+def _store(v: Survey, row: Array) -> None:
     e = v.phase
     row[0] = e.origin  # type: ignore[union-attr]
     row[1] = e.a  # type: ignore[union-attr]
@@ -58,7 +57,7 @@ def _store(v: Survey, row: _Row) -> None:
 
 
 @kernel
-def _restored(r: _Row) -> Survey:
+def _restored(r: Array) -> Survey:
     e = Phase(r[0], r[1], r[2], r[3], r[4], r[5], int(r[6]), int(r[7]))
     return Survey(
         e, r[8], r[9], int(r[10]), int(r[11]), r[12], r[13], r[14], r[15], r[16], r[17], r[18],
@@ -66,7 +65,7 @@ def _restored(r: _Row) -> Survey:
     )  # fmt: skip
 
 
-def _survey(q: Edges, pitch: float, asked: _Row, state: _Row, dt: float) -> Iterator[int]:
+def _survey(q: Edges, pitch: float, asked: Array, state: Array, dt: float) -> Iterator[int]:
     """The survey as a coroutine: each `next` takes over `state`, or looks at a sample and gives
     it there."""
     v = _restored(state)

@@ -6,14 +6,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.curves import Kind, direction
 from macromicro.identify.picking import Picked
 from macromicro.identify.smoothing import window_means
 
-Array = npt.NDArray[np.float64]
 Pair = tuple[Array, Array]
 
 _NEAR = 0.1  # a cycle begins within this part of the range from an end of it

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 
     from macromicro.identify.deadzone import DeadZone
 
-Array = npt.NDArray[np.float64]
 
 T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "drive voltage", ("u", "motor", "voltage", "volts", "v", "input", "vir"), ("V",))

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from macromicro.identify.hall import HallFit
 
-Array = npt.NDArray[np.float64]
 
 V = Role("v", "sensor voltage", ("v", "hall_voltage", "hall", "voltage", "sensor", "u"), ("V",))
 X = Role("x", "position by the reference", ("x", "laser", "position", "pos"), ("mm",))

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.columns import Column
 from macromicro.errors import InputError
@@ -17,8 +16,6 @@ from macromicro.identify.picking import Picked, railed, runs
 from macromicro.identify.runs import Run, checked
 from macromicro.identify.thermal import CoolingFit, StepRecord, cooling, inferred_step
 from macromicro.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 NEAR_STOP = 0.97  # of the table's range: beyond it a position shows no temperature
 _COLUMNS = (Column("t", "s", ""), Column("ctrl", "V", ""), Column("laser", "um", ""))

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.table import SHAPES
@@ -25,7 +25,6 @@ from macromicro.schema.text import printable
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
 
 T = Role("t", "time", ("t", "time"), ("s",), optional=True)
 U = Role("u", "input", ("u", "thermocouple", "field", "h", "input", "temperature", "voltage"))

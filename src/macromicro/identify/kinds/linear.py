@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from macromicro.identify.linear_fit import LinearFit
 
-Array = npt.NDArray[np.float64]
 
 T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "input", ("u", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.errors import InputError
 from macromicro.identify.kinds import heating as steps
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 
     from macromicro.identify.gain import GainFit
 
-Array = npt.NDArray[np.float64]
 
 T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "heating voltage", ("u", "ctrl", "voltage", "volts", "v", "input"), ("V",))

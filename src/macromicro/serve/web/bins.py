@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.arrays import Array
 from macromicro.serve.shared import PERIOD, RING_S
-
-Array = NDArray[np.float64]
 
 CHANNELS = (
     "macro reference",  # mm, homed frame

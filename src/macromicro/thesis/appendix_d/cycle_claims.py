@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.thesis.appendix_d import cycle_runs
-from macromicro.thesis.appendix_d.cycle_runs import Array, CycleData, Cycles
+from macromicro.thesis.appendix_d.cycle_runs import CycleData, Cycles
 from macromicro.thesis.claims import MET, Claim, accepts, holds, judged, stated
 
 LATE = 10  # cycles at the end that count as settled

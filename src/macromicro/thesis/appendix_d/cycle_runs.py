@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro import signals
+from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
 from macromicro.kernel import compiled, kernel
 from macromicro.plant import cycle
@@ -21,8 +21,6 @@ from macromicro.rig.fixtures import CYCLE_PERIOD, CycleOutputs
 from macromicro.rig.session import Fixture, Session
 from macromicro.rig.twin import noise_source
 from macromicro.runs.machine import CycleBed
-
-Array = npt.NDArray[np.float64]
 
 DT = CYCLE_PERIOD
 PEAK, PERIOD_S = 150.0, 4.0

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.models.shape_memory import Alloy, detwinned, strain
 from macromicro.plant.bench import Bench
 from macromicro.plant.flexure import GRAM_FORCE
 from macromicro.thesis.chapter2 import calorimetry, wire_tests
 from macromicro.thesis.chapter2.calorimetry import Scan
 from macromicro.thesis.chapter2.wire_tests import HOT, ROOM, Readings, Specimen, Turning
-
-Array = npt.NDArray[np.float64]
 
 # Figure 2.8: the load of the kiln [gf], and turning temperatures inside the loop [degC].
 LOAD = 30.0

@@ -10,13 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.plant import micro, wire
 from macromicro.plant.wire import Load
 from macromicro.thesis.chapter2.wire_tests import Specimen
-
-Array = npt.NDArray[np.float64]
 
 DENSITY = 6450.0  # kg/m^3, NiTi
 RATE = 10.0 / 60.0  # K/s

@@ -10,12 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.hysteresis import FodTable, Preisach, from_density
 from macromicro.hysteresis.pictures import staircase
-
-Array = npt.NDArray[np.float64]
 
 # The limiting triangle, alpha_0 = beta_0 = 1, and the grid of the model's table.
 EXTENT, STEP = 1.0, 0.01

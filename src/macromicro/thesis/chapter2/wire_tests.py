@@ -12,15 +12,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.hysteresis import Everett
 from macromicro.plant import micro, phase, wire
 from macromicro.plant.bench import Bench
 from macromicro.plant.flexure import GRAM_FORCE
 from macromicro.plant.wire import Load, Wire
-
-Array = npt.NDArray[np.float64]
 
 _HANGING = Load(0.0, 0.0, 0.0)
 ROOM, HOT = 25.0, 125.0

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.design import resolution
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, ORANGE, RED, finish, line, new
@@ -17,8 +17,6 @@ from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter3.sensor_claims import SENSITIVITY, SPAN
 from macromicro.thesis.claims import Claim, measured_by, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
-
-Array = npt.NDArray[np.float64]
 
 # Left out at either end, and the length of an end [mm].
 MARGIN, END = 0.05, 0.2

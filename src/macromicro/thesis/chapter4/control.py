@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.design import steps
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
@@ -24,8 +24,6 @@ from macromicro.thesis.chapter4 import (
 from macromicro.thesis.chapter4.control_runs import HOLD, TRAVEL, MacroData, Square
 from macromicro.thesis.claims import measured_by
 from macromicro.thesis.procedure import Lab, Procedure
-
-Array = npt.NDArray[np.float64]
 
 DEAD_ZONE = 3.0  # V
 ZOOMED = (0.45, 0.85)  # s after the step, Figure 4.20

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
+from macromicro.arrays import Array
 from macromicro.design.steps import overshoot, rise_time, settling_time, swings
 from macromicro.recording import Recording
 from macromicro.runs.drives import DT
@@ -31,8 +29,6 @@ from macromicro.thesis.claims import (
     stated,
     within,
 )
-
-Array = npt.NDArray[np.float64]
 
 
 def claims(data: MacroData) -> list[Claim]:

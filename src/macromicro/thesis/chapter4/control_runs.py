@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro import signals
+from macromicro.arrays import Array
 from macromicro.design.steps import ARRIVED, swings
 from macromicro.errors import InputError
 from macromicro.models import macro
@@ -23,8 +23,6 @@ from macromicro.settings import Settings
 from macromicro.thesis.chapter4 import design as macro_design
 from macromicro.thesis.chapter4 import identification_runs, validation
 from macromicro.thesis.chapter4.design import Design
-
-Array = npt.NDArray[np.float64]
 
 LAWS = ("pid", "pd-initial", "pd-tuned")
 TRAVEL = 2800.0  # counts

@@ -10,7 +10,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.design.margins import PdTaps, damping_margin
 from macromicro.design.steps import overshoot, settling_time
@@ -33,8 +32,6 @@ from macromicro.tuning.thesis import (
     trial,
     with_taps,
 )
-
-Array = npt.NDArray[np.float64]
 
 
 class OnBench(NamedTuple):

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
@@ -22,7 +22,6 @@ from macromicro.thesis.procedure import Lab, Procedure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
 
 SHOWN = (2.6, 2.8, 2.85, 2.9, 3.0, 3.2)  # V, panels (a) and (b) of Figure 4.8, and (d)
 MOVING = (3.0, 3.1, 3.2)

@@ -10,15 +10,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.deadzone import DeadZone, dead_zone
 from macromicro.recording import Recording
 from macromicro.runs.drives import DT, open_loop
 from macromicro.runs.machine import Machine
-
-Array = npt.NDArray[np.float64]
 
 TRAVEL = (0.0, 2800.0)
 VOLTAGES = tuple(float(v) for v in np.round(np.arange(2.6, 3.301, 0.05), 2))

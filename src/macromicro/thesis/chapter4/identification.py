@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control import deadzone
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, smooth
@@ -21,8 +21,6 @@ from macromicro.thesis.chapter4.identification_runs import MacroModel
 from macromicro.thesis.chapter4.validation import Case
 from macromicro.thesis.claims import Claim, holds, judged, measured_by, printed, stated, within
 from macromicro.thesis.procedure import Lab, Procedure
-
-Array = npt.NDArray[np.float64]
 
 _FROM = "follows from the parameters that were chosen for M3 and M4a"
 

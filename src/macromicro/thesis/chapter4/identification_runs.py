@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.records import average_runs, differentiated
@@ -22,8 +22,6 @@ from macromicro.runs.drives import DT, open_loop
 from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter4 import friction_runs
 from macromicro.thesis.chapter4.friction_runs import TRAVEL
-
-Array = npt.NDArray[np.float64]
 
 WIDTH = 3.0  # Section 4.2.3: the thesis' width of the dead-zone inverse [V]
 RUNS = 10

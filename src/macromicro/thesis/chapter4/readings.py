@@ -7,11 +7,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.design.steps import DT, rise_time
-
-Array = npt.NDArray[np.float64]
 
 RAMP = 1.0  # V
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.design.margins import PdTaps, open_loop
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
@@ -16,8 +16,6 @@ from macromicro.runs.drives import DT
 from macromicro.thesis.chapter4.design import Design
 from macromicro.tuning import thesis
 from macromicro.tuning.thesis import LIMIT, STEP, Trial
-
-Array = npt.NDArray[np.float64]
 
 RATIOS = (0.8, 1.0, 1.05, 1.2, 1.5)  # of the sweep, beside the one at the limit
 FREQUENCIES = (9.91, 6.5, 4.91, 4.0, 3.0)  # rad/s, beside the rule's

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro import signals
+from macromicro.arrays import Array
 from macromicro.models import macro
 from macromicro.models.macro import INITIAL, TUNED, Linear, MacroModel
 from macromicro.runs.drives import DT, open_loop
@@ -19,8 +19,6 @@ from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter4.identification_runs import MacroModel as Found
 from macromicro.thesis.chapter4.readings import nrmse
 from macromicro.thesis.claims import Claim, accepts, holds, stated
-
-Array = npt.NDArray[np.float64]
 
 HALVES = {0.1: 1.35, 1.0: 0.65, 2.0: 0.35}  # half a period [s]; the first two from Figure 4.13
 PERIODS = 2

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import actuator, stressed, thermal
@@ -24,8 +22,6 @@ from macromicro.recording import Recording
 from macromicro.runs.machine import Machine
 from macromicro.thesis.chapter5 import electrothermal_runs
 from macromicro.thesis.chapter5.electrothermal_runs import StepData
-
-Array = npt.NDArray[np.float64]
 
 
 class Compared(NamedTuple):

@@ -6,8 +6,8 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify import thermal
@@ -32,7 +32,6 @@ from macromicro.thesis.claims import (
 
 PRINTED_A = printed("S5b")  # 1/V, (5.5)
 
-Array = npt.NDArray[np.float64]
 VOLTS = (1.5, 1.6, 1.7, 1.8)
 
 

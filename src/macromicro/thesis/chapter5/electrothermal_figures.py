@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.shades import shades
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
@@ -27,8 +27,6 @@ from macromicro.thesis.chapter5.electrothermal_runs import (
     WARM,
 )
 from macromicro.thesis.claims import NotMeasured
-
-Array = npt.NDArray[np.float64]
 
 HOT = "temperature [degC]"
 SHORT = "contraction [mm]"

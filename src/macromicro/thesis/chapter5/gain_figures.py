@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
 from macromicro.recording import Recording
@@ -19,7 +19,6 @@ from macromicro.thesis.chapter5.micro_runs import MicroRuns, Swing
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = npt.NDArray[np.float64]
 Curves = Sequence[tuple[float, str]]
 
 # The chosen gain is black and bold, smaller ones are cold and larger ones warm.

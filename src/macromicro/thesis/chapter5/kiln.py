@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.shades import shades
 from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
@@ -24,8 +24,6 @@ from macromicro.thesis.procedure import Lab, Procedure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-
-Array = npt.NDArray[np.float64]
 
 HOT = "temperature [degC]"
 SHORT = "contraction [mm]"

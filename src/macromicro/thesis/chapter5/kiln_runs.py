@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError
 from macromicro.kernel import compiled, kernel
@@ -24,8 +24,6 @@ from macromicro.rig.fixtures import KILN_PERIOD, KilnOutputs
 from macromicro.rig.session import Fixture
 from macromicro.rig.twin import noise_source
 from macromicro.runs.machine import Oven
-
-Array = npt.NDArray[np.float64]
 
 COLUMNS = (
     Column("t", "s", "time since the start"),

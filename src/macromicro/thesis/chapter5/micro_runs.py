@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.design.response import smoothed
 from macromicro.plant import bench
 from macromicro.recording import Recording
@@ -21,8 +21,6 @@ from macromicro.runs.programmed import Runner, moves_of, on_twin
 from macromicro.runs.sequence import BAND_UM, LEVELS, TIMES, micro_steps
 from macromicro.settings import Settings
 from macromicro.thesis.chapter5 import electrothermal_runs
-
-Array = npt.NDArray[np.float64]
 
 BELOW_STOP = (1.5, 1.55, 1.575, 1.6)
 AT_STOP = (1.65,)

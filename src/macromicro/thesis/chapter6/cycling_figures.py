@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design.extension import RETURNED, Extension, extension
 from macromicro.drawing.exhibit import Drawn
@@ -19,7 +19,6 @@ from macromicro.thesis.chapter6.integrated_runs import Bias, IntegratedRuns
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = npt.NDArray[np.float64]
 
 # Of a cycle's sequences the second: the first that has a return to zero before it.
 SHOWN = 1

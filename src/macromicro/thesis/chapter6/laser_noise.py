@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import Array
 from macromicro.control.pi import PiAntiWindup
 from macromicro.drawing.exhibit import Drawn
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, line, new
@@ -32,8 +33,6 @@ from macromicro.thesis.procedure import Lab, Procedure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
-Array = npt.NDArray[np.float64]
 
 WINDOW_S = 10.0
 RECORDS = 5
