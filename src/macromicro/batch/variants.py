@@ -173,8 +173,10 @@ def table(tree: Any) -> Known:
 def _chosen(every: Known, paths: tuple[str, ...], extra: tuple[str, ...]) -> Known:
     """The parameters at `paths`, by path.
 
-    Raises `InputError` for an unknown path (`extra` are known, too), a path named twice, a
-    parameter that is no number.
+    Raises
+    ------
+    InputError
+        An unknown path (`extra` are known, too), a path named twice, a parameter that is no number.
     """
     found = {}
     for path in paths:

@@ -168,7 +168,13 @@ def connect(address: str, code: Code) -> Client:
 
 def _reached(address: str, where: str) -> Client:
     """A client of a scheduler that answers. One that found none is closed here: left to the
-    garbage collector, it waits for long and prints a traceback."""
+    garbage collector, it waits for long and prints a traceback.
+
+    Raises
+    ------
+    InputError
+        No scheduler answers there.
+    """
     from distributed import Client
 
     _silence()
@@ -273,8 +279,7 @@ class _Flow:
             raise _lost(error) from None
 
     def completed(self) -> Iterator[tuple[Chunk, journal.Block]]:
-        """The answers that came within a moment, fetched together; those of workers with
-        other code are none, and end it after the others."""
+        """The answers of a moment, fetched together; workers with other code end it after these."""
         try:
             firsts = [self._done.get(timeout=_POLL)]
         except queue.Empty:
