@@ -23,7 +23,7 @@ PROJECT = Path(__file__).parents[1] / "pyproject.toml"
 LISTED = tomllib.loads(PROJECT.read_text())["tool"]["docstrings"]
 FILES = sorted(place.relative_to(PACKAGE).as_posix() for place in PACKAGE.rglob("*.py"))
 TREES = {name: ast.parse((PACKAGE / name).read_text()) for name in FILES}
-ALONE = LISTED["help"] + LISTED["internal"] + LISTED["later"]
+ALONE = LISTED["help"] + LISTED["internal"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 # Decorated so, a function is read like a value, or says nothing of its own.
 VALUES = ("property", "cached_property", "overload", "setter")

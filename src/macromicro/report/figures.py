@@ -125,7 +125,7 @@ def response(ended: Ended) -> Drawn | None:
     Returns
     -------
     Drawn | None
-        None if both stages follow trajectories.
+        None if there are no moves, only trajectories.
     """
     if ended.tracking and not ended.moves:
         return None

@@ -173,7 +173,7 @@ def _reached(address: str, where: str) -> Client:
     Raises
     ------
     InputError
-        Nothing answers at `address`.
+        No scheduler answers there.
     """
     from distributed import Client
 
@@ -279,16 +279,7 @@ class _Flow:
             raise _lost(error) from None
 
     def completed(self) -> Iterator[tuple[Chunk, journal.Block]]:
-        """The answers that came within a moment, fetched together; those of workers with
-        other code are none, and end it after the others.
-
-        Raises
-        ------
-        _lost
-            The connection to the cluster is lost.
-        foreign
-            A worker runs other code.
-        """
+        """The answers of a moment, fetched together; workers with other code end it after these."""
         try:
             firsts = [self._done.get(timeout=_POLL)]
         except queue.Empty:
