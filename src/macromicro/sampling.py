@@ -61,6 +61,26 @@ def latin(columns: int, rows: int, seed: int | Sequence[int]) -> Array:
     return found
 
 
+def scaled(share: Array, low: float, high: float, *, log: bool = False) -> Array:
+    """Put points of the unit interval into a range.
+
+    Parameters
+    ----------
+    share : ndarray
+        From 0 to 1, of any shape.
+    low, high : float
+        Ends of the range; above 0 on a logarithmic scale.
+    log : bool
+        Even in the logarithm.
+
+    Returns
+    -------
+    ndarray
+        Of the same shape, from `low` to `high`.
+    """
+    return low * (high / low) ** share if log else low + (high - low) * share
+
+
 @lru_cache(maxsize=1)
 def _plan(columns: int, rows: int, seed: Seed) -> Array:
     """`latin`, once for all who ask for parts of the same one."""

@@ -36,7 +36,7 @@ def test_macro_on_the_model(quick: tuning.Tuning) -> None:
     assert quick.bench_costs[1] == pytest.approx(after["settling_time"])
     assert quick.bench_costs[1] < quick.bench_costs[0] and not quick.better
     said = " ".join(tables.remarks(quick))
-    assert "not better on the bench: settling 0.628 to 0.8" in said
+    assert "not better on the bench: settling 0.628 to 0.9" in said
     assert "saturated: 0.01 s x (sample saturated after the first)" in said
     assert "Worse on the bench than before: settling into 2 %" in said
 

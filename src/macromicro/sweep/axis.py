@@ -9,6 +9,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.sampling import scaled
 from macromicro.schema.keys import only, unknown, whole
 from macromicro.schema.par import Entry
 from macromicro.schema.text import printable
@@ -61,11 +62,8 @@ class Axis(NamedTuple):
             return np.asarray(self.levels)[np.minimum(row, len(self.levels) - 1)]
         if self.scale == "whole":
             values = self.low + np.floor(share * (self.high - self.low + 1.0))
-        elif self.scale == "log":
-            low, high = math.log(self.low), math.log(self.high)
-            values = np.exp(low + share * (high - low))
         else:
-            values = self.low + share * (self.high - self.low)
+            values = scaled(share, self.low, self.high, log=self.scale == "log")
         return np.clip(values, self.low, self.high)
 
 

@@ -19,6 +19,7 @@ from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.design.margins import PdTaps
 from macromicro.errors import InputError
 from macromicro.nominal import PERIOD
+from macromicro.sampling import scaled
 from macromicro.schema.par import Entry, entries
 from macromicro.schema.text import printable
 
@@ -100,7 +101,10 @@ class Law(NamedTuple):
         ndarray, shape (n, gains)
             In the units that the gains are stored in.
         """
-        values = np.stack([_value(k, designs[:, i]) for i, k in enumerate(self.knobs)], axis=1)
+        values = np.stack(
+            [scaled(designs[:, i], k.low, k.high, log=k.log) for i, k in enumerate(self.knobs)],
+            axis=1,
+        )
         if self.gains != _PD:
             return values
         share = values[:, 1] / DT
@@ -227,13 +231,6 @@ def _knob(entry: Entry, default: float) -> Knob:
     present = entry.value if entry.value > 0.0 else default
     low, high = max(present / DECADE, entry.par.lo), min(present * DECADE, entry.par.hi)
     return Knob(entry.path, entry.par.unit, low, high, present, True)
-
-
-def _value(knob: Knob, share: Array) -> Array:
-    if knob.log:
-        found: Array = knob.low * (knob.high / knob.low) ** share
-        return found
-    return knob.low + (knob.high - knob.low) * share
 
 
 def _place(knob: Knob, value: float) -> float:

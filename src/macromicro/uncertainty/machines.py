@@ -13,7 +13,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.sampling import latin
+from macromicro.sampling import latin, scaled
 from macromicro.schema import config
 from macromicro.schema.par import changed, entries, value_at
 from macromicro.settings import Settings
@@ -147,7 +147,6 @@ def draw(
     InputError
         Hardly any combination is possible around these settings.
     """
-    low, high = (np.array([getattr(each, end) for each in uncertain]) for end in ("low", "high"))
     stream = (seed,) if isinstance(seed, int) else tuple(seed)
     good: list[Array] = []
     refused, reason = 0, ""
@@ -156,7 +155,8 @@ def draw(
         if not missing:
             break
         shares = latin(len(uncertain), missing, (*stream, again) if again else seed)
-        for amounts in low + shares * (high - low):
+        drawn = [scaled(shares[:, k], u.low, u.high) for k, u in enumerate(uncertain)]
+        for amounts in np.stack(drawn, axis=1):
             why = refusal(settings_at(base, uncertain, amounts), uncertain)
             if why is None:
                 good.append(amounts)
