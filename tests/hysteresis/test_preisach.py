@@ -307,3 +307,12 @@ def test_nan_and_other_nonsense_are_refused_and_change_nothing() -> None:
         Preisach([[0.0, 1.0]])  # type: ignore[arg-type]
     assert model.state == before
     assert model.run([]).size == 0
+
+
+@pytest.mark.parametrize("table", [TABLE, MIXED, FALLING])
+def test_inputs_beyond_the_table_count_as_its_ends(table: FodTable) -> None:
+    model = after([30.0], table)
+    model.step(HI + 1e3)
+    assert model.u == HI and model.f == pytest.approx(table.f_low + table.span)
+    model.step(LO - 1e3)
+    assert model.u == LO and model.f == pytest.approx(table.f_low)

@@ -166,3 +166,16 @@ def test_motion_that_does_not_determine_the_parameters_is_refused() -> None:
     one_way = Rows(Run(T, FORCE, X), FORCE, np.abs(V) + 0.1, A, T < -1.0, 1)
     with pytest.raises(InputError, match="does not determine"):
         fitted([one_way], "coulomb")
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e10])
+def test_the_unit_of_the_position_does_not_matter(unit: float) -> None:
+    """What determines the parameters in metres does so in counts of any size."""
+    still = T < -1.0
+    plain = fitted([Rows(Run(T, FORCE, X), FORCE, V, A, still, 1)], "coulomb")
+    scaled = Rows(Run(T, FORCE, unit * X), FORCE, unit * V, unit * A, still, 1)
+    found = fitted([scaled], "coulomb")
+    per = np.array([1.0 / unit, 1.0 / unit, 1.0, 1.0])  # mass and viscous; coulomb and offset
+    assert found.names == ("mass", "viscous", "coulomb", "offset")
+    np.testing.assert_allclose(found.values, per * plain.values, rtol=1e-6)
+    np.testing.assert_allclose(found.std, per * plain.std, rtol=1e-4)

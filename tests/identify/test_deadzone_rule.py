@@ -9,7 +9,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import dead_zone, discontinuous_dead_zone
-from macromicro.identify.deadzone import Trial, _lowest, _side, _trial, _under_way
+from macromicro.identify.deadzone import Trial, _constant, _lowest, _side, _trial, _under_way
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
 
@@ -173,3 +173,14 @@ def test_exactly_the_dead_zone_is_not_beyond_it() -> None:
     runs = [(t, np.full(30, s * v), s * t) for s in (1.0, -1.0) for v in (3.0, 4.0)]
     with pytest.raises(InputError, match=r"recordings\[0\].u.*beyond \+-3 V"):
         discontinuous_dead_zone(runs, 1.0, 3.0)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_a_voltage_is_constant_to_a_billionth_whatever_its_unit(unit: float) -> None:
+    def held(volts: float, by: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        t = np.arange(30) * DT
+        return t, volts * (1.0 + by * (np.arange(30) == 7)), math.copysign(1.0, volts) * t
+
+    assert len(_constant([held(3.0 * unit, 5e-10), held(-3.0 * unit, 5e-10)])) == 2
+    with pytest.raises(InputError, match=r"recordings\[1\].u.*one constant voltage"):
+        _constant([held(3.0 * unit, 0.0), held(-3.0 * unit, 2e-9)])

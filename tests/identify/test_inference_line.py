@@ -85,3 +85,21 @@ def test_what_cannot_be_read_backwards_is_refused() -> None:
     for doubt in (Doubt(-1e-9, 0.0), Doubt(0.0, -1e-9)):
         with pytest.raises(InputError, match="at least 0"):
             on_heating(TABLE, [2.0], doubt)
+
+
+def test_doubts_count_on_the_way_down_too() -> None:
+    found = on_cooling(TABLE, [6.0], 60.0, Doubt(position=0.1, temperature=0.3))
+    assert (found.low[0], found.high[0]) == pytest.approx((25.0 - 0.8, 25.0 + 0.8))
+
+
+@pytest.mark.parametrize("unit", [1e-10, 1e10])
+def test_the_unit_of_the_position_does_not_matter(unit: float) -> None:
+    table = FodTable(0.0, 10.0, unit * VALUES, unit)
+    for x, warm in ((1.0, 20.0), (6.0, 25.0), (12.0, 35.0), (15.0, 50.0)):
+        assert on_heating(table, [unit * x], SURE).temperature[0] == pytest.approx(warm)
+
+
+def test_full_contraction_of_a_branch_that_rises_to_its_end() -> None:
+    """Without its last node the branch rises by 14, at last by 0.2 a kelvin, to 50."""
+    table = FodTable(0.0, 10.0, np.ascontiguousarray(VALUES[:6, :6]), 1.0)
+    assert full_contraction(table, 0.05) == pytest.approx(50.0 - 0.05 * 14.0 / 0.2)

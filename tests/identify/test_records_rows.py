@@ -129,3 +129,17 @@ def test_beyond_a_limit_the_input_is_clipped() -> None:
     over = int((np.abs(N) > 1.0).sum())
     with pytest.warns(SaturationWarning, match=f"{over} of 200 samples beyond the limit of 1"):
         np.testing.assert_array_equal(flag_saturation(N, "u", 1.0), np.clip(N, -1.0, 1.0))
+
+
+@pytest.mark.parametrize(("n", "flat", "said"), [(200, 4, False), (200, 5, True),
+                                                 (1000, 11, False), (1000, 12, True)])  # fmt: skip
+def test_a_flat_top_is_of_three_samples_with_neighbours_or_of_a_percent(
+    n: int, flat: int, said: bool
+) -> None:
+    """In a signal that moves in every other sample; neighbours on both sides stand for one."""
+    u = np.linspace(0.1, 1.0, n)
+    u[40 : 40 + flat] = 2.0
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        flag_saturation(u, "u")
+    assert [w.category for w in told] == [SaturationWarning] * said

@@ -71,3 +71,15 @@ def test_a_time_that_goes_back_is_named_with_the_one_before() -> None:
     t[7] = 0.55
     with pytest.raises(InputError, match=r"0\.55 s after 0\.6 s"):
         checked(t, t, t)
+
+
+def test_the_input_is_held_from_each_time_stamp_to_the_next() -> None:
+    """On the even grid each sample has the input of the last stamp that is not later."""
+    t = np.arange(30) * 0.1
+    t[10:20] += 0.04
+    u = np.arange(30.0)
+    with pytest.warns(ResampledWarning):
+        run = checked(t, u, u)
+    wanted = [float(u[t <= now + 1e-12][-1]) for now in run.t]
+    np.testing.assert_array_equal(run.u, wanted)
+    assert run.u[0] == 0.0 and run.u[10] == 9.0 and run.u[-1] == 29.0

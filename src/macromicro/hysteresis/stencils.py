@@ -126,7 +126,7 @@ def roughness(n: int) -> Any:
     pairs = []
     for dr, dc in ((1, 0), (0, 1), (1, 1)):
         on = (r == c) if dr == dc else (r > c) & (r + dr > c + dc)
-        ok = on & (r + dr < n - 1) & (c + dc < n - 1)
+        ok = on & (r + dr < n - 1)  # and c is at most r
         pairs.append((ids[r[ok], c[ok]], ids[r[ok] + dr, c[ok] + dc]))
     first, second = (np.concatenate(side) for side in zip(*pairs, strict=True))
     ones = np.ones(first.size)
