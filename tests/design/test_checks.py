@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from macromicro import design
-from macromicro.design.checks import positive, whole
+from macromicro.design.checks import positive
 from macromicro.errors import InputError
 
 
@@ -24,18 +24,6 @@ def test_numbers_of_every_kind(value: Any) -> None:
 def test_what_is_no_number(value: Any) -> None:
     with pytest.raises(InputError, match=r"here: .*a number above 0 V"):
         positive("here", value, "V")
-
-
-@pytest.mark.parametrize("value", [12, np.int64(12), np.uint8(12)])
-def test_whole_numbers_of_every_kind(value: Any) -> None:
-    found = whole("here", value, 1, 64)
-    assert found == 12 and type(found) is int
-
-
-@pytest.mark.parametrize("value", [0, 65, 12.0, np.float64(12), True, np.bool_(True), "12", None])
-def test_what_is_no_whole_number(value: Any) -> None:
-    with pytest.raises(InputError, match="a whole number from 1 to 64"):
-        whole("here", value, 1, 64)
 
 
 def test_a_sheet_takes_numpy_s_numbers() -> None:

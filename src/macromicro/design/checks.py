@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any
 
 from macromicro.errors import InputError
@@ -37,34 +37,6 @@ def positive(where: str, value: Any, unit: str = "") -> float:
     if not known or not LEAST <= value <= MOST:
         raise InputError(where, value, _accepted(unit))
     return float(value)
-
-
-def whole(where: str, value: Any, least: int, most: int) -> int:
-    """A whole number within bounds.
-
-    Parameters
-    ----------
-    where : str
-        What it is, for the message.
-    value : Any
-        Anything.
-    least, most : int
-        Inclusive bounds.
-
-    Returns
-    -------
-    int
-        The same as a plain int.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
-    known = isinstance(value, Integral) and not isinstance(value, bool)
-    if not known or not least <= value <= most:
-        raise InputError(where, value, f"a whole number from {least} to {most}")
-    return int(value)
 
 
 def sheet(where: str, value: Any, kind: type) -> None:

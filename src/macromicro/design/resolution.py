@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from macromicro.design.checks import positive, whole
+from macromicro.design.checks import positive
+from macromicro.schema import keys
 
 INCH = 0.0254  # m
 MAX_BITS = 64
@@ -55,7 +56,7 @@ def converter(span: float, bits: int) -> float:
         A number is not above zero, or `bits` is not whole.
     """
     positive("resolution, span", span, "V")
-    return float(span / 2.0 ** whole("resolution, bits", bits, 1, MAX_BITS))
+    return float(span / 2.0 ** keys.whole(bits, 1, MAX_BITS, "resolution, bits"))
 
 
 def field(volts_per_bit: float, sensitivity: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator
+from numbers import Integral
 from typing import Any
 
 from macromicro.errors import InputError
@@ -113,7 +114,7 @@ def whole(raw: object, low: int, high: int, where: str) -> int:
     Parameters
     ----------
     raw : object
-        What the file gave.
+        What the file gave; numbers of numpy count, truth values do not.
     low, high : int
         Inclusive bounds.
     where : str
@@ -129,9 +130,10 @@ def whole(raw: object, low: int, high: int, where: str) -> int:
     InputError
         Anything else than a whole number, or one out of the bounds.
     """
-    if isinstance(raw, bool) or not isinstance(raw, int) or not low <= raw <= high:
+    known = isinstance(raw, Integral) and not isinstance(raw, bool)
+    if not known or not low <= int(raw) <= high:  # type: ignore[call-overload]
         raise InputError(where, found(raw), f"a whole number from {low} to {high}")
-    return raw
+    return int(raw)  # type: ignore[call-overload,no-any-return]
 
 
 def seed(value: int, where: str) -> int:
