@@ -70,8 +70,8 @@ def _named(error: OSError) -> str:
     return f"{error.filename}: {reason}" if error.filename is not None else reason
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(asked: bool) -> None:
+    if asked:
         print(f"macromicro {__version__}")
         raise typer.Exit
 

@@ -64,7 +64,7 @@ def test_flat_costs_do_not_end_it() -> None:
 
 def test_progress_and_stopping() -> None:
     heard: list[tuple[int, float]] = []
-    found = minimise(bowl, AIM, 100, 0, tell=lambda done, best: heard.append((done, best)))
+    found = minimise(bowl, AIM, 100, 0, progress=lambda done, best: heard.append((done, best)))
     assert [h[0] for h in heard][-1] == found.evaluations
 
     def stop(done: int, best: float) -> None:
@@ -72,4 +72,4 @@ def test_progress_and_stopping() -> None:
             raise InterruptedError
 
     with pytest.raises(InterruptedError):
-        minimise(bowl, AIM, 100, 0, tell=stop)
+        minimise(bowl, AIM, 100, 0, progress=stop)

@@ -34,7 +34,7 @@ class Scratch:
         self._used = 0
 
     def append(self, block: Array) -> None:
-        """Take the wanted rows of a block.
+        """Take the named rows of a block.
 
         Parameters
         ----------

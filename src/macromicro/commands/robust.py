@@ -98,9 +98,9 @@ def _request(
     if workers is not None and not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
     settings = Settings() if config is None else configs.load_overrides(config, Settings())
-    wanted = limits.DEFAULTS if requirements is None else limits.load(requirements)
+    needed = limits.DEFAULTS if requirements is None else limits.load(requirements)
     plan = load(programmes.find(programme), settings)
-    return Request(settings, wanted, samples, seed, workers or cores()), plan
+    return Request(settings, needed, samples, seed, workers or cores()), plan
 
 
 def _robust(

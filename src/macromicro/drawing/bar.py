@@ -103,7 +103,7 @@ class Pace:
 
     @property
     def rate(self) -> float:
-        """Done per second; NaN before there is one to tell."""
+        """Done per second; NaN before there is one."""
         if self.done == self._base or math.isnan(self._started):
             return math.nan
         return (self.done - self._base) / max(time.monotonic() - self._started, 1e-6)
@@ -140,15 +140,15 @@ def progress(title: str, unit: str) -> Iterator[Pace]:
     Yields
     ------
     Pace
-        To be told of what is done.
+        Called with what is done.
     """
-    told = 0.0
+    shown = 0.0
     if not sys.stderr.isatty():
 
         def line(first: str | None) -> None:
-            nonlocal told
-            if first is not None or time.monotonic() - told >= EVERY:
-                told = time.monotonic()
+            nonlocal shown
+            if first is not None or time.monotonic() - shown >= EVERY:
+                shown = time.monotonic()
                 print(first or pace.words(), file=sys.stderr, flush=True)
 
         pace = Pace(title, unit, line)
@@ -158,10 +158,10 @@ def progress(title: str, unit: str) -> Iterator[Pace]:
         task = bar.add_task(title, total=None)
 
         def move(first: str | None) -> None:
-            nonlocal told
+            nonlocal shown
             ended = pace.done == pace.count
-            if first is not None or ended or time.monotonic() - told >= _BAR:
-                told = time.monotonic()
+            if first is not None or ended or time.monotonic() - shown >= _BAR:
+                shown = time.monotonic()
                 bar.update(
                     task, total=pace.count, completed=pace.done, description=first or pace.words()
                 )

@@ -108,19 +108,19 @@ def load(path: Path) -> tuple[Requirement, ...]:
     content = read_toml(path, WHAT)
     if not content:
         raise InputError(file, "sets nothing", f"a limit of {', '.join(_BY_NAME)}")
-    wanted = {r.metric.name: r for r in DEFAULTS}
+    needed = {r.metric.name: r for r in DEFAULTS}
     for key, raw in content.items():
         where = f"{file}, {printable(key)}"
         if key not in _BY_NAME:
             raise InputError(where, "unknown metric", nearest(key, _BY_NAME))
         if raw is False:
-            wanted.pop(key, None)
+            needed.pop(key, None)
         else:
             limit = _limit(raw, _BY_NAME[key], where)
-            wanted[key] = Requirement(_BY_NAME[key], limit, f"{path.name}")
-    if not wanted:
+            needed[key] = Requirement(_BY_NAME[key], limit, f"{path.name}")
+    if not needed:
         raise InputError(file, "leaves no requirement", "at least one limit")
-    return tuple(wanted[m.name] for m in QUANTITIES if m.name in wanted)
+    return tuple(needed[m.name] for m in QUANTITIES if m.name in needed)
 
 
 def _limit(raw: object, metric: Metric, where: str) -> float:

@@ -216,10 +216,10 @@ def changed_toml(tree: Any, default: Any, also: Iterable[str] = ()) -> str:
         A line per parameter, with its meaning and its default behind it.
     """
     own = {e.path: e for e in entries(default)}
-    wanted = {*difference(tree, default), *also}
+    shown = {*difference(tree, default), *also}
     lines = []
     for entry in entries(tree):
-        if entry.path not in wanted:
+        if entry.path not in shown:
             continue
         table, _, name = entry.path.rpartition(".")
         was, text = own[entry.path], entry.text or entry.value

@@ -68,8 +68,8 @@ class Token:
             if wait > 0.0:
                 return f"too many wrong tokens from {address}: wait {math.ceil(wait)} s"
             text = given if isinstance(given, str) else ""
-            wanted = self._secret.encode("utf-8", "replace")
-            if hmac.compare_digest(text.encode("utf-8", "replace"), wanted):
+            secret = self._secret.encode("utf-8", "replace")
+            if hmac.compare_digest(text.encode("utf-8", "replace"), secret):
                 return ""
             self._guesses.wrong(address)
             return WRONG

@@ -113,8 +113,8 @@ class Instrument:
 
     # Telemetry
 
-    def newest(self, wanted: int) -> NDArray[np.float64]:
-        """The last `wanted` rows of telemetry, or as many as there are: float64[columns, rows].
+    def newest(self, count: int) -> NDArray[np.float64]:
+        """The last `count` rows of telemetry, or as many as there are: float64[columns, rows].
 
         Only what may be needed is copied: there is a new row every period at most, so since
         the last look no more of them can have come than periods have passed.
@@ -122,12 +122,12 @@ class Instrument:
         with self._lock:
             last, seen = self._newest
             now = time.monotonic()
-            first = last + round((now - seen) / PERIOD) - wanted - SPARE if last >= 0 else -1
+            first = last + round((now - seen) / PERIOD) - count - SPARE if last >= 0 else -1
             last, rows, _ = self.station.telemetry(max(first, -1))
-            if rows.shape[1] < wanted and first >= 0:
+            if rows.shape[1] < count and first >= 0:
                 last, rows, _ = self.station.telemetry()
             self._newest = last, now
-        return rows[:, rows.shape[1] - min(wanted, rows.shape[1]) :]
+        return rows[:, rows.shape[1] - min(count, rows.shape[1]) :]
 
 
 def gains_after(event: Event, control: Control, own: Control) -> Control:

@@ -129,9 +129,9 @@ class Loop:
         while commands != self._commands:
             self._commands += 1
             self._take()
-        command, wanted, notices = self._machine.step(sample, self._dt)
+        command, requested, notices = self._machine.step(sample, self._dt)
         self._rig.expect(command)
-        self._rig.write(SAFE if halted or self._fault[0] else wanted)
+        self._rig.write(SAFE if halted or self._fault[0] else requested)
         found = self._machine.found()
         if found is not None and not self._fault[0]:
             self._fault = (float(faults.LOST_COUNTS), *found, sample.t)

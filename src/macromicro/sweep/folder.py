@@ -121,36 +121,36 @@ def origin(spec: Spec, code: Code) -> dict[str, Any]:
 
 
 def _check_same(place: Path, spec: Spec, code: Code, where: str) -> None:
-    told = summary(place, where)
-    if told["version"] != code.version:
+    record = summary(place, where)
+    if record["version"] != code.version:
         raise InputError(
             f"{where}, version",
-            told["version"],
+            record["version"],
             f"{code.version}, which this is: install that one to go on, or --overwrite",
         )
-    if told.get("sampler") != code.sampler:
+    if record.get("sampler") != code.sampler:
         raise InputError(
             f"{where}, sampler",
-            told.get("sampler", "none: of an earlier macromicro, which drew other points"),
+            record.get("sampler", "none: of an earlier macromicro, which drew other points"),
             f"{code.sampler}, which draws here: install that one to go on, or another --out, "
             "or --overwrite",
         )
-    if told["digest"] == spec.digest:
-        if told["sources"] == code.sources:
+    if record["digest"] == spec.digest:
+        if record["sources"] == code.sources:
             return
         raise InputError(
             f"{where}, sources",
-            told["sources"],
+            record["sources"],
             f"{code.sources}, which these are: macromicro's files changed since that sweep "
             "began; put them back to go on, or another --out, or --overwrite",
         )
-    then, now = told["spec"], spec.canonical
+    then, now = record["spec"], spec.canonical
     for key in dict.fromkeys([*now, *then]):
         if key not in then or key not in now or then[key] != now[key]:
             was = printable(then.get(key, "not there"), 100)
-            wanted = printable(now.get(key, "not there"), 100)
+            shown = printable(now.get(key, "not there"), 100)
             accepted = f"the spec of that folder ({SPEC} in it has {was}), another --out"
-            raise InputError(f"{where}, {key}", wanted, f"{accepted}, or --overwrite")
+            raise InputError(f"{where}, {key}", shown, f"{accepted}, or --overwrite")
     raise InputError(where, "another spec", f"the one in its {SPEC}, or --overwrite")
 
 
@@ -175,27 +175,27 @@ def summary(place: Path, where: str) -> dict[str, Any]:
         It is no sweep's.
     """
     try:
-        told: dict[str, Any] = json.loads((place / SUMMARY).read_text(encoding="utf-8"))
+        record: dict[str, Any] = json.loads((place / SUMMARY).read_text(encoding="utf-8"))
         keys = ("state", "version", "sources", "digest", "spec")
-        if isinstance(told, dict) and all(key in told for key in keys):
-            return told
+        if isinstance(record, dict) and all(key in record for key in keys):
+            return record
     except (ValueError, OSError):
         pass
     raise InputError(f"{where}, {SUMMARY}", "not of a sweep", "a sweep's folder, or --overwrite")
 
 
-def write_json(path: Path, told: dict[str, Any]) -> None:
+def write_json(path: Path, record: dict[str, Any]) -> None:
     """Write a JSON file, all or nothing.
 
     Parameters
     ----------
     path : Path
         The file.
-    told : dict
+    record : dict
         Its content.
     """
     fresh = path.with_name(f".{path.name}.new")
-    fresh.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    fresh.write_text(json.dumps(record, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     fresh.replace(path)
 
 

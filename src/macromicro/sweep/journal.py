@@ -161,10 +161,10 @@ def scan(path: Path, digest: str, columns: int) -> Iterator[Place]:
     """
     head = len(_HEAD) + _DIGEST + 4
     with path.open("rb") as file:
-        told = file.read(head)
-        if len(told) < head:
+        opening = file.read(head)
+        if len(opening) < head:
             return
-        if told != _HEAD + digest.encode().ljust(_DIGEST) + columns.to_bytes(4, "little"):
+        if opening != _HEAD + digest.encode().ljust(_DIGEST) + columns.to_bytes(4, "little"):
             raise InputError(str(path), "the journal of another sweep", "the folder of this sweep")
         if os.fstat(file.fileno()).st_size == head:
             return

@@ -121,13 +121,13 @@ class _Pool:
             try:
                 if not worker.pipe.poll(seconds):
                     return True
-                told = worker.pipe.recv()
+                received = worker.pipe.recv()
             except (EOFError, OSError):
                 return False
-            self._hear(worker, told)
+            self._hear(worker, received)
 
-    def _hear(self, worker: _Worker, told: tuple[Any, ...]) -> None:
-        match told:
+    def _hear(self, worker: _Worker, received: tuple[Any, ...]) -> None:
+        match received:
             case ("block", count, impossible, seconds):
                 worker.finished += count
                 self._each = smoothed(self._each, seconds / count)
@@ -215,7 +215,7 @@ def _cause(code: int | None) -> str:
 
 
 def work(pipe: Connection, task: Task, path: Path, parent: int) -> None:
-    """Live a worker's life: until it is told to end, or its parent has.
+    """Live a worker's life: until it is ordered to end, or its parent has.
 
     Parameters
     ----------
@@ -255,8 +255,8 @@ def work(pipe: Connection, task: Task, path: Path, parent: int) -> None:
 
 
 def _orders(pipe: Connection) -> Iterator[tuple[int, int]]:
-    while (told := pipe.recv()) is not None:
-        yield told
+    while (received := pipe.recv()) is not None:
+        yield received
 
 
 def _chunk(
@@ -268,7 +268,7 @@ def _chunk(
         now = time.perf_counter()
         pipe.send(("block", len(block.rows), len(block.errors), now - started))
         started = now
-        if pipe.poll():  # told to end
+        if pipe.poll():  # ordered to end
             return
         if os.getppid() != parent:
             os._exit(1)

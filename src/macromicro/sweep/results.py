@@ -155,9 +155,9 @@ def _schema(spec: Spec, metrics: Sequence[Metric], code: Code) -> pa.Schema:
         notes = {"unit": metric.unit, "meaning": metric.meaning}
         fields.append(pa.field(metric.name, pa.float64(), nullable=False, metadata=notes))
     fields.append(pa.field("error", pa.string()))
-    told = {"macromicro.sweep": json.dumps(spec.canonical, sort_keys=True)}
-    told |= {f"macromicro.{key}": value for key, value in code._asdict().items()}
-    return pa.schema(fields, metadata=told)
+    record = {"macromicro.sweep": json.dumps(spec.canonical, sort_keys=True)}
+    record |= {f"macromicro.{key}": value for key, value in code._asdict().items()}
+    return pa.schema(fields, metadata=record)
 
 
 def _table(schema: pa.Schema, sampler: Sampler, block: Block) -> pa.Table:
@@ -269,7 +269,7 @@ def ranges(written: Written, units: dict[str, str]) -> Iterator[str]:
     written : Written
         What is in the results.
     units : dict of str to str
-        Of the metrics that are told of, by name.
+        Of the metrics that are reported, by name.
 
     Yields
     ------
@@ -328,17 +328,17 @@ def as_json(written: Written, metrics: Sequence[Metric]) -> dict[str, Any]:
         A metric that is never a number has no range.
     """
     units = {m.name: m.unit for m in metrics}
-    told = {n: {"unit": units[n], **r._asdict()} for n, r in written.ranges.items()}
-    found = {"rows": written.rows, "impossible": written.impossible, "metrics": told}
+    record = {n: {"unit": units[n], **r._asdict()} for n, r in written.ranges.items()}
+    found = {"rows": written.rows, "impossible": written.impossible, "metrics": record}
     return {**found, "first_impossible": written.words} if written.words else found
 
 
-def restored(told: Mapping[str, Any]) -> Written:
+def restored(record: Mapping[str, Any]) -> Written:
     """Read back what `as_json` gave.
 
     Parameters
     ----------
-    told : mapping
+    record : mapping
         From the summary.
 
     Returns
@@ -348,7 +348,7 @@ def restored(told: Mapping[str, Any]) -> Written:
     """
     ranges = {
         name: Range(**{key: one[key] for key in Range._fields})
-        for name, one in told["metrics"].items()
+        for name, one in record["metrics"].items()
     }
-    words = str(told.get("first_impossible", ""))
-    return Written(int(told["rows"]), int(told["impossible"]), words, ranges)
+    words = str(record.get("first_impossible", ""))
+    return Written(int(record["rows"]), int(record["impossible"]), words, ranges)

@@ -206,11 +206,11 @@ def _execute(
 ) -> Outcome:
     spec, place = ready.task.spec, ready.out / folder.JOURNAL
     started, clock = datetime.now().astimezone(), time.monotonic()
-    told = folder.summary(ready.out, str(ready.out))
-    if told["state"] == "complete" and (ready.out / folder.RESULTS).exists():
+    record = folder.summary(ready.out, str(ready.out))
+    if record["state"] == "complete" and (ready.out / folder.RESULTS).exists():
         begin(spec.variants, spec.variants)
         folder.drop_journal(ready.out)
-        return Outcome(spec.variants, spec.variants, 0.0, results.restored(told["results"]))
+        return Outcome(spec.variants, spec.variants, 0.0, results.restored(record["results"]))
     todo = Todo(spec.variants, folder.spans(folder.journals(ready.out), spec))
     before = spec.variants - todo.left
     check_space(ready.out, folder.needed_bytes(spec, todo.left))

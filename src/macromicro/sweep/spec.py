@@ -77,21 +77,21 @@ class Spec(NamedTuple):
     @property
     def canonical(self) -> dict[str, Any]:
         """Everything that decides the results, by the keys of the file, in stored units."""
-        told: dict[str, Any] = {
+        content: dict[str, Any] = {
             "job": self.job,
             "method": self.method,
             "samples": self.variants,
             "metrics": list(self.metrics),
         }
         if self.method != "grid":
-            told["seed"] = self.seed
-        told |= {f"options.{name}": v for name, v in self.options if name not in TREES}
-        told |= dict(self.files)
+            content["seed"] = self.seed
+        content |= {f"options.{name}": v for name, v in self.options if name not in TREES}
+        content |= dict(self.files)
         for axis in self.axes:
             one = list(axis.levels) if axis.levels else [axis.low, axis.high, axis.scale]
-            told[f"parameters.{axis.path}"] = one
-        told["order"] = [axis.path for axis in self.axes]
-        return told
+            content[f"parameters.{axis.path}"] = one
+        content["order"] = [axis.path for axis in self.axes]
+        return content
 
     @property
     def digest(self) -> str:

@@ -156,8 +156,8 @@ class Bench:
     def _resize(self, each: float) -> None:
         """Towards `PORTION` seconds, in whole blocks; doubled at most at a time."""
         block = self.job.block
-        wanted = int(PORTION / max(each, 1e-9)) // block * block
-        self._portion = max(block, min(wanted, 2 * self._portion))
+        requested = int(PORTION / max(each, 1e-9)) // block * block
+        self._portion = max(block, min(requested, 2 * self._portion))
 
 
 def sized(each: float | None, seconds: float, block: int, share: int) -> int:
@@ -168,7 +168,7 @@ def sized(each: float | None, seconds: float, block: int, share: int) -> int:
     each : float or None
         Seconds per variant as measured; None before the first is done.
     seconds : float
-        Of work that is wanted.
+        Of work that is requested.
     block : int
         Variants that are computed together.
     share : int
@@ -179,8 +179,8 @@ def sized(each: float | None, seconds: float, block: int, share: int) -> int:
     int
         Whole blocks, one at least.
     """
-    wanted = block if each is None else int(seconds / max(each, 1e-9))
-    return max(1, -(-min(wanted, share) // block)) * block
+    requested = block if each is None else int(seconds / max(each, 1e-9))
+    return max(1, -(-min(requested, share) // block)) * block
 
 
 def smoothed(each: float | None, new: float) -> float:

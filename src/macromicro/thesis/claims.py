@@ -18,7 +18,7 @@ from macromicro.recording import Recording
 REPRODUCED, DIFFERS, NOT_MEASURED = "reproduced", "differs", "not measured"
 CALIBRATED, SET, COMPUTED, PREDICTED = "calibrated", "set", "computed", "predicted"
 KINDS = (CALIBRATED, SET, COMPUTED, PREDICTED)
-# What the history tells of M9, M14 and A4, for which no parameter is named.
+# What the history says of M9, M14 and A4, for which no parameter is named.
 MET = (
     "the bench was made to meet it from its first sketch on; which parameter was turned for it "
     "is not recorded"

@@ -1,7 +1,7 @@
 """The laboratory procedures that `macromicro collect` runs: one entry each.
 
 A procedure takes a lab and gives recordings by file name; runs of one file stand below
-each other, told apart by the column `run`. To add one, write its function and list it.
+each other, separated by the column `run`. To add one, write its function and list it.
 """
 
 from __future__ import annotations

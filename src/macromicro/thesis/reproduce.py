@@ -128,8 +128,8 @@ def run(
 ) -> list[Result]:
     """All chosen procedures, `jobs` at a time, each in a process; results in their order.
 
-    `progress` is told the result and the expected seconds of each that ended. A procedure that
-    fails, or whose process dies, loses nothing but itself. `stopped` ends the work early: what
+    `progress` is called with the result and the expected seconds of each that ended. A procedure
+    that fails, or whose process dies, loses nothing but itself. `stopped` ends the work early: what
     has not ended by then is reported as failed.
     """
     order = sorted(chosen, key=lambda c: -c.procedure.seconds)

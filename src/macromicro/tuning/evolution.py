@@ -78,7 +78,7 @@ def minimise(
     evaluations: int,
     seed: int,
     block: int = 1,
-    tell: Callable[[int, float], None] = lambda done, best: None,
+    progress: Callable[[int, float], None] = lambda done, best: None,
 ) -> Found:
     """Search for the least cost.
 
@@ -96,7 +96,7 @@ def minimise(
         Of the search.
     block : int
         Designs that are computed together.
-    tell : callable
+    progress : callable
         Hears evaluations done and the least cost.
 
     Returns
@@ -117,7 +117,7 @@ def minimise(
         order = np.argsort(every[1], kind="stable")[:KEPT]
         kept[:] = [each[order] for each in every]
         history.append(float(kept[1][0]))
-        tell(size * len(history), history[-1])
+        progress(size * len(history), history[-1])
         return found
 
     generations = evaluations // size

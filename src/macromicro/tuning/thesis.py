@@ -87,7 +87,7 @@ class Trial(NamedTuple):
 
 
 def tuned(
-    tell: Callable[[int, float], None],
+    progress: Callable[[int, float], None],
     control: Control = Control(),  # noqa: B008
 ) -> tuple[PdTaps, tuple[Row, ...]]:
     """Follow the thesis' route for the PD law that a controller chooses.
@@ -96,7 +96,7 @@ def tuned(
 
     Parameters
     ----------
-    tell : callable
+    progress : callable
         Hears trials made and the settling time of the last.
     control : Control
         With the law, its dead-zone inverse and limit.
@@ -121,7 +121,7 @@ def tuned(
     rows = [_row("damping ratio", r, t) for r, t in ratios.items()]
     rows += [_row("crossover", w, t) for w, t in crossovers.items()]
     rows.append(_row("rule", last.crossover.frequency, last))
-    tell(len(rows), last.settled)
+    progress(len(rows), last.settled)
     return last.taps, tuple(rows)
 
 

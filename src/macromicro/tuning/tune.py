@@ -17,7 +17,7 @@ from macromicro.tuning.measuring import Shown
 from macromicro.tuning.objectives import Scale
 from macromicro.tuning.request import Plan, Request, check
 
-Tell = Callable[[int, float], None]
+Progress = Callable[[int, float], None]
 
 __all__ = [
     "Plan",
@@ -112,14 +112,14 @@ class Tuning(NamedTuple):
         return self.bench_values if self.held_out is None else self.held_out.values
 
 
-def tune(request: Request, tell: Tell = lambda done, best: None) -> Tuning:
+def tune(request: Request, progress: Progress = lambda done, best: None) -> Tuning:
     """Search and judge.
 
     Parameters
     ----------
     request : Request
         What is wanted.
-    tell : callable
+    progress : callable
         Hears evaluations done and the least cost so far.
 
     Returns
@@ -132,7 +132,7 @@ def tune(request: Request, tell: Tell = lambda done, best: None) -> Tuning:
     InputError
         The request cannot be met.
     """
-    return judge(search(check(request), tell))
+    return judge(search(check(request), progress))
 
 
 class Searched(NamedTuple):
@@ -176,14 +176,14 @@ def prepare(plan: Plan) -> None:
     engine_costs(plan)
 
 
-def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
+def search(plan: Plan, progress: Progress = lambda done, best: None) -> Searched:
     """Search for the best gains by the plan's route.
 
     Parameters
     ----------
     plan : Plan
         To be followed.
-    tell : callable
+    progress : callable
         Hears evaluations done and the least cost so far.
 
     Returns
@@ -200,7 +200,7 @@ def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
     present = laws.gains_of(plan.start.controller, plan.law)
     before = float(costs(present[None, :])[0])
     if plan.request.route == "thesis":
-        taps, trials = thesis.tuned(tell, plan.start.controller)
+        taps, trials = thesis.tuned(progress, plan.start.controller)
         gains = np.array(taps)
         after = float(costs(gains[None, :])[0])
         return Searched(plan, gains, len(trials), (before, after), (), trials)
@@ -211,7 +211,7 @@ def search(plan: Plan, tell: Tell = lambda done, best: None) -> Searched:
         plan.evaluations,
         plan.seed,
         jobs.unit(plan.engine) if plan.ensemble is None else 1,
-        tell,
+        progress,
     )
     gains, cost, rejected = present, before, 0
     for design, least in zip(found.ranked, found.costs, strict=True):

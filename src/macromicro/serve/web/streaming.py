@@ -36,17 +36,17 @@ class Stream:
         span = number({"span": bins.SPANS[1], **order}, "span")
         if span not in bins.SPANS:
             raise Refusal(f"a span of {span:g} s", f"one of {bins.SPANS}")
-        wanted = number({"view": 0, **order}, "view")
-        self.view = bins.view(int(wanted) & 0xFFFFFFFF, span, columns)
+        asked = number({"view": 0, **order}, "view")
+        self.view = bins.view(int(asked) & 0xFFFFFFFF, span, columns)
         self._since = -1
 
     def want(self, order: dict[str, Any]) -> dict[str, Any] | None:
-        """Such a change, in its turn; the one that waited and is no longer wanted."""
+        """Such a change, in its turn; the one that waited and is no longer asked for."""
         before, self._wanted = self._wanted, order
         return before
 
     async def run(self, send: Send, answer: Answer, each: Callable[[], Awaitable[None]]) -> None:
-        """Show until the viewer is gone. `answer`: to a wanted view; `each`: done every turn."""
+        """Show until the viewer is gone. `answer`: to such a change; `each`: done every turn."""
         hub, period = self._context.hub, 1.0 / self._bounds.frames
         turn, seen, control = -1, 0, None
         due = time.monotonic()

@@ -61,13 +61,13 @@ class Memory(NamedTuple):
 @kernel
 def step(p: Law, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
     """New state and effort [V], clamped to 0-5 V, for an error [counts]."""
-    wanted = p.kp * error + s.integral + p.kd * (error - s.error)
+    requested = p.kp * error + s.integral + p.kd * (error - s.error)
     integral = s.integral
-    inside = 0.0 <= wanted <= 5.0
-    back = (wanted < 0.0 and error > 0.0) or (wanted > 5.0 and error < 0.0)
+    inside = 0.0 <= requested <= 5.0
+    back = (requested < 0.0 and error > 0.0) or (requested > 5.0 and error < 0.0)
     if p.conditional == 0 or inside or back:
         integral = integral + p.ki * error * dt
-    return Memory(integral, error), min(max(wanted, 0.0), 5.0)
+    return Memory(integral, error), min(max(requested, 0.0), 5.0)
 
 
 @kernel
@@ -108,16 +108,16 @@ class CycleData(NamedTuple):
     unlimited: Array
 
 
-def _one_run(session: Session, p: Law, wanted: Array) -> tuple[Array, float]:
+def _one_run(session: Session, p: Law, requested: Array) -> tuple[Array, float]:
     """One run on an opened rig, sample by sample: its counts, shape (samples,), and the room
     [degC] at its start, NaN without a thermometer.
 
     A missing count leaves the law as it is, its output off; MacromicroError after 5 ms of it.
     """
     memory, silent = Memory(0.0, 0.0), 0
-    counts = np.empty(len(wanted))
+    counts = np.empty(len(requested))
     room = math.nan
-    for k, goal in enumerate(wanted):
+    for k, goal in enumerate(requested):
         sample = session.read()
         if k == 0 and "room" in session.channels:
             room = float(sample.room)
@@ -135,18 +135,18 @@ def _one_run(session: Session, p: Law, wanted: Array) -> tuple[Array, float]:
 def _on_rig(rig: Fixture, seed: int, runs: int, cycles: int, rest_s: float) -> CycleData:
     """All runs on any rig, as `collect` does them; the room is what it is."""
     rig.need("cycle testing", "encoder")
-    wanted = reference(cycles)
+    requested = reference(cycles)
     found = []
     with rig.open(seed) as session:
         session.idle(rig.rest)
         for k in range(runs):
             session.idle(rest_s if k else 0.0)
-            found.append(_one_run(session, WORKING, wanted))
+            found.append(_one_run(session, WORKING, requested))
     others = []
     for law in (PER_SECOND, UNLIMITED):
         with rig.open(seed) as session:
             session.idle(rig.rest)
-            others.append(_one_run(session, law, wanted)[0])
+            others.append(_one_run(session, law, requested)[0])
     counts, room = zip(*found, strict=True)
     return CycleData(np.array(counts), np.array(room), *others)
 
@@ -169,21 +169,21 @@ def collect(
     plant = bed or cycle.prepare(CycleBench())
     drive, idle = compiled(_run), compiled(_rest)
     room = plant.micro.thermal.ambient + room_std * noise_source(seed).standard_normal(runs)
-    wanted = reference(cycles)
+    requested = reference(cycles)
 
     def in_room(degc: float) -> CyclePlant:
         thermal = plant.micro.thermal._replace(ambient=degc)
         return plant._replace(micro=plant.micro._replace(thermal=thermal))
 
-    counts = np.empty((runs, len(wanted)))
+    counts = np.empty((runs, len(requested)))
     state = cycle.initial(in_room(float(room[0])))
     for k in range(runs):
         here = in_room(float(room[k]))
-        state = drive(here, state, WORKING, wanted, counts[k], DT)
+        state = drive(here, state, WORKING, requested, counts[k], DT)
         state = idle(here, state, round(rest_s / _REST_DT), _REST_DT)
-    others = np.empty((2, len(wanted)))
+    others = np.empty((2, len(requested)))
     for row, law in zip(others, (PER_SECOND, UNLIMITED), strict=True):
-        drive(plant, cycle.initial(plant), law, wanted, row, DT)
+        drive(plant, cycle.initial(plant), law, requested, row, DT)
     return CycleData(counts, room, others[0], others[1])
 
 

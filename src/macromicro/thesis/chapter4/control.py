@@ -190,8 +190,8 @@ def comparison(data: MacroData) -> Drawn:
             smooth(ax, t[rows], position, color, names[law], linestyle=style, linewidth=width)
     finish(axes[0, 0], "(a) full", "", "position [counts]")
     finish(axes[1, 0], "(b) zoom", y="position [counts]")
-    aim = float(square.reference[0])
-    axes[1, 0].set_ylim(aim - 35.0, aim + 20.0)
+    target = float(square.reference[0])
+    axes[1, 0].set_ylim(target - 35.0, target + 20.0)
     axes[0, 0].set_ylim(top=3300.0)
     axes[0, 0].legend(fontsize=7.5, loc="upper right", ncols=4, frameon=False)
     seen = {law: control_runs.tracking(square.bench[law], square.reference) for law in styles}
@@ -201,7 +201,7 @@ def comparison(data: MacroData) -> Drawn:
         "The three controllers on the bench",
         "Decaying square wave: target (dash-dot), tuned PD (solid), initial PD (dotted), PID "
         "(dashed). Mean error over the last 0.2 s of each level, in counts: "
-        f"{errors}. (b) Arrival at {aim:.0f} counts: the initial PD overshoots and chatters "
+        f"{errors}. (b) Arrival at {target:.0f} counts: the initial PD overshoots and chatters "
         f"({seen['pd-initial'].reversals} reversals at all levels together, tuned PD "
         f"{seen['pd-tuned'].reversals}).",
         figure,

@@ -1,4 +1,4 @@
-"""Stiction, chatter and agreement, as Section 4.3 tells them by a run of the macro-stage."""
+"""Stiction, chatter and agreement, as Section 4.3 reads them from a run of the macro-stage."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ def _mls(models: Models) -> str:
     try:
         record = models.traces[1.575].record
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # the reason tells it
+            warnings.simplefilter("ignore", ConvergenceWarning)  # the reason says so
             found = thermal.heating_mls(record, models.thesis.steady[1.575])
         made = found.simulate(np.ones(round(60.0 / found.dt)))
     except InputError as error:
@@ -149,7 +149,7 @@ def _cold(table: FodTable, data: StepData) -> str:
     try:
         return f"{thermal.cooling(table, data.cooled[WARM], AMBIENT).time:.2f} s from cold; "
     except InputError as error:
-        return f"from cold it cannot be told ({error}); "
+        return f"from cold it is not known ({error}); "
 
 
 def _whole(models: Models) -> Claim:

@@ -38,7 +38,7 @@ LONG_S = 60.0
 POINTS = 500
 
 _READ = (
-    "Solid: temperature inferred from the position, where the position tells it; broken: the "
+    "Solid: temperature inferred from the position, where the position shows it; broken: the "
     "model; dotted line: full contraction, where the mechanical stop hides what follows. "
 )
 
@@ -94,7 +94,7 @@ def _responses(models: Models) -> Drawn:
         "rising branch of the kiln's table. The mean of three trials (solid) and the trials "
         f"(dots), which are {max(apart):.1f} um or less from it (standard deviation). Steps "
         f"below 1.65 V go on for {HELD_S:g} s. At the start and at the mechanical stop the "
-        "position tells no temperature.",
+        "position shows no temperature.",
         figure,
     )
 
@@ -250,7 +250,7 @@ def _cooling(models: Models) -> Drawn:
         "5.16",
         "Cooling after a step of CTRL",
         "Temperature inferred from the position, by the descending curve that begins where each "
-        "step ended after 10 s, as long as the position tells it: from cold, and at 1.575 V once "
+        "step ended after 10 s, as long as the position shows it: from cold, and at 1.575 V once "
         f"more after {CYCLES_BEFORE} cycles of the same, as the thesis took it. Models of first "
         f"order for that (broken). All fall by 63 % in {min(times):.2f} to {max(times):.2f} s.",
         figure,

@@ -87,7 +87,7 @@ def _spikes(s: Spikes) -> Claim:
         )
     else:
         reason = (
-            f"{done}, by up to {s.largest:.1f} K. What is left cannot be told: it takes the "
+            f"{done}, by up to {s.largest:.1f} K. What is left cannot be judged: it takes the "
             "temperature of the thermocouple itself, which only a virtual kiln knows"
         )
     return stated(

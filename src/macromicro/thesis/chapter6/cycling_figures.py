@@ -43,8 +43,8 @@ def part(recording: Recording, single: Programme, cycle: int) -> Part:
     fine = np.flatnonzero((index >= first) & (index < after) & (recording["phase"] == FINE))
     # The row of the reset still shows the reading from the reset before.
     rows = slice(int(fine[0]) + 1, int(fine[-1]) + 1) if len(fine) else slice(0, 0)
-    wanted = cycle * size + first - 1
-    own = [e for e in extension(recording) if e.move == wanted]
+    number = cycle * size + first - 1
+    own = [e for e in extension(recording) if e.move == number]
     return Part(rows, own[0] if own else None)
 
 

@@ -75,9 +75,9 @@ def _on(ax: Axes) -> dict[str, object]:
     return {"transform": ax.get_xaxis_transform()}
 
 
-def _spans(wanted: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    """First and last row of every span where `wanted` holds."""
-    padded = np.r_[False, wanted, False]
+def _spans(holds: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
+    """First and last row of every span where `holds` holds."""
+    padded = np.r_[False, holds, False]
     begin, end = (
         np.flatnonzero(~padded[:-1] & padded[1:]),
         np.flatnonzero(padded[:-1] & ~padded[1:]),

@@ -127,7 +127,7 @@ def vibrations(recording: Recording, single: Programme, settings: Settings) -> l
 
 def extrapolated(recording: Recording, found: list[Vibration]) -> int:
     """How many of the vibrations are down to 2 um only after the laser's reset, where the
-    fitted envelope is all that tells."""
+    fitted envelope is all that shows it."""
     resets = recording["t"][np.flatnonzero(recording["laser_reset"])]
     over = [v.rest_s + _number(v.decay_s) for v in found]
     first = [float(np.min(resets[resets > v.rest_s], initial=np.inf)) for v in found]

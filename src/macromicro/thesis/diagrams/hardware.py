@@ -66,8 +66,7 @@ HARDWARE: dict[str, Described] = {
             },
             "B > P >[CTRL] N > x; S >[VDC] N",
         ),
-        "CTRL is a PWM signal that tells the actuator's own circuit how much of the supply's "
-        "current to let through the wires.",
+        "CTRL is a PWM signal: it sets how much of the supply's current to let through the wires.",
     ),
     "D.2": Described(
         Diagram(

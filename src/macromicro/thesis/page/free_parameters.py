@@ -13,7 +13,7 @@ from macromicro.units import shown
 
 CALIBRATED = "calibrated to claims"
 ASSUMED = "bench assumptions"
-THESIS = "told by the thesis"
+THESIS = "given by the thesis"
 LITERATURE = "from the literature"
 DERIVED = "derived from other figures"
 GROUPS = (CALIBRATED, ASSUMED, THESIS, LITERATURE, DERIVED)
@@ -40,7 +40,7 @@ class Free(NamedTuple):
 def free_parameters(settings: Settings) -> list[Free]:
     """All parameters of the two-stage bench with its sensors, the kiln and the cycle bench.
 
-    A parameter that several of them share, told by its meaning, is listed once; one whose
+    A parameter that several of them share, known by its meaning, is listed once; one whose
     value has a source of its own on a bench (`OWN_SOURCES`) is that bench's own.
     """
     found: dict[tuple[str, str], Free] = {}

@@ -28,18 +28,18 @@ _SHARES = {"claim": 0.46, "printed": 0.2, "measured": 0.2, "unit": 0.14}
 @contextmanager
 def progress(procedures: Sequence[Procedure]) -> Iterator[Report]:
     """A bar on stderr by the procedures' expected seconds, and the names still at work; a
-    line for each that ended where stderr is no terminal. Yields what `reproduce.run` tells
+    line for each that ended where stderr is no terminal. Yields what `reproduce.run` calls
     of each procedure that ended.
     """
     left = [p.name for p in procedures]
     if not sys.stderr.isatty():
 
-        def tell(result: Result, seconds: float) -> None:
+        def progress(result: Result, seconds: float) -> None:
             left.remove(result.name)
             ended = f"({len(procedures) - len(left)} of {len(procedures)})"
             print(f"{result.name}: {_ending(result)} {ended}", file=sys.stderr, flush=True)
 
-        yield tell
+        yield progress
         return
     with progress_bar() as bar:
         total = sum(p.seconds for p in procedures)
@@ -53,7 +53,7 @@ def progress(procedures: Sequence[Procedure]) -> Iterator[Report]:
 
 
 def _ending(result: Result) -> str:
-    """How a procedure ended, in a word; what was not drawn is told at the end."""
+    """How a procedure ended, in a word; what was not drawn is listed at the end."""
     if not result.failure:
         return "done"
     return INTERRUPTED if result.failure == INTERRUPTED else "failed"

@@ -35,8 +35,8 @@ const warnings = new Alarms(), recordings = new Recordings(link, page);
 const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page);
 const steps = new Steps(orders, page), points = new Points(orders, page);
 
-// Which view of the plots is wanted; begins a new ring for it.
-function wanted() {
+// Which view of the plots is shown; begins a new ring for it.
+function view() {
   const span = Number($("span").value || sessionStorage.getItem("macromicro.span") || SPAN);
   const columns = Math.min(Math.max(Math.floor(plots[0].width), FEWEST), MOST);
   ring = new Ring(++view, span, columns, CHANNELS);
@@ -46,7 +46,7 @@ function wanted() {
 function look() {
   // Before the server has greeted, there are no spans to choose from: nothing was chosen.
   if ($("span").value) sessionStorage.setItem("macromicro.span", $("span").value);
-  if (link.ready) link.order("view", wanted());
+  if (link.ready) link.order("view", view());
 }
 
 function welcome(server) {
