@@ -56,7 +56,7 @@ def in_c(folder: Path) -> Callable[[int], Any] | None:
     finally:
         sys.path.remove(str(PEERS))
     try:
-        return c_loop.batch(job.default(), folder, VARIANTS)  # type: ignore[no-any-return]
+        return c_loop.batch(job.default(), folder, VARIANTS)
     except compiling.NoCompilerError:
         return None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -41,9 +42,7 @@ def fits(timed: Callable[[Callable[[], object], int], float]) -> dict[str, float
     counts = np.floor(np.cumsum(speed) * DT)
     y = np.diff(counts, prepend=0.0) / DT
     return {
-        f"fit of 2000 samples, {name}": timed(
-            lambda method=name: getattr(identify, method)(u, y, 1, 1, DT), 10
-        )
+        f"fit of 2000 samples, {name}": timed(partial(getattr(identify, name), u, y, 1, 1, DT), 10)
         for name in METHODS
     }
 

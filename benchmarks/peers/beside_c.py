@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 import c_loop
 import numpy as np
-from compiling import NATIVE
+from compiling import NATIVE, library
 from job import Job
 from rollout import arguments, parts
 from timing import alternating
@@ -26,7 +27,7 @@ def measure(job: Job, folder: Path, repeats: int = 300) -> list[dict[str, Any]]:
     native = c_loop.compiled(job, folder, NATIVE, "loop_native")
     given, (model, law) = arguments(job), parts(job)
     aim, out = given[3], np.empty((2, job.samples))
-    runs = {
+    runs: dict[str, Callable[[], Any]] = {
         REFERENCE: plain.run,
         "C, cc -O3 -march=native": native.run,
         "macromicro, kernel": lambda: compiled(macro.rollout)(*given, out),
@@ -54,7 +55,7 @@ def batches(job: Job, folder: Path, repeats: int = 25) -> list[dict[str, Any]]:
     now, before = c_loop.gains(job, VARIANTS)
     found = run(2).copy()
     off = 0
-    place = c_loop.library("loop.c", folder)
+    place = library("loop.c", folder)
     for k in range(VARIANTS):
         one = c_loop.loop(job._replace(now=now[k], before=before[k]), place)
         one.run()

@@ -27,7 +27,7 @@ def library(source: str, folder: Path, flags: tuple[str, ...] = PLAIN, stem: str
     if compiler is None:
         raise NoCompilerError("no C compiler: `cc` is not on the path (Debian: apt install gcc)")
     place = folder / f"{stem or Path(source).stem}.so"
-    line = [compiler, *flags, "-shared", "-fPIC", "-o", place, HERE / source, "-lm"]
+    line = [compiler, *flags, "-shared", "-fPIC", "-o", str(place), str(HERE / source), "-lm"]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise NoCompilerError(f"cc {' '.join(flags)} {source}: {done.stderr.strip()[-400:]}")

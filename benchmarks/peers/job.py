@@ -49,8 +49,9 @@ def default() -> Job:
 
     law = settings.prepare(Control(macro_law="pd-tuned")).macro
     model = MacroModel()
+    now, before = law.own
     return Job(
-        *law.own, law.dead_zone, law.limit, *model.linear, model.a0, model.delta, model.width,
+        now, before, law.dead_zone, law.limit, *model.linear, model.a0, model.delta, model.width,
         model.limit,
     )  # fmt: skip
 

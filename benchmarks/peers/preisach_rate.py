@@ -75,7 +75,7 @@ def in_package(t: Everett) -> Callable[[Any, Any], int]:
 
     def run(u: Any, out: Any) -> int:
         _, done = compiled(follow)(t, fresh(t, t.lo, ROWS), u, out, 0, 1.0, 0.0)
-        return done
+        return int(done)
 
     return run
 

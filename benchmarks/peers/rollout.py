@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from job import Job
 
+from macromicro.arrays import Array
 from macromicro.control import settings
 from macromicro.control.macro import MacroLaw
 from macromicro.control.pd import PdTuned
@@ -22,6 +21,6 @@ def parts(job: Job) -> tuple[MacroModel, MacroLaw]:
     return model, law.with_gains(tuned)._replace(dead_zone=job.width, limit=job.limit)
 
 
-def arguments(job: Job) -> tuple[Any, ...]:
+def arguments(job: Job) -> tuple[MacroModel, MacroLaw, MacroModelState, Array, bool]:
     """What `models.macro.rollout` takes, but for the array of results."""
     return *parts(job), MacroModelState(0.0, 0.0), np.full(job.samples, job.target), True
