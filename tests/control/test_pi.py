@@ -20,7 +20,8 @@ integrals = st.floats(-10.0, 10.0)
 
 @given(errors, integrals)
 def test_back_calculation(error: float, integral: float) -> None:
-    """Figure 5.24: dI/dt = Ki e + Kaw (sat(u) - u), u = Kp e + I, Kp 3 V/mm, Ki 30 V/(mm s), Kaw 30 1/s."""
+    """Figure 5.24: dI/dt = Ki e + Kaw (sat(u) - u), u = Kp e + I; Kp 3 V/mm, Ki 30 V/(mm s),
+    Kaw 30 1/s."""
     after, given_ = pi.step(P, integral, error, 1e-3)
     u = 3e3 * error + integral
     assert given_ == min(max(u, 1.3), 1.9)

@@ -111,8 +111,8 @@ class Scripted(Machine):
         self.rows.append([float(v) for v in shown.values()])
 
     def told(self) -> dict[str, Any]:
-        """The transcript as clients read it: columns by name, contractions in mm, modes as they were
-        gone through, all notices."""
+        """The transcript as clients read it: columns by name, contractions in mm, modes as they
+        were gone through, all notices."""
         columns = np.array(self.rows).T
         for name in ("micro_reference", "micro_position", "fine"):
             columns[self.names.index(name)] *= 1e3

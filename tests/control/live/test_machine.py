@@ -210,7 +210,8 @@ def test_laser_and_encoder_apart_are_a_fault_while_the_motor_has_its_turn(
     f = ready(coordinate=-7.0)
     requests = {
         "disabled": m.Disable(), "homing": m.Home(), "moving-macro": m.MoveMacro(60),
-        "settling": m.MoveMacro(60), "moving-micro": m.MoveMicro(1e-3), "holding": m.MoveMicro(1e-3),
+        "settling": m.MoveMacro(60), "moving-micro": m.MoveMicro(1e-3),
+        "holding": m.MoveMicro(1e-3),
     }  # fmt: skip
     if mode in requests:
         f.ask(requests[mode])

@@ -423,6 +423,26 @@ def test_gains(bench) -> None:
     assert bench.errors() == []
 
 
+def test_gains_of_the_micro_stage_are_in_volts_per_mm(bench) -> None:
+    """As in the settings files; the machine has them in V/m."""
+    assert bench.ask('GAIN? "pi_antiwindup.kp";:GAIN? "pi_antiwindup.ki"') == "3;30"
+    assert bench.ask('GAIN:BOUN? "pi.kp"').startswith('0,1000,"V/mm","proportional gain"')
+    bench.ask('GAIN "pi_antiwindup.kp",1.5')
+    assert bench.requests[-1].changes == (("pi_antiwindup.kp", 1500.0),)
+    assert bench.ask('GAIN? "pi_antiwindup.kp"') == "1.5" and bench.errors() == []
+    facts = {"pi_antiwindup.kp": {"old": 3000.0, "new": 1500.0}}
+    bench.station.told.append(m.Event(1.5, "gains", "ready", "ready", "set gains", facts))
+    limits = {"micro_low": {"old": 0.0, "new": 0.5e-3}, "whole_low": {"old": 0.0, "new": 0.01}}
+    bench.station.told.append(m.Event(1.5, "limits", "ready", "ready", "set limits", limits))
+    told = [bench.ask("EVEN?") for _ in range(3)]
+    assert '{""old"": 3.0, ""new"": 1.5}' in told[1]
+    assert '""micro_low"": {""old"": 0.0, ""new"": 0.5}' in told[2]
+    assert '""whole_low"": {""old"": 0.0, ""new"": 0.01}' in told[2]
+    bench.ask('GAIN "pi_antiwindup.kp",2000')
+    error = bench.ask("SYST:ERR?")
+    assert error.startswith("-222,") and "2000 V/mm; accepted: from 0 V/mm to 1000 V/mm" in error
+
+
 def test_programme_by_name_and_as_text(bench) -> None:
     assert bench.ask("PROG:CAT?").startswith('"full-travel"')
     bench.ask('PROG:LOAD "thesis"')

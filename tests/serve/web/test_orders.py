@@ -108,6 +108,12 @@ def test_gains_that_somebody_else_has_changed_are_refused() -> None:
         request(do="gains", changes=[["sequence.wait", wait + 1.0, 1.0]])
 
 
+def test_gains_of_the_micro_stage_come_in_volts_per_mm() -> None:
+    wanted = m.SetGains((("pi_antiwindup.kp", 1500.0), ("pi_antiwindup.ki", 45e3)))
+    changes = [["pi_antiwindup.kp", 3.0, 1.5], ["pi_antiwindup.ki", 30.0, 45.0]]
+    assert request(do="gains", changes=changes) == wanted
+
+
 def test_unknown_orders_are_not_known() -> None:
     assert not ORDERS.knows("link lost") and not ORDERS.knows(None) and not ORDERS.knows(["a"])
 

@@ -126,8 +126,8 @@ def _accuracy(seen: LaserRuns) -> Claim:
         max(calm),
         holds(accepts("I7", max(calm), off)),
         f"worst half peak to peak over 10 s of {len(calm)} holds, {1e3 * SET_POINTS[0]:g} to "
-        f"{1e3 * SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s: the air's noise, hardly more; the means "
-        f"are {off:.2f} um or less from the set points. This is "
+        f"{1e3 * SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s: the air's noise, hardly more; the "
+        f"means are {off:.2f} um or less from the set points. This is "
         f"with Ki {1e-3 * CALMER.ki:g}, picked among {TRIED} pairs of gains, on other seeds, "
         f"because it stays within {ACCURACY_UM:g} um. With the printed Ki {1e-3 * PRINTED.ki:g} "
         f"the loop answers the noise and makes it {min(printed):.1f} to {max(printed):.1f} um: "
