@@ -76,8 +76,8 @@ from macromicro.schema.par import Par
 class Gentle(NamedTuple):
     """The fields of `control.pi`."""
 
-    kp: Annotated[float, Par("V/mm", "proportional gain", lo=0.0)] = 1.5
-    ki: Annotated[float, Par("V/(mm*s)", "integral gain", lo=0.0)] = 10.0
+    kp: Annotated[float, Par("V/m", "proportional gain", shown="V/mm", lo=0.0)] = 1500.0
+    ki: Annotated[float, Par("V/(m*s)", "integral gain", shown="V/(mm*s)", lo=0.0)] = 1e4
     kaw: Annotated[float, Par("1/s", "anti-windup gain", lo=0.0)] = 30.0
     low: Annotated[float, Par("V", "lower limit", lo=0.0)] = 1.3
     high: Annotated[float, Par("V", "upper limit", lo=0.0)] = 1.8
@@ -193,7 +193,7 @@ from macromicro.runs.sequence import micro_steps
 
 def collect(lab: Lab):
     """A recording."""
-    return lab.runner()(micro_steps([1.0], 1.0), lab.settings, lab.seed, False)
+    return lab.runner()(micro_steps([1e-3], 1.0), lab.settings, lab.seed, False)
 
 
 def claims(recording):

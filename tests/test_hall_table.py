@@ -35,8 +35,8 @@ def test_simulator_and_server_take_the_table_of_their_bench() -> None:
     own = hall_table.of_bench(other(Settings()))
     volts = np.linspace(1.0, 2.5, 7)
     place, shipped = calibration.position, calibration.shipped()
-    assert max(abs(place(own, v) - place(shipped, v)) for v in volts) > 0.03  # mm
-    rolled = simulate.prepare(other(Settings()), micro_steps([1.0]))
+    assert max(abs(place(own, v) - place(shipped, v)) for v in volts) > 0.03e-3
+    rolled = simulate.prepare(other(Settings()), micro_steps([1e-3]))
     assert np.array_equal(rolled.watchdog.calibration.position, own.position)
     spec = Spec("twin", 0, other(LiveSettings()), "nothing kept", LIVE, os.getpid())
     opened = loop_process.open_machine(spec)
@@ -45,7 +45,7 @@ def test_simulator_and_server_take_the_table_of_their_bench() -> None:
 
 
 def test_a_programme_on_another_sensor_reaches_its_targets() -> None:
-    run = on_twin(micro_steps([1.5], 3.0), other(Settings()))
+    run = on_twin(micro_steps([1.5e-3], 3.0), other(Settings()))
     assert abs(np.mean(run["laser"][-500:]) - 1500.0) < 10.0  # um
 
 
@@ -66,7 +66,7 @@ def test_a_rig_without_a_table_is_not_served(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_written_table_is_read() -> None:
     made = calibration.read("# of mine\nhall_V,position_mm\n1.0,0.0\n1.5,2.0\n2.0,4.0\n")
-    assert (made.low, made.step, list(made.position)) == (1.0, 0.5, [0.0, 2.0, 4.0])
+    assert (made.low, made.step, list(made.position)) == (1.0, 0.5, [0.0, 2e-3, 4e-3])
     for text in ("", "hall_V,position_mm\n1.0,0.0\n", "1.0\n", "2,1\n1,0\n"):
         with pytest.raises(InputError, match="lines hall_V"):
             calibration.read(text)

@@ -109,7 +109,7 @@ def end_counts(tree: Any) -> tuple[int, int]:
 
 
 def _share(nominally: float) -> Callable[[Any], float]:
-    """A contraction [mm] that is a share of the micro-stage's travel."""
+    """A contraction [m] that is a share of the micro-stage's travel."""
     return lambda tree: _exact(nominally * (tree.travel.micro / Travel().micro))
 
 
@@ -126,13 +126,13 @@ def _spare(tree: Any) -> float:
 
 def _whole_low(tree: Any) -> float:
     pitch, live = tree.sensors.encoder.pitch, tree.live
-    low = (live.limits.macro_low + 2.0) * pitch + live.fine.bias_low * 1e-3
+    low = (live.limits.macro_low + 2.0) * pitch + live.fine.bias_low
     return _inward(low, pitch, math.ceil)
 
 
 def _whole_high(tree: Any) -> float:
     pitch, live = tree.sensors.encoder.pitch, tree.live
-    high = (live.limits.macro_high - 2.0) * pitch + live.fine.bias_high * 1e-3
+    high = (live.limits.macro_high - 2.0) * pitch + live.fine.bias_high
     return _inward(high, pitch, math.floor)
 
 

@@ -81,14 +81,14 @@ def ramps(plant: Plant, seed: int = 0, runs: int = 3) -> list[tuple[Array, Array
     Returns
     -------
     list[tuple[Array, Array]]
-        Pairs of Hall sensor (V) and laser (mm), shape (n,) each, two per run.
+        Pairs of Hall sensor (V) and laser (m), shape (n,) each, two per run.
     """
     ctrl, parts = profile(runs)
     noise = noise_source(seed).standard_normal((len(ctrl), NOISES))
     out = np.empty((6, len(ctrl)))
     cold = bench.initial(plant)
     compiled(loop.stage)(plant, cold, PiAntiWindup(), False, ctrl, noise, out, 1, DT)
-    return [(out[2, part], out[1, part] * 1e3) for part in parts]
+    return [(out[2, part], out[1, part]) for part in parts]
 
 
 def needed(settings: Described) -> bool:

@@ -160,7 +160,7 @@ def rollout(
     watchdog : Guard
         The guard's parameters.
     plan : Plan
-        The programme; macro targets in counts, micro targets in mm.
+        The programme; macro targets in counts, micro targets in m.
     run : Run
         The state at the start.
     noise : ndarray, shape (periods, NOISES)
@@ -221,7 +221,7 @@ def stage(
     closed : bool
         Whether `targets` are places to be held instead of CTRL.
     targets : ndarray, shape (n,)
-        CTRL in V; where `closed`, the place in mm by the laser's reading.
+        CTRL in V; where `closed`, the place in m by the laser's reading.
     noise : ndarray, shape (n, NOISES)
         Standard normal draws.
     out : ndarray, shape (6, n / every)
@@ -243,7 +243,7 @@ def stage(
         sample = bench.measure(p, s, k * dt, draw)
         ctrl = targets[k]
         if closed:
-            integral, ctrl = pi.step(law, integral, targets[k] - 1e3 * sample.laser, dt)
+            integral, ctrl = pi.step(law, integral, targets[k] - sample.laser, dt)
         if k % every == 0:
             j = k // every
             out[0, j] = ctrl

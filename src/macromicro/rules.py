@@ -251,7 +251,7 @@ def _live(tree: Any) -> Iterator[Rule]:
         "without a value it is 0.2 V below that",
     )
     yield (
-        mine.limits.micro_high > tree.travel.micro * 1e3,
+        mine.limits.micro_high > tree.travel.micro,
         "live.limits.micro_high",
         mine.limits.micro_high,
         "at most {travel.micro}",

@@ -97,14 +97,12 @@ def plan(programme: Programme) -> Plan:
     Returns
     -------
     Plan
-        Macro targets in counts, micro targets in mm.
+        Macro targets in counts, micro targets in m.
     """
-    fine = programme.stage == moves.MICRO
-    target = np.where(fine, programme.target * 1e3, programme.target)
     return Plan(
         np.ascontiguousarray(programme.start, dtype=float),
         np.ascontiguousarray(programme.stage, dtype=np.int64),
-        np.ascontiguousarray(target, dtype=float),
+        np.ascontiguousarray(programme.target, dtype=float),
         np.ascontiguousarray(programme.hold, dtype=float),
         float(programme.end),
     )

@@ -70,19 +70,20 @@ class Command(NamedTuple):
     macro_active : float
         Whether the macro-stage is under control, 0 or 1.
     micro_reference : float
-        Set point, mm.
+        Set point, m.
     micro_active : float
         Whether the micro-stage is under control, 0 or 1.
     micro_position : float
-        The calibrated Hall reading, mm.
+        The calibrated Hall reading, m.
     """
 
     macro_reference: Annotated[float, Quantity("count", "set point of the macro-stage")]
     macro_active: float
-    micro_reference: Annotated[float, Quantity("mm", "set point of the micro-stage")]
+    micro_reference: Annotated[float, Quantity("mm", "set point of the micro-stage", scale=1e3)]
     micro_active: float
     micro_position: Annotated[
-        float, Quantity("mm", "contraction by the Hall calibration", column="hall_position")
+        float,
+        Quantity("mm", "contraction by the Hall calibration", column="hall_position", scale=1e3),
     ]
 
 

@@ -221,7 +221,7 @@ def measured(text: str, units: tuple[str, ...], where: str) -> tuple[float, str]
     raise InputError(where, cut, remedy(*units))
 
 
-def quantity(text: str, unit: str, where: str) -> float:
+def quantity(text: str, unit: str, where: str, offered: str = "") -> float:
     """The value of a text in a unit: "4 mm" is 0.004 for "m".
 
     Parameters
@@ -233,6 +233,8 @@ def quantity(text: str, unit: str, where: str) -> float:
         Unit in which the value is stored.
     where : str
         File and key, for the message.
+    offered : str, optional
+        Unit that the message names first; "" for `unit`.
 
     Returns
     -------
@@ -244,7 +246,10 @@ def quantity(text: str, unit: str, where: str) -> float:
     InputError
         No number, no or a wrong unit, NaN, infinity.
     """
-    return measured(text, (unit,), where)[0]
+    try:
+        return measured(text, (unit,), where)[0]
+    except InputError as error:
+        raise InputError(where, error.value, remedy(offered or unit)) from None
 
 
 def convert(value: float, unit: str, to: str) -> float:

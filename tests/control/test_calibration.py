@@ -15,7 +15,7 @@ from macromicro.plant.hall import Hall
 
 SHIPPED = calibration.shipped()
 GRID = SHIPPED.low + SHIPPED.step * np.arange(len(SHIPPED.position))
-tables = st.lists(st.floats(-1.0, 5.0), min_size=2, max_size=30)
+tables = st.lists(st.floats(-1e-3, 5e-3), min_size=2, max_size=30)
 
 
 @given(tables, st.floats(-2.0, 2.0), st.floats(0.01, 1.0), st.floats(-10.0, 40.0))
@@ -26,7 +26,7 @@ def test_lookup_is_linear_interpolation(
     table = Calibration(low, step, np.array(positions))
     grid = low + step * np.arange(len(positions))
     expected = np.interp(volts, grid, positions)
-    assert calibration.position(table, volts) == pytest.approx(expected, abs=1e-9)
+    assert calibration.position(table, volts) == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_reading_that_is_no_number_is_no_index() -> None:
@@ -45,7 +45,7 @@ def test_shipped_table_covers_the_sensor_and_is_right_within_two_micrometres() -
     assert GRID[0] <= 0.1 and GRID[-1] >= 4.9
     for x in np.linspace(0.1e-3, 3.9e-3, 77):
         shown = calibration.position(SHIPPED, hall.volts(Hall(), float(x)))
-        assert shown == pytest.approx(x * 1e3, abs=2e-3)
+        assert shown == pytest.approx(x, abs=2e-6)
 
 
 TABLE = "# Hall calibration\nhall_V,position_mm\n\n0.5,0.1\n0.75,0.4\n1.0,0.8\n1.25,1.5\n"
@@ -55,8 +55,8 @@ def test_a_table_is_read_with_its_first_voltage_and_equal_steps() -> None:
     """Remarks, the heading and empty lines aside."""
     found = calibration.read(TABLE)
     assert (found.low, found.step) == (0.5, 0.25)
-    assert found.position.tolist() == [0.1, 0.4, 0.8, 1.5]
-    assert calibration.position(found, 0.9) == pytest.approx(0.64)
+    assert found.position.tolist() == [0.1e-3, 0.4e-3, 0.8e-3, 1.5e-3]
+    assert calibration.position(found, 0.9) == pytest.approx(0.64e-3)
 
 
 @pytest.mark.parametrize("text", [

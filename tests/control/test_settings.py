@@ -46,6 +46,14 @@ def test_every_micro_law_brings_its_own_gains(law: str) -> None:
     assert settings.prepare(spec).micro == PiAntiWindup(*own)
 
 
+@pytest.mark.parametrize("law", MICRO_LAWS)
+def test_the_gains_of_every_micro_law_are_kept_in_si_and_read_in_mm(law: str) -> None:
+    """The kernel takes the five fields as they are: any other unit would be a wrong gain."""
+    pars = {e.path: e.par for e in entries(getattr(Control(), law.replace("-", "_")))}
+    kept = [(pars[name].unit, pars[name].read_in) for name in ("kp", "ki", "kaw")]
+    assert kept == [("V/m", "V/mm"), ("V/(m*s)", "V/(mm*s)"), ("1/s", "1/s")]
+
+
 def test_fan_is_passed_on() -> None:
     """Section 6.3.1."""
     assert settings.prepare(Control(), fan=True).fan == 1.0

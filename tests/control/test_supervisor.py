@@ -90,7 +90,7 @@ def arrives(at: float, target: float) -> Callable[[float], float]:
 
 def test_macro_arrival_two_seconds_laser_reset_then_micro() -> None:
     """Figure 6.1: the whole sequence with its times; arrival takes 0.2 s within 2 counts."""
-    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5, 2.0))
+    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5e-3, 2.0))
     ticks = walk(made(), what, 10.0, arrives(0.5, 99.0))
     seen = entries(ticks)
     assert [phase for _, phase, _ in seen] == [MACRO, SETTLING, MICRO, DONE]
@@ -103,7 +103,7 @@ def test_macro_arrival_two_seconds_laser_reset_then_micro() -> None:
 
 def test_a_disabled_stage_gets_zero_volts() -> None:
     """Section 6.1: the micro-stage gets 0 V, not its limit of 1.3 V, until it is its turn."""
-    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5, 1.0), (NAN, 0, 50.0, 0.0))
+    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5e-3, 1.0), (NAN, 0, 50.0, 0.0))
     for tick in walk(made(), what, 8.0, arrives(0.5, 100.0)):
         if tick.phase == MICRO:
             assert 1.3 <= tick.out.ctrl <= 1.9
@@ -118,7 +118,7 @@ def test_a_disabled_stage_gets_zero_volts() -> None:
 
 def test_macro_stays_under_control_when_it_is_not_parked() -> None:
     """`park` 0: an error while the micro-stage works is answered."""
-    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5, 1.0))
+    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5e-3, 1.0))
     ticks = walk(made(park=0), what, 8.0, arrives(0.5, 99.0))
     late = [tick for tick in ticks if tick.phase == MICRO]
     assert late and all(tick.out.motor > 3.0 for tick in late)
@@ -146,7 +146,7 @@ def test_a_missing_encoder_reading_is_no_arrival() -> None:
 
 def test_patience_ends_a_move_that_never_arrives() -> None:
     """The programme goes on; the move is reported as not arrived."""
-    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.0, 0.5))
+    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1e-3, 0.5))
     ticks = walk(made(patience=3.0), what, 10.0, lambda _: 0.0)
     seen = entries(ticks)
     assert [phase for _, phase, _ in seen] == [MACRO, SETTLING, MICRO, DONE]
@@ -155,18 +155,18 @@ def test_patience_ends_a_move_that_never_arrives() -> None:
 
 def test_micro_moves_follow_each_other_without_a_reset() -> None:
     """Figure 6.2: the laser is zeroed once, then 1.5 and 3.0 mm two seconds apart."""
-    what = plan((NAN, 0, 0.0, 0.0), (NAN, 1, 1.5, 2.0), (NAN, 1, 3.0, 2.0))
+    what = plan((NAN, 0, 0.0, 0.0), (NAN, 1, 1.5e-3, 2.0), (NAN, 1, 3e-3, 2.0))
     ticks = walk(made(), what, 10.0, lambda _: 0.0)
     assert sum(tick.out.laser_reset > 0.5 for tick in ticks) == 1
     starts = [t for t, phase, _ in entries(ticks) if phase == MICRO]
     assert np.diff(starts) == pytest.approx([2.0], abs=1.1e-3)
     references = [tick.command.micro_reference for tick in ticks if tick.phase == MICRO]
-    assert sorted(set(references)) == [1.5, 3.0]
+    assert sorted(set(references)) == [1.5e-3, 3e-3]
 
 
 def test_next_macro_move_disables_the_micro_stage_and_forgets_its_integral() -> None:
     """Figure 6.1."""
-    what = plan((NAN, 1, 2.0, 1.0), (NAN, 0, 50.0, 0.0), (NAN, 1, 2.0, 1.0))
+    what = plan((NAN, 1, 2e-3, 1.0), (NAN, 0, 50.0, 0.0), (NAN, 1, 2e-3, 1.0))
     ticks = walk(made(), what, 8.0, lambda t: 50.0)
     middle = [tick for tick in ticks if tick.move == 1]
     assert all(tick.out.ctrl == 0.0 and tick.integral == 0.0 for tick in middle)
@@ -185,7 +185,7 @@ def test_hold_of_a_macro_move_is_added_to_the_wait() -> None:
 
 def test_scheduled_moves_begin_at_their_times() -> None:
     """A programme in time: macro at 0.1 s, micro at 4 s, next macro at 5 s, end at 8 s."""
-    what = plan((0.1, 0, 40.0, 0.0), (4.0, 1, 1.0, 0.0), (5.0, 0, 0.0, 0.0), end=8.0)
+    what = plan((0.1, 0, 40.0, 0.0), (4.0, 1, 1e-3, 0.0), (5.0, 0, 0.0, 0.0), end=8.0)
     ticks = walk(made(), what, 20.0, lambda t: 40.0 if t < 5.0 else 0.0)
     seen = entries(ticks)
     phases = [phase for _, phase, _ in seen]
@@ -206,7 +206,7 @@ def test_a_scheduled_macro_move_cuts_in() -> None:
 
 def test_a_scheduled_micro_move_waits_until_the_carriage_has_settled() -> None:
     """Section 6.1: due at 0.5 s, but arrival and two seconds come first."""
-    what = plan((0.0, 0, 100.0, 0.0), (0.5, 1, 1.0, 0.0), end=6.0)
+    what = plan((0.0, 0, 100.0, 0.0), (0.5, 1, 1e-3, 0.0), end=6.0)
     seen = entries(walk(made(), what, 10.0, arrives(1.0, 100.0)))
     micro = [t for t, phase, _ in seen if phase == MICRO]
     assert micro == pytest.approx([1.0 + 0.2 + 2.0], abs=2.1e-3)
@@ -214,9 +214,9 @@ def test_a_scheduled_micro_move_waits_until_the_carriage_has_settled() -> None:
 
 def test_an_overdue_micro_move_gives_way_to_its_successor() -> None:
     """Scheduled micro moves that the wait has overtaken are passed over: the latest counts."""
-    what = plan((0.0, 0, 100.0, 0.0), (0.5, 1, 1.0, 0.0), (1.5, 1, 2.0, 0.0), end=6.0)
+    what = plan((0.0, 0, 100.0, 0.0), (0.5, 1, 1e-3, 0.0), (1.5, 1, 2e-3, 0.0), end=6.0)
     ticks = walk(made(), what, 10.0, arrives(1.0, 100.0))
-    assert {tick.command.micro_reference for tick in ticks if tick.phase == MICRO} == {2.0}
+    assert {tick.command.micro_reference for tick in ticks if tick.phase == MICRO} == {2e-3}
 
 
 def test_nothing_moves_before_the_first_scheduled_time() -> None:
@@ -228,14 +228,14 @@ def test_nothing_moves_before_the_first_scheduled_time() -> None:
             assert tick.command.macro_reference == 7.0
 
 
-def test_errors_are_counts_for_macro_and_millimetres_for_micro() -> None:
+def test_errors_are_counts_for_macro_and_metres_for_micro() -> None:
     """Section 6.1: as in the thesis' gains."""
     p = made()
-    what = plan((NAN, 1, 0.25, 1.0))
+    what = plan((NAN, 1, 0.25e-3, 1.0))
     (tick,) = walk(p, what, DT, lambda _: 0.0, hall=2.5)
-    assert tick.command.micro_reference == 0.25
-    assert tick.command.micro_position == pytest.approx(1.99, abs=0.02)
-    wanted = 3.0 * (0.25 - tick.command.micro_position)
+    assert tick.command.micro_reference == 0.25e-3
+    assert tick.command.micro_position == pytest.approx(1.99e-3, abs=0.02e-3)
+    wanted = 3e3 * (0.25e-3 - tick.command.micro_position)
     assert tick.out.ctrl == min(max(wanted, 1.3), 1.9)
     (tick,) = walk(p, plan((NAN, 0, 30.0, 0.0)), DT, lambda _: 0.0)
     assert tick.out.motor == pytest.approx(3.0 + 0.0124593 * 30.0)
@@ -278,7 +278,7 @@ def in_phase(phase: int, park: int, move: int = 0) -> tuple[float, Progress]:
     s = supervisor.begin(0.0)._replace(
         phase=phase, move=move, macro_reference=100.0, macro=LEFT, entered=1.0
     )
-    what = plan((99.0 if move < 0 else NAN, 1, 1.0, 90.0), (NAN, 1, 1.5, 90.0))
+    what = plan((99.0 if move < 0 else NAN, 1, 1e-3, 90.0), (NAN, 1, 1.5e-3, 90.0))
     s, _, out = supervisor.step(p, what, s, Sample(1.0, 50.0, 2.0, NAN, 0.0, 0.0), 1e-3)
     return out.motor, s
 
@@ -307,7 +307,7 @@ def test_a_macro_move_behind_a_parked_carriage_begins_without_memory(phase: int,
     s = supervisor.begin(0.0)._replace(
         phase=phase, move=0, entered=1.0, macro=LEFT, zeroed=1, integral=1.4
     )
-    what = plan((NAN, 1, 1.0, 0.5), (NAN, 0, 90.0, 0.0))
+    what = plan((NAN, 1, 1e-3, 0.5), (NAN, 0, 90.0, 0.0))
     # The law itself is left out: a missing reading gives no effort and leaves the memory.
     s, _, out = supervisor.step(p, what, s, Sample(9.0, NAN, 2.0, NAN, 0.0, 0.0), 1e-3)
     assert (s.phase, s.move, s.macro_reference, s.integral) == (MACRO, 1, 90.0, 0.0)

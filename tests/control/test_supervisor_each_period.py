@@ -28,7 +28,7 @@ REST = macro.rest(0.0)
 
 def at(move: int, phase: int, **changed: Any) -> Progress:
     """Since 10 s in this phase of this move, which began at 9 s."""
-    s = Progress(move, phase, 9.0, 10.0, NAN, 1, 100.0, 0.5, LEFT, 1.4)
+    s = Progress(move, phase, 9.0, 10.0, NAN, 1, 100.0, 0.5e-3, LEFT, 1.4)
     return s._replace(**changed)
 
 
@@ -59,9 +59,9 @@ def test_before_the_first_move_nothing_has_moved() -> None:
     ],
 )
 def test_when_a_move_is_over(move: int, phase: int, t: float, over: bool) -> None:
-    what = plan((NAN, 0, 100.0, 0.5), (NAN, 1, 1.0, 0.7))
+    what = plan((NAN, 0, 100.0, 0.5), (NAN, 1, 1e-3, 0.7))
     assert supervisor._complete(P, what, at(move, phase), t) == over
-    following = plan((NAN, 0, 100.0, 0.5), (NAN, 1, 1.0, 0.7), (NAN, 0, 0.0, 0.0))
+    following = plan((NAN, 0, 100.0, 0.5), (NAN, 1, 1e-3, 0.7), (NAN, 0, 0.0, 0.0))
     assert supervisor._due(P, following, at(move, phase), t) == over
     assert not supervisor._due(P, what, at(1, MICRO), 99.0)  # there is none
     assert supervisor._over(P, what, at(move, phase), t) == (over and move == 1)
@@ -168,11 +168,11 @@ def test_a_macro_move_begins(phase: int, park: int) -> None:
 @pytest.mark.parametrize("phase", [WAITING, MICRO])
 def test_a_micro_move_begins(phase: int) -> None:
     """With a laser reset and without integral, unless it follows another one."""
-    what = plan((0.0, 1, 1.0, 0.0), (30.0, 1, 1.5, 0.0))
+    what = plan((0.0, 1, 1e-3, 0.0), (30.0, 1, 1.5e-3, 0.0))
     found = next_of(what, at(0, phase), 30.0)
     again = phase == MICRO
     assert found == at(
-        1, MICRO, began=30.0, entered=30.0, micro_reference=1.5,
+        1, MICRO, began=30.0, entered=30.0, micro_reference=1.5e-3,
         zeroed=1 if again else 0, integral=1.4 if again else 0.0,
     )  # fmt: skip
 
@@ -193,7 +193,7 @@ def test_what_is_done_stays_done() -> None:
 @pytest.mark.parametrize("place", [60.0, NAN])
 def test_what_the_motor_gets(phase: int, park: int, moves: bool, place: float) -> None:
     """The law's effort for the error in counts, while the stage is under control."""
-    what = plan((NAN, 1, 1.0, 99.0))
+    what = plan((NAN, 1, 1e-3, 99.0))
     s, command, out = shown(what, at(0, phase, entered=10.9), 11.0, place, park=park)
     memory, motor = macro.step(P.macro, LEFT, 40.0, DT)
     if not moves or math.isnan(place):
@@ -206,13 +206,13 @@ def test_what_the_motor_gets(phase: int, park: int, moves: bool, place: float) -
 @pytest.mark.parametrize("hall", [0.7, NAN])
 def test_what_the_wires_get(phase: int, hall: float) -> None:
     """The law's effort for the error in mm, in the micro-stage's turn."""
-    s, command, out = shown(plan((NAN, 1, 1.0, 99.0)), at(0, phase, entered=10.9), 11.0, hall=hall)
+    s, command, out = shown(plan((NAN, 1, 1e-3, 99.0)), at(0, phase, entered=10.9), 11.0, hall=hall)
     fine = calibration.position(P.calibration, hall)
-    integral, ctrl = pi.step(P.micro, 1.4, 0.5 - fine, DT)
+    integral, ctrl = pi.step(P.micro, 1.4, 0.5e-3 - fine, DT)
     if phase != MICRO or math.isnan(hall):
         integral, ctrl = 1.4, 0.0
     assert (s.integral, out.ctrl) == (integral, ctrl)
-    assert command[2:] == (0.5, float(phase == MICRO), fine)
+    assert command[2:] == (0.5e-3, float(phase == MICRO), fine)
 
 
 @pytest.mark.parametrize(
@@ -223,6 +223,6 @@ def test_what_the_wires_get(phase: int, hall: float) -> None:
 )  # fmt: skip
 def test_when_the_laser_is_reset(phase: int, t: float, zeroed: int, resets: bool) -> None:
     """Once, at the end of the wait of two seconds, or where a micro move comes first."""
-    s, _, out = shown(plan((NAN, 1, 1.0, 99.0)), at(0, phase, zeroed=zeroed), t, place=0.0)
+    s, _, out = shown(plan((NAN, 1, 1e-3, 99.0)), at(0, phase, zeroed=zeroed), t, place=0.0)
     assert out.laser_reset == float(resets)
     assert s.zeroed == (1 if resets else zeroed)

@@ -22,7 +22,9 @@ def test_every_code_has_its_words() -> None:
 
 @pytest.mark.parametrize("code", sorted(TEXTS))
 def test_evidence_holds_the_numbers(code: int) -> None:
-    fault = describe(guard.fresh()._replace(fault=code, value=3.25, limit=2.5, time=1.5))
+    unit = 1e-3 if code == codes.MICRO_LOST else 1.0  # mm
+    watch = guard.fresh()._replace(fault=code, value=3.25 * unit, limit=2.5 * unit, time=1.5)
+    fault = describe(watch)
     assert fault is not None
     assert (fault.code, fault.time_s) == (code, 1.5)
     assert "1.500 s" in fault.evidence and "not read back" in fault.evidence
@@ -37,3 +39,11 @@ def test_remedies_name_limits_that_exist(code: int) -> None:
     words = TEXTS[code].remedy.replace(";", " ").replace(",", " ").split()
     named = {word.rstrip(".") for word in words if word.startswith("guard.")}
     assert named and named <= known
+
+
+def test_a_following_error_of_the_micro_stage_is_told_in_mm() -> None:
+    """The guard has it in m."""
+    lost = guard.fresh()._replace(fault=codes.MICRO_LOST, value=1.25e-3, limit=0.7e-3)
+    fault = describe(lost)
+    assert fault is not None
+    assert fault.evidence.startswith("following error 1.250 mm, allowed 0.700 mm,")

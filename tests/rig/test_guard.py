@@ -212,7 +212,7 @@ def test_heat_without_motion_stops_a_broken_wire() -> None:
 def test_over_temperature_is_estimated_from_ctrl_alone() -> None:
     """CTRL held high heats the estimate past its limit although every sensor is well."""
     watch, t = guard.fresh(), 0.0
-    command = Command(0.0, 0.0, 2.9, 1.0, 2.9)
+    command = Command(0.0, 0.0, 2.9e-3, 1.0, 2.9e-3)
     while watch.fault == codes.OK and t < 10.0:
         hall = 2.5 + 0.002 * math.sin(37.0 * t) + 1.1  # moves like noise, near 3 mm
         watch, _ = guard.step(

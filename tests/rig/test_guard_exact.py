@@ -94,7 +94,7 @@ def test_a_latched_fault_leaves_the_wires_cold() -> None:
     assert guard.temperature(warm) > 26.0
 
 
-def test_the_bounds_come_from_the_limits_in_counts_and_mm() -> None:
+def test_the_bounds_come_from_the_limits_in_counts_and_metres() -> None:
     q = Limits(
         macro_margin=11.0,
         macro_tolerance=12.0,
@@ -107,7 +107,7 @@ def test_the_bounds_come_from_the_limits_in_counts_and_mm() -> None:
     )
     p = guard.prepare(q, TABLE)
     assert p.macro == Bounds(11.0, 12.0, 13.0, 14.0)
-    assert p.micro == pytest.approx(Bounds(1.0, 2.0, 3.0, 4.0))
+    assert p.micro == pytest.approx(Bounds(1e-3, 2e-3, 3e-3, 4.0))
     assert p.limits is q and p.calibration is TABLE
 
 
@@ -131,14 +131,14 @@ def test_a_carriage_that_does_not_follow() -> None:
 def test_a_micro_stage_that_does_not_follow(side: float) -> None:
     """0.3 mm more than at the start for 1.5 s; then 0.5 mm/s less: gone after 0.6 s more."""
     place = calibration.position(TABLE, 2.0)
-    command = Command(0.0, 0.0, place + side * 1.0, 1.0, place)
+    command = Command(0.0, 0.0, place + side * 1e-3, 1.0, place)
     watch, given, tripped = run(Outputs(0.0, 0.0, 0.0, 0.0), 2500, command=command)
     assert (watch.fault, given) == (codes.MICRO_LOST, SAFE)
     assert tripped == pytest.approx(2100, abs=12)
-    assert watch.value == pytest.approx(1.0, abs=5e-3)
-    near = Command(0.0, 0.0, place + side * 0.69, 1.0, place)
+    assert watch.value == pytest.approx(1e-3, abs=5e-6)
+    near = Command(0.0, 0.0, place + side * 0.69e-3, 1.0, place)
     assert run(Outputs(0.0, 0.0, 0.0, 0.0), 3000, command=near)[2] == -1
-    aside = Command(0.0, 0.0, place + side * 1.0, 0.0, place)
+    aside = Command(0.0, 0.0, place + side * 1e-3, 0.0, place)
     assert run(Outputs(0.0, 0.0, 0.0, 0.0), 3000, command=aside)[2] == -1
 
 
@@ -163,25 +163,25 @@ def test_the_heat_at_which_it_trips() -> None:
 @pytest.mark.parametrize(
     ("kelvin", "wanted", "place", "idle", "anchor"),
     [
-        (96.0, True, 1.04, 0.301, 1.0),  # hot, wanted, not 50 um from where it last moved
-        (96.0, True, 0.96, 0.301, 1.0),
-        (96.0, True, 1.06, 0.0, 1.06),
-        (96.0, True, 0.94, 0.0, 0.94),
-        (96.0, False, 1.0, 0.0, 1.0),
-        (94.0, True, 1.04, 0.0, 1.04),  # not hot
+        (96.0, True, 1.04e-3, 0.301, 1e-3),  # hot, wanted, not 50 um from where it last moved
+        (96.0, True, 0.96e-3, 0.301, 1e-3),
+        (96.0, True, 1.06e-3, 0.0, 1.06e-3),
+        (96.0, True, 0.94e-3, 0.0, 0.94e-3),
+        (96.0, False, 1e-3, 0.0, 1e-3),
+        (94.0, True, 1.04e-3, 0.0, 1.04e-3),  # not hot
     ],
 )
 def test_heating_without_motion(
     kelvin: float, wanted: bool, place: float, idle: float, anchor: float
 ) -> None:
     # CTRL that keeps this heat is not at hand: one period changes it by far less than 1 K.
-    s = guard._warm(LIMITS, Heat(heated(kelvin), 1.0, 0.3), 0.0, wanted, place, DT)
+    s = guard._warm(LIMITS, Heat(heated(kelvin), 1e-3, 0.3), 0.0, wanted, place, DT)
     assert (s.idle, s.anchor) == (pytest.approx(idle), anchor)
     first = guard._warm(LIMITS, Heat(heated(kelvin), NAN, 0.3), 0.0, wanted, place, DT)
     assert (first.idle, first.anchor) == (0.0, place)
 
 
-@pytest.mark.parametrize(("ahead", "counts"), [(0.06, True), (0.04, False), (-0.2, False)])
+@pytest.mark.parametrize(("ahead", "counts"), [(0.06e-3, True), (0.04e-3, False), (-0.2e-3, False)])
 def test_only_a_contraction_that_is_wanted_and_lacks_counts_as_idle(
     ahead: float, counts: bool
 ) -> None:
@@ -207,12 +207,12 @@ def test_the_error_is_counted_from_where_the_carriage_is(ahead: float) -> None:
 def test_of_two_faults_at_once_the_cause_is_told() -> None:
     """A sensor's before what follows of it, and that before the heat."""
     place = calibration.position(TABLE, 2.0)
-    far = Command(9e3, 1.0, place + 9.0, 1.0, place)
+    far = Command(9e3, 1.0, place + 9e-3, 1.0, place)
     for k, seen in ((0, {"jump": 9.0}), (1, {})):
         watch = guard.fresh()._replace(
             heat=Heat(heated(200.0), place, 0.0),
             macro=guard.envelope.Envelope(9e3, 1.0, 9.0),
-            micro=guard.envelope.Envelope(place + 9.0, 0.1, 9.0),
+            micro=guard.envelope.Envelope(place + 9e-3, 0.1e-3, 9.0),
         )
         if seen:
             watch = watch._replace(seen=watch.seen._replace(encoder=1e6, time=-DT))
@@ -223,7 +223,7 @@ def test_of_two_faults_at_once_the_cause_is_told() -> None:
     only_micro = far._replace(macro_active=0.0)
     hot = guard.fresh()._replace(
         heat=Heat(heated(200.0), place, 0.0),
-        micro=guard.envelope.Envelope(place + 9.0, 0.1, 9.0),
+        micro=guard.envelope.Envelope(place + 9e-3, 0.1e-3, 9.0),
     )
     assert guard.step(P, hot, sample(0), only_micro, SAFE, DT)[0].fault == codes.MICRO_LOST
     assert guard.step(P, hot, sample(0), QUIET, SAFE, DT)[0].fault == codes.TOO_HOT

@@ -18,26 +18,26 @@ def test_shipped_table_is_what_the_procedure_gives() -> None:
     made = hall_calibration.table()
     shipped = calibration.shipped()
     assert (shipped.low, shipped.step) == (made.low, pytest.approx(made.step))
-    np.testing.assert_allclose(shipped.position, made.position, atol=1e-6)
+    np.testing.assert_allclose(shipped.position, made.position, atol=1e-9)
 
 
 def test_table_is_within_two_micrometres_of_the_bench() -> None:
     """Two independent calibrations, and the bench's own curve, agree."""
     plant = bench.prepare(Bench(), Sensors())
     for table in (calibration.shipped(), hall_calibration.table(seed=7)):
-        x = np.linspace(0.05, 3.95, 300)
-        volts = [hall.volts(plant.hall, 1e-3 * v) for v in x]
+        x = np.linspace(0.05e-3, 3.95e-3, 300)
+        volts = [hall.volts(plant.hall, v) for v in x]
         read = [calibration.position(table, v) for v in volts]
-        assert np.max(np.abs(np.array(read) - x)) < 2e-3
+        assert np.max(np.abs(np.array(read) - x)) < 2e-6
 
 
 def test_mean_slope() -> None:
     """Claim D6: 0.75-0.85 um per mV over the travel."""
     table = calibration.shipped()
     grid = table.low + table.step * np.arange(len(table.position))
-    inside = (table.position > 0.05) & (table.position < 3.95)
+    inside = (table.position > 0.05e-3) & (table.position < 3.95e-3)
     mean = np.ptp(table.position[inside]) / np.ptp(grid[inside])
-    assert 0.75 < mean < 0.85
+    assert 0.75e-3 < mean < 0.85e-3
 
 
 def test_too_little_range_is_refused() -> None:

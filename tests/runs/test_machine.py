@@ -154,8 +154,8 @@ def test_open_loop_of_the_micro_stage() -> None:
 def test_control_by_the_laser(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(laser_noise, "SETTLE_S", 0.5)
     monkeypatch.setattr(laser_noise, "WINDOW_S", 0.5)
-    fast = laser_noise.controlled(PLANT, 1.0, seed=4)
-    same(laser_noise.controlled(Made().fixture(), 1.0, seed=4), fast)
+    fast = laser_noise.controlled(PLANT, 1e-3, seed=4)
+    same(laser_noise.controlled(Made().fixture(), 1e-3, seed=4), fast)
     # A rig without a Hall sensor can be controlled by the laser as well.
     bare = laser_noise.controlled(Made(["laser"]).fixture(), 1.0, seed=4)
     assert bare["laser"].tobytes() == fast["laser"].tobytes()
@@ -175,7 +175,7 @@ def test_a_rig_without_a_table_of_its_sensor_makes_no_micro_moves() -> None:
     """The shipped table is another sensor's: wrong places would be reported as reached."""
     rig = Made().fixture(table=None)
     with pytest.raises(InputError, match="collect --rig MODULE:FACTORY hall"):
-        on_rig(rig)(micro_steps([1.0], 1.0), Settings(), 0, False)
+        on_rig(rig)(micro_steps([1e-3], 1.0), Settings(), 0, False)
     macro = on_rig(rig)(programme((MACRO, 20.0, 0.1)), Settings(), 0, False)
     assert macro.attributes["finished"] == 1
 
@@ -293,7 +293,7 @@ def test_a_rig_whose_reading_fails_ends_safe(error: BaseException) -> None:
     assert rig.written[-1] == SAFE and rig.calls[-2:] == ["stop", "exit"]
     made = Made(seen=failing(100, error))
     with pytest.raises(type(error)):
-        on_rig(made.fixture())(micro_steps([1.0], 1.0), Settings(), 0, True)
+        on_rig(made.fixture())(micro_steps([1e-3], 1.0), Settings(), 0, True)
     assert made.rigs[0].written[-1] == SAFE and made.rigs[0].calls[-1] == "exit"
 
 
@@ -310,7 +310,7 @@ def test_the_guard_ends_an_open_loop_run() -> None:
 
 def test_the_guard_ends_a_programme_s_recording() -> None:
     settings = Settings()._replace(guard=Limits(hottest=60.0))
-    what = micro_steps([2.0], 1.0)
+    what = micro_steps([2e-3], 1.0)
     slow = on_rig(Made().fixture())(what, settings, 1, False)
     fast = on_twin(what, settings, 1)
     same(slow, fast)

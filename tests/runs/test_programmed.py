@@ -64,7 +64,7 @@ def test_the_shipped_table_would_be_another_machine(wanted: Recording) -> None:
 
 
 def test_the_recording_tells_what_ran_and_how_it_ended() -> None:
-    done = programmed.record(micro_steps([1.0], 0.5), OTHER, seed=2, fan=True, cycles=2)
+    done = programmed.record(micro_steps([1e-3], 0.5), OTHER, seed=2, fan=True, cycles=2)
     about = done.recording.attributes
     assert about["version"] == macromicro.__version__
     assert (about["seed"], about["cycles"], about["fan"], about["finished"]) == (2, 2, 1, 1)
@@ -83,4 +83,4 @@ def test_a_recording_is_replayed_by_the_same_function(wanted: Recording) -> None
 def test_a_recording_without_sensors_is_refused(wanted: Recording) -> None:
     bare = Recording.from_arrays(wanted.columns[:1], [wanted["t"]], wanted.dt, {})
     with pytest.raises(InputError):
-        programmed.record(micro_steps([1.0], 0.5), Settings(), on=bare)
+        programmed.record(micro_steps([1e-3], 0.5), Settings(), on=bare)

@@ -237,3 +237,29 @@ def test_what_cannot_be_read_is_refused(par: Par, default: Any, raw: Any, where:
     with pytest.raises(InputError) as caught:
         Entry("a.b", par, default).read(raw, "here")
     assert caught.value.where == where
+
+
+STEEP = Par("V/m", "gain", shown="V/mm", lo=0.0, hi=1e6)
+
+
+@given(st.integers(-(10**15) + 1, 10**15 - 1), st.integers(-12, 6))
+def test_what_a_client_writes_is_what_it_reads(digits: int, exponent: int) -> None:
+    """To fifteen digits, which is all that a float holds of any decimal."""
+    value = float(f"{digits}e{exponent}")
+    assert STEEP.given(STEEP.taken(value)) == value
+
+
+def test_numbers_for_clients_are_in_the_unit_that_they_read() -> None:
+    assert (STEEP.read_in, STEEP.given(3200.0), STEEP.taken(3.2)) == ("V/mm", 3.2, 3200.0)
+    plain = Par("s", "wait")
+    assert (plain.read_in, plain.given(2), plain.taken(2.5)) == ("s", 2, 2.5)
+    for other in (math.inf, "pd-tuned", True):
+        assert STEEP.given(other) is other and STEEP.taken(other) is other
+    assert STEEP.taken(1e308) == math.inf
+
+
+@pytest.mark.parametrize("raw", [3.2, "3.2", "3.2 V", "3.2 V/um/s"])
+def test_a_missing_or_wrong_unit_is_told_with_the_one_that_is_read(raw: object) -> None:
+    with pytest.raises(InputError, match=r"a finite number and its unit: V/mm$"):
+        Entry("kp", STEEP, 3000.0).read(raw, "x.toml, kp")
+    assert Entry("kp", STEEP, 3000.0).read("3.2 V/mm", "x.toml, kp") == 3200.0

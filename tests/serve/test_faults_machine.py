@@ -37,7 +37,7 @@ class Case(NamedTuple):
 
 
 HALL_AWAY = (codes.HALL_RANGE, codes.HALL_NOISY, codes.MICRO_LOST)
-MACRO, MICRO = m.MoveMacro(1500), m.MoveMicro(1.5)
+MACRO, MICRO = m.MoveMacro(1500), m.MoveMicro(1.5e-3)
 LEANT = 1e3 * (LIVE.leant + 0.05)
 CASES = {
     "encoder-frozen": Case(MACRO, 20.0, (codes.STUCK, faults.LOST_COUNTS), LEANT),
@@ -142,9 +142,9 @@ def test_a_lost_fan_is_not_seen_and_harms_nothing(scene: Make) -> None:
     """No sensor tells of it: the way out only takes longer, and says so in its seconds."""
     bench = scene()
     bench.ask(m.Fan(True))
-    assert bench.end(bench.ask(m.MoveMicro(3.0))).outcome == "done"
+    assert bench.end(bench.ask(m.MoveMicro(3e-3))).outcome == "done"
     bench.inject("fan-lost")
-    back = bench.end(bench.ask(m.MoveMicro(0.5)))
+    back = bench.end(bench.ask(m.MoveMicro(0.5e-3)))
     assert back.outcome in ("done", "stalled")
     now = bench.station.snapshot()
     assert now.fault is None and now.fan

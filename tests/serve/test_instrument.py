@@ -44,7 +44,7 @@ def test_a_move_of_both_stages_keeps_its_target_to_the_end() -> None:
 )
 def test_the_target_is_where_it_goes_or_is_held(mode: str, told: float, wanted: float) -> None:
     now: Any = SimpleNamespace(
-        mode=mode, macro_count=590.0, macro_reference=589.0, micro_reference_mm=0.3
+        mode=mode, macro_count=590.0, macro_reference=589.0, micro_reference_m=0.3e-3
     )
     found = target_now(now, told, PITCH)
     assert found == pytest.approx(wanted, nan_ok=True)

@@ -87,7 +87,7 @@ def test_a_new_request_is_one_line_of_the_table(
 
 
 ALWAYS = (m.Stop(), m.EmergencyStop(), m.LinkLost(), m.Disable(), m.Jog("macro", 0), m.Jog("x", 0))
-MOTIONS = (m.Home(), m.MoveTo(0.1), m.MoveBy(0.1), m.MoveMacro(5), m.MoveMicro(1.0))
+MOTIONS = (m.Home(), m.MoveTo(0.1), m.MoveBy(0.1), m.MoveMacro(5), m.MoveMicro(1e-3))
 JOGS = (m.Jog("macro", 0.1), m.Jog("macro", "x"), m.Jog("micro", np.zeros(2)))  # type: ignore[arg-type]
 OTHERS = (m.Enable(), m.Fan(True), m.ClearFault(), m.SetGains(()), m.Zero())
 

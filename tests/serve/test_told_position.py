@@ -108,10 +108,10 @@ def told(name: str, before: tuple[m.Request, ...], seconds: float, behind: m.Req
 
 SITUATIONS: dict[str, tuple[tuple[m.Request, ...], float, m.Request | None]] = {
     "at rest": ((), 0.0, None),
-    "holding": ((m.MoveMicro(1.5),), 2.0, None),
-    "on a micro move": ((m.MoveMicro(1.5),), 0.3, m.MoveMicro(2.5)),
+    "holding": ((m.MoveMicro(1.5e-3),), 2.0, None),
+    "on a micro move": ((m.MoveMicro(1.5e-3),), 0.3, m.MoveMicro(2.5e-3)),
     "on a macro move": ((m.MoveMacro(1500),), 0.15, None),
-    "then moved": ((m.MoveMicro(1.0),), 2.0, m.MoveTo(0.03)),
+    "then moved": ((m.MoveMicro(1e-3),), 2.0, m.MoveTo(0.03)),
 }
 
 
@@ -136,7 +136,7 @@ def test_a_half_width_is_honest_under_every_fault(name: str, situation: str) -> 
 def test_a_hall_sensor_on_its_rail_costs_trust_at_once_and_gives_it_back() -> None:
     scene = Scene()
     scene.accepted(m.Enable())
-    scene.accepted(m.MoveMicro(1.5))
+    scene.accepted(m.MoveMicro(1.5e-3))
     scene.tick(2000)
     faulty.inject(scene.cells, "hall-range")
     scene.tick(300)
@@ -153,7 +153,7 @@ def test_the_remedy_that_is_told_works_the_first_time(name: str) -> None:
     """FAUL:CLE;:ENAB;HOME behind a fault of the Hall sensor at rest."""
     scene = Scene()
     scene.accepted(m.Enable())
-    scene.accepted(m.MoveMicro(1.0))
+    scene.accepted(m.MoveMicro(1e-3))
     scene.tick(3000)
     faulty.inject(scene.cells, name)
     scene.tick(1500)

@@ -9,6 +9,7 @@ import pytest
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Event, Finished, Refused
+from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve.trail import BURST, Trail
 
 
@@ -38,6 +39,24 @@ def test_orders_faults_and_ends_have_their_levels(caplog: pytest.LogCaptureFixtu
         (logging.WARNING, "end: motion 3 fault (position_m 0.01)"),
         (logging.WARNING, "token: this is not the token by scpi 127.0.0.1:7"),
     ]
+
+
+def test_what_is_noted_is_in_the_units_that_people_read(caplog: pytest.LogCaptureFixture) -> None:
+    trail = Trail()
+    own = SoftLimits()
+    trail.order(1.0, "own", m.MoveMicro(1.5e-3), Accepted(3))
+    trail.order(1.0, "own", m.SetGains((("pi.kp", 1500.0), ("no.such", 1.0))), Accepted())
+    trail.order(1.0, "own", m.SetLimits(own), Accepted())
+    facts = {"pi.kp": {"old": 3000.0, "new": 1500.0}}
+    trail.event(Event(1.2, "gains", "ready", "ready", "set gains", facts))
+    changed = {"micro_high": {"old": 3.5e-3, "new": 3e-3}, "whole_high": {"old": 0.2, "new": 0.1}}
+    trail.event(Event(1.2, "limits", "ready", "ready", "set limits", changed))
+    lines = [line for _, line in told(caplog)]
+    assert "(position 1.5, replace False, motion 3)" in lines[0]
+    assert "('pi.kp', 1.5), ('no.such', 1.0)" in lines[1]
+    assert "micro_high=3.5, " in lines[2] and "whole_high=0.2169" in lines[2]
+    assert "pi.kp old 3.0, new 1.5" in lines[3]
+    assert "micro_high old 3.5, new 3.0, whole_high old 0.2, new 0.1" in lines[4]
 
 
 def test_what_clients_choose_is_escaped_and_cut(caplog: pytest.LogCaptureFixture) -> None:

@@ -139,7 +139,7 @@ def test_equal_gains_of_2_25_are_slower_than_none() -> None:
         seen = on_twin(micro_steps(LEVELS, 2.0, TIMES), job, 0, False)
         return [abs(error_after(seen, time)) for time in TIMES]
 
-    plain, held = left("pi", ki=2.25), left("pi-antiwindup", ki=2.25, kaw=2.25)
+    plain, held = left("pi", ki=2250.0), left("pi-antiwindup", ki=2250.0, kaw=2.25)
     assert all(h > 1.5 * p for h, p in zip(held, plain, strict=True))
 
 

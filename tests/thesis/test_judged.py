@@ -71,7 +71,7 @@ def _cut(recording: Recording, rows: int) -> Recording:
 
 
 def test_whole_tells_what_was_cut_and_why() -> None:
-    run = on_twin(micro_steps([1.0]), Settings())
+    run = on_twin(micro_steps([1e-3]), Settings())
     whole("a step", run)
     with pytest.raises(NotMeasured, match=r"a step was cut short after 0\.5 s: it stuck"):
         whole("a step", run, _cut(run, 500))

@@ -71,7 +71,7 @@ def test_ripple_margin() -> None:
 
 def test_a_law_that_swings_has_none() -> None:
     """Anti-windup far above the integral gain: it settles sooner, then wanders."""
-    gains = Control().pi_antiwindup._replace(kp=2.586, ki=44.29, kaw=76.35)
+    gains = Control().pi_antiwindup._replace(kp=2586.0, ki=44290.0, kaw=76.35)
     wild = Control(pi_antiwindup=gains)
     law = laws.find("micro", None, wild)
     assert math.isnan(loops.ripple_margin(Settings(controller=wild), law))
@@ -81,7 +81,7 @@ def test_a_law_that_swings_has_none() -> None:
 
 def test_a_stage_at_its_stop_is_not_quiet() -> None:
     """It does not move there, but it does not hold either."""
-    wild = Control(pi_antiwindup=Control().pi_antiwindup._replace(kp=2.586, ki=44.29, kaw=76.35))
+    wild = Control(pi_antiwindup=Control().pi_antiwindup._replace(kp=2586.0, ki=44290.0, kaw=76.35))
     law = laws.find("micro", None, wild)
     far = laws.with_gains(wild, law, 64.0 * laws.gains_of(wild, law))
     assert loops.ripple(Settings(controller=far)) == math.inf

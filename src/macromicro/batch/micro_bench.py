@@ -63,7 +63,7 @@ def judged(seen: Recording, settings: Settings) -> list[float]:
     rows, tail = round(HOLD / PERIOD), round(TAIL / PERIOD)
     for time, level in zip(TIMES, LEVELS, strict=True):
         a = round(time / PERIOD)
-        error = 1e3 * level - laser[a : a + rows]
+        error = 1e6 * level - laser[a : a + rows]
         beyond = max(beyond, float((-math.copysign(1.0, level - before) * error).max()))
         left = max(left, abs(float(error[-tail:].mean())))
         before = level

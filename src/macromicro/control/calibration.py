@@ -1,4 +1,4 @@
-"""Hall calibration in use: sensor volts to millimetres of contraction (Figure 3.9)."""
+"""Hall calibration in use: sensor volts to contraction (Figure 3.9)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Calibration(NamedTuple):
     step : float
         From point to point, V.
     position : ndarray, shape (n,)
-        mm.
+        m.
     """
 
     low: float
@@ -44,7 +44,7 @@ def position(p: Calibration, volts: float) -> float:
     Returns
     -------
     float
-        mm.
+        m.
     """
     last = len(p.position) - 1
     place = (volts - p.low) / p.step
@@ -63,7 +63,7 @@ def shipped() -> Calibration:
     Returns
     -------
     Calibration
-        Volts to mm.
+        Volts to m.
     """
     return _parsed(
         resources.files("macromicro.control").joinpath("hall_calibration.csv").read_text("utf-8")
@@ -81,7 +81,7 @@ def read(text: str) -> Calibration:
     Returns
     -------
     Calibration
-        Volts to mm.
+        Volts to m.
 
     Raises
     ------
@@ -102,4 +102,5 @@ def _parsed(text: str) -> Calibration:
     rows = [line for line in text.splitlines() if line and not line.startswith(("#", "hall"))]
     table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
     low, step = float(table[0, 0]), float(table[-1, 0] - table[0, 0]) / (len(table) - 1)
-    return Calibration(low, step, np.ascontiguousarray(table[:, 1]))
+    # Divided, not multiplied by 1e-3: so "1.5" mm is exactly the float 0.0015.
+    return Calibration(low, step, np.ascontiguousarray(table[:, 1] / 1e3))

@@ -33,11 +33,11 @@ class Supervisor(NamedTuple):
     macro : MacroLaw
         Law of the macro-stage, in counts and V.
     micro : PiAntiWindup
-        Law of the micro-stage, in mm and V.
+        Law of the micro-stage, in m and V.
     sequence : Sequence
         Arrival, wait, parking.
     calibration : Calibration
-        Hall voltage to mm.
+        Hall voltage to m.
     fan : float
         0 or 1, written in every period.
     """
@@ -59,7 +59,7 @@ class Plan(NamedTuple):
     stage : ndarray, shape (n,)
         0 macro, 1 micro.
     target : ndarray, shape (n,)
-        counts for macro, mm for micro.
+        counts for macro, m for micro.
     hold : ndarray, shape (n,)
         s.
     end : float
@@ -93,7 +93,7 @@ class Progress(NamedTuple):
     macro_reference : float
         counts.
     micro_reference : float
-        mm.
+        m.
     macro : Memory
         Memories of the macro laws.
     integral : float
@@ -229,7 +229,7 @@ def step(
 ) -> tuple[Progress, Command, Outputs]:
     """One control period.
 
-    Errors are in counts for the macro-stage and in mm for the micro-stage, as in the thesis.
+    Errors are in counts for the macro-stage and in m for the micro-stage.
 
     Parameters
     ----------

@@ -26,12 +26,12 @@ class HallFit(NamedTuple):
     volts : ndarray, shape (points,)
         V.
     std : ndarray, shape (points,)
-        Standard deviation of one run from the mean of all, mm.
+        Standard deviation of one run from the mean of all, m.
     error : ndarray, shape (points,)
-        That of the mean, mm.
+        That of the mean, m.
     between : ndarray, shape (points,)
         Half the difference between the mean of the rising and that of the falling runs, which is
-        lag, mm.
+        lag, m.
     runs : int
         Their number.
     """
@@ -56,7 +56,7 @@ def calibrate(
     Parameters
     ----------
     runs : Sequence[tuple[Array, Array]]
-        Pairs of Hall voltage (V) and laser position (mm), shape (n,) each. Each run goes one way
+        Pairs of Hall voltage (V) and laser position (m), shape (n,) each. Each run goes one way
         only; runs of both directions should be given in equal number.
     low, high : float, optional
         Voltages of the table's ends, V.
@@ -66,7 +66,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        Position (mm) over voltage (V).
+        Position (m) over voltage (V).
 
     Raises
     ------
@@ -115,7 +115,7 @@ def calibrated(
 
 
 def _tables(runs: Sequence[tuple[Array, Array]], grid: Array) -> Array:
-    """Position [mm] at the grid's voltages by each run, shape (runs, points), NaN where the
+    """Position [m] at the grid's voltages by each run, shape (runs, points), NaN where the
     run has too few readings."""
     step = grid[1] - grid[0]
     tables = np.full((len(runs), len(grid)), np.nan)

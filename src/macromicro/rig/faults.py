@@ -38,12 +38,13 @@ class Fault(NamedTuple):
 
 
 class _Text(NamedTuple):
-    """Evidence may hold {value} and {limit} of the guard's `Watch`."""
+    """Evidence may hold {value} and {limit} of the guard's `Watch`, times `scale`."""
 
     name: str
     message: str
     evidence: str
     remedy: str
+    scale: float = 1.0
 
 
 TEXTS = {
@@ -68,6 +69,7 @@ TEXTS = {
         "Let the actuator cool or use the fan, check its supply, the Hall sensor and the micro "
         "gains; "
         "guard.micro_rate and guard.micro_tolerance set what is allowed.",
+        scale=1e3,
     ),
     codes.ENCODER_SILENT: _Text(
         "encoder silent",
@@ -168,7 +170,7 @@ def describe(watch: Watch) -> Fault | None:
     if watch.fault == codes.OK:
         return None
     text = TEXTS[watch.fault]
-    evidence = text.evidence.format(value=watch.value, limit=watch.limit)
+    evidence = text.evidence.format(value=watch.value * text.scale, limit=watch.limit * text.scale)
     return Fault(
         watch.fault,
         text.name,

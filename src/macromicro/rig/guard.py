@@ -34,7 +34,7 @@ class Guard(NamedTuple):
     macro : Bounds
         Envelope, counts.
     micro : Bounds
-        Envelope, mm.
+        Envelope, m.
     calibration : Calibration
         Calibration of the Hall sensor.
     """
@@ -53,7 +53,7 @@ class Heat(NamedTuple):
     heating : Heating
         State of (5.6).
     anchor : float
-        Where the stage last moved to, mm.
+        Where the stage last moved to, m.
     idle : float
         For how long it has been heated without motion, s.
     """
@@ -71,7 +71,7 @@ class Watch(NamedTuple):
     fault : int
         One of `codes`.
     value : float
-        What was measured at the fault, unit of its text.
+        What was measured at the fault: V, s, counts, m or deg C.
     limit : float
         Its limit.
     time : float
@@ -81,7 +81,7 @@ class Watch(NamedTuple):
     macro : Envelope
         Envelope, counts.
     micro : Envelope
-        Envelope, mm.
+        Envelope, m.
     heat : Heat
         Estimate of the actuator's heat.
     """
@@ -109,15 +109,15 @@ def prepare(limits: Limits, table: Calibration) -> Guard:
     Returns
     -------
     Guard
-        Envelopes in counts and mm.
+        Envelopes in counts and m.
     """
     return Guard(
         limits,
         Bounds(limits.macro_margin, limits.macro_tolerance, limits.macro_rate, limits.macro_grace),
         Bounds(
-            1e3 * limits.micro_margin,
-            1e3 * limits.micro_tolerance,
-            1e3 * limits.micro_rate,
+            limits.micro_margin,
+            limits.micro_tolerance,
+            limits.micro_rate,
             limits.micro_grace,
         ),
         table,
@@ -187,13 +187,13 @@ def legal(p: Limits, out: Outputs) -> bool:
 
 @kernel
 def _warm(p: Limits, s: Heat, ctrl: float, requested: bool, place: float, dt: float) -> Heat:
-    """Estimated heating after `dt`, and how long the stage at `place` [mm] ignores it.
+    """Estimated heating after `dt`, and how long the stage at `place` [m] ignores it.
 
     `requested`: a contraction is being asked for and not yet there.
     """
     heating = electrothermal.step(s.heating, electrothermal.gain(ctrl, p.ceiling), dt)
     hot = ROOM + electrothermal.temperature(heating) > p.warm
-    moved = math.isnan(s.anchor) or abs(place - s.anchor) > 1e3 * p.motion
+    moved = math.isnan(s.anchor) or abs(place - s.anchor) > p.motion
     if not hot or not requested or moved:
         return Heat(heating, place, 0.0)
     return Heat(heating, s.anchor, s.idle + dt)
@@ -252,7 +252,7 @@ def step(
         p.micro, s.micro, command.micro_active, command.micro_reference, abs(off), dt
     )
     ctrl = out.ctrl if fine and s.fault == OK else 0.0
-    requested = command.micro_active > 0.5 and off > 1e3 * q.motion
+    requested = command.micro_active > 0.5 and off > q.motion
     heat = _warm(q, s.heat, ctrl, requested, place, dt)
 
     fault, value, limit, time = s.fault, s.value, s.limit, s.time

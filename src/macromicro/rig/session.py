@@ -132,7 +132,7 @@ class Fixture(NamedTuple):
         Returns
         -------
         Calibration
-            Volts to mm.
+            Volts to m.
 
         Raises
         ------

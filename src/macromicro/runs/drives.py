@@ -226,7 +226,7 @@ def by_laser(
     machine : Machine
         The virtual bench's parameters, or a rig.
     target : float
-        Target, mm.
+        Target, m.
     p : PiAntiWindup
         The law.
     seconds : float
@@ -246,7 +246,7 @@ def by_laser(
     """
     targets = np.full(round(seconds / DT), target)
     found = stage(machine, "control by the laser", ("laser",), targets, law=p, seed=seed)
-    values = _shown(found) | {"micro_reference": targets}
+    values = _shown(found) | {"micro_reference": targets * 1e3}
     return _recording(machine, BY_LASER, values, DT, {"seed": seed})
 
 
@@ -271,7 +271,7 @@ def stage(
     channels : tuple[str, ...]
         What the rig must measure.
     targets : ndarray, shape (n,)
-        A sample each ms: CTRL (V), or the place (mm) that `law` holds by the laser.
+        A sample each ms: CTRL (V), or the place (m) that `law` holds by the laser.
     law : PiAntiWindup | None, optional
         None for an open loop.
     seed : int, optional
@@ -327,7 +327,7 @@ def _hold(
             return IDLE, Outputs(0.0, target, 0.0, 0.0)
         ctrl = 0.0
         if not math.isnan(sample.laser):
-            integral, ctrl = pi.step(p, integral, target - 1e3 * sample.laser, DT)
+            integral, ctrl = pi.step(p, integral, target - sample.laser, DT)
         return Command(0.0, 0.0, target, seen, math.nan), Outputs(0.0, ctrl, 0.0, 0.0)
 
     return hold

@@ -34,7 +34,7 @@ def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, A
     Returns
     -------
     list[tuple[Array, Array]]
-        Pairs of Hall voltage (V) and position (mm), shape (n,) each.
+        Pairs of Hall voltage (V) and position (m), shape (n,) each.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def collect(plant: Machine, seed: int = 0, runs: int = 3) -> list[tuple[Array, A
     """
     ctrl, parts = profile(runs)
     found = drives.stage(plant, "the Hall calibration", ("hall", "laser"), ctrl, seed=seed)
-    return [(found["hall"][part], found["laser"][part] * 1e3) for part in parts]
+    return [(found["hall"][part], found["laser"][part]) for part in parts]
 
 
 def table(plant: Machine | None = None, seed: int = 0) -> Calibration:
@@ -59,7 +59,7 @@ def table(plant: Machine | None = None, seed: int = 0) -> Calibration:
     Returns
     -------
     Calibration
-        Volts to mm.
+        Volts to m.
 
     Raises
     ------
@@ -84,7 +84,9 @@ def as_csv(result: Calibration) -> str:
     """
     lines = ["# Hall calibration of the default bench: Section 3.2.3, three runs up and down"]
     lines.append("hall_V,position_mm")
-    lines += [f"{result.low + i * result.step:.4f},{x:.6f}" for i, x in enumerate(result.position)]
+    lines += [
+        f"{result.low + i * result.step:.4f},{1e3 * x:.6f}" for i, x in enumerate(result.position)
+    ]
     return "\n".join(lines) + "\n"
 
 

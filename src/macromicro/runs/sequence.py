@@ -15,7 +15,7 @@ from macromicro.errors import InputError
 from macromicro.programme import MICRO, Programme
 from macromicro.recording import Recording
 
-LEVELS, TIMES = (2.0, 3.0, 2.0, 0.0), (1.0, 3.0, 5.0, 7.0)  # mm, s
+LEVELS, TIMES = (2e-3, 3e-3, 2e-3, 0.0), (1.0, 3.0, 5.0, 7.0)  # m, s
 BAND_UM = 10.0
 MEAN = 21  # samples of the centred mean that takes the laser's fast noise
 
@@ -28,7 +28,7 @@ def micro_steps(
     Parameters
     ----------
     levels : Sequence[float]
-        Levels, mm.
+        Levels, m.
     hold : float, optional
         How long each is held, or with `times` the last, s.
     times : Sequence[float] | None, optional
@@ -44,9 +44,9 @@ def micro_steps(
     InputError
         Numbers that make no programme.
     """
-    target = 1e-3 * np.asarray(levels, dtype=np.float64)
+    target = np.asarray(levels, dtype=np.float64)
     if target.ndim != 1 or not target.size or not np.isfinite(target).all():
-        raise InputError("micro steps, levels", list(levels), "a list of positions in mm")
+        raise InputError("micro steps, levels", list(levels), "a list of positions in m")
     if not (math.isfinite(hold) and hold > 0.0):
         raise InputError("micro steps, hold", hold, "seconds above 0")
     n = len(target)
@@ -83,8 +83,8 @@ def settling(recording: Recording, band: float | None = BAND_UM) -> list[float]:
     before = 0.0
     for time, level in zip(TIMES, LEVELS, strict=True):
         a = round(time / recording.dt)
-        error = 1e3 * level - place[a : a + round(2.0 / recording.dt)]
-        width = 20.0 * abs(level - before) if band is None else band
+        error = 1e6 * level - place[a : a + round(2.0 / recording.dt)]
+        width = 2e4 * abs(level - before) if band is None else band
         held = len(error) == round(2.0 / recording.dt)
         row = entry(error, width, recording.dt, 0.0) if held else None
         found.append(float("nan") if row is None else row * recording.dt)

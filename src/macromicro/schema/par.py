@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from macromicro.errors import InputError
 from macromicro.schema.text import printable
-from macromicro.units import quantity, remedy, shown
+from macromicro.units import convert, quantity, remedy, shown
 
 ASSUMED = "bench assumption"
 S = TypeVar("S")
@@ -77,6 +77,45 @@ class Par:
         if not finite(value):
             return printable(value)
         return shown(value, self.unit, self.shown, digits)
+
+    @property
+    def read_in(self) -> str:
+        """Unit in which clients read and write it."""
+        return self.shown or self.unit
+
+    def given(self, value: Any) -> Any:
+        """A stored value as a plain number for clients.
+
+        Parameters
+        ----------
+        value : Any
+            In `unit`, or anything that is not a finite number.
+
+        Returns
+        -------
+        Any
+            A number in `read_in`, anything else as it is.
+        """
+        return (
+            value if not (self.shown and finite(value)) else convert(value, self.unit, self.shown)
+        )
+
+    def taken(self, value: Any) -> Any:
+        """A client's plain number as a stored value.
+
+        Parameters
+        ----------
+        value : Any
+            In `read_in`, or anything that is not a finite number.
+
+        Returns
+        -------
+        Any
+            A number in `unit`, anything else as it is; it is not checked.
+        """
+        return (
+            value if not (self.shown and finite(value)) else convert(value, self.shown, self.unit)
+        )
 
 
 class Entry(NamedTuple):
@@ -202,9 +241,9 @@ class Entry(NamedTuple):
         if not self.number:
             return self.check(raw, where)
         if isinstance(raw, bool) or not isinstance(raw, int | float | str):
-            raise InputError(where, printable(raw), remedy(self.par.unit))
+            raise InputError(where, printable(raw), remedy(self.par.read_in))
         written = raw if isinstance(raw, str) else printable(raw)
-        value = quantity(written, self.par.unit, where)
+        value = quantity(written, self.par.unit, where, self.par.shown)
         if not self.admits(value):
             raise InputError(where, written, self.accepted)
         if isinstance(raw, int) and isinstance(self.value, int):

@@ -83,7 +83,7 @@ class Instrument:
 
     def limit(self, kind: str, which: str) -> float:
         """The lower ("MIN") or upper ("MAX") end of what is accepted now: of the whole, by what
-        both stages reach together [m]; of the macro-stage [counts], of the micro-stage [mm]."""
+        both stages reach together [m]; of the macro-stage [counts], of the micro-stage [m]."""
         limits = self.station.snapshot().limits
         if kind == "whole":
             tolerance = self.control().sequence.tolerance
@@ -95,7 +95,7 @@ class Instrument:
         is called `shown`, or by its name without the folder."""
         # Its micro targets may be 0: there the micro-stage is let go.
         soft, pitch = self.station.snapshot().limits, self.settings.live.pitch
-        micro = 0.0, soft.micro_high * 1e-3
+        micro = 0.0, soft.micro_high
         try:
             return programme.load(
                 path, Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / pitch)
@@ -163,5 +163,5 @@ def target_now(now: Snapshot, target: float, pitch: float) -> float:
     if math.isfinite(target):
         return target
     if now.mode in _FINE:
-        return now.macro_count * pitch + now.micro_reference_mm * 1e-3
+        return now.macro_count * pitch + now.micro_reference_m
     return now.macro_reference * pitch

@@ -59,7 +59,7 @@ class Opened(NamedTuple):
     def witness(self, sample: Sample) -> Evident:
         """What confirms a position that was kept."""
         contraction = calibration.position(self.table, sample.hall)
-        return Evident(self.counted, sample.laser - contraction * 1e-3)
+        return Evident(self.counted, sample.laser - contraction)
 
 
 def main() -> None:

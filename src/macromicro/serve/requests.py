@@ -102,7 +102,7 @@ REQUESTS: tuple[RequestType, ...] = (
         m.MoveMicro,
         "MOVE:MICRo",
         "The micro-stage alone, to a contraction; the macro-stage stands.",
-        (Field("contraction", "mm", -1e3, 1e3, ends="micro"),),
+        (Field("contraction", "m", -1.0, 1.0, ends="micro"),),
         effect=MOVES,
         replaces=True,
         motion="micro move to",

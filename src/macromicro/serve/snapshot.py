@@ -50,7 +50,7 @@ class Snapshot(NamedTuple):
 
     Positions are NaN before the first period. `position_m` with `uncertainty_m` is the whole
     system's, `trusted` whether it is known since homing, `trust` why (not). `macro_count`,
-    `macro_reference` [counts]; `micro_mm`, `micro_reference_mm` by the Hall calibration.
+    `macro_reference` [counts]; `micro_m`, `micro_reference_m` by the Hall calibration.
     Efforts: `motor_v`, `ctrl_v` [V at the D/A], `fan`, as last written to the rig; where the loop
     is gone and nobody has stopped the rig, the volts are NaN and `fan` is as last written.
     `temperature_c`: of the wires, estimated from CTRL. `motion`: number of the motion under
@@ -71,8 +71,8 @@ class Snapshot(NamedTuple):
     trust: str
     macro_count: float
     macro_reference: float
-    micro_mm: float
-    micro_reference_mm: float
+    micro_m: float
+    micro_reference_m: float
     motor_v: float
     ctrl_v: float
     fan: bool

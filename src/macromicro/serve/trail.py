@@ -12,6 +12,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished, Refused, Reply
 from macromicro.recording_format import Noted
 from macromicro.schema.text import printable
+from macromicro.serve import telling
 from macromicro.serve.bucket import Bucket
 
 LOG = logging.getLogger("macromicro.serve")
@@ -41,7 +42,7 @@ class Trail:
 
     def event(self, event: Event) -> None:
         """Something happened."""
-        facts = dict(event.evidence)
+        facts = dict(telling.event(event).evidence)
         who = str(facts.pop("client", ""))
         if event.from_mode != event.to_mode:
             facts = {"from": event.from_mode, "to": event.to_mode, **facts}
@@ -59,7 +60,7 @@ class Trail:
 
     def order(self, time: float, client: str, request: Any, reply: Reply) -> None:
         """A client asked for something, and what was answered."""
-        facts = {k: _plain(v) for k, v in request._asdict().items() if k != "client"}
+        facts = {k: _plain(v) for k, v in telling.request(request).items()}
         if isinstance(reply, Refused):
             facts["refused"] = reply.reason
         elif reply.id:

@@ -122,7 +122,7 @@ def _range(table: dict[str, Any], entry: Entry, where: str, *, grid: bool) -> Ax
     ends, par = {}, entry.par
     for key in ("low", "high"):
         if key not in table:
-            raise InputError(f"{where}.{key}", "nothing", remedy(par.unit))
+            raise InputError(f"{where}.{key}", "nothing", remedy(par.read_in))
         ends[key] = float(entry.read(table[key], f"{where}.{key}"))
     low, high = ends["low"], ends["high"]
     if not low < high:

@@ -98,7 +98,7 @@ def _hall(lab: Lab) -> Recordings:
     columns = named("t", "hall_voltage", "laser")
     runs = [
         Recording.from_arrays(
-            columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e3], hall_table.DT, {}
+            columns, [np.arange(len(v)) * hall_table.DT, v, x * 1e6], hall_table.DT, {}
         )
         for v, x in hall.collect(lab.bench(), lab.seed)
     ]

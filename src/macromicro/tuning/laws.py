@@ -22,6 +22,7 @@ from macromicro.nominal import PERIOD
 from macromicro.sampling import scaled
 from macromicro.schema.par import Entry, entries
 from macromicro.schema.text import printable
+from macromicro.units import convert
 
 DECADE = 10.0
 LONGEST_DERIVATIVE = 0.05  # s; five times that of (4.10)
@@ -106,9 +107,14 @@ class Law(NamedTuple):
             axis=1,
         )
         if self.gains != _PD:
-            return values
+            return values * self._sizes()
         share = values[:, 1] / DT
         return np.stack((values[:, 0] * (1.0 + share), -values[:, 0] * share), axis=1)
+
+    def _sizes(self) -> Array:
+        """How many stored units of each gain are one that a person reads."""
+        pars = {e.path: e.par for e in entries(getattr(Control(), self.field))}
+        return np.array([convert(1.0, pars[g].read_in, pars[g].unit) for g in self.gains])
 
     def present(self) -> Array:
         """Give the design nearest to the gains that the law has.
@@ -228,9 +234,10 @@ def _pd_knobs(taps: Any) -> tuple[Knob, Knob]:
 
 
 def _knob(entry: Entry, default: float) -> Knob:
-    present = entry.value if entry.value > 0.0 else default
-    low, high = max(present / DECADE, entry.par.lo), min(present * DECADE, entry.par.hi)
-    return Knob(entry.path, entry.par.unit, low, high, present, True)
+    par = entry.par
+    present = par.given(entry.value if entry.value > 0.0 else default)
+    low, high = max(present / DECADE, par.given(par.lo)), min(present * DECADE, par.given(par.hi))
+    return Knob(entry.path, par.read_in, low, high, present, True)
 
 
 def _place(knob: Knob, value: float) -> float:

@@ -22,7 +22,7 @@ from macromicro.settings import Settings
 from macromicro.tuning import laws
 from macromicro.tuning.laws import Law
 
-_LEVEL, _HOLD, _LATE = 2.0, 8.0, 4.0  # mm, s, s
+_LEVEL, _HOLD, _LATE = 2e-3, 8.0, 4.0  # m, s, s
 MOST = 64.0
 LEAST = 2.0
 _PER_DOUBLING = 4

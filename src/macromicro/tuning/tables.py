@@ -130,8 +130,13 @@ def gains(found: Tuning) -> list[Line]:
     """
     law, pair = found.plan.law, (found.plan.start, found.tuned)
     sets = [getattr(s.controller, law.field) for s in pair]
-    units = {e.path: e.par.unit for e in entries(sets[0])}
-    return [Line(g, getattr(sets[0], g), getattr(sets[1], g), units[g]) for g in law.gains]
+    pars = {e.path: e.par for e in entries(sets[0])}
+
+    def line(gain: str) -> Line:
+        before, after = (pars[gain].given(getattr(s, gain)) for s in sets)
+        return Line(gain, before, after, pars[gain].read_in)
+
+    return [line(gain) for gain in law.gains]
 
 
 def text(found: Tuning) -> Iterator[str]:

@@ -26,7 +26,7 @@ _VOLTS = _TABLE.low + _TABLE.step * np.arange(len(_TABLE.position))
 
 
 def hall(contraction: float) -> float:
-    """Reading [V] at a contraction [mm]."""
+    """Reading [V] at a contraction [m]."""
     return float(np.interp(contraction, _TABLE.position, _VOLTS))
 
 

@@ -14,6 +14,7 @@ from macromicro.control.arrival import Sequence
 from macromicro.control.live import messages, state
 from macromicro.control.live.parameters import Edges
 from macromicro.control.settings import Control
+from macromicro.serve import telling
 from macromicro.types import Outputs, Sample
 
 from .bench import DT, PITCH, Machine
@@ -34,7 +35,7 @@ class Scripted(Machine):
     def __init__(self, at: float = 0.4, **rest: Any) -> None:
         super().__init__(**{"live": LIVE, "control": CONTROL, **rest})
         self.at, self.speed, self.fine, self.zero, self.k = at, 0.0, 0.0, 0.0, 0
-        self.level = 0.0  # what the Hall sensor, which lags, shows of `fine` [mm]
+        self.level = 0.0  # what the Hall sensor, which lags, shows of `fine` [m]
         self.lost, self.lead = 0.0, 0.0  # counts that the encoder misses; of the samples' time [s]
         self.beam, self.stuck = True, False
         self.rows: list[list[float]] = []
@@ -43,13 +44,13 @@ class Scripted(Machine):
     def move(self) -> None:
         """A period of the outputs given last."""
         if self.out.laser_reset > 0.5:
-            self.zero = self.at * PITCH + self.fine * 1e-3
+            self.zero = self.at * PITCH + self.fine
         push = math.copysign(max(abs(self.out.motor) - 3.0, 0.0), self.out.motor)
         self.speed += (20000.0 * push - self.speed) * DT / 0.004
         if self.stuck or (self.speed < 0.0 and self.at <= STOP):
             self.speed = 0.0
         self.at = max(self.at + self.speed * DT, STOP)
-        heat = max(self.out.ctrl - 1.3, 0.0) * 6.0
+        heat = max(self.out.ctrl - 1.3, 0.0) * 6e-3
         before = self.fine
         self.fine += (heat - self.fine) * DT / 0.01
         mean = 0.5 * (before + self.fine)
@@ -60,7 +61,7 @@ class Scripted(Machine):
         self.move()
         self.k += 1
         noise = math.sin(1.7 * self.k)
-        stage = self.at * PITCH + self.fine * 1e-3
+        stage = self.at * PITCH + self.fine
         count = math.floor(self.at + 0.5) - math.floor(self.lost)
         sample = Sample(
             NAN if "t" in missing else self.s.time + self.s.shift + DT + self.lead,
@@ -110,13 +111,16 @@ class Scripted(Machine):
         self.rows.append([float(v) for v in shown.values()])
 
     def told(self) -> dict[str, Any]:
-        """The transcript: columns by name, modes as they were gone through, all notices."""
+        """The transcript as clients read it: columns by name, contractions in mm, modes as they
+        were gone through, all notices."""
         columns = np.array(self.rows).T
+        for name in ("micro_reference", "micro_position", "fine"):
+            columns[self.names.index(name)] *= 1e3
         modes = [int(m) for m in columns[0]]
         stays = [k for k in range(len(modes)) if k == 0 or modes[k] != modes[k - 1]]
         return {
             "modes": [[messages.MODES[modes[k]], k] for k in stays],
             "columns": dict(zip(self.names, columns, strict=True)),
-            "events": self.events,
+            "events": [telling.event(e) for e in self.events],
             "ends": self.ends,
         }

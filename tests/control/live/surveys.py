@@ -18,9 +18,9 @@ from .bench import DT, PITCH
 NAN = math.nan
 Q = Edges()
 KNOWN = Phase(3.0, 0.2 * PITCH, 1e-8, 4e-12, -1e-15, 9e-16, 40, 1)
-COUNT, FINE, BASE, OFFSET = 100.0, 0.4, 0.05, 7.0
+COUNT, FINE, BASE, OFFSET = 100.0, 0.4e-3, 0.05, 7.0
 PLACE = COUNT * PITCH + edges.at(KNOWN, COUNT)  # of the carriage [m], in the midst of a count
-WHOLE = PLACE + FINE * 1e-3
+WHOLE = PLACE + FINE
 
 
 def resting(**changed: Any) -> Survey:

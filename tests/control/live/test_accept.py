@@ -23,7 +23,7 @@ from .follower import QUICK, Follower, ready
 PLAN = Plan(np.array([math.nan]), np.array([0]), np.array([30.0]), np.array([0.0]), math.nan)
 REQUESTS: dict[str, Any] = {
     "enable": m.Enable(), "disable": m.Disable(), "home": m.Home(), "move to": m.MoveTo(0.01),
-    "move by": m.MoveBy(0.001), "move macro": m.MoveMacro(100), "move micro": m.MoveMicro(1.0),
+    "move by": m.MoveBy(0.001), "move macro": m.MoveMacro(100), "move micro": m.MoveMicro(1e-3),
     "jog": m.Jog("macro", 0.01), "stop": m.Stop(), "emergency": m.EmergencyStop(),
     "zero": m.Zero(), "fan": m.Fan(True), "programme": m.Programme(PLAN),
     "gains": m.SetGains((("pd_tuned.now", 0.01),)), "clear": m.ClearFault(True),
@@ -55,7 +55,7 @@ def in_mode(mode: str) -> Follower:
         f.ask(m.MoveMacro(300))
         f.until(mode)
     elif mode in ("moving-micro", "holding"):
-        f.ask(m.MoveMicro(1.0))
+        f.ask(m.MoveMicro(1e-3))
         f.until(mode)
     elif mode == "fault":
         f.fault()
@@ -133,7 +133,7 @@ def test_soft_limits_are_inclusive() -> None:
     q = machine.p.settings.limits
     for kind, low, high, beyond in (
         (m.MoveMacro, q.macro_low, q.macro_high, 1.0),
-        (m.MoveMicro, q.micro_low, q.micro_high, 1e-6),
+        (m.MoveMicro, q.micro_low, q.micro_high, 1e-9),
         (m.MoveTo, q.whole_low, q.whole_high, 1e-9),
     ):
         for value, good in ((low, 1), (high, 1), (low - beyond, 0), (high + beyond, 0)):
@@ -150,7 +150,7 @@ def test_the_macro_target_leaves_the_micro_stage_in_its_band() -> None:
         machine.ask(m.MoveTo(float(target)))
         assert machine.s.motion is not None
         if math.isnan(machine.s.motion.coarse):
-            assert 0.3 <= machine.s.motion.fine <= 3.5
+            assert 0.3e-3 <= machine.s.motion.fine <= 3.5e-3
             continue
         for off in (-2.0, 0.0, 2.0):
             rest = (target - (machine.s.motion.coarse + off) * PITCH) * 1e3
@@ -176,7 +176,7 @@ def test_a_new_motion_may_replace_one_where_configured() -> None:
     second = f.ask(m.MoveTo(0.005))
     assert (first, second) == (Accepted(1), Accepted(2))
     assert [(e.id, e.outcome) for e in f.ends] == [(1, "superseded")]
-    assert isinstance(f.ask(m.MoveMicro(1.0)), Refused)  # the carriage moves
+    assert isinstance(f.ask(m.MoveMicro(1e-3)), Refused)  # the carriage moves
     assert isinstance(f.ask(m.Jog("micro", 1e-4)), Refused)
     f.until("holding")
     assert [(e.id, e.outcome) for e in f.ends] == [(1, "superseded"), (2, "done")]
@@ -237,7 +237,7 @@ def test_the_fan_runs_as_told_until_an_emergency() -> None:
 @pytest.mark.parametrize(("action", "mode"), [("stop", "stopped"), ("hold", "holding")])
 def test_a_lost_link_ends_the_motion_as_configured(action: str, mode: str) -> None:
     f = ready()
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.run(0.005)
     f.ask(m.LinkLost(action))
     assert (f.ends[-1].outcome, f.mode) == ("lost", mode)
@@ -253,7 +253,7 @@ def test_a_lost_link_ends_the_motion_as_configured(action: str, mode: str) -> No
 
 def test_a_stop_holds_the_micro_stage_where_it_is() -> None:
     f = ready()
-    f.ask(m.MoveMicro(3.0))
+    f.ask(m.MoveMicro(3e-3))
     f.run(0.002)
     here = f.s.seen.fine
     assert 0.0 < here < 2.0
@@ -291,16 +291,16 @@ def test_an_emergency_stop_on_the_way_tells_that_the_trust_is_gone() -> None:
     assert [e.kind for e in f.events] == ["mode"]
 
 
-@pytest.mark.parametrize("begun", [1.8, 0.0])
+@pytest.mark.parametrize("begun", [1.8e-3, 0.0])
 def test_a_stop_beyond_the_soft_limits_moves_nothing(begun: float) -> None:
     """It stands outside limits that were narrowed, or below the machine's own."""
-    limits = QUICK.limits if begun else QUICK.limits._replace(micro_low=0.5)
+    limits = QUICK.limits if begun else QUICK.limits._replace(micro_low=0.5e-3)
     f = ready(live=QUICK._replace(limits=limits))
     if begun:
         f.ask(m.MoveMicro(begun))
         f.until("holding")
-        f.ask(m.SetLimits(limits._replace(micro_high=1.0)))
-    f.ask(m.MoveMicro(0.9))
+        f.ask(m.SetLimits(limits._replace(micro_high=1e-3)))
+    f.ask(m.MoveMicro(0.9e-3))
     f.run(0.001)
     here = f.s.seen.fine
     assert not f.s.limits.micro_low <= here <= f.s.limits.micro_high
@@ -429,7 +429,7 @@ def test_what_stands_in_the_way_of_any_move_is_told_before_its_distance() -> Non
 
 
 def test_a_motion_under_way_is_told_before_the_carriage_that_moves() -> None:
-    reply = in_mode("moving-macro").ask(m.MoveMicro(1.0))
+    reply = in_mode("moving-macro").ask(m.MoveMicro(1e-3))
     assert isinstance(reply, Refused) and reply.reason == "a motion is under way"
 
 

@@ -16,7 +16,12 @@ from .follower import QUICK, Follower, ready
 
 OWN = QUICK.limits
 NARROW = OWN._replace(
-    macro_low=-40.0, macro_high=60.0, micro_low=0.2, micro_high=1.0, whole_low=0.0, whole_high=4e-3
+    macro_low=-40.0,
+    macro_high=60.0,
+    micro_low=0.2e-3,
+    micro_high=1e-3,
+    whole_low=0.0,
+    whole_high=4e-3,
 )
 
 
@@ -29,7 +34,7 @@ def narrowed() -> Follower:
 def test_they_hold_for_every_way_to_move() -> None:
     f = narrowed()
     for request in (
-        m.MoveTo(5e-3), m.MoveBy(5e-3), m.MoveMacro(61), m.MoveMicro(1.1), m.MoveMicro(0.1),
+        m.MoveTo(5e-3), m.MoveBy(5e-3), m.MoveMacro(61), m.MoveMicro(1.1e-3), m.MoveMicro(0.1e-3),
     ):  # fmt: skip
         reply = f.ask(request)
         assert isinstance(reply, Refused) and reply.beyond, request
@@ -53,7 +58,7 @@ def test_the_change_is_told_and_taken_back() -> None:
 @pytest.mark.parametrize("wrong", [
     "none", (0, 1), OWN._replace(macro_low=OWN.macro_low - 1.0), OWN._replace(whole_high=1.0),
     OWN._replace(micro_high=math.nan), OWN._replace(macro_low=50.0, macro_high=50.0),
-    OWN._replace(micro_low=2.0, micro_high=1.0), OWN._replace(macro_low=True),
+    OWN._replace(micro_low=2e-3, micro_high=1e-3), OWN._replace(macro_low=True),
     OWN._replace(macro_high="60"), OWN._replace(whole_low=-math.inf),
 ])  # fmt: skip
 def test_wider_or_senseless_ones_change_nothing(wrong: Any) -> None:

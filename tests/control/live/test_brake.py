@@ -88,7 +88,7 @@ def test_a_stop_near_a_soft_limit_stays_within_it() -> None:
 
 def test_a_stop_begins_with_empty_memories() -> None:
     machine, _ = moving(800.0)
-    s = machine.s._replace(drive=machine.s.drive._replace(integral=1.4, micro_reference=0.9))
+    s = machine.s._replace(drive=machine.s.drive._replace(integral=1.4, micro_reference=0.9e-3))
     s, _ = brake.start(machine.p, s, m.STALLED, "stalled")
     assert s.drive == Drive(s.seen.encoder, 0.0, REST, 0.0, False)
 

@@ -11,10 +11,10 @@ from macromicro.control.live.parameters import Fine
 from macromicro.control.live.state import EMPTY, Window
 
 DT = 1e-3
-FOUR = Fine(window=0.004, band=0.010)
+FOUR = Fine(window=0.004, band=10e-6)
 
 
-def seen(p: Fine, readings: list[float], error: float = 0.001, w: Window = EMPTY) -> Window:
+def seen(p: Fine, readings: list[float], error: float = 1e-6, w: Window = EMPTY) -> Window:
     for volts in readings:
         w = observe(p, w, volts, error, DT)
     return w
@@ -23,12 +23,12 @@ def seen(p: Fine, readings: list[float], error: float = 0.001, w: Window = EMPTY
 @pytest.mark.parametrize("readings", [[1.0, 2.0, 2.0, 2.0], [1.0, 1.0, 1.0, 2.0]])
 def test_one_other_reading_shows_that_the_sensor_lives(readings: list[float]) -> None:
     w = seen(FOUR, readings)
-    assert (w.held, w.number, w.mean) == (pytest.approx(0.004), 0, pytest.approx(0.001))
+    assert (w.held, w.number, w.mean) == (pytest.approx(0.004), 0, pytest.approx(1e-6))
 
 
 def test_a_window_of_one_reading_only_tells_nothing() -> None:
     w = seen(FOUR, [1.0, 1.0, 1.0, 1.0], w=EMPTY._replace(held=0.02, hall=0.0))
-    assert (w.held, w.mean) == (0.0, pytest.approx(0.001))
+    assert (w.held, w.mean) == (0.0, pytest.approx(1e-6))
     assert seen(Fine(window=0.002), [1.0, 1.0]).held == 0.0
     assert seen(Fine(window=0.002), [1.0, 2.0]).held == pytest.approx(0.002)
 
@@ -43,7 +43,7 @@ def test_a_missing_reading_is_left_out() -> None:
     assert observe(FOUR, half, math.nan, 9.0, DT) == half
 
 
-@pytest.mark.parametrize(("error", "counts"), [(0.010, True), (-0.010, True), (0.0101, False)])
+@pytest.mark.parametrize(("error", "counts"), [(10e-6, True), (-10e-6, True), (10.1e-6, False)])
 def test_the_band_has_two_sides(error: float, counts: bool) -> None:
     w = seen(FOUR, [1.0, 2.0, 1.0, 2.0], error, EMPTY._replace(held=0.1))
     assert w.held == (pytest.approx(0.104) if counts else 0.0)

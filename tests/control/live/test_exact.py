@@ -93,12 +93,12 @@ def test_what_ends_is_switched_off_unless_it_is_held(mode: int) -> None:
     machine.ask(m.MoveTo(1.5e-3))
     machine.see(0.0, seconds=0.05)
     assert machine.s.motion is not None
-    s = machine.s._replace(drive=machine.s.drive._replace(integral=1.2, micro_reference=1.0))
+    s = machine.s._replace(drive=machine.s.drive._replace(integral=1.2, micro_reference=1e-3))
     ended, _ = t.conclude(machine.p, s, mode, (m.DONE, t.ON_TARGET), {})
     held = mode == m.HOLDING
     assert ended.mode == mode and ended.motion is None
     assert ended.drive.integral == (1.2 if held else 0.0)
-    assert ended.drive.micro_reference == (1.0 if held else 0.0)
+    assert ended.drive.micro_reference == (1e-3 if held else 0.0)
     assert math.isnan(ended.target) != held
 
 
@@ -176,10 +176,10 @@ def test_a_laser_that_has_the_stage_elsewhere_widens_what_is_told() -> None:
     assert survey.contradiction(Survey(), 1.0, PITCH, 0.0) == 0.0
 
 
-@pytest.mark.parametrize(("fine", "held"), [(-0.01, 0.0), (1.2, 1.2)])
+@pytest.mark.parametrize(("fine", "held"), [(-0.01e-3, 0.0), (1.2e-3, 1.2e-3)])
 def test_a_micro_stage_is_held_where_it_is_but_not_below_nothing(fine: float, held: float) -> None:
     machine = homed()
-    machine.ask(m.MoveMicro(2.0))
+    machine.ask(m.MoveMicro(2e-3))
     s = machine.s._replace(seen=machine.s.seen._replace(fine=fine))
     s, _ = moves.stay(machine.p, s, m.STOPPED_BY_REQUEST, t.STOP)
     assert s.drive.micro_reference == held

@@ -71,22 +71,22 @@ def test_a_motion_refuses_them_unless_configured() -> None:
 
 def test_a_new_gain_does_not_move_a_held_stage() -> None:
     f = ready()
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.until("holding")
     f.ask(m.SetGains((("pi_antiwindup.low", 0.0), ("pi_antiwindup.high", 5.0))))
-    f.fine = 0.9
+    f.fine = 0.9e-3
     before = f.tick()
     error = f.s.drive.micro_reference - f.s.seen.fine
-    assert error > 0.01
+    assert error > 0.01e-3
     expected = f.s.laws.micro.kp * error + f.s.drive.integral
-    f.ask(m.SetGains((("pi_antiwindup.kp", 6.0),)))
+    f.ask(m.SetGains((("pi_antiwindup.kp", 6e3),)))
     assert f.s.laws.micro.kp * error + f.s.drive.integral == pytest.approx(expected)
     assert 0.0 < before.ctrl < 5.0
 
 
 def test_a_law_without_an_integral_keeps_none() -> None:
     f = ready()
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.until("holding")
     assert f.s.drive.integral != 0.0
     f.ask(m.SetGains((("micro_law", "p"),)))
@@ -99,14 +99,14 @@ def test_parking_or_not_moves_no_carriage(wanted: int, moving: bool) -> None:
     """Pushed by hand while it was parked, or held against a push: it is held where it is."""
     q = QUICK_CONTROL.sequence._replace(park=1 - wanted)
     f = ready(live=QUICK._replace(gains_while_moving=1), control=QUICK_CONTROL._replace(sequence=q))
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.until("moving-micro" if moving else "holding")
     for _ in range(42):
         f.encoder += 1.0
         f.out = f.out._replace(motor=0.0)  # stronger than the motor
         f.tick()
         if moving and f.mode != "moving-micro":
-            f.ask(m.MoveMicro(2.0 if f.fine < 1.5 else 1.0))
+            f.ask(m.MoveMicro(2e-3 if f.fine < 1.5e-3 else 1e-3))
     f.out = f.out._replace(motor=0.0)
     there = f.encoder
     assert there == pytest.approx(42.0, abs=2.0)
@@ -129,7 +129,7 @@ def test_the_tolerance_leaves_what_the_micro_stage_can_make_up_for() -> None:
 def test_the_memory_of_a_micro_stage_that_is_off_stays_empty() -> None:
     f = ready()
     f.run(0.003)
-    f.ask(m.SetGains((("pi_antiwindup.kp", 1.0),)))
+    f.ask(m.SetGains((("pi_antiwindup.kp", 1e3),)))
     assert f.s.drive.integral == 0.0
 
 
@@ -148,7 +148,7 @@ def test_parking_concerns_nothing_but_a_carriage_under_the_micro_stage(moving: b
 def test_a_programme_keeps_its_macro_target_when_parking_is_changed() -> None:
     f = ready(live=QUICK._replace(gains_while_moving=1))
     nan = math.nan
-    columns = ([nan, nan], [0, 1], [60.0, 1.0], [0.0, 0.001])
+    columns = ([nan, nan], [0, 1], [60.0, 1e-3], [0.0, 0.001])
     f.ask(m.Programme(Plan(*(np.array(c) for c in columns), nan)))
     while math.isnan(f.s.work.over):
         f.tick()

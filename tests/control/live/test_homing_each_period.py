@@ -240,7 +240,7 @@ def test_the_place_backed_off_to_is_named_and_told(off: float) -> None:
     assert isinstance(trust, m.Event) and isinstance(end, m.Finished)
     assert trust.evidence == {"trusted": True, **found}
     assert found.items() <= end.evidence.items() and end.outcome == m.DONE
-    place = (SLOWLY.homing.coordinate + off) * SLOWLY.pitch + s.seen.fine * 1e-3
+    place = (SLOWLY.homing.coordinate + off) * SLOWLY.pitch + s.seen.fine
     assert end.position == pytest.approx(place, abs=1e-12)
 
 

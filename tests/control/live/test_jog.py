@@ -103,11 +103,11 @@ def test_a_micro_jog_ends_at_its_limit_once_there() -> None:
     f.ask(m.Jog("micro", 5e-4))
     while not f.ends:
         f.tick()
-        assert f.command.micro_reference <= 3.5
+        assert f.command.micro_reference <= 3.5e-3
         assert f.s.time < 10.0
     assert (f.ends[-1].outcome, f.mode) == ("limit", "holding")
-    assert f.s.drive.micro_reference == 3.5
-    assert f.s.seen.fine == pytest.approx(3.5, abs=0.01)
+    assert f.s.drive.micro_reference == 3.5e-3
+    assert f.s.seen.fine == pytest.approx(3.5e-3, abs=0.01e-3)
 
 
 def test_a_micro_jog_does_not_run_away_from_the_stage() -> None:
@@ -116,13 +116,13 @@ def test_a_micro_jog_does_not_run_away_from_the_stage() -> None:
     for _ in range(3000):
         machine.see(0.0)  # the stage does not move
         ahead = machine.command.micro_reference - machine.command.micro_position
-        assert ahead <= machine.p.settings.jogging.micro_lead + 1e-9
+        assert ahead <= machine.p.settings.jogging.micro_lead + 1e-12
 
 
 def test_a_micro_jog_that_does_not_get_to_its_limit_has_stalled() -> None:
     machine = homed(live=QUICK)
     machine.ask(m.Jog("micro", 5e-4))
-    machine.see(hall=hall(3.45), seconds=1.5)
+    machine.see(hall=hall(3.45e-3), seconds=1.5)
     assert [(e.id, e.outcome) for e in machine.ends] == [(1, "stalled")]
     assert machine.mode == "stopped" and machine.out == SAFE
 

@@ -71,12 +71,12 @@ def test_narrowed_micro_limits_hold_wherever_in_its_count_the_carriage_stands(
     bench: Blurred,
 ) -> None:
     own = bench.p.settings.limits
-    high = 0.5 + 6.0 * PITCH * 1e3  # tolerance to either side, a count, the laser's half
-    bench.ask(m.SetLimits(own._replace(micro_low=0.5, micro_high=high)))
+    high = 0.5e-3 + 6.0 * PITCH  # tolerance to either side, a count, the laser's half
+    bench.ask(m.SetLimits(own._replace(micro_low=0.5e-3, micro_high=high)))
     for k in range(8):
         bench.ask(m.MoveTo(0.02 + 0.0031 * k))
         assert bench.wait(30.0).outcome == "done"
-        assert 0.5 <= bench.command.micro_reference <= high
+        assert 0.5e-3 <= bench.command.micro_reference <= high
     bench.ask(m.SetLimits())
 
 
@@ -177,7 +177,7 @@ def test_a_move_is_done_only_where_the_laser_says_so_too() -> None:
         b.ask(m.MoveTo(target))
         end = b.wait(30.0)
         assert (end.outcome, end.evidence["by"]) == ("done", "laser")
-        assert abs(end.evidence["error_by_laser_mm"]) <= b.p.settings.fine.band
+        assert abs(end.evidence["error_by_laser_mm"]) <= 1e3 * b.p.settings.fine.band
         places.append(b.true_position())
     assert places[1] - places[0] == pytest.approx(0.0437 - 0.042123, abs=15e-6)
 

@@ -25,7 +25,7 @@ def test_nothing_moves_at_the_start() -> None:
     assert machine.see(123.0) == SAFE
 
 
-@pytest.mark.parametrize("request_", [m.MoveMacro(300), m.MoveMicro(1.0), m.Home()])
+@pytest.mark.parametrize("request_", [m.MoveMacro(300), m.MoveMicro(1e-3), m.Home()])
 def test_a_fault_latches_and_ends_the_motion(request_: m.Request) -> None:
     f = ready()
     f.ask(m.Fan(True))
@@ -99,8 +99,8 @@ def test_the_position_is_count_and_contraction() -> None:
     machine.see(0.0, HALL_OUT)
     machine.see(1400.0, 2.5)
     fine = machine.command.micro_position
-    assert machine.s.seen.position == pytest.approx(1400 * PITCH + fine * 1e-3)
-    assert fine == pytest.approx(2.0, abs=0.1)
+    assert machine.s.seen.position == pytest.approx(1400 * PITCH + fine)
+    assert fine == pytest.approx(2e-3, abs=0.1e-3)
 
 
 def test_a_time_that_is_no_number_is_counted_on() -> None:
@@ -210,7 +210,8 @@ def test_laser_and_encoder_apart_are_a_fault_while_the_motor_has_its_turn(
     f = ready(coordinate=-7.0)
     requests = {
         "disabled": m.Disable(), "homing": m.Home(), "moving-macro": m.MoveMacro(60),
-        "settling": m.MoveMacro(60), "moving-micro": m.MoveMicro(1.0), "holding": m.MoveMicro(1.0),
+        "settling": m.MoveMacro(60), "moving-micro": m.MoveMicro(1e-3),
+        "holding": m.MoveMicro(1e-3),
     }  # fmt: skip
     if mode in requests:
         f.ask(requests[mode])
@@ -251,7 +252,7 @@ def test_each_reading_alone_that_is_no_number_stops_its_stage(wrong: float) -> N
     assert f.show(Sample(f.s.time + 1e-3, wrong, HALL_OUT, 0.0, 1.0, 0.0)).motor == 0.0
     assert f.tick().motor != 0.0
     f = ready()
-    f.ask(m.MoveMicro(2.0))
+    f.ask(m.MoveMicro(2e-3))
     f.tick()
     assert f.show(Sample(f.s.time + 1e-3, 0.0, wrong, 0.0, 1.0, 0.0)).ctrl == 0.0
     assert f.tick().ctrl != 0.0

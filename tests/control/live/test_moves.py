@@ -80,43 +80,43 @@ def test_a_carriage_that_leaves_while_settling_is_sent_back(place: float) -> Non
 
 def test_a_micro_move_is_done_when_the_means_have_stayed_in_the_band() -> None:
     machine = homed()
-    machine.ask(m.MoveMicro(1.0))
-    machine.see(hall=hall(1.02), seconds=3.0)  # 20 um off
+    machine.ask(m.MoveMicro(1e-3))
+    machine.see(hall=hall(1.02e-3), seconds=3.0)  # 20 um off
     assert machine.mode == "moving-micro" and not machine.ends
     for _ in range(10):  # in the band, out of it, in it: never long enough
-        machine.see(hall=hall(1.0), seconds=0.3)
-        machine.see(hall=hall(1.05), seconds=0.1)
+        machine.see(hall=hall(1e-3), seconds=0.3)
+        machine.see(hall=hall(1.05e-3), seconds=0.1)
     assert machine.mode == "moving-micro" and not machine.ends
-    machine.see(hall=hall(1.004), seconds=0.7)
+    machine.see(hall=hall(1.004e-3), seconds=0.7)
     (end,) = machine.ends
     assert (end.outcome, machine.mode) == ("done", "holding")
     assert end.evidence["error_mm"] == pytest.approx(-0.004, abs=1e-6)
-    assert machine.command[2:4] == (1.0, 1.0) and machine.out.ctrl > 0.0
+    assert machine.command[2:4] == (1e-3, 1.0) and machine.out.ctrl > 0.0
 
 
 def test_a_hall_sensor_that_stands_is_no_arrival() -> None:
     machine = homed()
-    machine.ask(m.MoveMicro(1.0))
-    reading = Sample(0.0, 0.0, hall(1.0), 0.0, 1.0, 0.0)
+    machine.ask(m.MoveMicro(1e-3))
+    reading = Sample(0.0, 0.0, hall(1e-3), 0.0, 1.0, 0.0)
     for _ in range(2000):
         machine.show(reading._replace(t=machine.s.time + DT))
     assert machine.mode == "moving-micro" and not machine.ends
-    machine.see(hall=hall(1.0), seconds=0.6)
+    machine.see(hall=hall(1e-3), seconds=0.6)
     assert [e.outcome for e in machine.ends] == ["done"]
 
 
 def test_noise_within_the_windows_is_averaged() -> None:
     machine = homed()
-    machine.ask(m.MoveMicro(1.0))
+    machine.ask(m.MoveMicro(1e-3))
     for k in range(700):
-        machine.see(hall=hall(1.0 + (0.05 if k % 2 else -0.05)))
+        machine.see(hall=hall(1e-3 + (0.05e-3 if k % 2 else -0.05e-3)))
     assert [e.outcome for e in machine.ends] == ["done"]
 
 
 def test_a_micro_move_out_of_patience_has_stalled_and_cools() -> None:
     machine = homed()
-    machine.ask(m.MoveMicro(2.0))
-    machine.see(hall=hall(1.5), seconds=21.0)
+    machine.ask(m.MoveMicro(2e-3))
+    machine.see(hall=hall(1.5e-3), seconds=21.0)
     assert [(e.id, e.outcome) for e in machine.ends] == [(1, "stalled")]
     assert machine.mode == "stopped" and machine.out == SAFE
 
@@ -128,7 +128,7 @@ def test_an_absolute_move_takes_the_rest_from_where_the_carriage_stands() -> Non
     f.encoder -= 2.0  # within the tolerance, but not on the count
     f.until("moving-micro")
     place = f.s.seen.encoder
-    assert f.s.drive.micro_reference == pytest.approx((0.0201 - place * PITCH) * 1e3, abs=1e-9)
+    assert f.s.drive.micro_reference == pytest.approx(0.0201 - place * PITCH, abs=1e-12)
     f.until("holding")
     assert f.ends[-1].outcome == "done"
     assert f.ends[-1].position == pytest.approx(0.0201, abs=1e-5)
@@ -141,7 +141,7 @@ def test_a_count_lost_under_the_micro_stage_is_made_up_for() -> None:
     before = f.s.drive.micro_reference
     f.encoder += 1.0
     f.until("holding")
-    assert f.s.drive.micro_reference == pytest.approx(before - PITCH * 1e3, abs=1e-9)
+    assert f.s.drive.micro_reference == pytest.approx(before - PITCH, abs=1e-12)
     assert f.ends[-1].position == pytest.approx(0.0201, abs=1e-5)
 
 
@@ -163,18 +163,18 @@ def test_the_laser_is_reset_when_the_micro_stage_comes_on() -> None:
         if f.tick().laser_reset:
             resets.append((mode, f.mode))
     assert resets == [("settling", "moving-micro")]
-    f.ask(m.MoveMicro(2.0))  # it is on: the laser goes on counting
+    f.ask(m.MoveMicro(2e-3))  # it is on: the laser goes on counting
     resets = [f.tick().laser_reset for _ in range(50)]
     assert sum(resets) == 0.0
     f.ask(m.MoveMacro(0))
     f.until("ready")
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     assert [f.tick().laser_reset for _ in range(3)] == [1.0, 0.0, 0.0]
 
 
 def test_a_macro_move_switches_the_micro_stage_off() -> None:
     f = ready()
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.until("holding")
     assert f.out.ctrl > 0.0
     f.ask(m.MoveMacro(50))
@@ -201,7 +201,7 @@ def test_missing_readings_give_no_effort_and_leave_the_memory() -> None:
     assert f.s.drive.memory == memory
     assert f.tick().motor > 0.0
     f = ready()
-    f.ask(m.MoveMicro(2.0))
+    f.ask(m.MoveMicro(2e-3))
     f.run(0.001)
     integral = f.s.drive.integral
     assert f.tick(missing="h").ctrl == 0.0
@@ -252,7 +252,7 @@ def test_a_missing_reading_at_the_waits_end_is_no_arrival() -> None:
 
 def test_a_rest_beyond_the_soft_limit_of_the_micro_stage_has_stalled() -> None:
     """Though within the band that absolute moves use."""
-    own = QUICK._replace(limits=QUICK.limits._replace(micro_high=1.0), gains_while_moving=1)
+    own = QUICK._replace(limits=QUICK.limits._replace(micro_high=1e-3), gains_while_moving=1)
     f = ready(live=own)
     f.ask(m.MoveTo(0.0201))
     f.tick()
@@ -266,7 +266,7 @@ def test_a_rest_beyond_the_soft_limit_of_the_micro_stage_has_stalled() -> None:
 
 def test_arrival_waits_for_the_encoder_and_then_for_a_full_window() -> None:
     f = ready()
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     for _ in range(60):
         f.tick(missing="e")
     assert f.mode == "moving-micro" and f.s.work.window.held > 2.0 * QUICK.fine.dwell
@@ -281,17 +281,17 @@ def test_arrival_waits_for_the_encoder_and_then_for_a_full_window() -> None:
 
 def test_a_contraction_is_reached_wherever_the_carriage_is() -> None:
     f = ready()
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.run(0.005)
     f.encoder += 1.0
     f.until("holding")
-    assert f.ends[-1].outcome == "done" and f.command.micro_reference == 1.0
+    assert f.ends[-1].outcome == "done" and f.command.micro_reference == 1e-3
 
 
 @pytest.mark.parametrize("laser", [0.05, -0.05, 0.009, -0.009, math.nan])
 def test_two_witnesses_that_differ_are_told_as_the_reason(laser: float) -> None:
     machine = homed()
-    machine.ask(m.MoveMicro(1.0))
+    machine.ask(m.MoveMicro(1e-3))
     found = {"error_mm": 0.002, "error_by_laser_mm": laser}
     s, efforts = moves._gives_up(machine.p, machine.s, found)
     assert efforts[:4] == (0.0, 0.0, 0.0, 0.0) and s.mode == m.STOPPED

@@ -55,7 +55,7 @@ def test_an_absolute_move_arrives(bench: Bench) -> None:
     assert abs(bench.true_position() - 0.042123) <= 20e-6
     modes = [e.to_mode for e in bench.events[before:] if e.kind == "mode"]
     assert modes == ["moving-macro", "settling", "moving-micro", "holding"]
-    assert 0.3 <= bench.s.drive.micro_reference <= 3.5
+    assert 0.3e-3 <= bench.s.drive.micro_reference <= 3.5e-3
 
 
 def test_a_short_move_is_the_micro_stages_alone(bench: Bench) -> None:
@@ -130,7 +130,7 @@ def test_a_programme_runs_and_can_be_stopped_in_between(bench: Bench) -> None:
         return Plan(np.full(len(moves), math.nan), stage.astype(np.int64), target, hold, math.nan)
 
     before = len(bench.events)
-    reply = bench.ask(m.Programme(plan((0, 500.0, 0.0), (1, 1.0, 1.0), (1, 1.5, 1.5))))
+    reply = bench.ask(m.Programme(plan((0, 500.0, 0.0), (1, 1e-3, 1.0), (1, 1.5e-3, 1.5))))
     end = bench.wait(30.0)
     assert isinstance(reply, Accepted)
     assert (end.id, end.outcome, bench.mode) == (reply.id, "done", "ready")
@@ -138,7 +138,7 @@ def test_a_programme_runs_and_can_be_stopped_in_between(bench: Bench) -> None:
     assert [e["move"] for e in moves] == [0, 1, 2]
     assert [e.get("target_counts", e.get("target_mm")) for e in moves] == [500.0, 1.0, 1.5]
     assert abs(end.evidence["error_mm"]) <= 0.010
-    bench.ask(m.Programme(plan((1, 1.0, 5.0), (0, 700.0, 0.0))))
+    bench.ask(m.Programme(plan((1, 1e-3, 5.0), (0, 700.0, 0.0))))
     bench.run(2.0)
     bench.ask(m.Stop())
     assert (bench.ends[-1].outcome, bench.mode) == ("stopped", "holding")

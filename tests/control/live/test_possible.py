@@ -17,7 +17,7 @@ from .bench import Machine, homed
 PLAN = Plan(np.array([np.nan]), np.array([0]), np.array([30.0]), np.array([0.0]), np.nan)
 SAMPLES = (
     m.Enable(), m.Disable(), m.Home(), m.Zero(), m.Stop(), m.EmergencyStop(), m.Fan(True),
-    m.MoveTo(0.02), m.MoveBy(0.02), m.MoveMacro(200), m.MoveMicro(1.0), m.Programme(PLAN),
+    m.MoveTo(0.02), m.MoveBy(0.02), m.MoveMacro(200), m.MoveMicro(1e-3), m.Programme(PLAN),
     m.ClearFault(True), m.SetLimits(None),
 )  # fmt: skip
 
@@ -73,7 +73,7 @@ def test_offered_is_what_is_not_refused_for_the_mode(supersede: int) -> None:
     machine.see(seconds=0.5)
     look(machine)  # at rest
     machine = fresh()
-    machine.ask(m.MoveMicro(1.0))
+    machine.ask(m.MoveMicro(1e-3))
     machine.see()
     look(machine)
     machine.ask(m.Stop())

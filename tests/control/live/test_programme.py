@@ -25,7 +25,7 @@ def plan(*moves: tuple[int, float, float], start: float = math.nan, end: float =
 
 
 def test_the_schedule_and_the_efforts_are_the_supervisors() -> None:
-    moves = plan((0, 60.0, 0.02), (1, 1.0, 0.1), (0, 90.0, 0.0))
+    moves = plan((0, 60.0, 0.02), (1, 1e-3, 0.1), (0, 90.0, 0.0))
     f = ready()
     f.ask(m.Programme(moves))
     progress, start = supervisor.begin(0.0), f.s.time
@@ -52,7 +52,7 @@ def test_targets_are_in_the_homed_frame() -> None:
 
 def test_a_move_that_does_not_arrive_ends_it() -> None:
     f = ready()
-    f.ask(m.Programme(plan((0, -130.0, 0.0), (1, 1.0, 0.1))))
+    f.ask(m.Programme(plan((0, -130.0, 0.0), (1, 1e-3, 0.1))))
     for _ in range(400):
         f.see(0.0)
     assert [e.outcome for e in f.ends] == ["stalled"]
@@ -62,7 +62,7 @@ def test_a_move_that_does_not_arrive_ends_it() -> None:
 
 def test_an_end_off_target_is_not_done() -> None:
     f = ready()
-    f.ask(m.Programme(plan((1, 1.0, 0.05))))
+    f.ask(m.Programme(plan((1, 1e-3, 0.05))))
     for _ in range(200):
         f.see(0.0)  # the stage does not move
     assert [e.outcome for e in f.ends] == ["stalled"]
@@ -75,20 +75,20 @@ def test_an_end_off_target_is_not_done() -> None:
 def test_a_last_fine_move_settles_behind_the_end_as_a_single_one_does(end: float) -> None:
     """Neither a short hold nor the timetable's end lets a stage that passes be on target."""
     f = ready()
-    f.ask(m.Programme(plan((1, 1.0, 0.002), end=end)))
+    f.ask(m.Programme(plan((1, 1e-3, 0.002), end=end)))
     held = []
     while f.s.motion is not None:
         f.tick()
-        held.append(abs(f.fine - 1.0) <= QUICK.fine.band)
+        held.append(abs(f.fine - 1e-3) <= QUICK.fine.band)
     assert [e.outcome for e in f.ends] == ["done"] and f.mode == "ready"
     assert sum(held) * DT >= QUICK.fine.dwell and all(held[-round(QUICK.fine.dwell / DT) :])
-    assert abs(f.ends[-1].evidence["error_mm"]) <= QUICK.fine.band
+    assert abs(f.ends[-1].evidence["error_mm"]) <= 1e3 * QUICK.fine.band
     assert f.tick() == SAFE
 
 
 def test_a_stop_behind_the_end_ends_it() -> None:
     f = ready()
-    f.ask(m.Programme(plan((1, 1.0, 0.002))))
+    f.ask(m.Programme(plan((1, 1e-3, 0.002))))
     f.run(0.005)
     f.ask(m.Stop())
     assert (f.ends[-1].outcome, f.mode) == ("stopped", "holding")
@@ -101,8 +101,8 @@ def without_wait(**sequence: float) -> Follower:
 
 
 @pytest.mark.parametrize("moves", [
-    [(0, 60.0, 0.0)], [(0, 60.0, 0.0), (1, 1.0, 0.05)], [(0, 60.0, 0.0), (0, 20.0, 0.0)],
-    [(1, 1.0, 0.05), (0, 60.0, 0.0)],
+    [(0, 60.0, 0.0)], [(0, 60.0, 0.0), (1, 1e-3, 0.05)], [(0, 60.0, 0.0), (0, 20.0, 0.0)],
+    [(1, 1e-3, 0.05), (0, 60.0, 0.0)],
 ])  # fmt: skip
 def test_without_a_wait_what_arrives_is_done(moves: list[tuple[int, float, float]]) -> None:
     f = without_wait()
@@ -115,7 +115,7 @@ def test_without_a_wait_what_arrives_is_done(moves: list[tuple[int, float, float
     assert all(a.to_mode == b.from_mode for a, b in itertools.pairwise(told))
 
 
-@pytest.mark.parametrize("after", [(1, 1.0, 0.1), (0, 10.0, 0.0), None])
+@pytest.mark.parametrize("after", [(1, 1e-3, 0.1), (0, 10.0, 0.0), None])
 def test_without_a_wait_what_does_not_arrive_has_stalled(
     after: tuple[int, float, float] | None,
 ) -> None:
@@ -131,7 +131,7 @@ def test_without_a_wait_what_does_not_arrive_has_stalled(
 
 def test_what_the_timetable_cuts_off_is_told_and_not_done() -> None:
     f = ready()
-    moves = plan((0, 2000.0, 0.0), (0, 20.0, 0.0), (1, 1.0, 0.05))
+    moves = plan((0, 2000.0, 0.0), (0, 20.0, 0.0), (1, 1e-3, 0.05))
     f.ask(m.Programme(moves._replace(start=np.array([0.0, 0.02, math.nan]))))
     f.run(0.5)
     assert [e.outcome for e in f.ends] == ["stalled"]
@@ -163,7 +163,7 @@ def test_a_scheduled_programme_waits_for_its_time_and_ends_by_it() -> None:
 
 def test_a_stop_in_between_ends_all_of_it() -> None:
     f = ready()
-    f.ask(m.Programme(plan((0, 60.0, 0.0), (1, 1.0, 1.0), (0, 90.0, 0.0))))
+    f.ask(m.Programme(plan((0, 60.0, 0.0), (1, 1e-3, 1.0), (0, 90.0, 0.0))))
     f.until("moving-micro")
     f.run(0.05)
     f.ask(m.Stop())
@@ -229,7 +229,7 @@ def test_the_end_waits_for_the_window_that_is_under_way() -> None:
     seconds = []
     for hold in (0.0485, 0.0495, 0.0505):
         f = ready()
-        f.ask(m.Programme(plan((1, 1.0, hold))))
+        f.ask(m.Programme(plan((1, 1e-3, hold))))
         f.run(0.1)
         assert f.ends[-1].outcome == "done"
         seconds.append(f.ends[-1].evidence["seconds"])

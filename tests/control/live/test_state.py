@@ -63,7 +63,7 @@ def placed(half: float = math.inf, trusted: bool = True, **changed: Any) -> Live
     phase = edges.begin(-40.0, 0.0, PITCH, 2e-4)._replace(aa=1e-12, bb=0.0)
     survey = Survey(phase=phase, laser=laser, base=-40 * PITCH, counts=60.0, half=half)
     whole = laser if half < math.inf else 100 * PITCH + 2e-3
-    seen = Seen(60.0, 0.0, 1.0, 2.0, whole)
+    seen = Seen(60.0, 0.0, 1.0, 2e-3, whole)
     return s._replace(frame=frame, seen=seen, survey=survey, **changed)
 
 
@@ -113,5 +113,5 @@ def test_times_are_told_as_the_samples_have_them() -> None:
 def test_it_is_busy_while_a_motion_is_under_way() -> None:
     machine = homed()
     assert not state.busy(machine.s)
-    machine.ask(m.MoveMicro(1.0))
+    machine.ask(m.MoveMicro(1e-3))
     assert state.busy(machine.s)

@@ -21,7 +21,7 @@ SLOW = 140.0  # count/s
 
 
 class Track:
-    """A carriage at `x` [m] and a contraction [mm], and what three sensors show of them."""
+    """A carriage at `x` [m] and a contraction [m], and what three sensors show of them."""
 
     def __init__(self, q: Edges = Q, seed: int = 0) -> None:
         self.q, self.v = q, Survey()
@@ -40,9 +40,9 @@ class Track:
         mean = 0.5 * (before + self.contraction)
         self.level = mean + (self.level - mean) * keep
         noise = self.rng.standard_normal(2)
-        stage = self.x + self.contraction * 1e-3
+        stage = self.x + self.contraction
         laser = stage - self.zero + 0.45e-6 * float(noise[0])
-        fine = self.level + 0.6e-3 * float(noise[1])
+        fine = self.level + 0.6e-6 * float(noise[1])
         count = math.floor((self.x - PHASE) / PITCH + 0.5) - math.floor(self.lost)
         sample = Sample(
             0.0, float(count) if self.encoder else math.nan, fine,
@@ -67,12 +67,12 @@ class Track:
         self.v = survey.reset_given(self.v)
         for _ in range(late):
             self.tick()
-        self.zero = self.x + self.contraction * 1e-3
+        self.zero = self.x + self.contraction
         self.tick()
 
     def error(self) -> float:
         """Of the position by laser [m]."""
-        truth = self.x - PHASE + self.contraction * 1e-3
+        truth = self.x - PHASE + self.contraction
         return survey.whole(self.v, PITCH, OFFSET) - truth
 
 
@@ -128,7 +128,7 @@ def test_a_reset_that_never_came_makes_it_begin_anew(known: Track) -> None:
 def test_slow_resets_of_some_micrometres_are_no_lost_counts(known: Track, late: int) -> None:
     for k in range(3):
         for n in range(200):
-            known.tick(contraction=0.3 + 0.09 * (k + (n + 1) / 200.0))
+            known.tick(contraction=1e-3 * (0.3 + 0.09 * (k + (n + 1) / 200.0)))
         known.rest(0.1)
         known.reset(late)
         known.rest(0.1)
@@ -235,7 +235,7 @@ def test_fast_crossings_and_missing_counts_tell_no_edge(known: Track) -> None:
 def test_a_wire_that_bounces_is_seen_through_the_hall_sensors_lag() -> None:
     track = Track(seed=2)
     for k in range(2000):
-        track.tick(SLOW, 0.05 + 0.05 * math.sin(0.9 * k))
+        track.tick(SLOW, 0.05e-3 + 0.05e-3 * math.sin(0.9 * k))
     assert track.v.phase is not None and track.v.phase.number > 200
     assert track.apart == 0.0
     track.rest(0.1)

@@ -51,11 +51,11 @@ def test_a_sample_moves_path_pace_and_gap(step: float) -> None:
 
 
 @pytest.mark.parametrize("lag", [3e-3, 1.5, 0.0])
-@pytest.mark.parametrize("drawn", [0.4, 0.47, -0.1])
+@pytest.mark.parametrize("drawn", [0.4e-3, 0.47e-3, -0.1e-3])
 def test_the_path_has_no_part_of_a_contraction_that_lags(lag: float, drawn: float) -> None:
-    """The Hall sensor follows the contraction `drawn` [mm] of the period with its lag."""
+    """The Hall sensor follows the contraction `drawn` [m] of the period with its lag."""
     keep = math.exp(-DT / lag) if lag else 0.0
-    laser = WHOLE - BASE + 2.0 * (drawn - FINE) * 1e-3 + 1e-8  # in the mean over the period
+    laser = WHOLE - BASE + 2.0 * (drawn - FINE) + 1e-8  # in the mean over the period
     after = shown(resting(), Q._replace(lag=lag), laser=laser, fine=drawn + (FINE - drawn) * keep)
     assert after.path == pytest.approx(PLACE + 0.5e-8, abs=1e-12)
     assert after.pace == pytest.approx(0.5e-8, abs=1e-12)
@@ -141,7 +141,7 @@ def test_the_first_two_complete_samples_in_a_row_begin_a_phase(speed: float) -> 
                          slow=DT),
     )  # fmt: skip
     second = shown(first, count=100.0, laser=0.2 + PITCH, fine=FINE, speed=speed)
-    path = 0.2 + 0.5 * PITCH - FINE * 1e-3
+    path = 0.2 + 0.5 * PITCH - FINE
     begun = edges.unknown()
     if speed <= Q.fastest:
         begun = Phase(

@@ -41,7 +41,7 @@ def asked_of(v: Survey) -> tuple[Sample, Moving]:
     """A sample with another number in every place, and its survey `v`."""
     return (
         Sample(0.0, COUNT, 0.7, v.laser + 1e-6, 1.0, 0.0),
-        Moving(FINE + 1e-3, 30.0, 0.05, OFFSET),
+        Moving(FINE + 1e-6, 30.0, 0.05, OFFSET),
     )
 
 

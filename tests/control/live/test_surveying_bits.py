@@ -30,8 +30,8 @@ def shown(seed: int, periods: int) -> Iterator[tuple[Sample, Moving]]:
         zero = x if dice[0] < 0.0005 else zero
         frozen = k % 1000 > 960  # both at a time, and longer than either may
         if not frozen:
-            fine = 1.0 + 0.6e-3 * float(rng.standard_normal())
-            laser, hall = x + fine * 1e-3 - zero + 0.45e-6 * float(rng.standard_normal()), fine
+            fine = 1e-3 + 0.6e-6 * float(rng.standard_normal())
+            laser, hall = x + fine - zero + 0.45e-6 * float(rng.standard_normal()), fine
         stood = 0.0 if speed else stood + DT
         count = float(math.floor(x / PITCH + 0.5)) - lost
         yield (

@@ -25,7 +25,7 @@ OWN = homed().p.settings.limits
 
 
 @pytest.mark.parametrize("by_laser", [False, True])
-@given(macro_high=st.floats(200.0, OWN.macro_high), micro_high=st.floats(1.0, OWN.micro_high))
+@given(macro_high=st.floats(200.0, OWN.macro_high), micro_high=st.floats(1e-3, OWN.micro_high))
 def test_both_ends_of_the_reach_are_accepted_and_no_more_is(
     by_laser: bool, macro_high: float, micro_high: float
 ) -> None:
@@ -46,7 +46,7 @@ def test_both_ends_of_the_reach_are_accepted_and_no_more_is(
 
 
 def seen(encoder: float = 0.0, fine: float = 0.0, offset: float = 0.0, **frame: Any) -> LiveState:
-    """Standing at `encoder` [raw counts] with this contraction [mm]."""
+    """Standing at `encoder` [raw counts] with this contraction [m]."""
     frame_ = S.frame._replace(offset=offset, **frame)
     return S._replace(seen=S.seen._replace(encoder=encoder, fine=fine), frame=frame_)
 
@@ -73,7 +73,7 @@ def test_what_is_beyond_the_soft_limits_is_told_in_mm_and_counts() -> None:
     found = refused(targets.coarse(S, 2991))
     assert found.reason == "macro position 2991 counts is beyond the soft limits"
     assert found.remedy == "give one from -130 to 2990 counts" and found.beyond
-    found = refused(targets.contraction(S, 3.6))
+    found = refused(targets.contraction(S, 3.6e-3))
     assert found.reason == "micro position 3.6 mm is beyond the soft limits"
     assert found.remedy == "give one from 0 to 3.5 mm" and found.beyond
 
@@ -83,7 +83,7 @@ def test_what_is_no_number_is_told_with_the_unit_that_is_wanted(value: Any) -> N
     for found, unit in (
         (targets.whole(P, S, value, "move to", True), "m"),
         (targets.coarse(S, value), "counts"),
-        (targets.contraction(S, value), "mm"),
+        (targets.contraction(S, value), "m"),
         (targets.jog(P, S, "macro", value), "m/s"),
     ):
         told = refused(found)
@@ -97,15 +97,15 @@ def test_whole_numbers_become_floats() -> None:
     for found in (
         accepted(targets.whole(P, s, 0, "move to", True)).target,
         accepted(targets.coarse(s, 7)).coarse,
-        accepted(targets.contraction(s, 1)).fine,
+        accepted(targets.contraction(s, 0)).fine,
     ):
         assert type(found) is float
 
 
 def test_a_motion_has_the_next_number_and_begins_now() -> None:
     s = S._replace(given=4, time=12.5)
-    found = accepted(targets.contraction(s, 1.0))
-    assert (found.id, found.kind, found.fine, found.began) == (5, "move micro", 1.0, 12.5)
+    found = accepted(targets.contraction(s, 1e-3))
+    assert (found.id, found.kind, found.fine, found.began) == (5, "move micro", 1e-3, 12.5)
     assert math.isnan(found.target) and math.isnan(found.coarse)
 
 
@@ -115,24 +115,24 @@ def test_the_micro_stage_alone_goes_where_the_rest_is_in_its_band(
 ) -> None:
     """From count 100 of the homed frame, which is 7.142857 mm."""
     s = seen(encoder, offset=offset)
-    for rest, alone in ((0.299, False), (0.301, True), (3.499, True), (3.501, False)):
-        target = 100 * PITCH + rest * 1e-3
+    for rest, alone in ((0.299e-3, False), (0.301e-3, True), (3.499e-3, True), (3.501e-3, False)):
+        target = 100 * PITCH + rest
         found = accepted(targets.whole(P, s, target, "move to", True))
         assert found.target == target and found.kind == "move to"
         if alone:
-            assert found.fine == pytest.approx(rest, abs=1e-9) and math.isnan(found.coarse)
+            assert found.fine == pytest.approx(rest, abs=1e-12) and math.isnan(found.coarse)
         else:
             assert math.isnan(found.fine) and not math.isnan(found.coarse)
 
 
-@pytest.mark.parametrize(("low", "high"), [(0.5, 3.5), (0.0, 2.0)])
+@pytest.mark.parametrize(("low", "high"), [(0.5e-3, 3.5e-3), (0.0, 2e-3)])
 def test_its_band_ends_at_its_soft_limits(low: float, high: float) -> None:
     s = bounded(S, micro_low=low, micro_high=high)
-    for rest in (max(low, 0.3) - 0.001, high + 0.001):
-        assert math.isnan(accepted(targets.whole(P, s, rest * 1e-3, "move to", True)).fine)
-    for rest in (max(low, 0.3) + 0.001, high - 0.001):
-        found = accepted(targets.whole(P, s, rest * 1e-3, "move to", True))
-        assert found.fine == pytest.approx(rest, abs=1e-9)
+    for rest in (max(low, 0.3e-3) - 1e-6, high + 1e-6):
+        assert math.isnan(accepted(targets.whole(P, s, rest, "move to", True)).fine)
+    for rest in (max(low, 0.3e-3) + 1e-6, high - 1e-6):
+        found = accepted(targets.whole(P, s, rest, "move to", True))
+        assert found.fine == pytest.approx(rest, abs=1e-12)
 
 
 def test_a_carriage_that_moves_is_sent_though_the_micro_stage_would_reach() -> None:
@@ -179,9 +179,9 @@ def test_the_reach_is_bounded_by_both_stages() -> None:
     limits = OWN._replace(macro_low=-40.5, macro_high=2000.5)
     # (-40 + 2.5) counts and 0.3 mm; (2000 - 2.5) counts and 3.5 mm
     assert targets.reach(P.settings, limits, 2.0) == (-0.002378570, 0.146178570)
-    narrow = limits._replace(micro_low=0.4, micro_high=3.0)
+    narrow = limits._replace(micro_low=0.4e-3, micro_high=3e-3)
     assert targets.reach(P.settings, narrow, 2.0) == (-0.002278570, 0.145678570)
-    wide = limits._replace(micro_low=0.2, micro_high=4.0)
+    wide = limits._replace(micro_low=0.2e-3, micro_high=4e-3)
     assert targets.reach(P.settings, wide, 2.0) == targets.reach(P.settings, limits, 2.0)
     inner = limits._replace(whole_low=-0.001, whole_high=0.1)
     assert targets.reach(P.settings, inner, 2.0) == (-0.001, 0.1)
@@ -195,7 +195,7 @@ def test_the_carriage_is_sent_to_whole_counts_of_the_homed_frame() -> None:
 
 def test_each_stage_has_its_fastest_jog_and_an_unknown_place_a_slow_one() -> None:
     q, lost = P.settings.jogging, seen(trusted=False)
-    s = seen(fine=1.0)
+    s = seen(fine=1e-3)
     for where, stage, most, hint in (
         (s, "macro", q.macro, ""), (s, "micro", q.micro, ""),
         (lost._replace(seen=s.seen), "macro", q.slow, " (not homed)"),
@@ -215,7 +215,7 @@ def test_each_stage_has_its_fastest_jog_and_an_unknown_place_a_slow_one() -> Non
 def test_a_jog_leads_away_from_a_soft_limit_only(stage: str, trusted: bool) -> None:
     """Of the carriage only where its place is known; at rest nothing is asked of it."""
     for at, blocked in ((0, -1.0), (1, 0.0), (2, 1.0)):
-        place = {"macro": (-130.0, 5.0, 2990.0), "micro": (0.0, 1.0, 3.5)}[stage][at]
+        place = {"macro": (-130.0, 5.0, 2990.0), "micro": (0.0, 1e-3, 3.5e-3)}[stage][at]
         where = {"macro": {"encoder": place + 9.0}, "micro": {"fine": place}}[stage]
         s = seen(offset=9.0, trusted=trusted, **where)
         for speed in (-1e-4, 0.0, 1e-4):
@@ -230,7 +230,7 @@ def test_a_jog_leads_away_from_a_soft_limit_only(stage: str, trusted: bool) -> N
 def plan(**columns: Any) -> Plan:
     """A move of each stage."""
     good = Plan(
-        np.array([NAN, 1.0]), np.array([0, 1]), np.array([30.0, 1.0]), np.array([0.0, 2.0]), NAN
+        np.array([NAN, 1.0]), np.array([0, 1]), np.array([30.0, 1e-3]), np.array([0.0, 2.0]), NAN
     )
     return good._replace(**columns)
 
@@ -282,10 +282,10 @@ def test_a_programme_may_have_an_end_or_none(end: float) -> None:
         ({"hold": np.array([0.0, -1e-3])}, "the programme has holds that are no times"),
         ({"hold": np.array([NAN, 1.0])}, "the programme has holds that are no times"),
         ({"hold": np.array([0.0, math.inf])}, "the programme has holds that are no times"),
-        ({"target": np.array([2991.0, 1.0])}, "a target of 2991 counts is beyond the soft limits"),
-        ({"target": np.array([-131.0, 1.0])}, "a target of -131 counts is beyond the soft limits"),
-        ({"target": np.array([30.0, 3.6])}, "a target of 3.6 mm is beyond the soft limits"),
-        ({"target": np.array([30.0, -0.1])}, "a target of -0.1 mm is beyond the soft limits"),
+        ({"target": np.array([2991.0, 1e-3])}, "a target of 2991 counts is beyond the soft limits"),
+        ({"target": np.array([-131.0, 1e-3])}, "a target of -131 counts is beyond the soft limits"),
+        ({"target": np.array([30.0, 3.6e-3])}, "a target of 3.6 mm is beyond the soft limits"),
+        ({"target": np.array([30.0, -0.1e-3])}, "a target of -0.1 mm is beyond the soft limits"),
     ],
 )
 def test_a_programme_that_cannot_be_is_refused_with_its_reason(

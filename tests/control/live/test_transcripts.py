@@ -105,17 +105,17 @@ def macro_moves() -> Scripted:
 
 def micro_moves() -> Scripted:
     f = ready(17.0, coordinate=5.0)
-    f.ask(m.MoveMicro(1.2, "a"))
+    f.ask(m.MoveMicro(1.2e-3, "a"))
     f.end()
     f.run(0.02)
     f.run(0.003, "h")
-    f.ask(m.MoveMicro(0.7))
+    f.ask(m.MoveMicro(0.7e-3))
     f.run(0.05)
     f.ask(m.Stop())
     f.run(0.03)
     f.ask(m.LinkLost("stop"))
     f.run(0.03)
-    f.ask(m.MoveMicro(3.4))
+    f.ask(m.MoveMicro(3.4e-3))
     f.run(0.02, "h")
     f.end()
     return f
@@ -167,9 +167,9 @@ def replaced() -> Scripted:
     f.ask(m.SetGains((("sequence.wait", 0.02), ("pd_tuned.now", 0.012))))
     f.until("moving-micro")
     f.run(0.02)
-    f.ask(m.SetGains((("pi_antiwindup.kp", 2.5),)))
+    f.ask(m.SetGains((("pi_antiwindup.kp", 2500.0),)))
     f.run(0.01)
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.run(0.05)
     f.ask(m.MoveBy(0.01, replace=True))
     f.run(0.05)
@@ -202,10 +202,10 @@ def macro_jogs() -> Scripted:
 
 
 def micro_jogs() -> Scripted:
-    limits = LIVE.limits._replace(micro_low=0.5, micro_high=0.6)
+    limits = LIVE.limits._replace(micro_low=0.5e-3, micro_high=0.6e-3)
     jogging = LIVE.jogging._replace(micro=2e-3)
     f = ready(live=LIVE._replace(limits=limits, jogging=jogging))
-    f.ask(m.MoveMicro(0.55))
+    f.ask(m.MoveMicro(0.55e-3))
     f.end()
     f.ask(m.Jog("micro", 1e-3, "a"))
     f.run(0.02)
@@ -230,7 +230,7 @@ def micro_jogs() -> Scripted:
 def programme() -> Scripted:
     f = ready(23.0, coordinate=20.0)
     plan = Plan(
-        np.array([NAN, NAN, NAN, NAN]), np.array([0, 1, 0, 1]), np.array([60.0, 1.0, 5.0, 0.6]),
+        np.array([NAN, NAN, NAN, NAN]), np.array([0, 1, 0, 1]), np.array([60.0, 1e-3, 5.0, 0.6e-3]),
         np.array([0.0, 0.3, 0.01, 0.2]), NAN,
     )  # fmt: skip
     f.ask(m.Programme(plan, "a"))
@@ -243,7 +243,7 @@ def programme_by_time() -> Scripted:
     f = ready()
     plan = Plan(
         np.array([0.0, 0.02, 0.3, 0.31, 0.5]), np.array([0, 0, 1, 1, 0]),
-        np.array([90.0, 30.0, 0.8, 1.0, 50.0]), np.array([0.0, 0.0, 0.01, 0.1, 0.05]), 0.9,
+        np.array([90.0, 30.0, 0.8e-3, 1e-3, 50.0]), np.array([0.0, 0.0, 0.01, 0.1, 0.05]), 0.9,
     )  # fmt: skip
     f.ask(m.Programme(plan))
     f.end(2.0)
@@ -328,7 +328,7 @@ def laser() -> Scripted:
     f.beam = True
     f.ask(m.MoveMacro(120))
     f.end()
-    f.ask(m.MoveMicro(0.8))
+    f.ask(m.MoveMicro(0.8e-3))
     f.end()
     f.ask(m.Jog("macro", 0.05))
     for _ in range(300):
@@ -342,13 +342,13 @@ def laser() -> Scripted:
 
 def gains_and_limits() -> Scripted:
     f = ready()
-    f.ask(m.MoveMicro(1.0))
+    f.ask(m.MoveMicro(1e-3))
     f.end()
-    f.ask(m.SetGains((("pi_antiwindup.kp", 2.0), ("sequence.park", 0))))
+    f.ask(m.SetGains((("pi_antiwindup.kp", 2000.0), ("sequence.park", 0))))
     f.run(0.03)
     f.ask(m.SetGains((("micro_law", "p"),)))
     f.run(0.03)
-    f.ask(m.SetLimits(LIVE.limits._replace(macro_high=70.0, micro_low=0.4)))
+    f.ask(m.SetLimits(LIVE.limits._replace(macro_high=70.0, micro_low=0.4e-3)))
     f.ask(m.MoveTo(0.0049))
     f.end()
     f.ask(m.Jog("macro", 0.05))

@@ -34,7 +34,7 @@ def test_identification(bench) -> None:
         ("MOVE:REL -0.5 MM", m.MoveBy(-0.0005, "test")),
         ("MOVE:MACR 590", m.MoveMacro(590.0, "test")),
         ("MOVE:MACR 590 COUNTS", m.MoveMacro(590.0, "test")),
-        ("MOVE:MICR 1.5 MM", m.MoveMicro(1.5, "test")),
+        ("MOVE:MICR 1.5 MM", m.MoveMicro(1.5e-3, "test")),
         ("MOVE 42.123 MM,REPL", m.MoveTo(0.042123, "test", True)),
         ("MOVE:REL -0.5 MM,REPLACE", m.MoveBy(-0.0005, "test", True)),
         ("MOVE:MACR 590,repl", m.MoveMacro(590.0, "test", True)),
@@ -134,7 +134,7 @@ def test_ends_of_what_is_allowed(bench) -> None:
     assert bench.ask("MOVE:ABS? MIN;ABS? MAX") == f"{REACH[0] * 1e3:.9g};{REACH[1] * 1e3:.9g}"
     machine = bench.ask("LIM:ABS?")
     bench.ask("LIM:ABS 10 MM,MAX;MICR 0.5 MM,DEF")
-    assert bench.station.s.limits == OWN._replace(whole_low=0.01, micro_low=0.5)
+    assert bench.station.s.limits == OWN._replace(whole_low=0.01, micro_low=0.5e-3)
     assert bench.ask("MOVE? MIN;:LIM:ABS?") == f"10;10,{machine.split(',')[1]}"
     assert bench.ask("LIM:ABS? DEF") == machine
     assert bench.ask("MOVE:MICR? MIN;MACR? MAX") == f"0.5;{OWN.macro_high:g}"
@@ -423,6 +423,26 @@ def test_gains(bench) -> None:
     assert bench.errors() == []
 
 
+def test_gains_of_the_micro_stage_are_in_volts_per_mm(bench) -> None:
+    """As in the settings files; the machine has them in V/m."""
+    assert bench.ask('GAIN? "pi_antiwindup.kp";:GAIN? "pi_antiwindup.ki"') == "3;30"
+    assert bench.ask('GAIN:BOUN? "pi.kp"').startswith('0,1000,"V/mm","proportional gain"')
+    bench.ask('GAIN "pi_antiwindup.kp",1.5')
+    assert bench.requests[-1].changes == (("pi_antiwindup.kp", 1500.0),)
+    assert bench.ask('GAIN? "pi_antiwindup.kp"') == "1.5" and bench.errors() == []
+    facts = {"pi_antiwindup.kp": {"old": 3000.0, "new": 1500.0}}
+    bench.station.told.append(m.Event(1.5, "gains", "ready", "ready", "set gains", facts))
+    limits = {"micro_low": {"old": 0.0, "new": 0.5e-3}, "whole_low": {"old": 0.0, "new": 0.01}}
+    bench.station.told.append(m.Event(1.5, "limits", "ready", "ready", "set limits", limits))
+    told = [bench.ask("EVEN?") for _ in range(3)]
+    assert '{""old"": 3.0, ""new"": 1.5}' in told[1]
+    assert '""micro_low"": {""old"": 0.0, ""new"": 0.5}' in told[2]
+    assert '""whole_low"": {""old"": 0.0, ""new"": 0.01}' in told[2]
+    bench.ask('GAIN "pi_antiwindup.kp",2000')
+    error = bench.ask("SYST:ERR?")
+    assert error.startswith("-222,") and "2000 V/mm; accepted: from 0 V/mm to 1000 V/mm" in error
+
+
 def test_programme_by_name_and_as_text(bench) -> None:
     assert bench.ask("PROG:CAT?").startswith('"full-travel"')
     bench.ask('PROG:LOAD "thesis"')
@@ -439,7 +459,7 @@ def test_programme_by_name_and_as_text(bench) -> None:
     bench.send(b"PROG:LOAD #2%d" % len(text) + text + b";NAME?")
     assert bench.ask("PROG:NAME?") == '"Two"' and bench.errors() == []
     bench.ask("PROG:RUN")
-    assert bench.requests[-1].plan.target.tolist() == [1.0, 2.0]
+    assert bench.requests[-1].plan.target.tolist() == [1e-3, 2e-3]
     assert bench.requests[-1].plan.stage.tolist() == [1, 1]
 
 

@@ -40,9 +40,9 @@ def request(**order: Any) -> Any:
         ),
         (
             {"do": "move micro", "value": 2, "unit": "mm", "replace": True},
-            m.MoveMicro(pytest.approx(2.0), "", True),
+            m.MoveMicro(pytest.approx(2e-3), "", True),
         ),
-        ({"do": "move micro", "value": 0.5, "unit": "mm"}, m.MoveMicro(pytest.approx(0.5))),
+        ({"do": "move micro", "value": 0.5, "unit": "mm"}, m.MoveMicro(pytest.approx(0.5e-3))),
         ({"do": "jog", "stage": "micro", "speed": 1e-4}, m.Jog("micro", 1e-4)),
         ({"do": "fan", "on": True}, m.Fan(True)),
         ({"do": "clear"}, m.ClearFault()),
@@ -108,13 +108,23 @@ def test_gains_that_somebody_else_has_changed_are_refused() -> None:
         request(do="gains", changes=[["sequence.wait", wait + 1.0, 1.0]])
 
 
+def test_gains_of_the_micro_stage_come_in_volts_per_mm() -> None:
+    wanted = m.SetGains((("pi_antiwindup.kp", 1500.0), ("pi_antiwindup.ki", 45e3)))
+    changes = [["pi_antiwindup.kp", 3.0, 1.5], ["pi_antiwindup.ki", 30.0, 45.0]]
+    assert request(do="gains", changes=changes) == wanted
+
+
 def test_unknown_orders_are_not_known() -> None:
     assert not ORDERS.knows("link lost") and not ORDERS.knows(None) and not ORDERS.knows(["a"])
 
 
 def test_soft_limits_are_given_whole_or_not_at_all() -> None:
     own = LiveSettings().live.limits
-    values = own._replace(whole_high=0.1)._asdict()
+    values = own._asdict() | {
+        "micro_low": 0.0,
+        "micro_high": 3.5,
+        "whole_high": 0.1,
+    }  # mm of the micro-stage
     assert request(do="limits", values=values) == m.SetLimits(own._replace(whole_high=0.1))
     assert request(do="limits", values=None) == m.SetLimits(None)
     for wrong in ({"whole_low": 0.0}, [1, 2], "all", {**values, "more": 1.0}):

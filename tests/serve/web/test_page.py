@@ -184,7 +184,7 @@ def test_a_jog_lasts_as_long_as_its_button_is_held(ready: Page) -> None:
     enter = {"key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13}
     ready.command("Input.dispatchKeyEvent", type="keyDown", **enter)
     motion = until(lambda: ready.station.snapshot().motion)
-    until(lambda: ready.station.snapshot().micro_reference_mm > 0.05)
+    until(lambda: ready.station.snapshot().micro_reference_m > 0.05e-3)
     ready.command("Input.dispatchKeyEvent", type="keyUp", **enter)
     assert ready.outcome(motion) == m.STOPPED_BY_REQUEST
 

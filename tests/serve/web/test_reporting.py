@@ -36,6 +36,17 @@ def test_every_setting_has_its_bounds() -> None:
     json.dumps(told, allow_nan=False)
 
 
+def test_the_page_has_gains_in_volts_per_mm_and_contractions_in_mm() -> None:
+    told = {t["path"]: t for t in reporting.settings(Control())}
+    assert [told["pi_antiwindup.kp"][k] for k in ("value", "unit", "high")] == [3.0, "V/mm", 1e3]
+    fake = Station()
+    state = reporting.state(fake.snapshot(), NAN, fake.settings.live)
+    assert state["micro_mm"] == 0.31
+    assert (state["limits"]["micro_high"], state["limits"]["whole_high"]) == (3.5, 0.2169)
+    page = reporting.limits(fake.settings)
+    assert (page["micro_high"], page["micro_stroke_mm"], page["whole_low"]) == (3.5, 3.5, -8.8e-3)
+
+
 def test_the_hub_keeps_the_last_news_only() -> None:
     fake = Station()
     hub = Hub(Instrument(fake))  # type: ignore[arg-type]

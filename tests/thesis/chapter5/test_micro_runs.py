@@ -78,7 +78,7 @@ def test_more_windup_is_seen_on_a_longer_fall(runs: MicroRuns) -> None:
     """The same controller leaves over 50 um when the stage falls by 1.5 mm."""
     controller = runs.settings.controller._replace(micro_law="pi")
     settings = runs.settings._replace(controller=controller)
-    r = on_twin(micro_steps((2.0, 3.0, 1.5, 0.0), 2.0, sequence.TIMES), settings)
+    r = on_twin(micro_steps((2e-3, 3e-3, 1.5e-3, 0.0), 2.0, sequence.TIMES), settings)
     assert abs(micro_runs.error_after(r, sequence.TIMES[2])) > 80.0
 
 
@@ -101,8 +101,8 @@ def test_worst_hold_reads_the_laser(runs: MicroRuns) -> None:
 def test_a_run_cut_short_is_not_measured() -> None:
     """A gain so low that the guard stops the run gives no figure."""
     controller = Settings().controller
-    low = controller._replace(micro_law="p", p=controller.p._replace(kp=0.25))
-    r = on_twin(micro_steps([3.8], 6.0), Settings()._replace(controller=low))
+    low = controller._replace(micro_law="p", p=controller.p._replace(kp=250.0))
+    r = on_twin(micro_steps([3.8e-3], 6.0), Settings()._replace(controller=low))
     assert r.attributes["finished"] == 0
     assert all(np.isnan(v) for v in micro_runs.swing(r))
 
@@ -115,7 +115,7 @@ def test_growth_allows_for_noise() -> None:
 
 
 def test_steps_by_the_clock() -> None:
-    programme = micro_steps((2.0, 0.0), 2.0, (1.0, 3.0))
+    programme = micro_steps((2e-3, 0.0), 2.0, (1.0, 3.0))
     assert programme.scheduled
     assert programme.end == 5.0
     assert list(programme.stage) == [1, 1]

@@ -204,7 +204,9 @@ def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str, replace: A
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {"target_m": motion.target}
         if math.isnan(motion.coarse):
-            return moves.start_micro(s, motion, t.MICRO_MOVE, {**facts, "micro_mm": motion.fine})
+            return moves.start_micro(
+                s, motion, t.MICRO_MOVE, {**facts, "micro_mm": motion.fine * 1e3}
+            )
         facts["target_counts"] = motion.coarse - s.frame.offset
         return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
 
@@ -239,7 +241,7 @@ def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer
         refusal = Refused("the carriage is moving", "stop it first")
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        facts = {"micro_mm": motion.fine, "target_m": carriage(p, s) + motion.fine * 1e-3}
+        facts = {"micro_mm": motion.fine * 1e3, "target_m": carriage(p, s) + motion.fine}
         return moves.start_micro(s, motion, t.MICRO_MOVE, facts)
 
     return _begin(p, s, refusal or targets.contraction(s, request.position), start)
@@ -275,7 +277,7 @@ def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog
         s, notices = end(p, s, m.STOPPED_BY_REQUEST, t.JOG_ENDED)
         return s, Accepted(motion.id), notices
     if isinstance(s.work, Jogged):
-        goal = request.speed * 1e3 if fine else request.speed / p.settings.pitch
+        goal = request.speed if fine else request.speed / p.settings.pitch
         s = s._replace(work=s.work._replace(goal=goal))
     return s, Accepted(motion.id), ()
 

@@ -14,7 +14,7 @@ from macromicro.schema.par import finite
 # Whose limits they are; the unit that a person reads, and how many of it one stored unit is.
 _WORDS = {
     "macro": ("the macro-stage", "counts", 1.0),
-    "micro": ("the micro-stage", "mm", 1.0),
+    "micro": ("the micro-stage", "mm", 1e3),
     "whole": ("the whole positioner", "mm", 1e3),
 }
 

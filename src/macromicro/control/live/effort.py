@@ -78,7 +78,7 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
     hall : float
         Hall voltage, V, or NaN.
     reference : float
-        Reference, mm.
+        Reference, m.
     dt : float
         Control period, s.
 
@@ -135,7 +135,7 @@ def fine_efforts(
     sample : Sample
         What the rig shows.
     reference : float
-        Reference of the micro-stage, mm.
+        Reference of the micro-stage, m.
     dt : float
         Control period, s.
 
@@ -185,7 +185,7 @@ def observe(p: Fine, w: Window, hall: float, error: float, dt: float) -> Window:
     hall : float
         Reading, V or whatever is read; only changes count.
     error : float
-        Error, mm.
+        Error, m.
     dt : float
         Control period, s.
 

@@ -55,7 +55,7 @@ def change(
             return s, taken, ()
         new = replaced(new, taken.path, taken.new)
         done.append(taken)
-    most = 2.0 * p.settings.fine.bias_high * 1e-3 / p.settings.pitch
+    most = 2.0 * p.settings.fine.bias_high / p.settings.pitch
     if new.sequence.tolerance > most:
         words = f"sequence.tolerance: {new.sequence.tolerance:g} count is above {most:.0f} count"
         return s, Refused(words, "twice what the micro-stage can make up for"), ()
@@ -105,4 +105,6 @@ def _taken(known: dict[str, Entry], pair: Any) -> Change | Refused:
     try:
         return Change(path, entry.value, entry.check(value, path))
     except InputError as error:
-        return Refused(f"{path}: {shown(value)}", f"accepted: {error.accepted}; {LIST}")
+        return Refused(
+            f"{path}: {shown(entry.par.given(value))}", f"accepted: {error.accepted}; {LIST}"
+        )

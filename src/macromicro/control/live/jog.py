@@ -71,7 +71,7 @@ def start_micro(s: LiveState, motion: Motion, speed: float) -> tuple[LiveState, 
         s, motion._replace(fine=here), t.MICRO_JOG, {"speed_m_per_s": speed}
     )
     settle = Settle(s.time, s.seen.encoder, EMPTY)
-    return s._replace(work=Jogged(speed * 1e3, 0.0, 0.0, settle)), notices
+    return s._replace(work=Jogged(speed, 0.0, 0.0, settle)), notices
 
 
 def step(
@@ -206,10 +206,12 @@ def micro(
     window = observe(q.fine, settle.window, sample.hall, reference - s.seen.fine, dt)
     s = s._replace(work=work._replace(settle=settle._replace(window=window)))
     if at_limit and window.held >= q.fine.dwell - TICK:
-        found = {"micro_mm": reference, "error_mm": window.mean}
+        found = {"micro_mm": reference * 1e3, "error_mm": window.mean * 1e3}
         s, notices = t.conclude(p, s, m.HOLDING, (m.LIMIT, t.LIMIT), found)
         return s, efforts._replace(notices=notices)
     if s.time - settle.entered >= q.fine.patience - TICK:  # since it came to its limit
-        s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), {"micro_mm": reference})
+        s, notices = t.conclude(
+            p, s, m.STOPPED, (m.STALLED, t.STALLED), {"micro_mm": reference * 1e3}
+        )
         return s, Efforts(notices=notices)
     return s, efforts

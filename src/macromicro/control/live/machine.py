@@ -154,7 +154,7 @@ def _look(
     if frame.trusted and watched.half < 0.5 * q.pitch:
         position = survey.whole(watched, q.pitch, frame.offset)
     else:
-        position = (last - frame.offset) * q.pitch + fine * 1e-3
+        position = (last - frame.offset) * q.pitch + fine
     seen = Seen(last, speed, standing, fine, position)
     return s._replace(time=time, shift=shift, seen=seen, frame=frame, survey=watched), sample
 

@@ -2,7 +2,7 @@
 
 Requests are NamedTuples; each carries the name of the client that sent it (for the
 events only). Positions of the whole positioner are metres, macro positions counts in the
-homed frame, micro positions millimetres of contraction. All messages pickle.
+homed frame, micro positions metres of contraction. All messages pickle.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ class MoveMicro(NamedTuple):
     Attributes
     ----------
     position : float
-        mm.
+        m.
     client : str
         Who sent it.
     replace : bool
@@ -195,7 +195,7 @@ class Programme(NamedTuple):
     Attributes
     ----------
     plan : Plan
-        Macro targets in counts of the homed frame, micro targets in mm.
+        Macro targets in counts of the homed frame, micro targets in m.
     client : str
         Who sent it.
     """

@@ -231,10 +231,11 @@ def settle(
         return s, Efforts(notices=notices)
     rest = remaining(p, s, motion.target)
     if not s.limits.micro_low <= rest <= min(p.settings.fine.bias_high, s.limits.micro_high):
-        found["micro_mm"] = rest
+        found["micro_mm"] = rest * 1e3
         s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
         return s, Efforts(notices=notices)
-    s, notices = start_micro(s, motion._replace(fine=rest), t.SETTLED, {**found, "micro_mm": rest})
+    found["micro_mm"] = rest * 1e3
+    s, notices = start_micro(s, motion._replace(fine=rest), t.SETTLED, found)
     return s, efforts._replace(notices=notices)
 
 
@@ -253,9 +254,9 @@ def remaining(p: LiveParameters, s: LiveState, target: float) -> float:
     Returns
     -------
     float
-        mm.
+        m.
     """
-    return (target - carriage(p, s)) * 1e3
+    return target - carriage(p, s)
 
 
 def fine(
@@ -290,12 +291,12 @@ def fine(
     window = observe(q, work.window, sample.hall, motion.fine - s.seen.fine, dt)
     witness = EMPTY
     if by_laser(p, s):  # of a move without such a target the laser says nothing (NaN)
-        off = (motion.target - s.seen.position) * 1e3
+        off = motion.target - s.seen.position
         witness = observe(q, work.witness, sample.laser, off, dt)
     s = s._replace(work=work._replace(window=window, witness=witness))
-    found: Evidence = {"error_mm": window.mean, "window_s": q.window}
+    found: Evidence = {"error_mm": window.mean * 1e3, "window_s": q.window}
     if not math.isnan(witness.mean):
-        found["error_by_laser_mm"] = witness.mean
+        found["error_by_laser_mm"] = witness.mean * 1e3
     # A window in progress is no end: what is reported is what full windows have shown.
     if window.held >= q.dwell - TICK and window.number == 0 and not math.isnan(sample.encoder):
         rests = s.seen.encoder == work.base or math.isnan(motion.target)
@@ -310,7 +311,7 @@ def fine(
         s = s._replace(motion=again, work=Settle(work.entered, s.seen.encoder, EMPTY))
         if s.limits.micro_low <= again.fine <= s.limits.micro_high:
             return s, efforts
-        return _gives_up(p, s, {**found, "micro_mm": again.fine})
+        return _gives_up(p, s, {**found, "micro_mm": again.fine * 1e3})
     if s.time - work.entered >= q.patience - TICK:
         return _gives_up(p, s, found)
     return s, efforts
@@ -318,10 +319,10 @@ def fine(
 
 def _gives_up(p: LiveParameters, s: LiveState, found: Evidence) -> tuple[LiveState, Efforts]:
     error, laser = found["error_mm"], found.get("error_by_laser_mm", math.nan)
-    if abs(laser) > p.settings.fine.band:
+    if abs(laser) > p.settings.fine.band * 1e3:
         found["reason"] = (
             f"the Hall sensor is {error * 1e3:.1f} um and the laser {laser * 1e3:.1f} um off, "
-            f"allowed {p.settings.fine.band * 1e3:g} um by each: calibrate the Hall sensor anew"
+            f"allowed {p.settings.fine.band * 1e6:g} um by each: calibrate the Hall sensor anew"
         )
     s, notices = t.conclude(p, s, m.STOPPED, (m.STALLED, t.STALLED), found)
     return s, Efforts(notices=notices)
@@ -376,4 +377,4 @@ def stay(
     """
     here = max(s.seen.fine, 0.0)
     s = s._replace(drive=s.drive._replace(micro_reference=here))
-    return t.conclude(p, s, m.HOLDING, (outcome, cause), {"micro_mm": here})
+    return t.conclude(p, s, m.HOLDING, (outcome, cause), {"micro_mm": here * 1e3})

@@ -21,12 +21,12 @@ def _own(unit: str, meaning: str, source: str = CHOICE, **rest: Any) -> Par:
 
 
 class SoftLimits(NamedTuple):
-    """Where a motion may end: macro in counts of the homed frame, micro in mm, whole in m."""
+    """Where a motion may end: macro in counts of the homed frame, micro and whole in m."""
 
     macro_low: Annotated[float, _own("count", "lowest macro position")] = -130.0
     macro_high: Annotated[float, _own("count", "highest macro position")] = 2990.0
-    micro_low: Annotated[float, _own("mm", "smallest contraction", lo=0.0)] = 0.0
-    micro_high: Annotated[float, _own("mm", "largest contraction", lo=0.0)] = 3.5
+    micro_low: Annotated[float, _own("m", "smallest contraction", shown="mm", lo=0.0)] = 0.0
+    micro_high: Annotated[float, _own("m", "largest contraction", shown="mm", lo=0.0)] = 3.5e-3
     whole_low: Annotated[float, _own("m", "lowest absolute position", shown="mm")] = -8.8e-3
     whole_high: Annotated[float, _own("m", "highest absolute position", shown="mm")] = 0.2169
 
@@ -35,14 +35,17 @@ class Fine(NamedTuple):
     """When the micro-stage counts as arrived, and the share of its stroke that is used."""
 
     bias_low: Annotated[
-        float, _own("mm", "contraction below which no absolute move relies on it", lo=0.0)
-    ] = 0.3
+        float,
+        _own("m", "contraction below which no absolute move relies on it", shown="mm", lo=0.0),
+    ] = 0.3e-3
     bias_high: Annotated[
-        float, _own("mm", "contraction above which no absolute move relies on it", lo=0.0)
-    ] = 3.5
+        float,
+        _own("m", "contraction above which no absolute move relies on it", shown="mm", lo=0.0),
+    ] = 3.5e-3
     band: Annotated[
-        float, _own("mm", "error of a window's mean that counts as on target", positive=True)
-    ] = 0.010
+        float,
+        _own("m", "error of a window's mean that counts as on target", shown="mm", positive=True),
+    ] = 10e-6
     window: Annotated[float, _own("s", "span that the Hall reading is averaged over", lo=0.0)] = 0.1
     dwell: Annotated[
         float, _own("s", "time on target before arrival is declared", positive=True)
@@ -108,8 +111,9 @@ class Jogging(NamedTuple):
     ] = 0.01
     micro: Annotated[float, _own("m/s", "fastest micro jog", shown="mm/s", positive=True)] = 0.5e-3
     micro_lead: Annotated[
-        float, _own("mm", "farthest that a micro jog runs ahead of the stage", positive=True)
-    ] = 0.2
+        float,
+        _own("m", "farthest that a micro jog runs ahead of the stage", shown="mm", positive=True),
+    ] = 0.2e-3
     patience: Annotated[
         float, _own("s", "longest time that a carriage may be leaned on and stand", positive=True)
     ] = 0.85

@@ -40,7 +40,7 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
     motion : Motion
         The motion as accepted.
     plan : Plan
-        Macro targets in the homed frame, micro targets in mm.
+        Macro targets in the homed frame, micro targets in m.
 
     Returns
     -------
@@ -164,10 +164,10 @@ def _begun(s: LiveState, work: Running, progress: Progress) -> m.Event:
     """The event of a move's beginning, with how the one before ended."""
     k = progress.move
     coarse = work.plan.stage[k] == moves.MACRO
-    target = work.plan.target[k] - (s.frame.offset if coarse else 0.0)
-    unit = "counts" if coarse else "mm"
+    goal = work.plan.target[k]
+    target = {"target_counts": goal - s.frame.offset} if coarse else {"target_mm": goal * 1e3}
     facts: Evidence = {"move": k, "stage": m.STAGES[work.plan.stage[k]]}
-    facts |= {f"target_{unit}": target, "passed_over": k - work.progress.move - 1}
+    facts |= {**target, "passed_over": k - work.progress.move - 1}
     if work.progress.move >= 0:
         facts |= _result(s, work)
     return t.reported(s, "move", "next move", facts)
@@ -177,7 +177,7 @@ def _result(s: LiveState, work: Running) -> Evidence:
     """Error at the end of the present move: counts, or the last full window's mean in mm."""
     if work.plan.stage[work.progress.move] == moves.MACRO:
         return {"error_counts": work.progress.macro_reference - s.seen.encoder}
-    return {"error_mm": work.window.mean}
+    return {"error_mm": work.window.mean * 1e3}
 
 
 def _end(

@@ -29,7 +29,7 @@ class Seen(NamedTuple):
     standing : float
         Time without a new count, s.
     fine : float
-        Contraction, mm.
+        Contraction, m.
     position : float
         Position of the whole positioner, m.
     """
@@ -73,7 +73,7 @@ class Drive(NamedTuple):
     macro_reference : float
         Raw counts.
     micro_reference : float
-        mm.
+        m.
     memory : Memory
         Memory of the macro law.
     integral : float
@@ -103,7 +103,7 @@ class Motion(NamedTuple):
     coarse : float
         Raw counts, or NaN.
     fine : float
-        mm, or NaN.
+        m, or NaN.
     began : float
         s.
     """
@@ -137,11 +137,11 @@ class Window(NamedTuple):
     Attributes
     ----------
     total : float
-        Sum, mm.
+        Sum, m.
     number : int
         How many.
     mean : float
-        Mean of the window before, mm.
+        Mean of the window before, m.
     held : float
         For how long such means have been on target, s.
     hall : float
@@ -218,7 +218,7 @@ class Jogged(NamedTuple):
     Attributes
     ----------
     goal : float
-        Requested speed, counts/s or mm/s.
+        Requested speed, counts/s or m/s.
     speed : float
         Speed of the reference at present, in the same unit.
     held_back : float
@@ -500,7 +500,7 @@ def position(p: LiveParameters, s: LiveState) -> float:
     """
     if by_laser(p, s):
         return survey.whole(s.survey, p.settings.pitch, s.frame.offset)
-    return coordinate(s) * p.settings.pitch + s.seen.fine * 1e-3
+    return coordinate(s) * p.settings.pitch + s.seen.fine
 
 
 def carriage(p: LiveParameters, s: LiveState) -> float:
@@ -519,7 +519,7 @@ def carriage(p: LiveParameters, s: LiveState) -> float:
         m.
     """
     if by_laser(p, s):
-        return s.seen.position - s.seen.fine * 1e-3
+        return s.seen.position - s.seen.fine
     return coordinate(s) * p.settings.pitch
 
 

@@ -57,7 +57,7 @@ class Survey(NamedTuple):
     whole : float
         laser + base in the sample before, m.
     fine : float
-        Contraction in the sample before, mm.
+        Contraction in the sample before, m.
     path : float
         Path of the carriage, mean of the period before, m.
     pace : float
@@ -130,7 +130,7 @@ class Moving(NamedTuple):
     Attributes
     ----------
     fine : float
-        Contraction, mm.
+        Contraction, m.
     speed : float
         Speed of the carriage, counts/s.
     standing : float
@@ -272,7 +272,7 @@ def _path(q: Edges, v: Survey, whole: float, fine: float, dt: float) -> float:
     # A lag's output goes from f0 to f1 = keep f0 + (1 - keep) c while its input is c, which this
     # solves for c: the contraction now, of which the sensor will know `q.lag` later.
     keep = math.exp(-dt / q.lag) if q.lag > 0.0 else 0.0
-    contraction = (fine - keep * v.fine) / (1.0 - keep) * 1e-3
+    contraction = (fine - keep * v.fine) / (1.0 - keep)
     return 0.5 * (whole + v.whole) - contraction
 
 

@@ -93,14 +93,14 @@ def whole(
     target = float(target)
     low = max(fine.bias_low, q.micro_low)
     high = min(fine.bias_high, q.micro_high)
-    rest = (target - carriage(p, s)) * 1e3
+    rest = target - carriage(p, s)
     if carriage_rests and low <= rest <= high:
         return _motion(s, kind, target, NAN, rest)
     # The laser shows where within its count the carriage stands.
     slack = s.laws.sequence.tolerance + (0.5 if by_laser(p, s) else 0.0)
-    count = math.floor((target - low * 1e-3) / pitch - slack + 1e-9)
+    count = math.floor((target - low) / pitch - slack + 1e-9)
     count = min(count, math.floor(q.macro_high))
-    rest = (target - (count - slack) * pitch) * 1e3
+    rest = target - (count - slack) * pitch
     if count < q.macro_low or rest > high:
         return Refused(
             f"position {target * 1e3:.9g} mm is beyond the reach of both stages together",
@@ -134,8 +134,8 @@ def reach(settings: Live, limits: SoftLimits, tolerance: float) -> tuple[float, 
     fine, pitch, slack = settings.fine, settings.pitch, tolerance + 0.5
     low = (math.ceil(limits.macro_low) + slack) * pitch
     high = (math.floor(limits.macro_high) - slack) * pitch
-    low += 1e-3 * max(fine.bias_low, limits.micro_low)
-    high += 1e-3 * min(fine.bias_high, limits.micro_high)
+    low += max(fine.bias_low, limits.micro_low)
+    high += min(fine.bias_high, limits.micro_high)
     # A nanometre less, so that no rounding matters.
     return max(limits.whole_low, round(low + 1e-9, 9)), min(
         limits.whole_high, round(high - 1e-9, 9)
@@ -178,7 +178,7 @@ def contraction(s: LiveState, position: Any) -> Motion | Refused:
     s : LiveState
         State of the live machine.
     position : Any
-        mm, or anything that a client sent.
+        m, or anything that a client sent.
 
     Returns
     -------
@@ -186,8 +186,8 @@ def contraction(s: LiveState, position: Any) -> Motion | Refused:
         The motion, or why it cannot be.
     """
     q = s.limits
-    refusal = number(position, "micro position", "mm") or _beyond(
-        position, q.micro_low, q.micro_high, "micro position", "mm"
+    refusal = number(position, "micro position", "m") or _beyond(
+        position, q.micro_low, q.micro_high, "micro position", "m"
     )
     return refusal or _motion(s, "move micro", NAN, NAN, float(position))
 
@@ -260,7 +260,7 @@ def plan(s: LiveState, plan: Any) -> Motion | Refused:
     if refusal:
         return refusal
     q = s.limits
-    bounds = ((q.macro_low, q.macro_high, "counts"), (q.micro_low, q.micro_high, "mm"))
+    bounds = ((q.macro_low, q.macro_high, "counts"), (q.micro_low, q.micro_high, "m"))
     for k, (low, high, unit) in enumerate(bounds):
         for value in plan.target[plan.stage == k]:
             refusal = _beyond(float(value), low, high, "a target of", unit)

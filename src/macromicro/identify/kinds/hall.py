@@ -73,7 +73,7 @@ def identify(picking: Picking, options: Options) -> Result:
         found = f"{options.points} points from {options.low:g} to {options.high:g} V"
         raise InputError("table", found, "10 to 2000 points, --low below --high")
     tables = loaded(picking, ROLES)
-    sweeps = [sweep for table in tables for sweep in one_way(table)]
+    sweeps = [(v, x / 1e3) for table in tables for v, x in one_way(table)]
     if not sweeps:
         raise InputError(tables[0].file, "no one-way run", "runs over the sensor's range")
     v, x = (np.concatenate([sweep[k] for sweep in sweeps]) for k in (0, 1))
@@ -92,13 +92,15 @@ def identify(picking: Picking, options: Options) -> Result:
     volts = fit.volts[seen]
     lag = float(np.nanmax(np.abs(fit.between))) if np.isfinite(fit.between).any() else np.nan
     lines = [
-        Line("slope", float(slope), unit="mm/V", note="mean, from first to last voltage seen"),
-        Line("from", float(volts[0]), unit="V", note=f"at {place[seen][0]:.4f} mm"),
-        Line("to", float(volts[-1]), unit="V", note=f"at {place[seen][-1]:.4f} mm"),
-        Line("error, mean", float(np.nanmean(fit.error)) * 1e3, unit="um", note="of the table"),
-        Line("error, largest", float(np.nanmax(fit.error)) * 1e3, unit="um"),
-        Line("up from down", lag * 1e3, unit="um", note="largest half difference: lag, cancelled"),
-        Line("bend", float(np.abs(bent).max()) * 1e3, unit="um", note="largest, off a line"),
+        Line(
+            "slope", float(slope) * 1e3, unit="mm/V", note="mean, from first to last voltage seen"
+        ),
+        Line("from", float(volts[0]), unit="V", note=f"at {1e3 * place[seen][0]:.4f} mm"),
+        Line("to", float(volts[-1]), unit="V", note=f"at {1e3 * place[seen][-1]:.4f} mm"),
+        Line("error, mean", float(np.nanmean(fit.error)) * 1e6, unit="um", note="of the table"),
+        Line("error, largest", float(np.nanmax(fit.error)) * 1e6, unit="um"),
+        Line("up from down", lag * 1e6, unit="um", note="largest half difference: lag, cancelled"),
+        Line("bend", float(np.abs(bent).max()) * 1e6, unit="um", note="largest, off a line"),
     ]
     remarks = [
         ("runs", f"{fit.runs}, one way each; {int(seen.sum())} of {len(seen)} voltages seen"),
@@ -111,13 +113,13 @@ def identify(picking: Picking, options: Options) -> Result:
 
         every = [(v[:: max(len(v) // 300, 1)], x[:: max(len(v) // 300, 1)]) for v, x in sweeps]
         vs, xs = (np.concatenate([e[k] for e in every]) for k in (0, 1))
-        um = 1e3
+        mm, um = 1e3, 1e6
         return {
             "calibration": pictures.points(
                 "sensor and table",
                 "sensor [V]",
                 "position [mm]",
-                [("measured", vs, xs, "."), ("table", fit.volts, place, "-")],
+                [("measured", vs, xs * mm, "."), ("table", fit.volts, place * mm, "-")],
             ),
             "residuals": pictures.points(
                 "uncertainty of the table, and lag",
@@ -134,7 +136,8 @@ def identify(picking: Picking, options: Options) -> Result:
     head = "A sensor's calibration stands in no setting of `macromicro run --config`.\n"
     head += f"The table is in {FILE} (volts, millimetres), as macromicro.control reads it."
     toml = model_file.plain(head, {"calibration": {"file": (FILE, f"{len(seen)} points")}})
-    data = {"volts": fit.volts, "position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
+    lengths = {"position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
+    data = {"volts": fit.volts, **{name: x * 1e3 for name, x in lengths.items()}}
     title = "Sensor volts to millimetres: mean of runs both ways, monotone"
     files = {FILE: lambda path: _write(path, fit)}
     return Result("hall", title, fit.calibration, lines, remarks, toml, draw, data, files)
@@ -181,6 +184,6 @@ def _long(x: Array, extent: float) -> bool:
 
 def _write(path: Path, fit: HallFit) -> None:
     lines = ["# Sensor calibration: mean of runs both ways", "hall_V,position_mm"]
-    place = fit.calibration.position
+    place = fit.calibration.position * 1e3
     lines += [f"{v:.4f},{x:.6f}" for v, x in zip(fit.volts, place, strict=True)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

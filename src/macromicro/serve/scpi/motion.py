@@ -42,15 +42,14 @@ def commands(
 
 
 def _parameter(field: Field) -> Parameter:
-    """How a field is written in SCPI. Lengths are in metres here, whatever the message holds."""
+    """How a field is written in SCPI."""
     if not field.unit:
         return Flag(field.name)
-    scale = 1e-3 if field.unit == "mm" else 1.0
     return Number(
         field.name,
-        "m" if field.unit == "mm" else field.unit,
-        field.lo * scale,
-        field.hi * scale,
+        field.unit,
+        field.lo,
+        field.hi,
         whole=field.unit == "counts",
         instead=_ENDS if field.ends else (),
     )
@@ -60,7 +59,7 @@ def _value(session: Session, field: Field, given: Any) -> Any:
     """A field of the message: what is given, or the end of what is allowed now."""
     if isinstance(given, str):
         return session.instrument.limit(field.ends, given)
-    return round(given * 1e3, 9) if field.unit == "mm" else given
+    return given
 
 
 def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ...]) -> Handler:
@@ -148,7 +147,7 @@ COMMANDS = (
     *commands("move micro"),
     Command(
         "MOVE:MICRo?",
-        _asked("micro", 1.0, lambda session: session.snapshot().micro_reference_mm),
+        _asked("micro", 1e3, lambda session: session.snapshot().micro_reference_m),
         "Its set point, or these ends.",
         (_WHICH,),
         answer="mm",

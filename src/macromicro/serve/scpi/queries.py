@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from macromicro.serve import telling
 from macromicro.serve.scpi.answers import flag, number, numbers
 from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import quoted
@@ -22,12 +23,14 @@ def _trust(call: Call) -> Answer:
 
 def _stage_position(call: Call) -> Answer:
     now = call.session.snapshot()
-    return number(now.macro_count if call.suffixes[0] == 1 else now.micro_mm)
+    return number(now.macro_count if call.suffixes[0] == 1 else telling.millimetres(now.micro_m))
 
 
 def _stage_target(call: Call) -> Answer:
     now = call.session.snapshot()
-    return number(now.macro_reference if call.suffixes[0] == 1 else now.micro_reference_mm)
+    return number(
+        now.macro_reference if call.suffixes[0] == 1 else telling.millimetres(now.micro_reference_m)
+    )
 
 
 def _stage_output(call: Call) -> Answer:

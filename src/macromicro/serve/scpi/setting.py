@@ -13,11 +13,11 @@ from macromicro.serve.scpi.motion import commands, stop
 from macromicro.serve.scpi.parameters import NameOrBlock, Number, NumberOrText, Text, Word
 
 _ENDS = ("MINimum", "MAXimum", "DEFault")
-# Limits: what they are called here and by the machine, parameter, stored units in one of its.
+# Limits: what they are called here and by the machine, unit, how many it answers for one.
 _KINDS = (
-    ("ABSolute", "whole", "m", 1.0, 1e3, "mm"),
-    ("MACRo", "macro", "counts", 1.0, 1.0, "counts"),
-    ("MICRo", "micro", "m", 1e3, 1.0, "mm"),
+    ("ABSolute", "whole", "m", 1e3, "mm"),
+    ("MACRo", "macro", "counts", 1.0, "counts"),
+    ("MICRo", "micro", "m", 1e3, "mm"),
 )
 _TEXTS = {
     "whole": "Soft limits of the whole positioner: they bind MOVE[:ABSolute] and MOVE:RELative, "
@@ -28,7 +28,7 @@ _TEXTS = {
 }
 
 
-def _set_limits(kind: str, scale: float) -> Handler:
+def _set_limits(kind: str) -> Handler:
     def act(call: Call) -> Answer:
         session = call.session
         own = session.instrument.settings.live.limits
@@ -36,7 +36,7 @@ def _set_limits(kind: str, scale: float) -> Handler:
         for end, value in zip(("low", "high"), call.values, strict=True):
             place = {"MIN": "low", "MAX": "high"}.get(value, end)
             machine = getattr(own, f"{kind}_{place}")
-            new[f"{kind}_{end}"] = machine if isinstance(value, str) else round(value * scale, 9)
+            new[f"{kind}_{end}"] = machine if isinstance(value, str) else round(value, 12)
         session.order(SetLimits(session.snapshot().limits._replace(**new)))
         return None
 
@@ -56,12 +56,12 @@ def _limits(kind: str, shown: float) -> Handler:
 
 def _limit_commands() -> tuple[Command, ...]:
     found: list[Command] = []
-    for node, kind, unit, scale, shown, words in _KINDS:
+    for node, kind, unit, shown, words in _KINDS:
         ends = (Number("low", unit, instead=_ENDS), Number("high", unit, instead=_ENDS))
         found.append(
             Command(
                 f"LIMit:{node}",
-                _set_limits(kind, scale),
+                _set_limits(kind),
                 f"{_TEXTS[kind]} Within those that the machine was started with, which the words "
                 "stand for; not while it moves.",
                 ends,
@@ -94,7 +94,8 @@ def _entry(call: Call) -> Entry:
 
 
 def _gain(call: Call) -> Answer:
-    value = _entry(call).value
+    entry = _entry(call)
+    value = entry.par.given(entry.value)
     return quoted(value) if isinstance(value, str) else number(value, 17)
 
 
@@ -102,7 +103,8 @@ def _bounds(call: Call) -> Answer:
     par = _entry(call).par
     choices = ", ".join(par.choices)
     low = 0.0 if par.positive and par.lo < 0.0 else par.lo
-    return f"{numbers(low, par.hi)},{quoted(par.unit)},{quoted(par.meaning)},{quoted(choices)}"
+    ends = numbers(par.given(low), par.given(par.hi))
+    return f"{ends},{quoted(par.read_in)},{quoted(par.meaning)},{quoted(choices)}"
 
 
 def _gains(call: Call) -> Answer:
@@ -112,9 +114,9 @@ def _gains(call: Call) -> Answer:
 def _set_gain(call: Call) -> Answer:
     session, entry, value = call.session, _entry(call), call.values[1]
     if isinstance(value, str) and not isinstance(entry.value, str):
-        raise ScpiError(-104, f"{entry.path}: a number in {entry.par.unit or 'no unit'}")
+        raise ScpiError(-104, f"{entry.path}: a number in {entry.par.read_in or 'no unit'}")
     try:
-        value = entry.check(value, entry.path)
+        value = entry.check(entry.par.taken(value), entry.path)
     except InputError as error:
         code = -224 if isinstance(entry.value, str) else -222
         raise ScpiError(code, f"{entry.path}: {error.value}; accepted: {error.accepted}") from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 from macromicro.control.live.messages import Refused
+from macromicro.serve import telling
 from macromicro.serve.requests import TOKEN
 from macromicro.serve.scpi.answers import block, number
 from macromicro.serve.scpi.command import Answer, Call, Command
@@ -59,7 +60,7 @@ def _event(call: Call) -> Answer:
     first = last - len(events) + 1
     session.event_place = first
     event = events[0]
-    evidence = json.dumps(event.evidence, default=str)[:_EVENT_TEXT]
+    evidence = json.dumps(telling.event(event).evidence, default=str)[:_EVENT_TEXT]
     words = (event.kind, event.from_mode, event.to_mode, event.cause, evidence)
     return f"{first + 1},{number(event.time)}," + ",".join(map(quoted, words))
 

@@ -14,6 +14,7 @@ from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError
 from macromicro.schema.par import entries, finite
+from macromicro.serve import telling
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.requests import KINDS, Field, RequestType
 from macromicro.simulate import plan
@@ -60,13 +61,8 @@ def length(order: dict[str, Any]) -> float:
     unit = order.get("unit")
     if not isinstance(unit, str) or unit not in LENGTHS:
         raise Refusal(f"{unit!r:.20} is no unit of length here", f"one of {', '.join(LENGTHS)}")
-    return number(order, "value") * LENGTHS[unit]
-
-
-def millimetres(order: dict[str, Any]) -> float:
-    """`value` in `unit`, in mm. Raises `Refusal`."""
-    found = length(order) * 1e3
-    if not math.isfinite(found):
+    found = number(order, "value") * LENGTHS[unit]
+    if not math.isfinite(found * 1e3):  # it is told in mm
         raise Refusal("this is no finite length", "give a shorter one")
     return found
 
@@ -147,13 +143,11 @@ def _value_of(field: Field, order: dict[str, Any]) -> float | bool | str:
         return text(order, field.key)
     if field.unit == "m":
         return length(order)
-    if field.unit == "mm":
-        return millimetres(order)
     return number(order, field.key) if field.unit else _flag(order, field.key)
 
 
 def _limits(order: dict[str, Any]) -> m.Request:
-    """New soft limits by name, in the units that they are stored in; null for the machine's
+    """New soft limits by name, as `telling.limits` gives them; null for the machine's
     own."""
     values = order.get("values")
     if values is None:
@@ -161,7 +155,7 @@ def _limits(order: dict[str, Any]) -> m.Request:
     names = SoftLimits._fields
     if not isinstance(values, dict) or set(values) != set(names):
         raise Refusal("these are no soft limits", f"give all of {', '.join(names)}, or null")
-    return m.SetLimits(SoftLimits(**{name: number(values, name) for name in names}))
+    return m.SetLimits(telling.soft_limits({name: number(values, name) for name in names}))
 
 
 def _value(path: str, new: object) -> float | int | str:
@@ -176,7 +170,8 @@ def _value(path: str, new: object) -> float | int | str:
 def gains(order: dict[str, Any], control: Control) -> m.Request:
     """New gains, each with the value that the viewer saw before. Raises `Refusal` where that
     is no longer the one in force: then somebody else has changed it."""
-    now = {e.path: e.value for e in entries(control)}
+    pars = {e.path: e.par for e in entries(control)}
+    now = {e.path: e.par.given(e.value) for e in entries(control)}
     pairs: list[tuple[str, float | int | str]] = []
     changes = order.get("changes")
     for change in changes if isinstance(changes, list) and changes else (None,):
@@ -185,5 +180,6 @@ def gains(order: dict[str, Any], control: Control) -> m.Request:
         path, old, new = change
         if path in now and now[path] != old:
             raise Refusal(f"{path} is {now[path]!r} by now, not {old!r:.40}", "look again")
-        pairs.append((path, _value(path, new)))
+        value = _value(path, new)
+        pairs.append((path, pars[path].taken(value) if path in pars else value))
     return m.SetGains(tuple(pairs))

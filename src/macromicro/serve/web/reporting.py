@@ -12,6 +12,7 @@ from macromicro.control.live.possible import possible
 from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries
 from macromicro.schema.text import plain
+from macromicro.serve import telling
 from macromicro.serve.requests import CONTROL, REQUESTS
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Snapshot
@@ -34,10 +35,11 @@ def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
         name: getattr(now, name)
         for name in ("time_s", "age_s", "running", "mode", "position_m", "uncertainty_m")
     }
-    state |= {name: getattr(now, name) for name in ("trusted", "trust", "macro_count", "micro_mm")}
+    state |= {name: getattr(now, name) for name in ("trusted", "trust", "macro_count")}
+    state["micro_mm"] = telling.millimetres(now.micro_m)
     state |= {name: getattr(now, name) for name in ("motor_v", "ctrl_v", "fan", "temperature_c")}
     state |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
-    state["limits"] = now.limits._asdict()
+    state["limits"] = telling.limits(now.limits)
     state["target_m"] = target
     state["possible"] = offered(now, settings.supersede == 1)
     state["fault"] = None if now.fault is None else now.fault._asdict()
@@ -49,7 +51,7 @@ def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
 
 def event(number: int, event: Event) -> dict[str, Any]:
     """An event as the page's list shows it."""
-    found: dict[str, Any] = plain({"event": number, **event._asdict()})
+    found: dict[str, Any] = plain({"event": number, **telling.event(event)._asdict()})
     return found
 
 
@@ -62,18 +64,21 @@ def finished(number: int, end: Finished, time: float) -> dict[str, Any]:
 
 def settings(control: Control) -> list[dict[str, Any]]:
     """The controller's settings: path, value, unit, meaning, bounds, choices."""
-    return [{"path": e.path, "value": e.value, **_words(e.par, e.value)} for e in entries(control)]
+    return [
+        {"path": e.path, "value": e.par.given(e.value), **_words(e.par, e.value)}
+        for e in entries(control)
+    ]
 
 
 def _words(par: Par, value: Any) -> dict[str, Any]:
     kind = "choice" if isinstance(value, str) else "whole" if isinstance(value, int) else "number"
     return {
         "kind": kind,
-        "unit": par.unit,
+        "unit": par.read_in,
         "meaning": par.meaning,
         "source": par.source,
-        "low": plain(par.lo),
-        "high": plain(par.hi),
+        "low": plain(par.given(par.lo)),
+        "high": plain(par.given(par.hi)),
         "positive": par.positive,
         "choices": list(par.choices),
     }
@@ -83,12 +88,12 @@ def limits(settings: LiveSettings) -> dict[str, Any]:
     """What the page needs of the settings: soft limits, jog speeds [m/s], pitch [m]."""
     live = settings.live
     return {
-        **live.limits._asdict(),
+        **telling.limits(live.limits),
         "pitch": live.pitch,
         "jog_macro": live.jogging.macro,
         "jog_slow": live.jogging.slow,
         "jog_micro": live.jogging.micro,
-        "micro_stroke_mm": live.limits.micro_high,
+        "micro_stroke_mm": telling.millimetres(live.limits.micro_high),
         "client_timeout": settings.serve.client_timeout,
         "lost_client": settings.serve.lost_client,
     }

@@ -39,7 +39,7 @@ class Slopes(NamedTuple):
 
 
 class HallRuns(NamedTuple):
-    """`runs`: (Hall [V], laser [mm]), up and down in turn; the table fitted to them; slopes."""
+    """`runs`: (Hall [V], laser [m]), up and down in turn; the table fitted to them; slopes."""
 
     runs: list[tuple[Array, Array]]
     fit: HallFit
@@ -56,7 +56,7 @@ def calibrated_by(plant: Machine, seed: int = 0) -> HallRuns:
 def slopes(runs: list[tuple[Array, Array]], fit: HallFit) -> Slopes:
     """Mean: travel over voltage between 0.05 mm from either end of what the runs cover; ends:
     straight lines through the 0.2 mm there."""
-    volts, place = fit.volts, fit.calibration.position
+    volts, place = fit.volts, 1e3 * fit.calibration.position
     seen = np.isfinite(fit.std)
     low, high = max(0.0, place[seen][0]) + MARGIN, min(place[seen][-1], 3.98) - MARGIN
     where = np.array([low, low + END, high - END, high])
@@ -103,13 +103,13 @@ def draw(data: HallRuns) -> Iterator[Drawn]:
         up = laser[-1] > laser[0]
         colour, word = (BLUE, "up") if up else (RED, "down")
         label = f"runs {word}" if k < 2 else ""
-        line(whole, hall, laser, colour, label, linewidth=0.8)
+        line(whole, hall, 1e3 * laser, colour, label, linewidth=0.8)
         rows = np.array_split(np.arange(len(hall)), MEANS)
         table = np.interp(hall, fit.volts, fit.calibration.position)
         volts, off = (np.array([c[r].mean() for r in rows]) for c in (hall, laser - table))
-        line(near, volts, 1e3 * off, colour, label, linewidth=0.7)
+        line(near, volts, 1e6 * off, colour, label, linewidth=0.7)
     seen = np.isfinite(fit.std)
-    table_v, table_x = fit.volts[seen], fit.calibration.position[seen]
+    table_v, table_x = fit.volts[seen], 1e3 * fit.calibration.position[seen]
     line(whole, table_v, table_x, BLACK, "averaged", linestyle="--", linewidth=1.0)
     ends = ((0, found.extended, "extended"), (2, found.contracted, "contracted"))
     for k, slope, name in ends:
@@ -128,7 +128,7 @@ def draw(data: HallRuns) -> Iterator[Drawn]:
     near.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.9)
     finish(whole, "(a) position", "Hall sensor [V]", "contraction by the laser [mm]", legend=True)
     finish(near, "(b) laser - average", "Hall sensor [V]", "distance [um]", legend=True)
-    lag = 1e3 * float(np.nanmedian(fit.between))
+    lag = 1e6 * float(np.nanmedian(fit.between))
     yield Drawn(
         "3.9",
         "Position over the Hall sensor's reading",

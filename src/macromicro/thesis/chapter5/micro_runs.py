@@ -14,6 +14,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.design.response import smoothed
 from macromicro.plant import bench
+from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.runs.drives import heated
 from macromicro.runs.machine import Machine
@@ -33,7 +34,7 @@ INTEGRAL_GAINS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.25, 3.0, 4.5)
 FIRST_GAINS = (2.25, 10.0)
 HELD_BACK_GAINS = (5.0, 10.0, 20.0, 30.0, 40.0, 60.0, 100.0)
 TARGET_MM = 3.8
-HOLDS = (0.3, 0.8, 1.3, 1.8, 2.3, 2.8, 3.3, 3.8, 3.1, 2.4, 1.7, 1.0, 0.3, 2.0, 3.8, 0.5)
+HOLDS = (0.3, 0.8, 1.3, 1.8, 2.3, 2.8, 3.3, 3.8, 3.1, 2.4, 1.7, 1.0, 0.3, 2.0, 3.8, 0.5)  # mm
 _MEAN = 21  # samples of the centred mean that takes the laser's fast noise
 
 
@@ -78,20 +79,24 @@ def collect(
     def sequence(law: str, **gains: float) -> Recording:
         return run(micro_steps(LEVELS, 2.0, TIMES), with_law(base, law, **gains), seed, False)
 
-    top, best = [TARGET_MM], "pi-antiwindup"
+    top, best = [1e-3 * TARGET_MM], "pi-antiwindup"
     return MicroRuns(
         steps={v: opened(v, 200.0) for v in BELOW_STOP}
         | {v: opened(v, 20.0) for v in AT_STOP + ABOVE_STOP},
         feet={v: opened(v, 60.0) for v in FIRST_RESPONSE},
-        proportional={k: closed("p", top, 6.0, kp=k) for k in GAINS},
-        integral={k: closed("pi", top, 15.0, ki=k) for k in INTEGRAL_GAINS},
-        held_back={k: closed(best, top, 6.0, ki=k, kaw=k) for k in HELD_BACK_GAINS},
+        proportional={k: closed("p", top, 6.0, kp=1e3 * k) for k in GAINS},
+        integral={k: closed("pi", top, 15.0, ki=1e3 * k) for k in INTEGRAL_GAINS},
+        held_back={k: closed(best, top, 6.0, ki=1e3 * k, kaw=k) for k in HELD_BACK_GAINS},
         pi=sequence("pi"),
         antiwindup=sequence(best),
-        gentle={k: sequence(best, ki=k, kaw=k) for k in FIRST_GAINS},
-        held=[run(micro_steps(HOLDS), with_law(base, best), seed + k, False) for k in range(3)],
+        gentle={k: sequence(best, ki=1e3 * k, kaw=k) for k in FIRST_GAINS},
+        held=[run(_holds(), with_law(base, best), seed + k, False) for k in range(3)],
         settings=base,
     )
+
+
+def _holds() -> Programme:
+    return micro_steps([1e-3 * level for level in HOLDS])
 
 
 def with_law(settings: Settings, law: str, **gains: float) -> Settings:
@@ -190,7 +195,7 @@ def undershoot(recording: Recording, step: float, hold: float = 2.0) -> float:
 def hold_errors(runs: MicroRuns) -> Array:
     """Level [mm] and error [um] of every hold, shape (2, holds): target minus the laser's mean
     over the hold's last 0.5 s. NaN for a hold that was cut short."""
-    programme = micro_steps(HOLDS)
+    programme = _holds()
     found = [m for r in runs.held for m in moves_of(r, programme, runs.settings)]
     errors = [float("nan") if m.final_error is None else m.final_error for m in found]
     return np.array([[1e-3 * m.target for m in found], errors])

@@ -136,7 +136,7 @@ def final(runs: MicroRuns) -> Drawn:
 def _settling(ax: Axes, runs: MicroRuns) -> None:
     """Settling times of the four steps, into three bands."""
     starts = (0.0, *sequence.LEVELS[:-1])
-    names = [f"{a:g} to {b:g}" for a, b in zip(starts, sequence.LEVELS, strict=True)]
+    names = [f"{1e3 * a:g} to {1e3 * b:g}" for a, b in zip(starts, sequence.LEVELS, strict=True)]
     place = np.arange(len(names))
     for band, colour, marker, label in (
         (None, GREEN, "s", "2 % of the step"),

@@ -59,7 +59,7 @@ def thesis_input(settings: Settings) -> Programme:
 
 
 def _squares() -> Programme:
-    return micro_steps([RANGE_MM[1], RANGE_MM[0]] * SQUARES, SQUARE_HOLD_S)
+    return micro_steps([1e-3 * RANGE_MM[1], 1e-3 * RANGE_MM[0]] * SQUARES, SQUARE_HOLD_S)
 
 
 def collect(

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 WINDOW_S = 10.0
 RECORDS = 5
 SETTLE_S = 30.0
-SET_POINTS = (0.5, 1.0, 2.0, 3.0, 3.8)
+SET_POINTS = (0.5e-3, 1e-3, 2e-3, 3e-3, 3.8e-3)  # m
 SEEDS, FIRST_SEED = 3, 100
 ACCURACY_UM = band("I7")[1]  # that counts as the 2 um of Chapter 7
 # The printed gains, and the same with a third of the integral action: air noise that drives
@@ -45,7 +45,7 @@ ACCURACY_UM = band("I7")[1]  # that counts as the 2 um of Chapter 7
 # `TRIED` pairs of gains, on other seeds than those judged here.
 TRIED = 11
 PRINTED = PiAntiWindup()
-CALMER = PiAntiWindup(ki=10.0)
+CALMER = PiAntiWindup(ki=1e4)
 
 PRINTED_UM = 2.0
 
@@ -53,7 +53,7 @@ PRINTED_UM = 2.0
 def controlled(
     plant: Machine, target: float, law: PiAntiWindup = CALMER, seed: int = 0
 ) -> Recording:
-    """A step to `target` [mm] by the laser's reading, held for 40 s."""
+    """A step to `target` [m] by the laser's reading, held for 40 s."""
     return by_laser(plant, target, law, SETTLE_S + WINDOW_S, seed)
 
 
@@ -125,12 +125,12 @@ def _accuracy(seen: LaserRuns) -> Claim:
         "I7",
         max(calm),
         holds(accepts("I7", max(calm), off)),
-        f"worst half peak to peak over 10 s of {len(calm)} holds, {SET_POINTS[0]:g} to "
-        f"{SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s: the air's noise, hardly more; the means are "
-        f"{off:.2f} um or less from the set points. This is "
-        f"with Ki {CALMER.ki:g}, picked among {TRIED} pairs of gains, on other seeds, because "
-        f"it stays within {ACCURACY_UM:g} um. With the printed Ki {PRINTED.ki:g} the loop "
-        f"answers the noise and makes it {min(printed):.1f} to {max(printed):.1f} um: "
+        f"worst half peak to peak over 10 s of {len(calm)} holds, {1e3 * SET_POINTS[0]:g} to "
+        f"{1e3 * SET_POINTS[-1]:g} mm, after {SETTLE_S:g} s: the air's noise, hardly more; the "
+        f"means are {off:.2f} um or less from the set points. This is "
+        f"with Ki {1e-3 * CALMER.ki:g}, picked among {TRIED} pairs of gains, on other seeds, "
+        f"because it stays within {ACCURACY_UM:g} um. With the printed Ki {1e-3 * PRINTED.ki:g} "
+        f"the loop answers the noise and makes it {min(printed):.1f} to {max(printed):.1f} um: "
         f"{fails} of {len(printed)} holds are beyond {ACCURACY_UM:g} um, "
         f"{'so the claim fails with it' if fails else 'so the claim holds with it, too'}",
     )
@@ -156,7 +156,7 @@ def draw(runs: LaserRuns) -> Iterator[Drawn]:
         late = slice(-round(WINDOW_S / r.dt), None)
         target = float(r["micro_reference"][-1])
         error = r["laser"][late] - 1e3 * target
-        _reading(ax, r["t"][late], error, colour, f"Ki = {law.ki:g}")
+        _reading(ax, r["t"][late], error, colour, f"Ki = {1e-3 * law.ki:g}")
         finish(ax, f"{name} held at {target:g} mm", y="laser - target [um]", legend=True)
     parts = np.array_split(rest["laser"], RECORDS)
     _amplitudes(axes[1, 1], runs, [amplitude(part) for part in parts])
@@ -191,7 +191,13 @@ def _amplitudes(ax: Axes, runs: LaserRuns, rest: list[float]) -> None:
         place = [float(r["micro_reference"][-1]) for r in held]
         size = [last_window(r) for r in held]
         ax.plot(
-            place, size, color=colour, marker=marker, ms=4, linestyle="", label=f"Ki = {law.ki:g}"
+            place,
+            size,
+            color=colour,
+            marker=marker,
+            ms=4,
+            linestyle="",
+            label=f"Ki = {1e-3 * law.ki:g}",
         )
     ax.axhline(PRINTED_UM, color="0.3", linestyle="--", linewidth=1.0)
     ax.margins(y=0.1)

@@ -83,8 +83,8 @@ MICRO: dict[str, Described] = {
             .  .  .  .  .  . <H .
             """,
             {
-                "P": block(_gain("K_p", _PI.kp)),
-                "K": block(_gain("K_i", _PI.ki)),
+                "P": block(_gain("K_p", 1e-3 * _PI.kp)),
+                "K": block(_gain("K_i", 1e-3 * _PI.ki)),
                 "I": _INTEGRATOR,
                 "S": saturation(*_limits(_PI)),
                 "G": _STAGE,
@@ -105,8 +105,8 @@ MICRO: dict[str, Described] = {
             .  .  .  .  .  .  .   . <H .
             """,
             {
-                "P": block(_gain("K_p", _ANTI.kp)),
-                "K": block(_gain("K_i", _ANTI.ki)),
+                "P": block(_gain("K_p", 1e-3 * _ANTI.kp)),
+                "K": block(_gain("K_i", 1e-3 * _ANTI.ki)),
                 "I": _INTEGRATOR,
                 "A": block(_gain("K_{aw}", _ANTI.kaw)),
                 "S": saturation(*_limits(_ANTI)),
