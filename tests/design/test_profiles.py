@@ -164,6 +164,16 @@ def test_micro_rows_count_while_the_stage_is_driven() -> None:
     assert found.settled_s == 0.0 and found.final_error == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize(("speed", "worst"), [(0.05, 0.9), (0.1, 2.3), (0.2, 24.0)])
+def test_the_error_that_the_documentation_names(speed: float, worst: float) -> None:
+    """docs/programmes.md: over 150 mm at 0.5 m/s^2 and 5 m/s^3."""
+    run = macromicro.run(follow(Trajectory.from_profile(s_curve(0.15, speed, 0.5, 5.0))))
+    (found,) = macromicro.tracking(run)
+    assert found.peak_error == pytest.approx(worst, rel=0.05)
+    page = Path(__file__).parents[2] / "docs" / "programmes.md"
+    assert f"{worst:g} mm" in page.read_text()
+
+
 def test_a_trajectory_of_one_s_own_is_followed() -> None:
     """To 50 mm, then a sine of 10 mm about 60 mm, 0.5 Hz, from its lowest point."""
     there = Trajectory.from_profile(s_curve(0.05, 0.1, 0.5, 5.0))
