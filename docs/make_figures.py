@@ -1,5 +1,6 @@
 """Draws docs/figures/integrated-run.png, the README's figure, from a run of the default
-programme (the counterpart of Figure 6.2).
+programme (the counterpart of Figure 6.2), and docs/figures/motion-profile.png, a profile and
+how the carriage follows it.
 
     python docs/make_figures.py
 """
@@ -14,16 +15,21 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from macromicro import api
-from macromicro.drawing.style import BLUE, GREEN, ORANGE, Floats, finish, thinned
+from macromicro.arrays import Array
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, png, thinned
+from macromicro.motion import Trajectory, s_curve, trapezoid
+from macromicro.programme import follow
 from macromicro.recording import Recording
 from macromicro.settings import Settings
 
-PICTURE = Path(__file__).resolve().parent / "figures" / "integrated-run.png"
+FIGURES = Path(__file__).resolve().parent / "figures"
+PICTURE = FIGURES / "integrated-run.png"
+PROFILE = FIGURES / "motion-profile.png"
 SET_POINT = 32  # the move to 3.0 mm after the seventh macro move
 PITCH = 1e3 * Settings().sensors.encoder.pitch
 
 
-def drawn(ax: Any, t: Floats, y: Floats, **options: Any) -> None:
+def drawn(ax: Any, t: Array, y: Array, **options: Any) -> None:
     """A column, thinned to about four points a pixel."""
     ax.plot(*thinned(t, y, 2400), **{"linewidth": 1.5, **options})
 
@@ -71,10 +77,34 @@ def draw(run: Recording) -> Figure:
     return figure
 
 
+def draw_profile() -> Figure:
+    """150 mm by an S-curve and by a trapezoid; the carriage on the S-curve."""
+    curve, plain = s_curve(0.15, 0.1, 0.5, 4.0), trapezoid(0.15, 0.1, 0.5)
+    run = api.run(follow(Trajectory.from_profile(curve), hold=0.3))
+    figure, axes = new(4.4, 2, 2, sharex=True)
+    t = np.linspace(-0.1, curve.duration + 0.25, 2000)
+    for profile, color, name, style in (
+        (plain, ORANGE, "trapezoid", "--"), (curve, BLUE, "S-curve", "-"),
+    ):  # fmt: skip
+        motion = profile.at(t)
+        axes[0, 0].plot(t, motion.velocity * 1e3, style, color=color, label=name)
+        axes[1, 0].plot(t, motion.acceleration, style, color=color, label=name)
+    place, wanted = run["macro_position"] * PITCH, run["macro_reference"] * PITCH
+    axes[0, 1].plot(run["t"], place, color=GREEN, label="encoder")
+    axes[0, 1].plot(run["t"], wanted, "--", color=BLUE, label="S-curve", linewidth=1.2)
+    axes[1, 1].plot(run["t"], wanted - place, color=GREEN, linewidth=0.9)
+    finish(axes[0, 0], "The profile", "", "velocity [mm/s]", legend=True)
+    finish(axes[1, 0], "", y="acceleration [m/s$^2$]")
+    finish(axes[0, 1], "The carriage on it", "", "position [mm]", legend=True)
+    finish(axes[1, 1], "", y="error [mm]")
+    return figure
+
+
 def main() -> None:
-    """Run the default programme and write the picture."""
-    PICTURE.parent.mkdir(parents=True, exist_ok=True)
+    """Run the default programme and a profile, and write the pictures."""
+    FIGURES.mkdir(parents=True, exist_ok=True)
     draw(api.run()).savefig(PICTURE, metadata={"Software": "macromicro"})
+    PROFILE.write_bytes(png(draw_profile()))
 
 
 if __name__ == "__main__":

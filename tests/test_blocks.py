@@ -99,11 +99,13 @@ CANNOT: dict[str, dict[str, str]] = {
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
-    "docs/programmes.md": ("sequenced.toml", "scheduled.csv"),
+    "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
 }
 # Commands that a page needs before its blocks, as it says in words.
 BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
-BEHIND = {"docs/programmes.md": ("run sequenced.toml", "run scheduled.csv")}
+BEHIND = {
+    "docs/programmes.md": ("run sequenced.toml", "run scheduled.csv", "run profiles.toml"),
+}
 
 
 class Block(NamedTuple):

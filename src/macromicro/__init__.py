@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from macromicro.lazy import front_door
 
 if TYPE_CHECKING:
+    from macromicro import motion as motion
     from macromicro.api import load_settings as load_settings
     from macromicro.api import moves as moves
     from macromicro.api import run as run
@@ -19,12 +20,14 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# Public name -> the module here that defines it. For type checkers: also import it above.
+# Public name -> the module here that defines it, "" for a module. For type checkers: also
+# import it above.
 _HOMES = {
     "InputError": "errors",
     "Recording": "recording",
     "Settings": "settings",
     "load_settings": "api",
+    "motion": "",
     "moves": "api",
     "run": "api",
     "tracking": "api",

@@ -18,7 +18,7 @@ def front_door(
     package : str
         Its ``__name__``.
     homes : Mapping[str, str]
-        Public name -> the module within the package that defines it.
+        Public name -> the module within the package that defines it; "" for a module itself.
 
     Returns
     -------
@@ -31,7 +31,10 @@ def front_door(
     def get(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(f"{package}.{homes[name]}"), name)
+        if homes[name]:
+            value = getattr(import_module(f"{package}.{homes[name]}"), name)
+        else:
+            value = import_module(f"{package}.{name}")
         setattr(sys.modules[package], name, value)
         return value
 

@@ -1,7 +1,8 @@
 """Motion programmes: which stage goes where, and for how long.
 
 A TOML programme is sequenced: a move starts when the one before it is complete. A CSV
-programme is scheduled: a zero-order hold of columns over time.
+programme is scheduled: a zero-order hold of columns over time. Motion profiles in TOML
+are scheduled, too: a set point each control period.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from pathlib import Path
 
 from macromicro.errors import InputError
 from macromicro.programme.moves import (
+    FEWEST,
     MACRO,
     MAX_HOLD,
     MAX_MOVES,
@@ -18,19 +20,24 @@ from macromicro.programme.moves import (
     WHAT,
     Limits,
     Programme,
+    Span,
 )
+from macromicro.programme.profiled import follow
 from macromicro.programme.scheduled import load_csv
 from macromicro.programme.sequenced import load_toml
 from macromicro.schema.text import printable
 
 __all__ = [
+    "FEWEST",
     "MACRO",
     "MAX_HOLD",
     "MAX_MOVES",
     "MICRO",
     "Limits",
     "Programme",
+    "Span",
     "find",
+    "follow",
     "load",
     "shipped",
 ]
@@ -89,7 +96,7 @@ def load(path: Path, limits: Limits) -> Programme:
     Parameters
     ----------
     path : Path
-        .toml (sequenced) or .csv (scheduled).
+        .toml (sequenced, or profiles) or .csv (scheduled).
     limits : Limits
         How far the stages go: targets outside are refused.
 
@@ -101,8 +108,8 @@ def load(path: Path, limits: Limits) -> Programme:
     Raises
     ------
     InputError
-        Names the file and the line (CSV, TOML syntax) or the move, counted from 1, and its key
-        (TOML).
+        Names the file and the line (CSV, TOML syntax) or the move or profile, counted from 1,
+        and its key (TOML).
     """
     path = Path(path)
     suffix = path.suffix.lower()

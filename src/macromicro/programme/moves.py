@@ -16,6 +16,7 @@ from macromicro.units import shown
 MACRO, MICRO = 0, 1
 MAX_HOLD = 3600.0
 MAX_MOVES = 1_000_000
+FEWEST = 20  # targets that may be a trajectory
 MAX_TITLE = 200  # characters
 WHAT = "a motion programme (.toml or .csv)"
 
@@ -44,6 +45,33 @@ class Limits(NamedTuple):
     counts_per_metre: float
 
 
+class Span(NamedTuple):
+    """The part of a programme that is one motion profile.
+
+    Attributes
+    ----------
+    stage : int
+        MACRO or MICRO.
+    begin : float
+        When it begins, s.
+    finish : float
+        When its last target comes, s.
+    until : float
+        When its hold ends, s.
+    origin : float
+        Where it begins, m.
+    target : float
+        Where it ends, m.
+    """
+
+    stage: int
+    begin: float
+    finish: float
+    until: float
+    origin: float
+    target: float
+
+
 class Programme(NamedTuple):
     """A list of moves; all arrays have one element a move.
 
@@ -64,6 +92,8 @@ class Programme(NamedTuple):
         When the programme ends, s; NaN: after the last hold.
     source : str
         The file.
+    profiles : tuple[Span, ...], optional
+        The motion profiles that all its targets belong to; none for a programme of moves.
     """
 
     title: str
@@ -73,6 +103,7 @@ class Programme(NamedTuple):
     hold: NDArray[np.float64]
     end: float
     source: str
+    profiles: tuple[Span, ...] = ()
 
     @property
     def scheduled(self) -> bool:
@@ -95,12 +126,16 @@ class Programme(NamedTuple):
         Raises
         ------
         InputError
-            `n` is below 1, or gives more than `MAX_MOVES` moves.
+            `n` is below 1, or gives more than `MAX_MOVES` moves; or profiles end elsewhere than
+            where they begin.
         """
         size = len(self.target)
         most = MAX_MOVES // size
         if not 1 <= n <= most:
             raise InputError("cycles", n, f"a whole number from 1 to {most}")
+        if n > 1 and self._away():
+            accepted = "1, or profiles that come back to where they begin"
+            raise InputError("cycles", n, accepted)
         shift = np.arange(n) * (self.end if self.scheduled else 0.0)
         return self._replace(
             start=np.tile(self.start, n) + np.repeat(shift, size),
@@ -108,7 +143,22 @@ class Programme(NamedTuple):
             target=np.tile(self.target, n),
             hold=np.tile(self.hold, n),
             end=self.end * n,
+            profiles=tuple(
+                p._replace(begin=p.begin + t, finish=p.finish + t, until=p.until + t)
+                for t in shift.tolist()
+                for p in self.profiles
+            ),
         )
+
+    def _away(self) -> bool:
+        """Whether its profiles leave a stage elsewhere than where they begin.
+
+        A macro move lets the micro-stage go, back to 0.
+        """
+        macro = [p for p in self.profiles if p.stage == MACRO]
+        micro = [p for p in self.profiles if p.stage == MICRO]
+        coarse = bool(macro) and macro[-1].target != macro[0].origin
+        return coarse or (bool(micro) and not macro and micro[-1].target != micro[0].origin)
 
 
 class Move(NamedTuple):

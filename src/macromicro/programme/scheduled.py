@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -21,6 +19,7 @@ from macromicro.programme.moves import (
     admitted,
     programme,
 )
+from macromicro.schema import csv_rows
 from macromicro.schema.text import printable, read_text
 
 MAX_END = 24 * 3600.0
@@ -35,8 +34,6 @@ _COLUMNS = {
     "micro_um": (MICRO, 1e6),
 }
 _HEADER = "t_s or t_ms, and macro_mm or macro_counts, micro_mm or micro_um, or both"
-_COMMAS = "commas between the columns and points in the numbers"
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 
 
 class _Row(NamedTuple):
@@ -70,9 +67,8 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     InputError
         Names the file and the line.
     """
-    lines = re.split(r"\r\n|\r|\n", read_text(path, WHAT))
     file = printable(path, 300)
-    rows = list(_rows(lines, limits, file))
+    rows = list(_rows(read_text(path, WHAT), limits, file))
     if len(rows) < 2:
         found = "one row" if rows else "no rows"
         raise InputError(file, found, "two rows or more: the last one's time is the end")
@@ -116,46 +112,18 @@ def _moves(rows: list[_Row]) -> list[Move]:
     ]
 
 
-def _rows(lines: list[str], limits: Limits, file: str) -> Iterator[_Row]:
+def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
     """The rows below the header, checked."""
-    names: list[str] = []
     t = -math.inf
-    for number, line in enumerate(lines, 1):
-        content = line.partition("#")[0].strip()
-        if not content:
-            continue
-        where = f"{file}, line {number}"
-        cells = _cells(content, where)
-        if not names:
-            names = _header(cells, where)
-            continue
-        if len(cells) != len(names):
-            accepted = f"{len(names)} cells: {', '.join(names)}"
-            raise InputError(where, f"{len(cells)} cells", accepted)
-        row = _row(number, dict(zip(names, cells, strict=True)), limits, where)
-        if row.t <= t:
-            raise InputError(where, f"{row.t:g} s", f"times that increase: more than {t:g} s")
+    for line in csv_rows.table(text, file, _header, _HEADER):
+        row = _row(line.line, line.cells, limits, line.where)
+        csv_rows.increasing(row.t, t, line.where)
         t = row.t
         yield row
-    if not names:
-        raise InputError(file, "no header", _HEADER)
 
 
-def _cells(content: str, where: str) -> list[str]:
-    if ";" in content or "\t" in content:
-        found = "columns separated by ';'" if ";" in content else "columns separated by tabs"
-        raise InputError(where, found, _COMMAS)
-    if '"' not in content:
-        return [cell.strip() for cell in content.split(",")]
-    try:
-        return [
-            cell.strip() for cell in next(csv.reader([content], strict=True, skipinitialspace=True))
-        ]
-    except csv.Error as error:
-        raise InputError(where, f"bad quotes ({error})", _COMMAS) from None
-
-
-def _header(cells: list[str], where: str) -> list[str]:
+def _header(cells: list[str], where: str) -> None:
+    """InputError unless the columns are a time and a stage or both, each once."""
     for cell in cells:
         if cell not in _COLUMNS:
             raise InputError(f"{where}, column {printable(cell)!r}", "unknown column", _HEADER)
@@ -167,7 +135,6 @@ def _header(cells: list[str], where: str) -> list[str]:
             raise InputError(f"{where}, column {cell}", found, f"one of them only: {_HEADER}")
     if _TIME not in kinds or len(kinds) < 2:
         raise InputError(where, f"columns {', '.join(cells)}", _HEADER)
-    return cells
 
 
 def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
@@ -175,9 +142,7 @@ def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
     for name, text in cells.items():
         place = f"{where}, {name}"
         kind, per_unit = _COLUMNS[name]
-        number = float(text) if _NUMBER.fullmatch(text) else math.nan
-        if not math.isfinite(number):
-            raise InputError(place, printable(text, 40) or "an empty cell", "a finite number")
+        number = csv_rows.number(text, place)
         if kind == _TIME:
             t = number / per_unit
             if not 0.0 <= t <= MAX_END:

@@ -1,4 +1,4 @@
-"""TOML programmes: [[moves]] tables, one after the other."""
+"""TOML programmes: [[moves]], one after the other, or [[profiles]] by the clock."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from macromicro.errors import InputError
+from macromicro.programme import entries
 from macromicro.programme.moves import (
     MACRO,
-    MAX_HOLD,
     MAX_MOVES,
     MAX_TITLE,
     MICRO,
@@ -18,47 +18,49 @@ from macromicro.programme.moves import (
     Limits,
     Move,
     Programme,
-    admitted,
     programme,
 )
+from macromicro.programme.profiled import PROFILES, expanded
 from macromicro.schema.keys import found, unknown
 from macromicro.schema.text import printable, read_toml
-from macromicro.units import measured, quantity
 
-_KEYS = ("title", "moves")
+_KEYS = ("title", "moves", "profiles")
 _MOVE_KEYS = ("macro", "micro", "hold", "macro_hold")
 _MOVES = "one table [[moves]] or more, each with macro or micro, and hold"
-_TARGETS = "text with a unit such as '1.5 mm', or a list of such texts"
 
 
 def load_toml(path: Path, limits: Limits) -> Programme:
-    """Read a sequenced programme.
+    """Read a sequenced programme, or one of motion profiles.
 
     Parameters
     ----------
     path : Path
-        .toml, with tables [[moves]].
+        .toml, with tables [[moves]] or [[profiles]].
     limits : Limits
         How far the stages go.
 
     Returns
     -------
     Programme
-        Without times.
+        Of moves without times, of profiles with times.
 
     Raises
     ------
     InputError
-        Names the file and the line or the move and its key.
+        Names the file and the line or the move or profile and its key.
     """
     raw, file = read_toml(path, WHAT), printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
-    title, tables = raw.get("title", ""), raw.get("moves")
+    title = raw.get("title", "")
     if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
         accepted = f"one line of text of at most {MAX_TITLE} characters"
         raise InputError(f"{file}, title", printable(title), accepted)
-    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
-        raise InputError(f"{file}, moves", found(tables), _MOVES)
+    if "profiles" in raw:
+        if "moves" in raw:
+            accepted = "one of them: profiles go by the clock, moves one after the other"
+            raise InputError(file, "moves and profiles", accepted)
+        return expanded(_tables(raw, "profiles", file), limits, path, title or path.stem)
+    tables = _tables(raw, "moves", file)
     for number, table in enumerate(tables, 1):  # an unknown key, often a slip, before all others
         unknown(table, _MOVE_KEYS, f"{file}, move {number}, ")
     moves: list[Move] = []
@@ -67,39 +69,29 @@ def load_toml(path: Path, limits: Limits) -> Programme:
     return programme(title or path.stem, moves, math.nan, path)
 
 
+def _tables(raw: dict[str, Any], key: str, file: str) -> list[dict[str, Any]]:
+    tables = raw.get(key)
+    if isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables):
+        return tables
+    raise InputError(f"{file}, {key}", found(tables), _MOVES if key == "moves" else PROFILES)
+
+
 def _moves(table: dict[str, Any], limits: Limits, where: str, most: int) -> Iterator[Move]:
     """The moves of one table [[moves]], at most `most`."""
-    macro, micro = (_texts(table, key, where) for key in ("macro", "micro"))
-    hold = _text(table, "hold", where)
+    macro, micro = (entries.texts(table, key, where) for key in ("macro", "micro"))
+    hold = entries.text(table, "hold", where)
     _check_keys(table, where)
     if len(macro) * (1 + len(micro)) > most or len(micro) > most:
         raise InputError(where, "too many moves", f"at most {MAX_MOVES} in all")
     targets = (
-        [_target(text, MACRO, limits, f"{where}, macro") for text in macro],
-        [_target(text, MICRO, limits, f"{where}, micro") for text in micro],
+        [entries.target(text, MACRO, limits, f"{where}, macro") for text in macro],
+        [entries.target(text, MICRO, limits, f"{where}, micro") for text in micro],
     )
-    wait = held = _hold(hold, f"{where}, hold")
+    wait = held = entries.hold(hold, f"{where}, hold")
     if macro and micro:
-        text = _text({"macro_hold": "0 s"} | table, "macro_hold", where)
-        wait = _hold(text, f"{where}, macro_hold", zero=True)
+        text = entries.text({"macro_hold": "0 s"} | table, "macro_hold", where)
+        wait = entries.hold(text, f"{where}, macro_hold", zero=True)
     return _expanded(*targets, held, wait)
-
-
-def _texts(table: dict[str, Any], key: str, where: str) -> list[str]:
-    """The texts at `key`, which holds one or a list of them, or is not there."""
-    value = table.get(key, [])
-    texts = value if isinstance(value, list) else [value]
-    if not all(isinstance(text, str) for text in texts):
-        raise InputError(f"{where}, {key}", printable(value, 40), _TARGETS)
-    return texts
-
-
-def _text(table: dict[str, Any], key: str, where: str) -> str:
-    value = table.get(key)
-    if not isinstance(value, str):
-        missing = "missing" if value is None else printable(value, 40)
-        raise InputError(f"{where}, {key}", missing, "text with a unit such as '2 s'")
-    return value
 
 
 def _check_keys(table: dict[str, Any], where: str) -> None:
@@ -127,19 +119,3 @@ def _expanded(
     for target in macro:
         yield Move(math.nan, MACRO, target, macro_hold)
         yield from fine
-
-
-def _hold(text: str, where: str, *, zero: bool = False) -> float:
-    value = quantity(text, "s", where)
-    if not (0.0 < value <= MAX_HOLD or (zero and value == 0.0)):
-        raise InputError(where, text, "0 s to 1 h" if zero else "more than 0 s, at most 1 h")
-    return value
-
-
-def _target(text: str, stage: int, limits: Limits, where: str) -> float:
-    """A target in counts (macro) or m (micro)."""
-    if stage == MICRO:
-        return admitted(quantity(text, "m", where), stage, limits, where, text)
-    value, unit = measured(text, ("m", "counts"), where)
-    counts = value * limits.counts_per_metre if unit == "m" else value
-    return admitted(counts, stage, limits, where, text)

@@ -45,6 +45,7 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
         "speed": ended.simulated / ended.wall if ended.wall > 0.0 else None,
         "moves_begun": ended.begun,
         "tracking": [t._asdict() for t in ended.tracking],
+        "profiles": [p._asdict() for p in ended.profiles],
         "moves": [m._asdict() for m in ended.moves],
         "vibration": [v._asdict() for v in ended.vibration],
         "extension": [c._asdict() for c in ended.cycles],

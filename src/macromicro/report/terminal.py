@@ -60,13 +60,15 @@ def progress(job: Job) -> Iterator[Report]:
 
 
 def _move(job: Job, k: int) -> str:
-    """A move in words, such as "move 3 of 40: micro to 3 mm"."""
+    """A move in words, "move 3 of 40: micro to 3 mm"; of a profile only where it is."""
     programme = job.programme
     if not 0 <= k < len(programme.target):
         return ""
     macro = programme.stage[k] == MACRO
     metres = programme.target[k] * (job.settings.sensors.encoder.pitch if macro else 1.0)
     name = "macro" if macro else "micro"
+    if programme.profiles:
+        return f"{name} at {metres * 1e3:.3f} mm"
     return f"move {k + 1} of {len(programme.target)}: {name} to {metres * 1e3:g} mm"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from macromicro.design.profiles import ProfileResult
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import Tracking
 from macromicro.runs.job import Ended
@@ -21,6 +22,7 @@ HEADINGS = (
     "true error",
 )
 _NONE = "-"
+_FEW = 10  # lines of profiles
 
 
 class Line(NamedTuple):
@@ -91,6 +93,10 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
         Heading and text.
     """
     found = [(f"{t.stage}-stage", _tracking(t)) for t in ended.tracking]
+    found += [(f"profile {p.profile + 1}", _profile(p)) for p in ended.profiles[:_FEW]]
+    if len(ended.profiles) > _FEW:
+        rest = f"{len(ended.profiles) - _FEW} more are in summary.json"
+        found.append(("profiles", rest))
     if ended.vibration:
         found.append(("vibration", _vibration(ended)))
     returned = [c for c in ended.cycles if c.extension_s is not None]
@@ -118,6 +124,24 @@ def _tracking(t: Tracking) -> str:
         f"{text}; it lags by {t.lag_s * 1e3:.0f} ms, without which "
         f"{t.rms_without_lag:.{digits}f} {t.unit} rms are left"
     )
+
+
+def _profile(p: ProfileResult) -> str:
+    """How a motion profile went."""
+    digits = 3 if p.unit == "mm" else 1
+    text = (
+        f"{p.stage} from {p.origin:.6g} to {p.target:.6g} {p.unit} in {p.end_s - p.start_s:.3f} s"
+    )
+    if p.rms_error is not None:
+        text += (
+            f", error {p.rms_error:.{digits}f} {p.unit} rms, {p.peak_error:.{digits}f} {p.unit} at "
+            f"most (at {p.peak_s:.2f} s)"
+        )
+    if p.settled_s is not None:
+        text += f"; within {p.band:.2g} {p.unit} {p.settled_s:.3f} s after its end"
+    elif p.complete and p.final_error is not None:
+        text += f"; not within {p.band:.2g} {p.unit} at the end of its hold"
+    return text
 
 
 def _vibration(ended: Ended) -> str:
@@ -170,6 +194,14 @@ def problems(ended: Ended) -> list[str]:
         found.append(f"fault: {fault.message} Evidence: {fault.evidence}. {fault.remedy}")
     elif not ended.finished and not ended.interrupted:
         found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
+    late = [p for p in ended.profiles if p.late_s > 0.0]
+    if late:
+        p = late[0]
+        which = f"profile {p.profile + 1}" + (f" and {len(late) - 1} more" if len(late) > 1 else "")
+        found.append(
+            f"{which} began late, its first {p.late_s:.2f} s left out: the carriage had not "
+            "settled; a longer hold of the macro profile before it gives it the time"
+        )
     lost = [str(m.move + 1) for m in ended.moves if m.complete and m.arrived_s is None]
     if lost:
         shown = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")

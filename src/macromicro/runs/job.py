@@ -11,6 +11,7 @@ from typing import NamedTuple
 from macromicro import hall_table, simulate
 from macromicro import programme as programmes
 from macromicro.design.extension import Cycle, extension, per_cycle
+from macromicro.design.profiles import ProfileResult, profiles
 from macromicro.design.response import MoveResult, moves
 from macromicro.design.served import timetable
 from macromicro.design.tracking import Tracking, followed, tracking
@@ -133,6 +134,8 @@ class Ended(NamedTuple):
         Returns to zero and bias.
     begun : int
         Number of moves begun, trajectories too.
+    profiles : tuple[ProfileResult, ...], optional
+        How each motion profile went.
     """
 
     job: Job
@@ -147,6 +150,7 @@ class Ended(NamedTuple):
     vibration: list[Vibration]
     cycles: list[Cycle]
     begun: int
+    profiles: tuple[ProfileResult, ...] = ()
 
 
 class Stop(Exception):
@@ -316,12 +320,12 @@ def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wa
     Ended
         The measures.
     """
-    pitch = job.settings.sensors.encoder.pitch
+    pitch, band = job.settings.sensors.encoder.pitch, job.settings.controller.sequence.tolerance
     done = moves(
         recording,
         job.programme,
         pitch=pitch,
-        macro_band=job.settings.controller.sequence.tolerance,
+        macro_band=band,
         but=followed(recording, job.programme),
     )
     first = [m for m in done if m.stage == "macro" and m.move < job.per_cycle]
@@ -339,4 +343,5 @@ def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wa
         vibration=shaken,
         cycles=per_cycle(done, extension(recording), job.per_cycle),
         begun=int(recording["move"][-1]) + 1 if len(recording) else 0,
+        profiles=tuple(profiles(recording, job.programme, pitch=pitch, macro_band=band)),
     )

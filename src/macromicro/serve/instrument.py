@@ -97,9 +97,13 @@ class Instrument:
         soft, pitch = self.station.snapshot().limits, self.settings.live.pitch
         micro = 0.0, soft.micro_high
         try:
-            return programme.load(
+            found = programme.load(
                 path, Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / pitch)
             )
+            if found.profiles:  # they begin at 0, this machine wherever it stands
+                accepted = "a programme of [[moves]], or CSV; `macromicro run` runs profiles"
+                raise InputError(str(path), "motion profiles", accepted)
+            return found
         except InputError as error:
             where = error.where.replace(str(path), shown or path.name)
             raise InputError(where, error.value, error.accepted) from None

@@ -471,6 +471,14 @@ def test_programme_error_names_no_file(bench) -> None:
     assert "/tmp" not in entry
 
 
+def test_profiles_are_refused_for_they_begin_at_zero(bench) -> None:
+    text = b'[[profiles]]\nmacro = "9 mm"\nvelocity = "1 m/s"\n'
+    text += b'acceleration = "1 m/s^2"\nhold = "1 s"\n'
+    bench.send(b"PROG:LOAD #2%d" % len(text) + text)
+    entry = bench.ask("SYST:ERR?")
+    assert "motion profiles" in entry and "[[moves]]" in entry
+
+
 def test_programme_within_narrowed_limits(bench) -> None:
     bench.ask('PROG:LOAD "thesis"')
     bench.ask("LIM:MACR 0,1000")

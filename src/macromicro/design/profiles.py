@@ -1,0 +1,166 @@
+"""How each motion profile of a run went: the error on its way, and the time until it has settled.
+
+The time from the end of a profile's reference until the stage stays within its band is what
+positioners are compared by ("move and settle"). Errors as in `macromicro.design.tracking`: macro
+from the encoder, micro from the laser.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.control.supervisor import MICRO as FINE
+from macromicro.design.response import (
+    MACRO_BAND,
+    MICRO_BAND,
+    PITCH,
+    SMOOTH,
+    entry,
+    smoothed,
+    tail,
+)
+from macromicro.programme import MACRO, Programme, Span
+from macromicro.recording import Recording
+
+
+class ProfileResult(NamedTuple):
+    """One profile; None: did not happen, or cannot be known.
+
+    Attributes
+    ----------
+    profile : int
+        Index in the programme, from 0.
+    stage : str
+        "macro" or "micro".
+    unit : str
+        mm for macro, um for micro; of places, errors and band.
+    origin : float
+        Where it begins.
+    target : float
+        Where it ends.
+    start_s : float
+        When its reference begins, s.
+    end_s : float
+        When its reference arrives, s.
+    late_s : float
+        How much of it was left out at its beginning, because the carriage had not settled, s.
+    rms_error : float | None
+        RMS of reference less reading on the way.
+    peak_error : float | None
+        Its largest magnitude.
+    peak_s : float | None
+        Where that was, s.
+    settled_s : float | None
+        From `end_s` until the error stays within `band` up to the end of the hold, s; None if it
+        does not, or the hold is 0.
+    band : float
+        Largest error of a stage that has settled.
+    final_error : float | None
+        Target less the mean reading over the hold's last 0.5 s.
+    complete : bool
+        Whether the run lasted until the end of its hold.
+    """
+
+    profile: int
+    stage: str
+    unit: str
+    origin: float
+    target: float
+    start_s: float
+    end_s: float
+    late_s: float
+    rms_error: float | None
+    peak_error: float | None
+    peak_s: float | None
+    settled_s: float | None
+    band: float
+    final_error: float | None
+    complete: bool
+
+
+def profiles(
+    recording: Recording,
+    programme: Programme,
+    *,
+    pitch: float = PITCH,
+    macro_band: float = MACRO_BAND,
+) -> list[ProfileResult]:
+    """One result for each profile that was begun.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of a run.
+    programme : Programme
+        Its profiles.
+    pitch : float, optional
+        Travel of an encoder count, m.
+    macro_band : float, optional
+        Error within which the macro-stage has settled, counts.
+
+    Returns
+    -------
+    list[ProfileResult]
+        In order; none for a programme of moves.
+    """
+    ran = len(recording) * recording.dt
+    return [
+        _one(recording, k, span, pitch * 1e3, macro_band)
+        for k, span in enumerate(programme.profiles)
+        if span.begin + recording.dt < ran
+    ]
+
+
+def _one(recording: Recording, k: int, span: Span, pitch: float, band: float) -> ProfileResult:
+    """A profile's result; `pitch` in mm, `band` in counts."""
+    dt = recording.dt
+    # The set point of the profile's time 0 is the place where it stands: the next row is its first.
+    a, b, c = (round(t / dt) for t in (span.begin, span.finish, span.until))
+    a, b, c = a + 1, min(b + 1, len(recording)), min(c, len(recording))
+    complete = round(span.until / dt) <= len(recording)
+    coarse = span.stage == MACRO
+    if coarse:
+        reference = recording["macro_reference"][a:c] * pitch
+        reading = recording["macro_position"][a:c] * pitch
+        known = np.isfinite(reading)
+        scale, late, width = 1e3, 0, band * pitch
+    else:
+        reference, reading = recording["micro_reference"][a:c] * 1e3, recording["laser"][a:c]
+        driven = recording["phase"][a:c] == FINE
+        known = driven & (recording["laser_reset"][a:c] == 0) & np.isfinite(reading)
+        late = int(np.argmax(driven)) if driven.any() else c - a
+        scale, width = 1e6, MICRO_BAND
+    error = np.where(known, reference - reading, np.nan)
+    way = np.abs(error[: b - a])
+    way = np.where(np.isnan(way), -1.0, way)
+    worst = int(np.argmax(way)) if len(way) and way.max() >= 0.0 else None
+    hold = error[b - a :]
+    settled, final = None, None
+    if complete and len(hold) > 1:
+        row = entry(hold if coarse else smoothed(hold, round(SMOOTH / dt) | 1), width, dt, 0.0)
+        settled = None if row is None else round(row * dt, 9)
+        final = _number(float(np.mean(hold[-tail(len(hold), dt) :])))
+    return ProfileResult(
+        profile=k,
+        stage="macro" if coarse else "micro",
+        unit="mm" if coarse else "um",
+        origin=round(span.origin * scale, 6),
+        target=round(span.target * scale, 6),
+        start_s=round(span.begin, 9),
+        end_s=round(span.finish, 9),
+        late_s=round(late * dt, 9),
+        rms_error=None if worst is None else math.sqrt(float(np.nanmean(error[: b - a] ** 2))),
+        peak_error=None if worst is None else float(way[worst]),
+        peak_s=None if worst is None else round(float(recording["t"][a + worst]), 9),
+        settled_s=settled,
+        band=width,
+        final_error=final,
+        complete=complete,
+    )
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,131 @@
+"""Entries of a programme's tables: targets and times, as texts with units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from macromicro.errors import InputError
+from macromicro.programme.moves import MAX_HOLD, MICRO, Limits, admitted
+from macromicro.schema.text import printable
+from macromicro.units import measured, quantity
+
+_TARGETS = "text with a unit such as '1.5 mm', or a list of such texts"
+
+
+def texts(table: dict[str, Any], key: str, where: str) -> list[str]:
+    """The texts of a key that holds one or a list of them, or is not there.
+
+    Parameters
+    ----------
+    table : dict[str, Any]
+        An entry of the file.
+    key : str
+        Its key.
+    where : str
+        File and entry, for the message.
+
+    Returns
+    -------
+    list[str]
+        None for a key that is not there.
+
+    Raises
+    ------
+    InputError
+        Something in it is no text.
+    """
+    value = table.get(key, [])
+    found = value if isinstance(value, list) else [value]
+    if not all(isinstance(each, str) for each in found):
+        raise InputError(f"{where}, {key}", printable(value, 40), _TARGETS)
+    return found
+
+
+def text(table: dict[str, Any], key: str, where: str, such: str = "2 s") -> str:
+    """The text of a key that must be there.
+
+    Parameters
+    ----------
+    table : dict[str, Any]
+        An entry of the file.
+    key : str
+        Its key.
+    where : str
+        File and entry, for the message.
+    such : str, optional
+        An example, for the message.
+
+    Returns
+    -------
+    str
+        As written.
+
+    Raises
+    ------
+    InputError
+        It is missing, or no text.
+    """
+    value = table.get(key)
+    if not isinstance(value, str):
+        missing = "missing" if value is None else printable(value, 40)
+        raise InputError(f"{where}, {key}", missing, f"text with a unit such as '{such}'")
+    return value
+
+
+def hold(written: str, where: str, *, zero: bool = False) -> float:
+    """How long a target is held.
+
+    Parameters
+    ----------
+    written : str
+        What the user wrote.
+    where : str
+        File, entry and key, for the message.
+    zero : bool, optional
+        Whether it may be 0.
+
+    Returns
+    -------
+    float
+        s.
+
+    Raises
+    ------
+    InputError
+        No time, or not within its limits.
+    """
+    value = quantity(written, "s", where)
+    if not (0.0 < value <= MAX_HOLD or (zero and value == 0.0)):
+        raise InputError(where, written, "0 s to 1 h" if zero else "more than 0 s, at most 1 h")
+    return value
+
+
+def target(written: str, stage: int, limits: Limits, where: str) -> float:
+    """A target.
+
+    Parameters
+    ----------
+    written : str
+        What the user wrote.
+    stage : int
+        MACRO or MICRO.
+    limits : Limits
+        How far the stages go.
+    where : str
+        File, entry and key, for the message.
+
+    Returns
+    -------
+    float
+        counts (macro) or m (micro).
+
+    Raises
+    ------
+    InputError
+        No length, or one that the stage cannot go to.
+    """
+    if stage == MICRO:
+        return admitted(quantity(written, "m", where), stage, limits, where, written)
+    value, unit = measured(written, ("m", "counts"), where)
+    counts = value * limits.counts_per_metre if unit == "m" else value
+    return admitted(counts, stage, limits, where, written)

@@ -1,0 +1,238 @@
+"""Programmes of motion profiles and trajectories: a target each control period, by the clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.motion import Profile, Trajectory, s_curve, trapezoid
+from macromicro.nominal import PERIOD, PITCH
+from macromicro.programme import entries, travel
+from macromicro.programme.moves import (
+    FEWEST,
+    MACRO,
+    MAX_HOLD,
+    MAX_MOVES,
+    MICRO,
+    Limits,
+    Programme,
+    Span,
+)
+from macromicro.schema.keys import unknown
+from macromicro.schema.text import printable
+from macromicro.units import quantity, shown
+
+PROFILES = "one table [[profiles]] or more, each with macro or micro, velocity and acceleration"
+_STAGES = {"macro": MACRO, "micro": MICRO}
+_UNITS = {
+    "velocity": "m/s",
+    "acceleration": "m/s^2",
+    "deceleration": "m/s^2",
+    "jerk": "m/s^3",
+}
+_KEYS = (*_STAGES, *_UNITS, "hold")
+
+
+class _Leg(NamedTuple):
+    """A trajectory of one stage, and how long its end is held, in control periods."""
+
+    stage: int
+    way: Trajectory
+    hold: int
+
+
+def expanded(
+    tables: list[dict[str, Any]], limits: Limits, path: Path, title: str = ""
+) -> Programme:
+    """The programme of some tables [[profiles]], one after the other from both stages at 0.
+
+    Parameters
+    ----------
+    tables : list[dict[str, Any]]
+        As read.
+    limits : Limits
+        How far the stages go.
+    path : Path
+        The file.
+    title : str, optional
+        For people.
+
+    Returns
+    -------
+    Programme
+        With a target each control period while a profile lasts.
+
+    Raises
+    ------
+    InputError
+        Names the file, the profile, counted from 1, and its key.
+    """
+    file = printable(path, 300)
+    for number, table in enumerate(tables, 1):  # an unknown key, often a slip, before all others
+        unknown(table, _KEYS, f"{file}, profile {number}, ")
+    legs: list[_Leg] = []
+    places = [0.0, 0.0]  # of both stages, m
+    rows = 0
+    for number, table in enumerate(tables, 1):
+        where = f"{file}, profile {number}"
+        for leg in _legs(table, places, limits, where):
+            rows += len(leg.way.position) - 1
+            if rows > MAX_MOVES:
+                most = MAX_MOVES * PERIOD
+                raise InputError(
+                    where, "too long", f"profiles that last {most:g} s at most, in all"
+                )
+            legs.append(leg)
+    return _programme(title, legs, limits, str(path))
+
+
+def follow(
+    trajectory: Trajectory,
+    stage: str = "macro",
+    *,
+    hold: float = 2.0,
+    limits: Limits | None = None,
+    title: str = "",
+) -> Programme:
+    """The programme that has one stage follow a trajectory.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        From 0 m, where the stage stands at the beginning of a run.
+    stage : str, optional
+        "macro" or "micro".
+    hold : float, optional
+        How long its end is held, s.
+    limits : Limits | None, optional
+        How far the stages go; None: those of the nominal machine.
+    title : str, optional
+        For people.
+
+    Returns
+    -------
+    Programme
+        With the set points of the trajectory as targets.
+
+    Raises
+    ------
+    InputError
+        No such stage; the trajectory leaves the stage's travel, begins elsewhere than at 0 m, has
+        a period below the control period, or too few or too many set points; or the hold is none.
+    """
+    if stage not in _STAGES:
+        raise InputError("stage", stage, "'macro' or 'micro'")
+    if not 0.0 <= hold <= MAX_HOLD:
+        raise InputError("hold", hold, f"0 to {MAX_HOLD:g} s")
+    count, first = len(trajectory.position) - 1, float(trajectory.position[0])
+    if not FEWEST <= count <= MAX_MOVES:
+        found = f"{count} set points behind its first"
+        raise InputError("trajectory", found, f"{FEWEST} to {MAX_MOVES}")
+    if trajectory.period < PERIOD:
+        accepted = f"{PERIOD:g} s, the control period, or more"
+        raise InputError("trajectory, period", trajectory.period, accepted)
+    limits = travel.limits(travel.Travel(), PITCH) if limits is None else limits
+    place = _STAGES[stage]
+    if place == MACRO:
+        lowest, highest = (x / limits.counts_per_metre for x in limits[:2])
+    else:
+        lowest, highest = limits.micro_lo, limits.micro_hi
+    if abs(first) > 1e-9:
+        accepted = "0 m, where the stage stands at the beginning of a run; `then` puts a way before"
+        raise InputError("trajectory, first position", f"{first:g} m", accepted)
+    trajectory.check(lowest, highest)
+    leg = _Leg(place, trajectory, math.ceil(hold / PERIOD - 1e-6))
+    return _programme(title or f"trajectory of the {stage}-stage", [leg], limits, "")
+
+
+def _legs(table: dict[str, Any], places: list[float], limits: Limits, where: str) -> Iterator[_Leg]:
+    """The profiles of one table; moves `places` on."""
+    given = [name for name in _STAGES if name in table]
+    if len(given) != 1:
+        found = "both macro and micro" if given else "neither macro nor micro"
+        raise InputError(where, found, "exactly one of them")
+    stage, key = _STAGES[given[0]], f"{where}, {given[0]}"
+    texts = entries.texts(table, given[0], where)
+    if not texts:
+        raise InputError(where, "an empty list", "one target or more")
+    most = {name: _limit(table, name, where) for name in _UNITS}
+    if most["jerk"] is not None and most["deceleration"] is not None:
+        accepted = "one of them: an S-curve slows down as it speeds up"
+        raise InputError(where, "both jerk and deceleration", accepted)
+    hold = entries.hold(entries.text(table, "hold", where), f"{where}, hold", zero=True)
+    if stage == MACRO:
+        places[MICRO] = 0.0  # a macro move lets the micro-stage go
+    for text in texts:
+        target = entries.target(text, stage, limits, key)
+        target /= limits.counts_per_metre if stage == MACRO else 1.0
+        way = _sampled(_shape(places[stage], target, most), key, text)
+        places[stage] = target
+        yield _Leg(stage, way, math.ceil(hold / PERIOD - 1e-6))
+
+
+def _limit(table: dict[str, Any], name: str, where: str) -> float | None:
+    """The limit of that name; None for one that need not be there."""
+    unit = _UNITS[name]
+    if name in ("jerk", "deceleration") and name not in table:
+        return None
+    text = entries.text(table, name, where, f"1 {unit}")
+    value = quantity(text, unit, f"{where}, {name}")
+    if value > 0.0:
+        return value
+    raise InputError(f"{where}, {name}", text, f"more than 0 {unit}")
+
+
+def _shape(here: float, there: float, most: dict[str, float | None]) -> Profile:
+    v, a, b, j = (most[name] for name in _UNITS)
+    assert v is not None and a is not None
+    if j is None:
+        made = trapezoid(there - here, v, a, b, start=here)
+    else:
+        made = s_curve(there - here, v, a, j, start=here)
+    return made._replace(end=there)
+
+
+def _sampled(profile: Profile, where: str, text: str) -> Trajectory:
+    """A profile's set points; InputError if they are too few to be a way, or too many."""
+    if profile.start == profile.end:
+        raise InputError(where, text, "another place than the one where the stage stands already")
+    count = profile.duration / PERIOD
+    if FEWEST <= count <= MAX_MOVES:
+        return Trajectory.from_profile(profile, PERIOD)
+    found = f"{text} from {shown(profile.start, 'm', 'mm', 6)} in {profile.duration:.3g} s"
+    raise InputError(where, found, f"profiles of {FEWEST * PERIOD:g} to {MAX_MOVES * PERIOD:g} s")
+
+
+def _programme(title: str, legs: list[_Leg], limits: Limits, source: str) -> Programme:
+    """The targets of all legs; each begins when the hold of the one before it ends."""
+    begin = 0.0
+    starts: list[Array] = []
+    spans: list[Span] = []
+    for leg in legs:
+        way = leg.way
+        starts.append(begin + way.t[1:])
+        finish = begin + way.duration
+        ends = float(way.position[0]), float(way.position[-1])
+        # Its last target needs a period of its own.
+        until = finish + max(leg.hold, 1) * PERIOD
+        spans.append(Span(leg.stage, begin, finish, until, *ends))
+        begin = round(until / PERIOD) * PERIOD
+    start = np.concatenate(starts)
+    stage = np.concatenate([np.full(len(leg.way.t) - 1, leg.stage) for leg in legs])
+    place = np.concatenate([leg.way.position[1:] for leg in legs])
+    return Programme(
+        title=title,
+        start=start,
+        stage=stage.astype(np.int64),
+        target=np.where(stage == MACRO, place * limits.counts_per_metre, place),
+        hold=np.diff(start, append=begin),
+        end=begin,
+        source=source,
+        profiles=tuple(spans),
+    )
