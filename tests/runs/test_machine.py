@@ -157,7 +157,7 @@ def test_control_by_the_laser(monkeypatch: pytest.MonkeyPatch) -> None:
     fast = laser_noise.controlled(PLANT, 1e-3, seed=4)
     same(laser_noise.controlled(Made().fixture(), 1e-3, seed=4), fast)
     # A rig without a Hall sensor can be controlled by the laser as well.
-    bare = laser_noise.controlled(Made(["laser"]).fixture(), 1.0, seed=4)
+    bare = laser_noise.controlled(Made(["laser"]).fixture(), 1e-3, seed=4)
     assert bare["laser"].tobytes() == fast["laser"].tobytes()
 
 
