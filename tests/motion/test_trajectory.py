@@ -15,7 +15,8 @@ from macromicro.motion import Trajectory, s_curve, trapezoid
 
 
 @given(
-    way=st.floats(-0.2, 0.2), v=st.floats(0.01, 1.0), a=st.floats(0.1, 10.0),
+    way=st.integers(-200_000, 200_000).map(lambda n: n * 1e-6),
+    v=st.floats(0.01, 1.0), a=st.floats(0.1, 10.0),
     j=st.floats(1.0, 1000.0), period=st.sampled_from([1e-3, 4e-3, 1.7e-3]),
 )  # fmt: skip
 def test_set_points_of_a_profile_keep_its_limits(
