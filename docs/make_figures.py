@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from macromicro import api
+from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, Floats, finish, thinned
 from macromicro.recording import Recording
 from macromicro.settings import Settings
@@ -74,7 +75,7 @@ def draw(run: Recording) -> Figure:
 def main() -> None:
     """Run the default programme and write the picture."""
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    draw(api.run()).savefig(PICTURE, metadata={"Software": "macromicro"})
+    PICTURE.write_bytes(encoded(draw(api.run())))
 
 
 if __name__ == "__main__":
