@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from macromicro.errors import InputError as InputError
     from macromicro.recording import Recording as Recording
     from macromicro.settings import Settings as Settings
+    from macromicro.traces import overlay as overlay
 
 __version__ = "0.1.0"
 
@@ -26,6 +27,7 @@ _HOMES = {
     "Settings": "settings",
     "load_settings": "api",
     "moves": "api",
+    "overlay": "traces",
     "run": "api",
     "tracking": "api",
 }
