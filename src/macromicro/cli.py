@@ -12,6 +12,7 @@ import typer
 from macromicro import __version__
 from macromicro.commands import identify, streams
 from macromicro.commands.collect import collect
+from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
 from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.latency import latency
@@ -233,6 +234,7 @@ def programmes(
 
 
 app.command()(collect)
+app.command()(compare)
 app.command()(doctor)
 app.command()(latency)
 app.command()(reproduce)

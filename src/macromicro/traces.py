@@ -12,6 +12,7 @@ from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, fi
 from macromicro.errors import InputError
 from macromicro.recording_format import TIME
 from macromicro.schema.keys import nearest
+from macromicro.schema.par import NO_UNIT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,6 +32,7 @@ MAIN = (
 _FEW = 6  # columns of a recording that has none of these
 _COLOURS = (BLUE, RED, GREEN, PURPLE, BLACK, ORANGE)
 _STYLES = ("-", ":", "-.")
+_MOST = 6  # columns of a panel, of a recording alone
 _REFERENCE = "_reference"
 
 
@@ -41,8 +43,8 @@ def overlay(
 ) -> Figure:
     """Draw columns of several recordings on top of each other, over time.
 
-    Columns of one unit share a panel. Where the recordings do not begin at the same time, each
-    counts from its own first row.
+    Columns of one unit share a panel, as many as can be told apart. Where the recordings do not
+    begin at the same time, each counts from its own first row.
 
     Parameters
     ----------
@@ -71,20 +73,19 @@ def overlay(
     words = list(labels) or called(recordings)
     if len(words) != len(recordings):
         raise InputError("overlay, labels", f"{len(words)} labels", f"{len(recordings)}")
-    panels = _panels(recordings, names)
-    height = 0.95 + 1.45 * len(panels)
-    figure, axes = new(height, len(panels), sharex=True)
+    shown = panels(recordings, names)
+    figure, axes = new(0.95 + 1.45 * len(shown), len(shown), sharex=True)
     starts = [float(r[TIME][0]) for r in recordings if len(r)]
     apart = len(starts) > 1 and max(starts) - min(starts) > recordings[0].dt
-    for ax, (unit, inside) in zip(axes[:, 0], panels.items(), strict=True):
+    for ax, (unit, inside) in zip(axes[:, 0], shown, strict=True):
         _draw(ax, recordings, words, inside, own=apart, named=ax is axes[0, 0])
         last = ax is axes[-1, 0]
         below = "time since its first row [s]" if apart else "time [s]"
         title = inside[0] if len(inside) == 1 else ""
-        shown = bool(ax.get_legend_handles_labels()[1])
-        finish(ax, title, below if last else "", f"[{unit}]", legend=shown)
+        told = bool(ax.get_legend_handles_labels()[1])
+        finish(ax, title, below if last else "", f"[{unit}]", legend=told)
     figure.align_ylabels(list(axes[:, 0]))
-    figure.subplots_adjust(hspace=0.32)
+    figure.subplots_adjust(hspace=0.32, left=0.105)
     return figure
 
 
@@ -156,9 +157,28 @@ def called(recordings: Sequence[Recording]) -> list[str]:
     return found
 
 
-def _panels(recordings: Sequence[Recording], names: Sequence[str]) -> dict[str, list[str]]:
-    """The columns by unit."""
-    panels: dict[str, list[str]] = {}
+def panels(recordings: Sequence[Recording], names: Sequence[str]) -> list[tuple[str, list[str]]]:
+    """Which columns stand in one panel: those of one unit, as many as can be told apart.
+
+    Parameters
+    ----------
+    recordings : Sequence[Recording]
+        One or more.
+    names : Sequence[str]
+        Of columns.
+
+    Returns
+    -------
+    list[tuple[str, list[str]]]
+        Unit and columns of each; a column without a unit stands alone.
+
+    Raises
+    ------
+    InputError
+        A recording lacks a column, or has it in another unit.
+    """
+    found: list[tuple[str, list[str]]] = []
+    most = _MOST if len(recordings) == 1 else len(_STYLES)
     for name in dict.fromkeys(names):
         unit = recordings[0].unit(name)
         if name == TIME:
@@ -166,10 +186,23 @@ def _panels(recordings: Sequence[Recording], names: Sequence[str]) -> dict[str, 
             raise InputError("columns", name, accepted)
         for other in recordings[1:]:
             if other.unit(name) != unit:
-                found = f"{unit} and {other.unit(name)}"
-                raise InputError(f"overlay, column {name}", found, "the same unit in all")
-        panels.setdefault(unit, []).append(name)
-    return panels
+                units = f"{unit} and {other.unit(name)}"
+                raise InputError(f"overlay, column {name}", units, "the same unit in all")
+        beside = [
+            inside
+            for its, inside in found
+            if its == unit and its not in NO_UNIT and len(_plain([*inside, name])) <= most
+        ]
+        if beside:
+            beside[0].append(name)
+        else:
+            found.append((unit, [name]))
+    return found
+
+
+def _plain(names: Sequence[str]) -> list[str]:
+    """Columns that are no references."""
+    return [name for name in names if not name.endswith(_REFERENCE)]
 
 
 def _draw(
@@ -183,7 +216,7 @@ def _draw(
 ) -> None:
     """One panel, with the recordings' names in its legend if `named`."""
     alone = len(recordings) == 1
-    plain = [name for name in inside if not name.endswith(_REFERENCE)]
+    plain = _plain(inside)
     for k, recording in enumerate(recordings):
         t = _times(recording, own=own)
         for name in inside:
