@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 
 from macromicro import api
 from macromicro.arrays import Array
-from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, png, thinned
+from macromicro.drawing.files import encoded
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thinned
 from macromicro.motion import Trajectory, s_curve, trapezoid
 from macromicro.programme import follow
 from macromicro.recording import Recording
@@ -103,8 +104,8 @@ def draw_profile() -> Figure:
 def main() -> None:
     """Run the default programme and a profile, and write the pictures."""
     FIGURES.mkdir(parents=True, exist_ok=True)
-    draw(api.run()).savefig(PICTURE, metadata={"Software": "macromicro"})
-    PROFILE.write_bytes(png(draw_profile()))
+    PICTURE.write_bytes(encoded(draw(api.run())))
+    PROFILE.write_bytes(encoded(draw_profile()))
 
 
 if __name__ == "__main__":

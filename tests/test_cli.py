@@ -198,6 +198,27 @@ def test_existing_folder(done: tuple[Path, subprocess.CompletedProcess[str]]) ->
     assert not (out / "cycles.png").exists()
 
 
+def test_figures_in_other_formats(short: Path, tmp_path: Path) -> None:
+    """Those asked for alone, and those of an earlier run are gone; the page has its own."""
+    for kinds in ("png", "svg,pdf"):
+        words = ("run", short.name, "--out", "r", "--figures", kinds, "--overwrite")
+        done = command(*words, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    made = {p.name for p in (tmp_path / "r").iterdir()}
+    assert {"response.svg", "response.pdf"} <= made <= set(FILES)
+    assert not any(name.endswith(".png") for name in made)
+    assert "data:image/png;base64," in (tmp_path / "r" / PAGE).read_text()
+
+
+@pytest.mark.parametrize("words", ["run", "reproduce", "robust", "tune macro"])
+def test_other_formats_of_figures_are_refused(words: str, tmp_path: Path) -> None:
+    """Before anything is computed."""
+    done = command(*words.split(), "--figures", "png,gif", cwd=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "--figures: 'gif'; accepted: png, svg, pdf" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_folder_that_cannot_be_made(short: Path, tmp_path: Path) -> None:
     for place in (short, short / "below", Path("/proc/nowhere")):
         finished = command("run", short, "--out", place, "--overwrite", cwd=tmp_path)

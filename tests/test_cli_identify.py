@@ -418,7 +418,7 @@ def test_a_failure_while_writing_leaves_no_part(
     def full(*_: object) -> bytes:
         raise OSError(28, "No space left on device", str(tmp_path / "new"))
 
-    monkeypatch.setattr("macromicro.drawing.style.png", full)
+    monkeypatch.setattr("macromicro.drawing.files.encoded", full)
     done = macromicro("identify", "drive", own, "--out", tmp_path / "new")
     assert done.status == 1 and "No space left" in done.err
     assert [p.name for p in tmp_path.iterdir()] == ["own.csv"]

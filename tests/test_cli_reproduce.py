@@ -81,6 +81,17 @@ def test_an_existing_folder_is_refused_and_kept(
     assert page.read_bytes() == before
 
 
+def test_figures_in_other_formats(tmp_path: Path) -> None:
+    """And those of an earlier reproduction are gone."""
+    for kinds in ("svg", "pdf"):
+        words = ("--only", "I5", "--out", "r", "--figures", kinds, "--overwrite")
+        assert command(*words, cwd=tmp_path).returncode == 0
+    figures = tmp_path / "r" / "figures"
+    assert (figures / "figure-6-6.pdf").read_bytes().startswith(b"%PDF")
+    assert not list(figures.glob("*.png")) and not (figures / "figure-6-6.svg").exists()
+    assert "data:image/png;base64," in (tmp_path / "r" / "reproduction.html").read_text()
+
+
 def test_overwrite_replaces_all_of_it(tmp_path: Path) -> None:
     for names in (("technologies", "I5"), ("D9",)):
         assert command("--only", *names, "--out", "r", "--overwrite", cwd=tmp_path).returncode == 0
@@ -161,14 +172,13 @@ def test_a_rig_without_the_channel_is_refused(tmp_path: Path) -> None:
 
 FIGURE_FAILS = """
 import sys
-from macromicro.drawing import style
 from macromicro.thesis import reproduce
 
 def run(chosen, lab, jobs, progress, stopped):
-    def broken(figure):
+    def broken(*figure):
         raise ValueError("no ink")
     import macromicro.drawing.exhibit as exhibit
-    exhibit.png = broken
+    exhibit.encoded = broken
     return [reproduce.narrowed(c, reproduce.run_one(c.procedure, lab)) for c in chosen]
 
 reproduce.run = run

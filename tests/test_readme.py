@@ -39,7 +39,8 @@ def test_example_runs_as_printed(tmp_path: Path) -> None:
     lines = done.stdout.splitlines()
     assert [line.split()[0] for line in lines[:5]] == ["macro"] + ["micro"] * 4
     assert len(lines) == 40 and "None" not in done.stdout
-    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("run.png", "both.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("seed", [0, 1])

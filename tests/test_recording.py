@@ -201,7 +201,7 @@ def test_without_xarray_the_remedy_is_said(monkeypatch):
 
     recording = Recording.from_arrays(COLUMNS, rows_of(0, 4), 1e-3, {})
     monkeypatch.setattr(builtins, "__import__", no_xarray)
-    with pytest.raises(MacromicroError, match=r"pip install macromicro\[xarray\]"):
+    with pytest.raises(MacromicroError, match=r"pip install 'macromicro\[xarray\]'"):
         recording.to_xarray()
 
 

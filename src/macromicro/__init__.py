@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from macromicro.errors import InputError as InputError
     from macromicro.recording import Recording as Recording
     from macromicro.settings import Settings as Settings
+    from macromicro.traces import overlay as overlay
 
 __version__ = "0.1.0"
 
@@ -29,6 +30,7 @@ _HOMES = {
     "load_settings": "api",
     "motion": "",
     "moves": "api",
+    "overlay": "traces",
     "run": "api",
     "tracking": "api",
 }

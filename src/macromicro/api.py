@@ -20,7 +20,7 @@ from macromicro.design.tracking import Tracking
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
-from macromicro.runs import programmed
+from macromicro.runs import judging, programmed
 from macromicro.runs.job import DEFAULT, load
 from macromicro.schema import config, keys
 from macromicro.settings import Settings
@@ -112,23 +112,15 @@ def moves(recording: Recording, settings: Settings | None = None) -> list[MoveRe
         A run, or a recording of the live machine. In the latter the moves are those to a given
         place, without homing and jogs; macro targets are where its encoder counted them.
     settings : Settings | None, optional
-        Settings of the run; needed if its encoder or its macro tolerance were overridden.
+        Settings of the run, of which the encoder and the macro tolerance matter; default: those
+        that the recording tells.
 
     Returns
     -------
     list[MoveResult]
         One entry per move, in order; none for a recording without rows.
     """
-    settings = Settings() if settings is None else settings
-    if not len(recording):
-        return []
-    if served.is_live(recording):
-        found = served.served(recording)
-        done = programmed.moves_of(found.recording, found.programme, settings)
-        return [move._replace(complete=not found.cut[move.move]) for move in done]
-    begun, what = served.ran(recording)
-    done = programmed.moves_of(recording, what, settings)
-    return [move for move in done if begun[move.move]]
+    return judging.moves(recording, settings)
 
 
 def tracking(recording: Recording, settings: Settings | None = None) -> list[Tracking]:
@@ -139,14 +131,14 @@ def tracking(recording: Recording, settings: Settings | None = None) -> list[Tra
     recording : Recording
         A run whose programme gives targets by time.
     settings : Settings | None, optional
-        Settings of the run; needed if its encoder was overridden.
+        Settings of the run, of which the encoder matters; default: those that the recording tells.
 
     Returns
     -------
     list[Tracking]
         One entry per stage that was moved so; none for a recording of moves, which `moves` is for.
     """
-    settings = Settings() if settings is None else settings
+    settings = judging.settings_of(recording) if settings is None else settings
     if not len(recording) or served.is_live(recording):
         return []
     what = served.ran(recording)[1]

@@ -12,8 +12,9 @@ import typer
 from macromicro import __version__
 from macromicro.commands import identify, streams
 from macromicro.commands.collect import collect
+from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
-from macromicro.commands.group import whole
+from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.latency import latency
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.robust import robust
@@ -87,7 +88,7 @@ def options(
 
 
 @app.command()
-def run(
+def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     programme: Annotated[
         str | None,
         typer.Argument(
@@ -114,6 +115,7 @@ def run(
             metavar="NAME", help="The twin, or replay:FILE for the sensors of a recording."
         ),
     ] = "twin",
+    figures: Figures = PNG,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
     ] = False,
@@ -126,9 +128,12 @@ def run(
     The thesis' integrated test (Chapter 6) runs if no programme is named. On replay:FILE nothing
     moves: controller and guard see the sensors of that recording, to its end.
     """
+    from macromicro.drawing.files import formats
+
     with Signals() as signals:
         try:
-            request = (programme, out, config, cycles, fan, seed, overwrite, rig)
+            kinds = formats(figures)
+            request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds)
             _run(request, as_json, signals)
         except KeyboardInterrupt:
             _say("interrupted")
@@ -229,6 +234,7 @@ def programmes(
 
 
 app.command()(collect)
+app.command()(compare)
 app.command()(doctor)
 app.command()(latency)
 app.command()(reproduce)

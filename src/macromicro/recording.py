@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro import exported, traces
 from macromicro.columns import Column
-from macromicro.errors import InputError, MacromicroError
+from macromicro.errors import InputError
 from macromicro.recorder import Recorder, RecordingError, check_space
 from macromicro.recording_format import (
     EVENT_BYTES,
@@ -24,7 +25,6 @@ from macromicro.recording_format import (
     FORMAT,
     OWN_ATTRIBUTES,
     ROWS,
-    TIME,
     Attribute,
     Block,
     Layout,
@@ -35,7 +35,9 @@ from macromicro.recording_format import (
 )
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+    from matplotlib.figure import Figure
 
 __all__ = [
     "Column",
@@ -261,21 +263,57 @@ class Recording:
         Raises
         ------
         MacromicroError
-            xarray is not installed.
+            xarray is not installed; with the remedy.
         """
-        try:
-            import xarray
-        except ImportError as error:
-            raise MacromicroError(
-                "xarray is not installed; install it with: pip install macromicro[xarray]"
-            ) from error
-        variables = {
-            c.name: (TIME, self[c.name], {"units": c.unit, "long_name": c.meaning})
-            for c in self.columns
-        }
-        time = {TIME: variables.pop(TIME)}
-        attributes = {**self.attributes, "format": FORMAT, "sample_time_s": self.dt}
-        return xarray.Dataset(variables, coords=time, attrs=attributes)
+        return exported.as_xarray(self)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The same as a pandas DataFrame with the index `t` in s.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A column per column; ``attrs["units"]`` has the units by name.
+
+        Raises
+        ------
+        MacromicroError
+            pandas is not installed; with the remedy.
+        """
+        return exported.as_dataframe(self)
+
+    def plot(self, *columns: str) -> Figure:
+        """Draw columns over time; those of one unit share a panel.
+
+        Several recordings on top of each other: `macromicro.overlay`.
+
+        Parameters
+        ----------
+        *columns : str
+            Names; by default references, positions, laser and efforts.
+
+        Returns
+        -------
+        Figure
+            Of matplotlib, in no window: ``run.plot("laser").savefig("laser.svg")``.
+
+        Raises
+        ------
+        InputError
+            There is no such column; names those there are.
+        """
+        return traces.overlay(self, columns=columns)
+
+    @property
+    def label(self) -> str:
+        """A short name: folder or file; in memory, programme and seed."""
+        if self._path is None:
+            return exported.origin(self) or "recording"
+        return self._path.parent.name if self._path.stem == "recording" else self._path.stem
+
+    def __repr__(self) -> str:
+        """Rows, duration, programme and seed, columns with units."""
+        return exported.described(self, "" if self._path is None else str(self._path))
 
     def _find(self, name: str) -> Column:
         for column in self.columns:

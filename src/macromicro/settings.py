@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Self
 
 from macromicro import derived, rules
 from macromicro.control.settings import Control
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig.limits import Limits
+from macromicro.schema import access
 
 
 class Settings(NamedTuple):
-    """The tree behind ``--config`` and ``macromicro config show``."""
+    """The tree behind ``--config`` and ``macromicro config show``.
+
+    ``settings["bench.friction.coulomb"]`` is the value at a path, in the stored unit (SI, encoder
+    counts, degC); ``settings.with_("bench.friction.coulomb", "11 N")`` a changed copy.
+    """
 
     bench: Bench = Bench()
     sensors: Sensors = Sensors()
@@ -39,3 +45,39 @@ class Settings(NamedTuple):
             Path, value, and what is accepted and why; none if all is well.
         """
         return rules.machine(self)
+
+    def with_(self, changes: str | Mapping[str, object], value: object = None) -> Self:
+        """These settings with other values, and with what follows from them.
+
+        As in a settings file: a quantity is text with its unit, and all is checked.
+
+        Parameters
+        ----------
+        changes : str | Mapping[str, object]
+            Path of a parameter; or several paths with their values, where settings hold together
+            only if they change at once.
+        value : object, optional
+            Of the one path: "11 N", or a plain value where the parameter has no unit.
+
+        Returns
+        -------
+        Self
+            A changed copy.
+
+        Raises
+        ------
+        InputError
+            An unknown path (with the nearest), a value that is not accepted, or settings that
+            cannot work together; names path, value and what is accepted.
+        """
+        return access.changed(self, changes, value)
+
+    def __getitem__(self, key: Any) -> Any:
+        """The value or the set at a dotted path; InputError names the nearest. Or, as of any
+        tuple, the set at a place.
+        """
+        return access.at(self, key) if isinstance(key, str) else tuple.__getitem__(self, key)
+
+    def __repr__(self) -> str:
+        """What differs from the defaults, with units."""
+        return f"<Settings: {access.told(self, Settings())}>"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from macromicro.drawing import style
+from macromicro.drawing import files, style
 from macromicro.report import figures
 from macromicro.report.figures import Drawn
 from macromicro.runs import folder
@@ -60,7 +60,7 @@ def test_without_macro_moves_or_truth_there_is_less_to_show(ended: Ended) -> Non
 
 
 def test_png_is_small_and_names_no_address(drawn: dict[str, Drawn]) -> None:
-    data = style.png(drawn["efforts"].figure)
+    data = files.encoded(drawn["efforts"].figure)
     assert data.startswith(b"\x89PNG") and len(data) < 300_000
     assert b"http" not in data
 

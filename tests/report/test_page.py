@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from macromicro.drawing import style
+from macromicro.drawing import files
 from macromicro.drawing.page import Picture
 from macromicro.report import figures
 from macromicro.report.page import page
@@ -49,7 +49,9 @@ class Parsed(HTMLParser):
 
 @pytest.fixture(scope="module")
 def pictures(ended: Ended) -> list[Picture]:
-    return [Picture(d.name, d.title, d.caption, style.png(d.figure)) for d in figures.draw(ended)]
+    return [
+        Picture(d.name, d.title, d.caption, files.encoded(d.figure)) for d in figures.draw(ended)
+    ]
 
 
 @pytest.fixture(scope="module")

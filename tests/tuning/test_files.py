@@ -29,9 +29,21 @@ def place(found: tuning.Tuning, tmp_path_factory: pytest.TempPathFactory) -> Pat
 
 
 def test_all_files(place: Path) -> None:
-    assert {p.name for p in place.iterdir()} == set(files.FILES)
+    made = {p.name for p in place.iterdir()}
+    assert made == {files.SETTINGS, files.NUMBERS, "response.png", "bode.png"} < set(files.FILES)
     for name in ("response.png", "bode.png"):
         assert (place / name).read_bytes().startswith(PNG)
+
+
+def test_figures_in_other_formats_replace_the_earlier_ones(
+    found: tuning.Tuning, tmp_path: Path
+) -> None:
+    for kinds in (("png", "svg"), ("pdf",)):
+        files.write(tmp_path, found, kinds)
+    assert {p.name for p in tmp_path.iterdir() if p.suffix in (".png", ".svg", ".pdf")} == {
+        "response.pdf",
+        "bode.pdf",
+    }
 
 
 def test_the_settings_read_back(place: Path, found: tuning.Tuning) -> None:

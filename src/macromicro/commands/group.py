@@ -1,14 +1,25 @@
-"""What the commands share: a group that names its commands, an option of a whole number."""
+"""What the commands share: a group that names its commands, an option of a whole number,
+the option --figures."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from typer import BadParameter
+from typer import BadParameter, Option
 from typer.core import TyperGroup
 
 from macromicro.errors import InputError
 from macromicro.schema.text import printable
+
+Figures = Annotated[
+    str,
+    Option(
+        "--figures",
+        metavar="FORMATS",
+        help="Formats of the figures: png, svg, pdf, or several, as svg,pdf.",
+    ),
+]
+PNG = "png"
 
 
 class Group(TyperGroup):

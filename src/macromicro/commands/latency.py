@@ -83,7 +83,9 @@ def latency(
             other = measuring.cyclictest(min(seconds, 10.0), settings.serve.priority, rt)
     _give(got, other, settings, json)
     if figure is not None:
-        _draw(got).savefig(figure)
+        from macromicro.drawing import files
+
+        figure.write_bytes(files.encoded(_draw(got), figure.suffix[1:].lower()))
     if signals.received:
         print("macromicro: interrupted; the results are of the time until then", file=sys.stderr)
         raise typer.Exit(signals.status)

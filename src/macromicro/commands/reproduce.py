@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.group import PNG, Figures
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ FOLDER_BYTES = 60_000_000
 STDOUT = Path("-")
 
 
-def reproduce(
+def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
     names: Annotated[
         list[str] | None, typer.Argument(help="More names for --only.", show_default=False)
     ] = None,
@@ -59,6 +60,7 @@ def reproduce(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensors' noise.")] = 0,
+    figures: Figures = PNG,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace earlier results.")
     ] = False,
@@ -67,6 +69,7 @@ def reproduce(
     ] = False,
 ) -> None:
     """Measure every claim of the thesis, draw its figures, and say where they differ."""
+    from macromicro.drawing.files import formats
     from macromicro.runs import folder
     from macromicro.runs.folder import held
     from macromicro.thesis import all_procedures, choosing
@@ -76,7 +79,7 @@ def reproduce(
         _list(procedures)
         return
     chosen = choosing.choose([*(only or []), *(names or [])], procedures)
-    lab = _lab(rig or [], seed, chosen)
+    lab = _lab(rig or [], seed, chosen)._replace(figures=formats(figures))
     processes = _processes(jobs) if not lab.rigs else 1  # a rig is one thing
     folder.check(out, FOLDER_BYTES, overwrite=overwrite, names=())
     _check_json(json, overwrite)

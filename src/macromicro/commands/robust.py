@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import whole
+from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -56,21 +56,24 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace earlier results.")
     ] = False,
+    figures: Figures = PNG,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")
     ] = False,
 ) -> None:
     """Try machines with other friction, belt, room, noise and an aged actuator."""
     from macromicro import programme as programmes
+    from macromicro.drawing.files import formats
     from macromicro.robustness import files
     from macromicro.runs import folder
     from macromicro.runs.folder import held
 
+    kinds = formats(figures)
     request, plan = _request(samples, seed, config, programme, requirements, workers)
     place = out or Path("results") / f"robust-{programmes.find(programme).stem}"
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
-        _robust(request, plan, (programme, fan, as_json), place, signals)
+        _robust(request, plan, (programme, fan, kinds, as_json), place, signals)
 
 
 def _request(
@@ -106,7 +109,7 @@ def _request(
 def _robust(
     request: Request,
     plan: Programme,
-    asked: tuple[str, bool, bool],
+    asked: tuple[str, bool, tuple[str, ...], bool],
     out: Path,
     signals: Signals,
 ) -> None:
@@ -119,7 +122,7 @@ def _robust(
     from macromicro.settings import Settings
     from macromicro.simulate import is_compiled
 
-    programme, fan, as_json = asked
+    programme, fan, kinds, as_json = asked
     if not is_compiled():
         print("compiling the bench, once, about 10 s", file=sys.stderr)
     job = RobustJob(programme, fan, request.settings)
@@ -141,7 +144,7 @@ def _robust(
         {key: text.strip('"') for key, text in overrides.items()},
         tuple(software()),
     )
-    files.write(out, found, about)
+    files.write(out, found, about, kinds)
     if as_json:
         print(files.as_json(found, about), end="")
     else:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import whole
+from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -85,17 +85,20 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace earlier results.")
     ] = False,
+    figures: Figures = PNG,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the numbers as JSON, and nothing else.")
     ] = False,
 ) -> None:
     """Find better gains for a control law, and say what they are worth on the bench."""
+    from macromicro.drawing.files import formats
     from macromicro.runs.folder import held
     from macromicro.schema.config import load_overrides
     from macromicro.settings import Settings
     from macromicro.tuning import files
     from macromicro.tuning.tune import Request, check
 
+    kinds = formats(figures)
     settings = Settings() if config is None else load_overrides(config, Settings())
     request = Request(
         stage, objective, law, evaluations, seed, settings, on, route, robust, aggregate, benches,
@@ -105,7 +108,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     place = out if out is not None else Path("results") / f"tune-{stage}"
     files.check(place, overwrite=overwrite)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
-        _tune(plan, place, as_json, signals)
+        _tune(plan, place, kinds, as_json, signals)
 
 
 def _penalties(texts: list[str]) -> tuple[tuple[str, float], ...]:
@@ -124,7 +127,7 @@ def _penalties(texts: list[str]) -> tuple[tuple[str, float], ...]:
     return tuple(found.items())
 
 
-def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
+def _tune(plan: Plan, place: Path, kinds: tuple[str, ...], as_json: bool, signals: Signals) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.tuning import files, tables
     from macromicro.tuning.tune import judge, prepare, search
@@ -148,7 +151,7 @@ def _tune(plan: Plan, place: Path, as_json: bool, signals: Signals) -> None:
     if signals.received:
         print("macromicro: interrupted, nothing was written", file=sys.stderr)
         raise typer.Exit(signals.status)
-    files.write(place, found)
+    files.write(place, found, kinds)
     if as_json:
         print(files.as_json(found), end="")
         return

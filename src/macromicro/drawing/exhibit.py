@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
-from macromicro.drawing.style import png
+from macromicro.drawing.files import DEFAULT, PNG, SVG, encoded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PNG, SVG, TABLE = "png", "svg", "table"
+TABLE = "table"
 
 
 class Grid(NamedTuple):
@@ -69,6 +70,8 @@ class Exhibit(NamedTuple):
         PNG, SVG or TABLE.
     data : bytes | str | Grid
         A PNG file's bytes, SVG text, or a `Grid`.
+    files : dict[str, bytes]
+        Of a figure: the files that are wanted, by format.
     """
 
     number: str
@@ -77,6 +80,7 @@ class Exhibit(NamedTuple):
     claims: tuple[str, ...]
     kind: str
     data: bytes | str | Grid
+    files: dict[str, bytes] = {}  # noqa: RUF012 - nobody changes it
 
     @property
     def label(self) -> str:
@@ -107,13 +111,15 @@ def label(number: str) -> str:
     return f"{'Equation' if number.startswith('(') else 'Figure'} {number}"
 
 
-def rendered(drawn: Drawn) -> Exhibit:
+def rendered(drawn: Drawn, kinds: Iterable[str] = DEFAULT) -> Exhibit:
     """What a procedure shows, with its body as bytes or text.
 
     Parameters
     ----------
     drawn : Drawn
         As drawn.
+    kinds : iterable of str, optional
+        Formats of the files of a figure; diagrams are SVG in any case.
 
     Returns
     -------
@@ -126,4 +132,6 @@ def rendered(drawn: Drawn) -> Exhibit:
         return Exhibit(*head, TABLE, body)
     if isinstance(body, str):
         return Exhibit(*head, SVG, body)
-    return Exhibit(*head, PNG, png(body))
+    shown = encoded(body)
+    files = {kind: shown if kind == PNG else encoded(body, kind) for kind in kinds}
+    return Exhibit(*head, PNG, shown, files)

@@ -1,8 +1,7 @@
-"""What all figures share: colours, axes, thinning of long columns, PNG."""
+"""What all figures share: colours, axes, thinning of long columns."""
 
 from __future__ import annotations
 
-import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -144,24 +143,6 @@ def finish(ax: Any, title: str, x: str = "time [s]", y: str = "", *, legend: boo
             handlelength=1.8,
             handletextpad=0.5,
         )
-
-
-def png(figure: Figure) -> bytes:
-    """A figure as a PNG file.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-
-    Returns
-    -------
-    bytes
-        The file's bytes.
-    """
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": "macromicro"})
-    return buffer.getvalue()
 
 
 def smooth(ax: Any, t: Array, y: Array, color: str, label: str, **options: Any) -> None:

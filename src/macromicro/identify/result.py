@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from os import PathLike
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import macromicro
+from macromicro.drawing import files as drawings
 from macromicro.schema.text import plain
 
 if TYPE_CHECKING:
@@ -134,27 +135,32 @@ class Result:
         """
         return self.draw()
 
-    def save(self, folder: str | PathLike[str]) -> None:
+    def save(
+        self, folder: str | PathLike[str], figures: str | Sequence[str] = drawings.DEFAULT
+    ) -> None:
         """Write model.toml, result.json, the figures and the kind's tables into a folder.
 
         Parameters
         ----------
         folder : str | PathLike[str]
             Made if it is not there; files of these names are replaced.
+        figures : str | Sequence[str], optional
+            Formats of the figures: "png", "svg", "pdf", or several.
 
         Raises
         ------
+        InputError
+            A format is none of these.
         OSError
             The disk refuses.
         """
-        from macromicro.drawing.style import png
-
+        kinds = drawings.formats(figures, "figures")
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
         (place / RESULT).write_text(self.to_json(), encoding="utf-8")
         (place / MODEL).write_text(self.to_toml(), encoding="utf-8")
         for name, figure in self.plot().items():
-            (place / f"{name}.png").write_bytes(png(figure))
+            drawings.save(figure, place, name, kinds)
         for name, write in self.extra.items():
             write(place / name)
 

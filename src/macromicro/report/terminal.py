@@ -5,10 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from macromicro.programme import MACRO
-from macromicro.report import words
+from macromicro.report import comparison_words, words
+from macromicro.report.comparison import Comparison
 from macromicro.runs.job import Ended, Job
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 Report = Callable[[float, int], None]
 _WIDE, _NARROW, _LEAST = 120, 100, 80
@@ -80,15 +85,10 @@ def show(ended: Ended) -> None:
     ended : Ended
         The run.
     """
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(highlight=False, soft_wrap=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=_WIDE)
-    elif console.width < _LEAST:  # whole lines that the terminal wraps; cells would be cut up
-        console = Console(highlight=False, width=_LEAST)
+    console = _console()
     narrow = console.width < _NARROW
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for heading in words.HEADINGS:
@@ -102,3 +102,42 @@ def show(ended: Ended) -> None:
         console.print()
     for name, text in words.remarks(ended):
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
+
+
+def show_comparison(found: Comparison) -> None:
+    """The table of moves and what differs, on stdout.
+
+    Parameters
+    ----------
+    found : Comparison
+        The comparison.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    console = _console()
+    lines = comparison_words.table(found)
+    if lines:
+        several = ("compared",) if len(lines[0]) > len(comparison_words.HEADINGS) else ()
+        table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
+        for heading in (*several, *comparison_words.HEADINGS):
+            table.add_column(Text(heading), justify="right", overflow="fold", vertical="bottom")
+        for cells in lines:
+            table.add_row(*map(Text, cells))
+        console.print(Text(f"{found.sides[0].name}, and by how much the others differ"))
+        console.print(table)
+        console.print()
+    for name, text in comparison_words.remarks(found):
+        console.print(Text(f"{name}: {text}"), soft_wrap=True)
+
+
+def _console() -> Console:
+    """Of the terminal's width, where that is wide enough for a table; it wraps whole lines
+    otherwise, for cells would be cut up.
+    """
+    from rich.console import Console
+
+    console = Console(highlight=False, soft_wrap=False)
+    if not console.is_terminal:
+        return Console(highlight=False, width=_WIDE)
+    return Console(highlight=False, width=_LEAST) if console.width < _LEAST else console

@@ -66,15 +66,31 @@ def _line(m: MoveResult) -> Line:
         cut if m.arrived_s is None else f"{m.arrived_s:.2f} s",
         _NONE if m.settling_s is None else f"{m.settling_s:.3f} s",
         f"±{m.band:.2g} {m.unit}",
-        _text(m.final_error, digits, m.unit),
-        _text(m.overshoot, digits, m.unit),
-        _text(m.hall_error, digits, m.unit),
-        _text(m.true_error, digits, m.unit),
+        amount(m.final_error, digits, m.unit),
+        amount(m.overshoot, digits, m.unit),
+        amount(m.hall_error, digits, m.unit),
+        amount(m.true_error, digits, m.unit),
     )
     return Line(cells, m.arrived_s is not None)
 
 
-def _text(value: float | None, digits: int, unit: str) -> str:
+def amount(value: float | None, digits: int, unit: str) -> str:
+    """A number with its unit.
+
+    Parameters
+    ----------
+    value : float | None
+        In `unit`.
+    digits : int
+        Behind the point.
+    unit : str
+        As text.
+
+    Returns
+    -------
+    str
+        "-" for None.
+    """
     # Rounded first, so that no "-0.0" appears.
     return _NONE if value is None else f"{round(value, digits) + 0.0:.{digits}f} {unit}"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.drawing import style
+from macromicro.drawing import files
 from macromicro.drawing.page import Picture
 from macromicro.report import figures
 from macromicro.report.page import page
@@ -38,8 +38,7 @@ def write(ended: Ended, started: str) -> dict[str, Any]:
     (out / folder.SUMMARY).write_text(as_json(content), encoding="utf-8")
     pictures = []
     for drawn in figures.draw(ended):
-        data = style.png(drawn.figure)
-        (out / f"{drawn.name}.png").write_bytes(data)
+        data = files.save(drawn.figure, out, drawn.name, ended.job.request.figures)
         pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
     (out / folder.PAGE).write_text(page(ended, pictures, started), encoding="utf-8")
     return content

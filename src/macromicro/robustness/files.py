@@ -6,12 +6,12 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import macromicro
-from macromicro.drawing import style
+from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture
 from macromicro.robustness import figures, words
 from macromicro.robustness.findings import Worst, influences, overall, worst, yields
@@ -27,11 +27,11 @@ from macromicro.settings import Settings
 from macromicro.uncertainty.machines import settings_at
 
 PAGE, JSON, SAMPLES = "robust.html", "robust.json", "samples.csv"
-FILES = (PAGE, JSON, SAMPLES, *(f"{name}.png" for name in figures.FIGURES))
+FILES = (PAGE, JSON, SAMPLES, *drawings.names(figures.FIGURES))
 BYTES = 4_000_000
 
 
-def write(out: Path, study: Study, about: About) -> None:
+def write(out: Path, study: Study, about: About, kinds: Iterable[str] = drawings.DEFAULT) -> None:
     """Write everything, all of it or nothing; an earlier study there is replaced.
 
     Parameters
@@ -42,6 +42,8 @@ def write(out: Path, study: Study, about: About) -> None:
         What was computed.
     about : About
         How it was asked for.
+    kinds : iterable of str, optional
+        Formats of the figures.
 
     Raises
     ------
@@ -57,8 +59,7 @@ def write(out: Path, study: Study, about: About) -> None:
             )
         pictures = []
         for drawn in figures.draw(study):
-            data = style.png(drawn.figure)
-            (place / f"{drawn.name}.png").write_bytes(data)
+            data = drawings.save(drawn.figure, place, drawn.name, kinds)
             pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
         (place / PAGE).write_text(page(study, about, pictures, str(out)), encoding="utf-8")
 

@@ -16,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from macromicro.drawing import files
 from macromicro.errors import InputError
 from macromicro.recording import check_space
 from macromicro.schema.text import printable
@@ -24,7 +25,7 @@ RECORDING = "recording.h5"
 SUMMARY = "summary.json"
 PAGE = "report.html"
 FIGURES = ("response", "tracking", "vibration", "micro", "efforts", "temperatures", "cycles")
-FILES = (RECORDING, SUMMARY, PAGE, *(f"{name}.png" for name in FIGURES))
+FILES = (RECORDING, SUMMARY, PAGE, *files.names(FIGURES))
 # Summary, page and figures together stay well below this.
 REPORT_BYTES = 4_000_000
 

@@ -16,6 +16,7 @@ from macromicro.design.response import MoveResult, moves
 from macromicro.design.served import timetable
 from macromicro.design.tracking import Tracking, followed, tracking
 from macromicro.design.vibration import Vibration, vibration
+from macromicro.drawing import files
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, Programme
@@ -57,6 +58,8 @@ class Request(NamedTuple):
         Whether files may be replaced.
     rig : str
         The twin, or replay:FILE for its sensors.
+    figures : tuple[str, ...]
+        Formats of the figures.
     """
 
     programme: str | None = None
@@ -67,6 +70,7 @@ class Request(NamedTuple):
     seed: int = 0
     overwrite: bool = False
     rig: str = TWIN
+    figures: tuple[str, ...] = files.DEFAULT
 
 
 class Job(NamedTuple):

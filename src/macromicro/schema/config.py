@@ -9,7 +9,7 @@ annotated with a `Par`. Tables of the file are sets of the tree, keys are parame
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -48,15 +48,41 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
     """
     path = Path(path)
     file = printable(path, 300)
+    table = read_toml(path, WHAT)
+    if not leaves(table, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
+        raise InputError(file, "sets nothing", f"one parameter or more ({_LIST})")
+    return overridden(tree, table, file)
+
+
+def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
+    """A tree with the values of a table, and with what derives from them.
+
+    Parameters
+    ----------
+    tree : Tree
+        A set of parameters.
+    table : Mapping[str, object]
+        By path, dotted or nested, as a settings file has it: text with a unit, or plain values.
+    where : str
+        The file, or what else the table is, for messages.
+
+    Returns
+    -------
+    Tree
+        A copy of `tree`.
+
+    Raises
+    ------
+    InputError
+        As `load_overrides` says.
+    """
     known = {entry.path: entry for entry in entries(tree)}
     changes = {
-        key: known[key].read(value, f"{file}, {key}")
-        for key, value in leaves(read_toml(path, WHAT), known, f"{file}, ", _LIST).items()
+        key: known[key].read(value, f"{where}, {key}")
+        for key, value in leaves(dict(table), known, f"{where}, ", _LIST).items()
     }
-    if not changes:
-        raise InputError(file, "sets nothing", f"one parameter or more ({_LIST})")
     tree = changed(tree, changes)
-    check(tree, file)
+    check(tree, where)
     return tree
 
 

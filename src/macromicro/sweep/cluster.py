@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import urlsplit
 
 from macromicro.errors import InputError
+from macromicro.extras import remedy
 from macromicro.schema.text import printable
 from macromicro.sweep import journal
-from macromicro.sweep.extras import remedy
 from macromicro.sweep.folder import locked, next_number
 from macromicro.sweep.origin import Code, running
 from macromicro.sweep.todo import Chunk, Todo

@@ -14,8 +14,8 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.extras import remedy
 from macromicro.sweep import journal
-from macromicro.sweep.extras import remedy
 from macromicro.sweep.journal import Block, joined
 from macromicro.sweep.origin import Code
 from macromicro.sweep.sampling import Sampler

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from macromicro.drawing.exhibit import Drawn
+from macromicro.drawing.files import DEFAULT
 from macromicro.errors import InputError
 from macromicro.settings import Settings
 from macromicro.thesis.claims import Claim
@@ -30,11 +31,12 @@ class Needs(Protocol):
 
 class Lab(NamedTuple):
     """Where procedures run: the virtual benches of `settings`, noise from `seed`; or `rigs`, if
-    there are any, and then nothing virtual."""
+    there are any, and then nothing virtual. `figures`: formats of the files of their figures."""
 
     settings: Settings = Settings()
     seed: int = 0
     rigs: tuple[Fixture, ...] = ()
+    figures: tuple[str, ...] = DEFAULT
 
     def bench(self) -> Machine:
         """The two-stage bench."""

@@ -50,7 +50,7 @@ def run_one(procedure: Procedure, lab: Lab) -> Result:
         claims = procedure.claims(data)
     except Exception as error:
         return failed(procedure, _said(error), traceback.format_exc(), began)
-    done = _drawn(procedure, data)
+    done = _drawn(procedure, data, lab.figures)
     return Result(
         procedure.name,
         claims,
@@ -82,14 +82,14 @@ class _Drawing:
             self.missed(number, error)
 
 
-def _drawn(procedure: Procedure, data: Any) -> _Drawing:
+def _drawn(procedure: Procedure, data: Any, kinds: tuple[str, ...]) -> _Drawing:
     """All exhibits of a procedure that can be drawn. Figures come from one generator in the
     declared order: when it raises, it is at the next one, and those behind it are lost."""
     done = _Drawing()
     left = list(procedure.figures) or [procedure.name]
     try:
         for drawn in procedure.draw(data):
-            done.keep(drawn.number, partial(rendered, drawn))
+            done.keep(drawn.number, partial(rendered, drawn, kinds))
             left = left[1:] or [drawn.number]
     except Exception as error:
         done.missed(left[0], error)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import macromicro
+from macromicro.drawing import files as drawings
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.text import plain, printable
@@ -15,7 +17,7 @@ from macromicro.tuning import pictures, tables
 from macromicro.tuning.tune import Plan, Tuning
 
 SETTINGS, NUMBERS = "tuned.toml", "tuning.json"
-FILES = (SETTINGS, NUMBERS, pictures.RESPONSE, pictures.BODE)
+FILES = (SETTINGS, NUMBERS, *drawings.names((pictures.RESPONSE, pictures.BODE)))
 _BYTES = 2_000_000
 
 
@@ -37,7 +39,7 @@ def check(out: Path, *, overwrite: bool) -> None:
     folder.check(out, _BYTES, overwrite=overwrite, names=FILES)
 
 
-def write(out: Path, found: Tuning) -> None:
+def write(out: Path, found: Tuning, kinds: Iterable[str] = drawings.DEFAULT) -> None:
     """Write all files, or none.
 
     Parameters
@@ -46,12 +48,14 @@ def write(out: Path, found: Tuning) -> None:
         The folder.
     found : Tuning
         What was found.
+    kinds : iterable of str, optional
+        Formats of the figures.
     """
     with folder.staged(out, remove=FILES) as place:
         (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
         (place / NUMBERS).write_text(as_json(found), encoding="utf-8")
-        for name, data in pictures.drawn(found):
-            (place / name).write_bytes(data)
+        for name, figure in pictures.drawn(found):
+            drawings.save(figure, place, name, kinds)
 
 
 def as_toml(found: Tuning) -> str:

@@ -5,25 +5,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.design.margins import Complex, crossovers, frequencies, responses
 from macromicro.design.response import smoothed
-from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new, png
+from macromicro.drawing.style import BLACK, BLUE, GREEN, RED, finish, line, new
 from macromicro.models.macro import Linear
 from macromicro.recording import Recording
 from macromicro.runs.sequence import MEAN
 from macromicro.tuning import loops, measuring
 from macromicro.tuning.tune import Tuning
 
-RESPONSE, BODE = "response.png", "bode.png"
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RESPONSE, BODE = "response", "bode"
 _COLOURS = ((BLUE, "before", "-"), (RED, "after", "--"))
 
 
-def drawn(found: Tuning) -> Iterator[tuple[str, bytes]]:
+def drawn(found: Tuning) -> Iterator[tuple[str, Figure]]:
     """Draw the figures of a tuning.
 
     Parameters
@@ -34,9 +37,9 @@ def drawn(found: Tuning) -> Iterator[tuple[str, bytes]]:
     Yields
     ------
     name : str
-        Of the file.
-    data : bytes
-        Of the PNG.
+        Of the file, without suffix.
+    figure : Figure
+        Belongs to no window.
     """
     if found.plan.request.stage == "macro":
         yield RESPONSE, _macro(found)
@@ -45,7 +48,7 @@ def drawn(found: Tuning) -> Iterator[tuple[str, bytes]]:
         yield RESPONSE, _micro(found)
 
 
-def _macro(found: Tuning) -> bytes:
+def _macro(found: Tuning) -> Figure:
     figure, axes = new(6.6, 3)
     runs = [shown.recording for shown in found.bench]
     until = _calm(runs)
@@ -64,7 +67,7 @@ def _macro(found: Tuning) -> bytes:
     finish(axes[0, 0], "(a) Step of the macro-stage on the bench", "", "[counts]", legend=True)
     finish(axes[1, 0], "(b) Error, close to the target", "", "[counts]", legend=True)
     finish(axes[2, 0], "(c) Effort at the D/A board, limited", y="[V]")
-    return png(figure)
+    return figure
 
 
 def _calm(runs: list[Recording]) -> float:
@@ -76,7 +79,7 @@ def _calm(runs: list[Recording]) -> float:
     return min(max(1.5 * last, 0.2), float(runs[0]["t"][-1]))
 
 
-def _micro(found: Tuning) -> bytes:
+def _micro(found: Tuning) -> Figure:
     figure, axes = new(6.6, 3)
     for k, (colour, name, style) in enumerate(_COLOURS):
         run = found.bench[k].recording
@@ -95,10 +98,10 @@ def _micro(found: Tuning) -> bytes:
     finish(axes[0, 0], "(a) Steps of the micro-stage on the bench, laser", "", "[mm]", legend=True)
     finish(axes[1, 0], "(b) Error by the laser, close to the target", "", "[um]", legend=True)
     finish(axes[2, 0], "(c) Effort CTRL", y="[V]")
-    return png(figure)
+    return figure
 
 
-def _bode(found: Tuning) -> bytes:
+def _bode(found: Tuning) -> Figure:
     figure, axes = new(5.6, 2, sharex=True)
     dt = Linear().dt
     w = frequencies(dt, 600)
@@ -135,7 +138,7 @@ def _bode(found: Tuning) -> bytes:
         "frequency [rad/s]",
         "[deg]",
     )
-    return png(figure)
+    return figure
 
 
 def _mark(axes: Any, frequency: float, margin: float, colour: str, row: int) -> None:

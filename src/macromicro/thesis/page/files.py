@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from macromicro.drawing.exhibit import PNG, SVG, TABLE, Exhibit, Grid
+from macromicro.drawing.exhibit import Exhibit, Grid
+from macromicro.drawing.files import FORMATS, SVG
 from macromicro.runs import folder
 from macromicro.thesis.page.placing import Anchors
 from macromicro.thesis.page.reproduction import About, page
@@ -19,7 +20,7 @@ from macromicro.thesis.reproduce import Result, as_rows
 PAGE, JSON, CSV = "reproduction.html", "claims.json", "claims.csv"
 FIGURES = "figures"
 FILES = (PAGE, JSON, CSV)
-_ENDINGS = {PNG: "png", SVG: "svg", TABLE: "csv"}
+_SUFFIXES = ("csv", *FORMATS)
 _COLUMNS = ("id", "section", "claim", "printed", "measured", "unit", "verdict", "reason", "kind")
 
 
@@ -38,8 +39,9 @@ def write(
         (place / FIGURES).mkdir()
         names = Anchors()
         for exhibit in (e for result in results for e in result.exhibits):
-            name = f"{names.take(exhibit.name)}.{_ENDINGS[exhibit.kind]}"
-            (place / FIGURES / name).write_bytes(_content(exhibit))
+            name = names.take(exhibit.name)
+            for suffix, content in _contents(exhibit).items():
+                (place / FIGURES / f"{name}.{suffix}").write_bytes(content)
     return out / PAGE
 
 
@@ -68,11 +70,12 @@ def _csv(rows: Sequence[Sequence[str]]) -> str:
     return text.getvalue()
 
 
-def _content(exhibit: Exhibit) -> bytes:
+def _contents(exhibit: Exhibit) -> dict[str, bytes]:
+    """Its files, by suffix."""
     data = exhibit.data
     if isinstance(data, Grid):
-        return _csv([data.headings, *data.rows]).encode()
-    return data.encode() if isinstance(data, str) else data
+        return {"csv": _csv([data.headings, *data.rows]).encode()}
+    return {SVG: data.encode()} if isinstance(data, str) else exhibit.files
 
 
 def _earlier(out: Path) -> list[str]:
@@ -81,5 +84,5 @@ def _earlier(out: Path) -> list[str]:
         f"{FIGURES}/{path.name}"
         for stem in ("figure-*", "table-*", "equation-*")
         for path in sorted((out / FIGURES).glob(stem))
-        if path.suffix[1:] in _ENDINGS.values()
+        if path.suffix[1:] in _SUFFIXES
     ]

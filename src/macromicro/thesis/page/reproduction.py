@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from macromicro.drawing.exhibit import PNG, SVG, Exhibit
+from macromicro.drawing.exhibit import Exhibit
+from macromicro.drawing.files import PNG, SVG
 from macromicro.drawing.page import filled
 from macromicro.report.provenance import software
 from macromicro.schema import config

@@ -1,4 +1,4 @@
-"""What to do where a package that only sweeps need is missing."""
+"""What to do where a package that only some users need is missing."""
 
 from __future__ import annotations
 

@@ -1,0 +1,299 @@
+"""Recordings beside each other: what they share, where they part, how their moves differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import macromicro
+from macromicro import traces
+from macromicro.arrays import Array
+from macromicro.design.response import MoveResult
+from macromicro.errors import InputError
+from macromicro.recording import Recording
+from macromicro.recording_format import TIME
+from macromicro.runs import folder, judging
+from macromicro.schema.text import printable
+
+QUANTITIES = ("settling_s", "final_error", "overshoot")
+_ACCEPTED = "a recording (.h5) or the folder of a run"
+
+
+class Side(NamedTuple):
+    """One of the recordings.
+
+    Attributes
+    ----------
+    name : str
+        As it is called in tables and figures.
+    path : Path
+        Its file.
+    recording : Recording
+        What is in it.
+    moves : list[MoveResult]
+        As `macromicro.moves` gives them; none where it has no moves.
+    """
+
+    name: str
+    path: Path
+    recording: Recording
+    moves: list[MoveResult]
+
+
+class Move(NamedTuple):
+    """A move of the first recording, and the same move of the others.
+
+    Attributes
+    ----------
+    move : int
+        Its place in the programme, from 0.
+    stage, unit : str
+        As of a `MoveResult`.
+    target : float
+        In `unit`.
+    results : tuple[MoveResult | None, ...]
+        One for each recording; None for one in which this is another move, or none.
+    """
+
+    move: int
+    stage: str
+    unit: str
+    target: float
+    results: tuple[MoveResult | None, ...]
+
+    def difference(self, quantity: str, side: int) -> float | None:
+        """By how much a recording differs from the first.
+
+        Parameters
+        ----------
+        quantity : str
+            One of `QUANTITIES`.
+        side : int
+            Which recording.
+
+        Returns
+        -------
+        float | None
+            In s or `unit`; None where one of them has no number.
+        """
+        old, new = (None if r is None else getattr(r, quantity) for r in self._pair(side))
+        return None if old is None or new is None else float(new - old)
+
+    def _pair(self, side: int) -> tuple[MoveResult | None, MoveResult | None]:
+        return self.results[0], self.results[side]
+
+
+class Parting(NamedTuple):
+    """How the columns of a recording differ from the first's, row by row.
+
+    Attributes
+    ----------
+    rows : int
+        That both have.
+    t : float | None
+        Of the first row in which a shared column differs, s; None if none does.
+    columns : tuple[str, ...]
+        Those that differ in that row.
+    rms, largest : dict[str, float]
+        By column, in its unit, over the rows in which both are numbers; NaN if there are none.
+    """
+
+    rows: int
+    t: float | None
+    columns: tuple[str, ...]
+    rms: dict[str, float]
+    largest: dict[str, float]
+
+
+class Comparison(NamedTuple):
+    """Recordings beside each other.
+
+    Attributes
+    ----------
+    sides : tuple[Side, ...]
+        The recordings; all are compared with the first.
+    columns : tuple[str, ...]
+        What all have, in the same unit, `t` aside.
+    moves : tuple[Move, ...]
+        Those of the first.
+    partings : tuple[Parting, ...]
+        One for each recording but the first.
+    """
+
+    sides: tuple[Side, ...]
+    columns: tuple[str, ...]
+    moves: tuple[Move, ...]
+    partings: tuple[Parting, ...]
+
+
+def load(places: Sequence[Path]) -> tuple[Side, ...]:
+    """Read recordings that can be compared.
+
+    Parameters
+    ----------
+    places : Sequence[Path]
+        Recordings, or folders of runs.
+
+    Returns
+    -------
+    tuple[Side, ...]
+        In that order, each with a name of its own.
+
+    Raises
+    ------
+    InputError
+        Fewer than two, a file that is no recording, a folder without one, one without rows, another
+        period than the first's, or no column that all share.
+    """
+    if len(places) < 2:
+        found = printable(places[0], 300) if places else "nothing"
+        raise InputError("compare", found, f"two or more, each {_ACCEPTED}")
+    files = [_file(place) for place in places]
+    recordings = [Recording.load(file) for file in files]
+    first = recordings[0]
+    for place, one in zip(places, recordings, strict=True):
+        where = printable(place, 300)
+        if not len(one):
+            raise InputError(where, "no rows", "a recording with rows")
+        if not math.isclose(one.dt, first.dt, rel_tol=1e-9):
+            accepted = f"{first.dt:g} s, as of {printable(places[0], 300)}: one period in all"
+            raise InputError(f"{where}, period", f"{one.dt:g} s", accepted)
+    if not traces.common(recordings):
+        own = ", ".join(c.name for c in first.columns if c.name != TIME)
+        accepted = f"recordings that share one or more of {own}, in the same units"
+        raise InputError("compare", "no shared columns", accepted)
+    names = _names(places)
+    moves = [judging.moves(r) if judging.has_moves(r) else [] for r in recordings]
+    return tuple(map(Side, names, files, recordings, moves))
+
+
+def _file(place: Path) -> Path:
+    if not place.is_dir():
+        return place
+    file = place / folder.RECORDING
+    if not file.exists():
+        raise InputError(printable(place, 300), f"a folder without {folder.RECORDING}", _ACCEPTED)
+    return file
+
+
+def _names(places: Sequence[Path]) -> list[str]:
+    """What parts the paths: "slow" and "quick" of results/slow and results/quick; all of a path
+    where names agree, and a number where paths do.
+    """
+    short = [p.parent.name if p.name == folder.RECORDING else p.stem for p in places]
+    names = short if len(set(short)) == len(short) and all(short) else [str(p) for p in places]
+    return [
+        f"{name} ({names[: k + 1].count(name)})" if names[:k].count(name) else name
+        for k, name in enumerate(names)
+    ]
+
+
+def compare(sides: Sequence[Side]) -> Comparison:
+    """Compare recordings with the first of them.
+
+    Parameters
+    ----------
+    sides : Sequence[Side]
+        From `load`.
+
+    Returns
+    -------
+    Comparison
+        Moves and columns.
+    """
+    columns = tuple(traces.common([side.recording for side in sides]))
+    moves = tuple(_matched(move, sides) for move in sides[0].moves)
+    partings = tuple(_parting(sides[0].recording, s.recording, columns) for s in sides[1:])
+    return Comparison(tuple(sides), columns, moves, partings)
+
+
+def _matched(move: MoveResult, sides: Sequence[Side]) -> Move:
+    results = []
+    for side in sides:
+        same = next((m for m in side.moves if m.move == move.move), None)
+        if same is not None and (
+            same.stage != move.stage
+            or not math.isclose(same.target, move.target, rel_tol=1e-9, abs_tol=1e-9)
+        ):
+            same = None
+        results.append(same)
+    return Move(move.move, move.stage, move.unit, move.target, tuple(results))
+
+
+def _parting(first: Recording, other: Recording, columns: Sequence[str]) -> Parting:
+    rows = min(len(first), len(other))
+    parted: dict[str, int] = {}
+    rms, largest = {}, {}
+    for name in columns:
+        a, b = (np.asarray(r[name][:rows], float) for r in (first, other))
+        apart: Array = np.abs(b - a)
+        differs = np.flatnonzero((a != b) & ~(np.isnan(a) & np.isnan(b)))
+        if len(differs):
+            parted[name] = int(differs[0])
+        known = apart[np.isfinite(apart)]
+        rms[name] = float(np.sqrt(np.mean(known * known))) if len(known) else math.nan
+        largest[name] = float(known.max()) if len(known) else math.nan
+    row = min(parted.values(), default=None)
+    t = None if row is None else round(float(first[TIME][row]), 9)
+    return Parting(rows, t, tuple(n for n, k in parted.items() if k == row), rms, largest)
+
+
+def content(found: Comparison) -> dict[str, Any]:
+    """The content of compare.json.
+
+    Parameters
+    ----------
+    found : Comparison
+        The comparison.
+
+    Returns
+    -------
+    dict[str, Any]
+        Quantities with their unit in or beside the key; lists have one item for each recording,
+        differences one for each but the first.
+    """
+    first = found.sides[0].recording
+    return {
+        "version": macromicro.__version__,
+        "recordings": [
+            {
+                "name": s.name,
+                "file": str(s.path),
+                "programme": s.recording.attributes.get("programme"),
+                "seed": s.recording.attributes.get("seed"),
+                "rows": len(s.recording),
+                "duration_s": round(len(s.recording) * s.recording.dt, 9),
+                "moves": len(s.moves),
+            }
+            for s in found.sides
+        ],
+        "period_s": first.dt,
+        "columns": {
+            name: {
+                "unit": first.unit(name),
+                "rms_difference": [p.rms[name] for p in found.partings],
+                "largest_difference": [p.largest[name] for p in found.partings],
+            }
+            for name in found.columns
+        },
+        "first_difference": [
+            {"rows": p.rows, "t_s": p.t, "columns": p.columns} for p in found.partings
+        ],
+        "moves": [_told(move) for move in found.moves],
+    }
+
+
+def _told(move: Move) -> dict[str, Any]:
+    told: dict[str, Any] = {
+        "move": move.move, "stage": move.stage, "target": move.target, "unit": move.unit,
+    }  # fmt: skip
+    for quantity in QUANTITIES:
+        told[quantity] = [None if r is None else getattr(r, quantity) for r in move.results]
+        told[f"{quantity}_difference"] = [
+            move.difference(quantity, k) for k in range(1, len(move.results))
+        ]
+    return told

@@ -1,0 +1,113 @@
+"""A tree of parameters from Python: a value by its path, changes with units, what is changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from macromicro.errors import InputError
+from macromicro.schema import config
+from macromicro.schema.keys import nearest
+from macromicro.schema.par import entries, value_at
+from macromicro.schema.text import printable
+
+Tree = TypeVar("Tree")
+
+_WHERE = "settings"
+_SHOWN = 8  # changes that a line tells
+
+
+def at(tree: Any, path: str) -> Any:
+    """The value at a dotted path that a user wrote.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    path : str
+        Of a parameter or a set.
+
+    Returns
+    -------
+    Any
+        In the stored unit.
+
+    Raises
+    ------
+    InputError
+        There is nothing at that path; names the nearest.
+    """
+    paths = [e.path for e in entries(tree)]
+    sets = {p[:k] for p in paths for k, c in enumerate(p) if c == "."}
+    if path not in sets and path not in paths:
+        accepted = nearest(path, (*paths, *sorted(sets)), " (`macromicro config show` lists all)")
+        raise InputError(f"{_WHERE}, {printable(path) or 'path'}", "unknown key", accepted)
+    return value_at(tree, path)
+
+
+def changed(tree: Tree, changes: str | Mapping[str, object], value: object = None) -> Tree:
+    """A tree with other values, as a settings file would give them.
+
+    Parameters
+    ----------
+    tree : Tree
+        A set of parameters.
+    changes : str | Mapping[str, object]
+        A path, or several with their values.
+    value : object, optional
+        Of the one path.
+
+    Returns
+    -------
+    Tree
+        A copy, with what follows from the changes.
+
+    Raises
+    ------
+    InputError
+        As `config.load_overrides`; or a path without a value, or a mapping beside one.
+    """
+    if isinstance(changes, str):
+        if value is None:
+            raise InputError(f"{_WHERE}, {printable(changes)}", "no value", "a path and its value")
+        changes = {changes: value}
+    elif not isinstance(changes, Mapping) or value is not None:
+        found = "a value beside a mapping" if isinstance(changes, Mapping) else printable(changes)
+        raise InputError(_WHERE, found, "a path and its value, or a mapping of paths to values")
+    return config.overridden(tree, _plain(changes), _WHERE)
+
+
+def _plain(value: Any) -> Any:
+    """What Python may hold as what TOML holds: arrays and tuples are lists, keys are text."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):  # of numpy
+        value = value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def told(tree: Any, default: Any) -> str:
+    """What a tree sets otherwise than another, on a line.
+
+    Parameters
+    ----------
+    tree : Any
+        A set of parameters.
+    default : Any
+        Another of the same type.
+
+    Returns
+    -------
+    str
+        Paths and values with units, each with its default.
+    """
+    known = {e.path: e for e in entries(default)}
+    differs = config.difference(tree, default)
+    words = [
+        f"{e.path} = {e.par.spoken(e.value)} (default {e.par.spoken(known[e.path].value)})"
+        for e in entries(tree)
+        if e.path in differs
+    ]
+    if len(words) > _SHOWN:
+        words[_SHOWN:] = [f"{len(words) - _SHOWN} more"]
+    return "; ".join(words) or "the defaults"

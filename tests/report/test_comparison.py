@@ -1,0 +1,89 @@
+"""Recordings beside each other: which moves are the same, where columns part."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from macromicro.columns import Column
+from macromicro.design.response import MoveResult
+from macromicro.recording import Recording
+from macromicro.report import comparison, comparison_files, comparison_words
+from macromicro.report.comparison import Side
+
+COLUMNS = (Column("t", "s", ""), Column("laser", "um", ""), Column("fan", "1", "", "i1"))
+
+
+def recording(laser: list[float]) -> Recording:
+    rows = len(laser)
+    return Recording.from_arrays(COLUMNS, [1e-3 * np.arange(rows), laser, [1] * rows], 1e-3, {})
+
+
+def move(k: int, settling: float | None = 0.5, **other: object) -> MoveResult:
+    return MoveResult(
+        k, "micro", 1000.0, "um", 1.0 * k, settling, settling, 10.0, 1.0, 0.5, None, None, None,
+        None, True,
+    )._replace(**other)  # fmt: skip
+
+
+def found(*moves: list[MoveResult], laser: list[list[float]] | None = None) -> object:
+    lasers = laser or [[0.0, 1.0]] * len(moves)
+    sides = [Side(chr(97 + k), Path("x"), recording(lasers[k]), its) for k, its in enumerate(moves)]
+    return comparison.compare(sides)
+
+
+def test_columns_part_where_they_first_differ() -> None:
+    """NaN in both is no difference; NaN in one is."""
+    nan = math.nan
+    done = found([], [], [], laser=[[0.0, nan, 2.0, 3.0], [0.0, nan, 2.5, nan], [0.0, nan, 2.0]])
+    first, second = done.partings
+    assert (first.rows, first.t, first.columns) == (4, 0.002, ("laser",))
+    assert first.largest["laser"] == 0.5 and first.rms["laser"] == pytest.approx(0.5 / math.sqrt(2))
+    assert (second.rows, second.t, second.columns) == (3, None, ())
+    texts = dict(comparison_words.remarks(done))
+    assert texts["c"] == "equal to a in all 2 shared columns, bit for bit; it is 0.001 s shorter"
+
+
+def test_other_moves_are_not_compared() -> None:
+    """Of another stage or target, or none at all."""
+    mine = [move(0), move(1), move(2)]
+    other = [move(0, 0.6), move(1, target=900.0)]
+    done = found(mine, other, laser=[[0.0, 1.0], [0.0, 2.0]])
+    assert done.moves[0].difference("settling_s", 1) == pytest.approx(0.1)
+    assert [m.results[1] is None for m in done.moves] == [False, True, True]
+    lines = comparison_words.table(done)
+    assert lines[0][3:5] == ("0.500 s", "+0.100") and lines[1][4] == "other move"
+    texts = [text for _, text in comparison_words.remarks(done)]
+    assert "2 of 3 moves are other ones here, or none" in texts
+
+
+def test_a_move_that_never_settles_is_said() -> None:
+    done = found([move(0, None), move(1)], [move(0, 0.6), move(1, None)])
+    lines = comparison_words.table(done)
+    assert lines[0][3:5] == ("never", "now 0.600 s") and lines[1][3:5] == ("0.500 s", "never")
+
+
+def test_errors_are_compared_by_their_size() -> None:
+    """From -3 to +1 um is 2 um less, whatever the sign."""
+    pair = [[move(0, final_error=-3.0)], [move(0, final_error=1.0)]]
+    done = found(*pair, laser=[[0.0, 1.0], [0.0, 2.0]])
+    assert done.moves[0].difference("final_error", 1) == 4.0
+    assert "size of the final error -2.0 um" in comparison_words.remarks(done)[1][1]
+
+
+def test_columns_that_never_change_are_not_drawn() -> None:
+    """Nor is the figure of moves, where there are none."""
+    constant = [name for name, _ in comparison_files.draw(found([], []))]
+    assert constant == ["overlay"]
+    assert "moves" in [name for name, _ in comparison_files.draw(found([move(0)], [move(0)]))]
+
+
+def test_names_are_all_different() -> None:
+    """The folders' or files'; the whole paths where those agree."""
+    names = comparison._names
+    assert names([Path("r/a"), Path("r/b/recording.h5"), Path("c.h5")]) == ["a", "b", "c"]
+    assert names([Path("r/a"), Path("s/a")]) == ["r/a", "s/a"]
+    assert names([Path("r/a")] * 2) == ["r/a", "r/a (2)"]

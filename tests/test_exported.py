@@ -1,0 +1,82 @@
+"""A recording as a table of pandas, and in words."""
+
+from __future__ import annotations
+
+import builtins
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from macromicro.columns import Column
+from macromicro.errors import MacromicroError
+from macromicro.recording import Recording
+
+COLUMNS = (
+    Column("t", "s", "time"),
+    Column("hall_voltage", "V", "Hall sensor"),
+    Column("phase", "1", "phase", "i1"),
+)
+
+
+def made(**attributes: str | int | float) -> Recording:
+    t = 0.5 * np.arange(4)
+    return Recording.from_arrays(COLUMNS, [t, t / 8.0, [0, 1, 2, 2]], 0.5, attributes)
+
+
+def test_a_dataframe_has_time_as_index_and_units_beside() -> None:
+    pytest.importorskip("pandas")
+    table = made(seed=7).to_dataframe()
+    assert table.index.name == "t" and table.index.tolist() == [0.0, 0.5, 1.0, 1.5]
+    assert list(table.columns) == ["hall_voltage", "phase"]
+    assert table["hall_voltage"].loc[1.0] == 0.125
+    assert table["phase"].dtype == np.int8
+    assert table.attrs["units"] == {"t": "s", "hall_voltage": "V", "phase": "1"}
+    assert table.attrs["meanings"]["hall_voltage"] == "Hall sensor"
+    assert table.attrs["seed"] == 7 and table.attrs["sample_time_s"] == 0.5
+
+
+def test_a_dataframe_of_a_file(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    made(seed=7).save(tmp_path / "a.h5")
+    loaded = Recording.load(tmp_path / "a.h5").to_dataframe()
+    pandas.testing.assert_frame_equal(loaded, made(seed=7).to_dataframe())
+
+
+@pytest.mark.parametrize("package", ["pandas", "xarray"])
+def test_without_the_package_the_remedy_is_said(
+    package: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = builtins.__import__
+
+    def absent(name: str, *rest: Any, **named: Any) -> Any:
+        if name == package:
+            raise ImportError(name)
+        return real(name, *rest, **named)
+
+    run = made()
+    monkeypatch.setattr(builtins, "__import__", absent)
+    words = rf"{package} is not installed.*pip install 'macromicro\[{package}\]'.*checkout"
+    with pytest.raises(MacromicroError, match=words):
+        run.to_dataframe() if package == "pandas" else run.to_xarray()
+
+
+def test_shown_are_rows_duration_origin_and_columns(tmp_path: Path) -> None:
+    run = made(programme="Ramp", seed=7)
+    assert repr(run) == (
+        "<Recording: 4 rows, 2 s at 2 Hz; Ramp, seed 7\n  t [s], hall_voltage [V], phase [1]>"
+    )
+    assert repr(made()).startswith("<Recording: 4 rows, 2 s at 2 Hz\n")
+    assert "ended early" in repr(made(finished=0)) and "early" not in repr(made(finished=1))
+    run.save(tmp_path / "a.h5")
+    loaded = Recording.load(tmp_path / "a.h5")
+    assert str(tmp_path / "a.h5") in repr(loaded)
+    assert not loaded._arrays  # nothing was read for it
+
+
+def test_many_columns_are_wrapped_and_keep_their_units() -> None:
+    columns = [Column("t", "s", ""), *(Column(f"signal_{k}", "mm/s", "") for k in range(30))]
+    text = repr(Recording.from_arrays(columns, np.zeros((31, 1)), 1e-3, {}))
+    assert text.startswith("<Recording: 1 row, ") and max(map(len, text.splitlines())) <= 100
+    assert all(f"signal_{k} [mm/s]" in text for k in range(30))
