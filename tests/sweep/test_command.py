@@ -40,7 +40,8 @@ def test_an_example_gives_what_the_job_gives(
     said = capsys.readouterr()
     spec = load(example, batch.job)[0]
     assert f"computed: {spec.variants} of {spec.variants} variants" in said.out
-    assert said.out.splitlines()[-1] == f"results: {out}/results.parquet"
+    last = [f"results: {out}/results.parquet", f"figure: {out}/sweep.png"]
+    assert said.out.splitlines()[-2:] == last
     assert said.err.startswith(f"{spec.job}: {spec.variants} variants, 0 finished before")
     table = pq.read_table(out / "results.parquet")
     assert table.num_rows == spec.variants
@@ -49,6 +50,11 @@ def test_an_example_gives_what_the_job_gives(
     expected = job.evaluate(Sampler(spec).variants(first, 20), first)[:, list(spec.columns)]
     for k, name in enumerate(spec.metrics):
         assert np.array_equal(table[name].to_numpy()[first:], expected[:, k], equal_nan=True), name
+    assert called(monkeypatch, "--show", out, "--figures", "svg,pdf") == 0
+    assert {p.name for p in out.glob("sweep.[!jt]*")} == {"sweep.svg", "sweep.pdf"}
+    assert capsys.readouterr().out.splitlines() == [
+        f"figure: {out}/sweep.{k}" for k in ("svg", "pdf")
+    ]
     assert called(monkeypatch, example, "--out", out) == 2
     assert "exists already" in capsys.readouterr().err
     assert called(monkeypatch, example, "--out", out, "--resume") == 0
@@ -72,6 +78,9 @@ def test_the_jobs_and_a_job_s_parameters(
     "words, found",
     [
         ((), "no spec"),
+        (("--show",), "no spec"),
+        (("--show", "nowhere"), "nowhere/results.parquet: 'no such file'"),
+        (("--show", "nowhere", "--figures", "gif"), "--figures: 'gif'"),
         (("none.toml",), "no such file"),
         (("rocket", "--list"), "rocket"),
         (("none.toml", "--workers", "0"), "--workers: 0"),

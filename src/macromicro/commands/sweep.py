@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands.group import PNG, Figures
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -20,7 +22,8 @@ def sweep(
         str | None,
         typer.Argument(
             metavar="SPEC.toml",
-            help="What to vary (docs/sweep.md); with --list, the name of a job.",
+            help="What to vary (docs/sweep.md); with --list, the name of a job; with --show, a "
+            "folder of results.",
             show_default=False,
         ),
     ] = None,
@@ -45,6 +48,10 @@ def sweep(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the sweep in that folder.")
     ] = False,
+    figures: Figures = PNG,
+    show: Annotated[
+        bool, typer.Option("--show", help="Draw the figure of a finished sweep anew.")
+    ] = False,
     listed: Annotated[
         bool, typer.Option("--list", help="List the jobs, or a job's parameters and metrics.")
     ] = False,
@@ -56,21 +63,27 @@ def sweep(
     if listed:
         _list(spec)
         return
+    from macromicro.drawing.files import formats
     from macromicro.errors import InputError
     from macromicro.sweep.run import Request
 
     if spec is None:
-        raise InputError("sweep", "no spec", "a file, macromicro sweep SPEC.toml, or --list")
+        accepted = "a file, macromicro sweep SPEC.toml; --list; or --show with a folder"
+        raise InputError("sweep", "no spec", accepted)
+    kinds = formats(figures)
+    if show:
+        _draw(Path(spec), kinds)
+        return
     request = Request(Path(spec), out, workers, scheduler, resume, overwrite)
     with Signals() as signals:
         try:
-            _sweep(request, signals)
+            _sweep(request, signals, kinds)
         except KeyboardInterrupt:  # a second signal
             print("macromicro: interrupted", file=sys.stderr)
             raise typer.Exit(signals.status) from None
 
 
-def _sweep(request: Request, signals: Signals) -> None:
+def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software
     from macromicro.sweep import run
@@ -86,6 +99,7 @@ def _sweep(request: Request, signals: Signals) -> None:
         _interrupted(request, ready, outcome)
         raise typer.Exit(signals.status or 1)
     _show(ready, outcome)
+    _draw(ready.out, kinds)
     if constant(outcome.written):
         paths = ", ".join(axis.path for axis in ready.task.spec.axes)
         print(
@@ -95,6 +109,13 @@ def _sweep(request: Request, signals: Signals) -> None:
     if outcome.written.impossible == outcome.written.rows:
         print("macromicro: every variant is impossible", file=sys.stderr)
         raise typer.Exit(signals.status or 1)
+
+
+def _draw(folder: Path, kinds: Sequence[str]) -> None:
+    from macromicro.sweep import figures
+
+    for path in figures.save(folder, kinds):
+        print(f"figure: {path}")
 
 
 def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:

@@ -4,6 +4,7 @@ sweep.toml       the spec, as it was given
 sweep.json       what was swept, with which version, and how it went
 journal/         finished blocks, one file per worker; gone when the results are complete
 results.parquet  the results, once all variants are finished
+sweep.png        their figure; or as SVG or PDF
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from macromicro.drawing import files
 from macromicro.errors import InputError
 from macromicro.runs.folder import ACCEPTED, holder
 from macromicro.schema.text import printable
@@ -32,7 +34,8 @@ SUMMARY = "sweep.json"
 JOURNAL = "journal"
 RESULTS = "results.parquet"
 _PATIENCE = 10.0  # s for the workers of a killed run to notice that it is gone
-_OWN = (SPEC, SUMMARY, RESULTS)
+FIGURES = files.names(["sweep"])
+_OWN = (SPEC, SUMMARY, RESULTS, *FIGURES)
 _ROW = 8  # bytes of a number
 
 
@@ -94,7 +97,7 @@ def prepare(
             raise InputError(f"{where}, {name}", "not of a sweep", "a folder of a sweep")
     (place / JOURNAL).mkdir(parents=True, exist_ok=True)
     with alone(place):
-        for name in (RESULTS, SUMMARY):  # without a summary nothing is resumed
+        for name in (RESULTS, SUMMARY, *FIGURES):  # without a summary nothing is resumed
             (place / name).unlink(missing_ok=True)
         for path in (place / JOURNAL).glob(f"*{journal.SUFFIX}"):
             path.unlink()
