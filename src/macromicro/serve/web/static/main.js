@@ -36,7 +36,7 @@ const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page)
 const steps = new Steps(orders, page), points = new Points(orders, page);
 
 // Which view of the plots is shown; begins a new ring for it.
-function view() {
+function newView() {
   const span = Number($("span").value || sessionStorage.getItem("macromicro.span") || SPAN);
   const columns = Math.min(Math.max(Math.floor(plots[0].width), FEWEST), MOST);
   ring = new Ring(++view, span, columns, CHANNELS);
@@ -46,7 +46,7 @@ function view() {
 function look() {
   // Before the server has greeted, there are no spans to choose from: nothing was chosen.
   if ($("span").value) sessionStorage.setItem("macromicro.span", $("span").value);
-  if (link.ready) link.order("view", view());
+  if (link.ready) link.order("view", newView());
 }
 
 function welcome(server) {
