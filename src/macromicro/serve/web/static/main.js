@@ -29,7 +29,7 @@ const plots = [
 const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
 let ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
 
-const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, wanted);
+const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, newView);
 const orders = new Orders(link, page), gains = new Gains(orders);
 const warnings = new Alarms(), recordings = new Recordings(link, page);
 const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page);
