@@ -208,7 +208,7 @@ def test_the_log_and_the_recording_tell_who_did_what(begin: Begin, tmp_path: Pat
         assert f"INFO order: {what} by {name}" in text
         assert ("order", name, what) in [event[1:4] for event in events]
     assert f"WARNING token: this is not the token by {name}" in text
-    assert "WARNING stranger: sent HTTP by scpi 127.0.0.1:" in text
+    assert "WARNING foreign: sent HTTP by scpi 127.0.0.1:" in text
     assert secret not in text and "guess" not in text
     assert secret not in str(events) and "EmergencyStop" not in text
 
