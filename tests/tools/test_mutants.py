@@ -103,6 +103,7 @@ def test_the_tests_of_every_strict_file_are_known(beside):
     assert not missing
 
 
+@pytest.mark.slow
 def test_listed_equivalent_mutants_exist(beside, operators):
     """An entry that no longer fits the source would hide nothing, and should go."""
     for entry in beside.equivalents():

@@ -60,7 +60,7 @@ def test_programme_as_a_block(instrument, station) -> None:
     assert instrument.query("SYST:LOCK:REQ?") == "1"
     instrument.write("PROG:RUN")
     assert instrument.query("PROG:STAT?") == "RUN"
-    assert station.requests[0].plan.target.tolist() == [1.0]
+    assert station.requests[0].plan.target.tolist() == [0.001]  # m
 
 
 def test_a_move_and_its_end(instrument, station) -> None:
