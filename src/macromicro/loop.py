@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from macromicro import nominal
 from macromicro.arrays import Array
-from macromicro.control import macro, pi, supervisor
+from macromicro.control import pi, supervisor
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.supervisor import DONE, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import Plant, State, Truth
-from macromicro.recorded import ROWS, inside, note
+from macromicro.recorded import ROWS, Inside, inside, note
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
@@ -99,9 +99,7 @@ def run(
             rig.write(requested)
             if sink is not None:
                 column = np.empty((ROWS, 1))
-                over = controller.finished(state)
-                shown = _shown(state, command, over)
-                seen = inside(shown, rig.watch)
+                seen = _inside(state, command, rig.watch, controller.finished(state))
                 note(column, 0, sample, command, rig.given, seen, truth)
                 sink(column)
             done += 1
@@ -111,12 +109,11 @@ def run(
     return state
 
 
-def _shown(state: Any, command: Command, over: bool) -> Progress:
-    """What is recorded of a controller's state: of one of another kind than the supervisor's,
-    what its command says; integrals and the number of the move are then unknown."""
+def _inside(state: Any, command: Command, watch: Watch, over: bool) -> Inside:
+    """What is recorded of controller and guard: of a controller whose state is another kind than
+    the supervisor's, what its command says; integrals and the move's number are then unknown."""
     if isinstance(state, Progress):
-        return state
-    nan = float("nan")
+        return inside(state, watch)
     phase = supervisor.WAITING
     if over:
         phase = DONE
@@ -124,17 +121,10 @@ def _shown(state: Any, command: Command, over: bool) -> Progress:
         phase = supervisor.MACRO
     elif command.micro_active > 0.5:
         phase = supervisor.MICRO
-    return supervisor.begin(0.0)._replace(
-        phase=phase,
-        macro_reference=command.macro_reference,
-        micro_reference=command.micro_reference,
-        macro=_UNKNOWN_MEMORY,
-        integral=nan,
-    )
+    known = inside(supervisor.begin(0.0)._replace(phase=phase), watch)
+    return known._replace(macro_integral=float("nan"), micro_integral=float("nan"))
 
 
-# Every field of every law: none of them is known.
-_UNKNOWN_MEMORY = tuple(type(m)(*[float("nan")] * len(m)) for m in macro.rest(0.0))
 _UNKNOWN = Truth(*[float("nan")] * len(Truth._fields))
 
 
