@@ -9,7 +9,8 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
-from macromicro.identify.axis_fit import _check, _late, _part, _rows, _runs, _split
+from macromicro.identify.axis import late
+from macromicro.identify.axis_fit import _check, _part, _rows, _runs, _split
 from macromicro.identify.axis_inverse import Rows, differences, fitted
 from macromicro.identify.axis_refine import free_runs, refined
 from macromicro.identify.runs import Run
@@ -27,9 +28,9 @@ def run(n: int) -> Run:
 
 def test_an_input_acts_late_by_samples_and_rests_at_its_first_value() -> None:
     u = np.array([3.0, 1.0, 4.0, 1.0])
-    assert _late(u, 0).tolist() == [3.0, 1.0, 4.0, 1.0]
-    assert _late(u, 1).tolist() == [3.0, 3.0, 1.0, 4.0]
-    assert _late(u, 3).tolist() == [3.0, 3.0, 3.0, 3.0]
+    assert late(u, 0).tolist() == [3.0, 1.0, 4.0, 1.0]
+    assert late(u, 1).tolist() == [3.0, 3.0, 1.0, 4.0]
+    assert late(u, 3).tolist() == [3.0, 3.0, 3.0, 3.0]
 
 
 @pytest.mark.parametrize(
@@ -84,9 +85,9 @@ def rows(runs: list[Run], filtering: Filtering = USUAL, **options: Any) -> list[
     return _rows(runs, filtering=filtering, **{**usual, **options})
 
 
-def test_the_force_is_the_gain_times_what_acts_late() -> None:
+def test_the_force_is_the_gain_times_what_actslate() -> None:
     (found,) = rows([RUN], gain=3.0, delay=2)
-    np.testing.assert_array_equal(found.force, 3.0 * _late(U, 2))
+    np.testing.assert_array_equal(found.force, 3.0 * late(U, 2))
 
 
 @pytest.mark.parametrize(
@@ -173,7 +174,7 @@ def test_a_fit_tells_its_free_run_and_its_errors() -> None:
     t = np.arange(3000) * 2e-3
     u = 9.0 * np.sin(3.0 * t) + 3.0 * np.sin(11.0 * t)
     noise = 1e-4 * np.random.default_rng(1).normal(size=3000)
-    x = simulate(truth, 2.0 * _late(u, 3), 2e-3) + noise
+    x = simulate(truth, 2.0 * late(u, 3), 2e-3) + noise
     found = drive(t, u, x, gain=2.0, structure="coulomb", delay=3, holdout=0.25)
     np.testing.assert_allclose(found.axis[:4], truth[:4], rtol=0.02)
     assert (found.gain, found.delay, found.structure, found.holdout) == (2.0, 3, "coulomb", {})

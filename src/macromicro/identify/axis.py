@@ -39,6 +39,8 @@ class Axis(NamedTuple):
         Fs, N.
     stribeck_speed : float
         vs, m/s.
+    lag : float
+        Time by which the force acts late, s.
     """
 
     mass: float
@@ -48,6 +50,7 @@ class Axis(NamedTuple):
     asymmetry: float = 0.0
     stribeck: float = 0.0
     stribeck_speed: float = 1.0
+    lag: float = 0.0
 
 
 @kernel
@@ -150,6 +153,32 @@ def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) ->
         x += gone
 
 
+def late(force: Array, samples: float) -> Array:
+    """A held input some time later, also by parts of a sample.
+
+    What acts within one sample is the mean of the two values that fall into it.
+
+    Parameters
+    ----------
+    force : ndarray, shape (n,)
+        Held for a sample each.
+    samples : float
+        By how many samples it is late, from 0.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        With the first value of `force` before it.
+    """
+    if samples == 0.0:
+        return force
+    whole = math.floor(samples)
+    part = samples - whole
+    first = np.full(whole + 1, force[0])
+    shifted = np.concatenate([first, force])[: len(force) + 1]
+    return (1.0 - part) * shifted[1:] + part * shifted[:-1]
+
+
 def simulate(p: Axis, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float = 0.0) -> Array:
     """Free run: positions under a force.
 
@@ -158,7 +187,7 @@ def simulate(p: Axis, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float 
     p : Axis
         Parameters of the axis.
     force : array_like, shape (n,)
-        N, held for `dt` each.
+        N, held for `dt` each; it acts `lag` later.
     dt : float
         Sample time, s.
     x : float, optional
@@ -172,6 +201,7 @@ def simulate(p: Axis, force: npt.ArrayLike, dt: float, x: float = 0.0, v: float 
         Positions at the start of each sample, m.
     """
     pull = np.ascontiguousarray(force, dtype=np.float64)
+    pull = late(pull, p.lag / dt)
     out = np.empty_like(pull)
     plain = Axis(*(float(value) for value in p))
     compiled(free_run)(plain, pull, float(x), float(v), float(dt), out)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
@@ -27,6 +27,9 @@ from macromicro.identify.runs import Run, checked
 
 _GAIN = 0.02  # a richer structure must lower the hold-out error by this part
 _LEAST = 200
+_LATEST = 1000  # samples
+_TRIED = 12  # whole samples of delay tried
+FIT = "fit"
 _MANY = 3  # with so many records, whole ones are held out
 
 
@@ -123,7 +126,7 @@ class DriveFit:
         ndarray, shape (n,)
             Positions.
         """
-        push = _late(np.asarray(u, np.float64), self.delay) * self.gain
+        push = late(np.asarray(u, np.float64), self.delay) * self.gain
         return simulate(self.axis, push, dt, x, v)
 
 
@@ -137,7 +140,7 @@ def drive(
     filtering: Filtering = _USUAL,
     holdout: float = 0.3,
     limit: float | None = None,
-    delay: int = 0,
+    delay: int | str = 0,
 ) -> DriveFit:
     """Parameters of M dv/dt = gain u - friction(v) - offset (`macromicro.identify.axis`).
 
@@ -166,8 +169,9 @@ def drive(
         Last part of each record that is held out (of three records or more: every third record).
     limit : float | None, optional
         The drive saturates there: u is clipped to +-limit, with a warning.
-    delay : int, optional
-        Samples by which u acts late.
+    delay : int | str, optional
+        Samples by which u acts late; "fit": found from the data, with the fraction of a sample as
+        the axis' `lag`.
 
     Returns
     -------
@@ -181,6 +185,9 @@ def drive(
     """
     _check(gain, structure, holdout, delay)
     runs = _runs(t, u, x)
+    lag = None
+    if isinstance(delay, str):
+        delay, lag = _delayed(runs, gain, filtering, limit, holdout)
     rows = _rows(runs, gain, filtering, limit, delay, holdout)
     train, test = _split(rows, holdout)
     scores: dict[str, float] = {}
@@ -193,9 +200,9 @@ def drive(
             f"inverse dynamics gives a negative mass or friction: {inverse}; "
             "output error keeps them above zero",
         )
-    trained = refined(train, fitted(train, structure))
+    trained = refined(train, fitted(train, structure), lag)
     missed = np.concatenate(free_runs(test, trained.axis)[1])
-    final = refined(rows, inverse)
+    final = refined(rows, inverse, lag)
     free, errors = free_runs(rows, final.axis)
     return DriveFit(
         structure,
@@ -211,15 +218,18 @@ def drive(
     )
 
 
-def _check(gain: float, structure: str, holdout: float, delay: int) -> None:
+def _check(gain: float, structure: str, holdout: float, delay: int | str) -> None:
     if not (np.isfinite(gain) and gain != 0.0):
         raise InputError("gain", gain, "a finite number other than zero")
     if structure != "auto" and structure not in STRUCTURES:
         raise InputError("structure", structure, ", ".join(["auto", *STRUCTURES]))
     if not 0.05 <= holdout <= 0.7:
         raise InputError("holdout", holdout, "a part from 0.05 to 0.7")
-    if not isinstance(delay, int | np.integer) or not 0 <= delay <= 1000:
-        raise InputError("delay", delay, "a whole number of samples from 0 to 1000")
+    whole = isinstance(delay, int | np.integer) and 0 <= int(delay) <= _LATEST
+    if delay != FIT and not whole:
+        raise InputError(
+            "delay", delay, f'a whole number of samples from 0 to {_LATEST}, or "{FIT}"'
+        )
 
 
 def _runs(t: Any, u: Any, x: Any) -> list[Run]:
@@ -262,13 +272,8 @@ def _rows(
         if not 0.0 < corner < 0.5 / run.dt:
             raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")
         got = flag_saturation(run.u, f"record[{i}].u", limit)
-        rows.append(differences(run, gain * _late(got, delay), corner, int(factor)))
+        rows.append(differences(run, gain * late(got, delay), corner, int(factor)))
     return rows
-
-
-def _late(u: Array, delay: int) -> Array:
-    """`u` `delay` samples later, its first value before that."""
-    return np.concatenate([np.full(delay, u[0]), u])[: len(u)]
 
 
 def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:
@@ -280,6 +285,22 @@ def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:
         [_part(r, slice(0, cut)) for r, cut in zip(rows, cuts, strict=True)],
         [_part(r, slice(cut, None)) for r, cut in zip(rows, cuts, strict=True)],
     )
+
+
+def _delayed(
+    runs: list[Run], gain: float, filtering: Filtering, limit: float | None, holdout: float
+) -> tuple[int, float]:
+    """Whole samples of delay, and where to begin the search for the rest, in s.
+
+    The delay under which inverse dynamics explains the force best, less one sample where there is
+    one: the rest may then move to both sides.
+    """
+    errors = []
+    for tried in range(_TRIED + 1):
+        rows = _rows(runs, gain, filtering, limit, tried, holdout)
+        errors.append(fitted(rows, "coulomb").percent)
+    best = int(np.argmin(errors))
+    return max(best - 1, 0), (1.0 if best else 0.1) * runs[0].dt
 
 
 def _part(rows: Rows, where: slice) -> Rows:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.spread import autoregression
@@ -60,7 +60,7 @@ def free_runs(rows: list[Rows], axis: Axis) -> tuple[list[Array], list[Array]]:
     return free, errors
 
 
-def refined(rows: list[Rows], start: Estimate) -> Estimate:
+def refined(rows: list[Rows], start: Estimate, lag: float | None = None) -> Estimate:
     """Output error from an estimate by inverse dynamics; mass and friction stay above zero.
 
     Gradients are differences over 0.1 % of a parameter, wide enough to smooth over single samples
@@ -72,6 +72,8 @@ def refined(rows: list[Rows], start: Estimate) -> Estimate:
         The records.
     start : Estimate
         Where the search begins; its names are the free parameters.
+    lag : float | None, optional
+        Where the search for the force's lag begins, s; None: the force acts at once.
 
     Returns
     -------
@@ -80,13 +82,16 @@ def refined(rows: list[Rows], start: Estimate) -> Estimate:
     """
     from scipy.optimize import least_squares
 
-    names = start.names
-    first = start.values
+    names, first = start.names, start.values
+    if lag is not None:
+        names, first = (*names, "lag"), np.append(first, lag)
     push = max(float(np.abs(r.force).max()) for r in rows)
     scale = np.maximum(np.abs(first), 1e-2 * push * np.array([n in _FORCES for n in names]))
     if "asymmetry" in names:
         at = names.index("asymmetry")
         scale[at] = max(scale[at], 0.1 * scale[names.index("viscous")])
+    if lag is not None:
+        scale[-1] = rows[0].run.dt
     scale[scale == 0.0] = 1.0
     signed = np.array([n in ("offset", "asymmetry") for n in names])
     low = np.where(signed, -np.inf, 1e-6)
@@ -116,14 +121,16 @@ def refined(rows: list[Rows], start: Estimate) -> Estimate:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     error, final = found.fun, axis(found.x * scale)
     runs = free_runs(rows, final)[0]
-    spread = _covariance(rows, start, final, runs, found.jac) * np.outer(scale, scale)
+    pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
+    disturbed = force_residuals(pushed, start)
+    spread = _covariance(rows, disturbed, final, runs, found.jac) * np.outer(scale, scale)
     about = np.concatenate([r.run.x - r.run.x.mean() for r in rows])
     rms = float(np.sqrt(np.mean(error**2)))
     return Estimate(final, names, spread, rms, 100.0 * rms / float(np.sqrt(np.mean(about**2))))
 
 
 def _covariance(
-    rows: list[Rows], start: Estimate, axis: Axis, free: list[Array], jacobian: Array
+    rows: list[Rows], disturbed: list[Array], axis: Axis, free: list[Array], jacobian: Array
 ) -> Array:
     """Covariance of the parameters from what disturbs the force.
 
@@ -134,7 +141,7 @@ def _covariance(
     """
     from scipy.signal import lfilter
 
-    d, power = autoregression(force_residuals(rows, start))
+    d, power = autoregression(disturbed)
     random = np.random.Generator(np.random.PCG64(0))
     pseudo = np.linalg.pinv(jacobian)
     moved = np.empty((_DRAWS, jacobian.shape[1]))
