@@ -12,6 +12,7 @@ import typer
 from macromicro import __version__
 from macromicro.commands import identify, machine_run, streams
 from macromicro.commands.collect import collect
+from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
 from macromicro.commands.group import PNG, Figures, whole
@@ -246,6 +247,7 @@ def programmes(
 
 
 app.command()(collect)
+app.command()(commission)
 app.command()(compare)
 app.command()(doctor)
 app.command()(latency)

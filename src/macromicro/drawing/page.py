@@ -6,6 +6,8 @@ import base64
 from pathlib import Path
 from typing import Any, NamedTuple
 
+STYLE = Path(__file__).parent / "page.css"
+
 
 class Picture(NamedTuple):
     """A drawn figure.
@@ -36,6 +38,8 @@ class Picture(NamedTuple):
 def filled(template: Path, **values: Any) -> str:
     """A template with its values. All text is escaped; a name it lacks is an error.
 
+    `style` is there for every template: the style sheet that pages share.
+
     Parameters
     ----------
     template : Path
@@ -49,8 +53,11 @@ def filled(template: Path, **values: Any) -> str:
         The text.
     """
     from jinja2 import Environment, StrictUndefined
+    from markupsafe import Markup
 
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    return environment.from_string(template.read_text(encoding="utf-8")).render(**values)
+    style = Markup(STYLE.read_text(encoding="utf-8"))  # our own file, not a person's text
+    text = template.read_text(encoding="utf-8")
+    return environment.from_string(text).render(style=style, **values)

@@ -8,10 +8,15 @@ control period runs on it, interpreted.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from functools import lru_cache
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
+import numpy as np
+
 from macromicro.arrays import Array
+from macromicro.kernel import compiled
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
 from macromicro.rig.twin import VirtualClock, noise_source
@@ -43,11 +48,12 @@ class Twin:
         self.tick = 0
         self.clock = VirtualClock(self)
         self._random = noise_source(seed)
+        self._noise = np.empty((1, kind.noises))
         self._draw()
         self._outputs = SAFE
 
     def _draw(self) -> None:
-        self._noise = self._random.standard_normal((1, self.kind.noises))
+        self._noise[:] = self._random.standard_normal(self._noise.shape)
 
     def read(self) -> Shown:
         """Measure now.
@@ -58,7 +64,7 @@ class Twin:
             Encoder in counts; what there is not, NaN.
         """
         t = self.tick * self.dt
-        place = self.kind.measure(self.params, self.state, t, self._noise, 0).position
+        place = self._measured(t)
         counts = place if math.isnan(place) else float(round(place / self.pitch))
         return Shown(t, counts, *[math.nan] * 4)
 
@@ -74,10 +80,17 @@ class Twin:
 
     def advance(self) -> None:
         """Let one control period pass."""
-        kind, effort = self.kind, self._outputs.motor
-        self.state = kind.advance(self.params, self.state, effort, self._noise, 0, self.dt)
+        self._advanced(self._outputs.motor)
         self.tick += 1
         self._draw()
+
+    def _measured(self, t: float) -> float:
+        """Position, m."""
+        return self.kind.measure(self.params, self.state, t, self._noise, 0).position
+
+    def _advanced(self, effort: float) -> None:
+        noise = self._noise
+        self.state = self.kind.advance(self.params, self.state, effort, noise, 0, self.dt)
 
     def stop(self) -> None:
         """Set every output to its safe value."""
@@ -93,6 +106,57 @@ class Twin:
         trace: TracebackType | None,
     ) -> None:
         self.stop()
+
+
+_ADVANCE, _MEASURE = 0.0, 1.0
+
+
+@lru_cache(maxsize=16)
+def _inside(kind: Kind) -> Any:
+    """The stage as a coroutine: each `next` does what `asked` orders, and answers in it."""
+    measure, advance = kind.measure, kind.advance
+
+    def stage(params: Any, state: Any, asked: Array, noise: Array, dt: float) -> Iterator[int]:
+        while True:
+            if asked[0] == _ADVANCE:
+                state = advance(params, state, asked[1], noise, 0, dt)
+            else:
+                asked[1] = measure(params, state, asked[1], noise, 0).position
+            yield 0
+
+    return stage
+
+
+class CompiledTwin(Twin):
+    """The twin with its state inside compiled code, as `rig.twin.CompiledTwin`: the same bits.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    settings : Any
+        Of its machine.
+    seed : int, optional
+        Seed of the sensor's noise.
+    """
+
+    def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
+        super().__init__(kind, settings, seed)
+        self._asked = np.zeros(2)
+        # The coroutine refers to the arrays inside, and does not own them.
+        self._kept = (self.params, self.state)
+        coroutine = compiled(_inside(kind))
+        self._stage = coroutine(self.params, self.state, self._asked, self._noise, self.dt)
+        del self.state
+
+    def _measured(self, t: float) -> float:
+        self._asked[:] = (_MEASURE, t)
+        next(self._stage)
+        return float(self._asked[1])
+
+    def _advanced(self, effort: float) -> None:
+        self._asked[:] = (_ADVANCE, effort)
+        next(self._stage)
 
 
 class Opened(NamedTuple):

@@ -1,0 +1,169 @@
+"""``macromicro commission``: an axis that nobody knows, step by step to settings that run it."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from macromicro.commands.asking import agreed
+from macromicro.commands.group import PNG, Figures, whole
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.commission.procedure import Options
+    from macromicro.commission.running import Commissioned, Place
+
+SPEED, TRAVEL = "0.5 m/s", "500 mm"
+CREEP = 25.0  # the greatest speed is so many times that of the creep
+
+
+def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Settings of the virtual machine to be commissioned.",
+            show_default="the two-stage bench",
+        ),
+    ] = None,
+    rig: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="The twin, or MODULE:FACTORY of your own rig."),
+    ] = "twin",
+    pitch: Annotated[
+        str, typer.Option(help="Travel per encoder count of your own rig, such as '5 um'.")
+    ] = "",
+    effort: Annotated[
+        str, typer.Option(help="Largest effort, such as '8 V'.", show_default="all there is")
+    ] = "",
+    speed: Annotated[str, typer.Option(help="Greatest speed.")] = SPEED,
+    creep: Annotated[
+        str, typer.Option(help="Speed at which ends are felt for.", show_default="speed / 25")
+    ] = "",
+    travel: Annotated[
+        str, typer.Option(help="Longest way on which an end is looked for.")
+    ] = TRAVEL,
+    low: Annotated[
+        str,
+        typer.Option("--from", help="Low end of a window, from where the axis stands: '-20 mm'."),
+    ] = "",
+    high: Annotated[str, typer.Option("--to", help="High end of it; no end is felt for.")] = "",
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before each step.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on after the last step that was completed.")
+    ] = False,
+    seed: Annotated[
+        int, typer.Option(parser=whole, metavar="N", help="Seed of a virtual machine's noise.")
+    ] = 0,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("results/commission"),
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Begin anew, and replace what is there.")
+    ] = False,
+    figures: Figures = PNG,
+) -> None:
+    """Find an axis' direction, ends, friction, model and gains, and verify them on it.
+
+    Every step says before it moves what it will do, how far and how hard; on your own rig it asks
+    as well. Each is kept when it is done: after Ctrl-C, --resume goes on. At the end there are a
+    page with all figures and doubts, and a machine.toml for run, tune and robust.
+    """
+    from datetime import datetime
+
+    from macromicro.commission import report
+    from macromicro.commission.running import commission as perform
+    from macromicro.drawing.files import formats
+    from macromicro.runs import folder
+    from macromicro.schema import keys
+
+    kinds = formats(figures)
+    keys.seed(seed, "--seed")
+    place = _place(config, rig, pitch, seed)
+    options = _options(place, (effort, speed, creep, travel, low, high))
+    names, replace = report.names(), overwrite or resume
+    folder.check(out, report.BYTES, overwrite=replace, names=names)
+    with Signals() as signals, folder.held(out, overwrite=replace, names=names):
+        if overwrite and not resume:
+            for name in names:
+                (out / name).unlink(missing_ok=True)
+        started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+        signals.later("ending after this period; --resume goes on with this step")
+
+        def ask(title: str, intent: str) -> None:
+            agreed(f"{title}: {intent}", yes=yes or not place.real)
+
+        def ended() -> bool:
+            return bool(signals.received)
+
+        def done(title: str) -> None:
+            print(f"{title}: done", file=sys.stderr)
+
+        try:
+            found = perform(
+                place,
+                options,
+                out,
+                seed=seed,
+                ask=ask,
+                done=done,
+                ended=lambda: bool(signals.received),
+            )
+        except KeyboardInterrupt:
+            print(f"macromicro: interrupted; --resume goes on, in {out}", file=sys.stderr)
+            raise typer.Exit(signals.status) from None
+        report.write(out, found, place, started, kinds)
+    _show(found, out)
+    if not found.verified.met:
+        print(f"macromicro: not verified: {report.why(found)}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def _place(config: Path | None, rig: str, pitch: str, seed: int) -> Place:
+    from macromicro.commission import places
+    from macromicro.errors import InputError
+    from macromicro.rig.opening import TWIN
+    from macromicro.units import quantity
+
+    if rig == TWIN:
+        if pitch:
+            raise InputError("--pitch", pitch, "only with --rig: a virtual machine has its own")
+        return places.virtual(config)
+    if config is not None:
+        raise InputError("--config", str(config), "not with --rig, whose settings are to be found")
+    if not pitch:
+        raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
+    return places.own(rig, quantity(pitch, "m", "--pitch", "um"), seed)
+
+
+def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Options:
+    from macromicro.commission.procedure import Options
+    from macromicro.errors import InputError
+    from macromicro.units import quantity
+
+    effort, speed, creep, travel, low, high = given
+    fastest = quantity(speed, "m/s", "--speed")
+    if not effort and math.isnan(place.effort):
+        raise InputError("--effort", "missing", "the largest effort for this rig, as '5 V'")
+    return Options(
+        quantity(effort, "V", "--effort") if effort else place.effort,
+        fastest,
+        quantity(creep, "m/s", "--creep") if creep else fastest / CREEP,
+        quantity(travel, "m", "--travel", "mm"),
+        quantity(low, "m", "--from", "mm") if low else None,
+        quantity(high, "m", "--to", "mm") if high else None,
+    ).checked()
+
+
+def _show(found: Commissioned, out: Path) -> None:
+    from macromicro.commission import report
+
+    for name, value, half, unit in report.rows(found):
+        print(f"{name:28}{value:>12} {half:>10} {unit}")
+    for doubt in report.doubts(found):
+        print(f"doubtful: {doubt}")
+    arrived = sum(m.arrived_s is not None for m in found.verified.moves)
+    print(f"verification: {arrived} of {found.verified.asked} moves arrived")
+    print(f"page: {out / report.PAGE}\nmachine: {out / report.MACHINE}")

@@ -1,0 +1,136 @@
+"""Strokes that show mass and friction: from rest, under random efforts, and braked to rest.
+
+Nothing is known of the mass yet. What took some way to reach a speed needs no more than that way
+to lose it again under the same effort, since friction helps to brake and hinders to start. So a
+stroke is braked half-way to the end of the window, at the latest.
+
+Each stroke is a record of its own: it begins at rest, so that its speed there is known, and is
+short, so that what the model leaves out cannot pile up in the position.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from macromicro.commission.probing import CommissionError, Direction, Ends, go
+from macromicro.commission.stand import Caution, Record, Stand
+
+LEVELS = (0.15, 0.4, 0.8)  # parts of what is left of the effort above breakaway
+STROKES = 10  # of each level
+_LONGEST_STROKE = 1.5  # s
+_HELD = (0.02, 0.15)  # s that one effort is held
+_SOFTEST = 0.35  # least part of a level's effort
+_LEAST = 20  # samples of a stroke that says something
+
+
+class Stroke:
+    """Random efforts one way, then the level's whole effort the other way until it turns.
+
+    Parameters
+    ----------
+    level : float
+        Largest effort, V.
+    least : float
+        Effort that surely moves the axis, V.
+    turn : float
+        Position at which it is braked, m.
+    speed : float
+        Speed at which it is braked, m/s.
+    random : np.random.Generator
+        Of the efforts.
+    """
+
+    def __init__(
+        self,
+        level: float,
+        least: float,
+        turn: float,
+        speed: float,
+        random: np.random.Generator,
+    ) -> None:
+        self.level, self.least = level, min(1.15 * least, level)
+        self.turn, self.speed, self.random = turn, speed, random
+        self.way = 0.0
+        self.until = -1.0
+        self.effort = level
+        self.braking = False
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period; None when the axis has turned."""
+        if self.way == 0.0:
+            self.way = 1.0 if self.turn > x else -1.0
+            return 0.0  # shows what was given before the stroke, for a force that acts late
+        if self.braking:
+            return None if self.way * v <= 0.0 else -self.way * self.level
+        if self.way * (x - self.turn) >= 0.0 or self.way * v > self.speed or t > _LONGEST_STROKE:
+            self.braking = True
+            return -self.way * self.level
+        if t >= self.until:
+            part = self.random.uniform(_SOFTEST, 1.0)
+            self.effort = max(part * self.level, self.least)
+            self.until = t + self.random.uniform(*_HELD)
+        return self.way * self.effort
+
+
+def excite(
+    stand: Stand, found: Direction, ends: Ends, caution: Caution, creep: float
+) -> list[Record]:
+    """Strokes at `LEVELS` of effort.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis.
+    found : Direction
+        What starts it.
+    ends : Ends
+        Where it may go.
+    caution : Caution
+        What it may not pass.
+    creep : float
+        Speed of the way to the middle, m/s.
+
+    Returns
+    -------
+    list[Record]
+        A record per stroke that stayed within its limits.
+
+    Raises
+    ------
+    CommissionError
+        Too little effort is left, or hardly a stroke stayed within its limits.
+    """
+    room = caution.effort - found.breakaway
+    if room < 0.1 * found.breakaway:
+        raise CommissionError(
+            f"{found.breakaway:.3g} V start the axis and {caution.effort:.3g} V are all that it "
+            "may be given: nothing is left to accelerate it; allow a larger --effort"
+        )
+    records = []
+    window = caution._replace(low=ends.low, high=ends.high)
+    slow = caution._replace(speed=creep)
+    random = np.random.Generator(np.random.PCG64(1))
+    middle = 0.5 * (ends.low + ends.high)
+    for part in LEVELS:
+        go(stand, middle, found, slow)
+        level = found.breakaway + part * room
+        passed = 0
+        for _ in range(STROKES):
+            x = stand.position()
+            end = ends.high if x < middle else ends.low
+            turn = x + random.uniform(0.15, 0.48) * (end - x)
+            law = Stroke(level, found.breakaway, turn, 0.7 * caution.speed, random)
+            record = stand.drive(law, 2.0 * _LONGEST_STROKE, window)
+            stand.rest(caution)
+            if record.ended:
+                passed += 1
+            elif len(record.t) >= _LEAST:
+                records.append(record)
+        if passed > STROKES // 3:
+            break
+    if len(records) < STROKES // 2:
+        raise CommissionError(
+            "hardly a stroke stayed in the window and below the greatest speed: a wider window, a "
+            "higher --speed, or a shorter control period"
+        )
+    return records

@@ -1,0 +1,71 @@
+"""Friction over position: what starts the axis at places along its travel, both ways."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.commission.probing import Direction, Ends, go, started
+from macromicro.commission.stand import Caution, Stand
+
+PLACES = 7
+_LOWER = 0.8  # friction elsewhere may be that much lower than where it was felt first
+
+
+class FrictionMap(NamedTuple):
+    """Breakaway along the travel.
+
+    Attributes
+    ----------
+    places : tuple[float, ...]
+        From the low end, m.
+    forward, backward : tuple[float, ...]
+        Least effort that started it there, V; NaN where it could not be tried.
+    """
+
+    places: tuple[float, ...]
+    forward: tuple[float, ...]
+    backward: tuple[float, ...]
+
+    @property
+    def mean(self) -> float:
+        """Of both directions, V."""
+        known = [e for e in (*self.forward, *self.backward) if not math.isnan(e)]
+        return sum(known) / len(known)
+
+    @property
+    def largest(self) -> float:
+        """Of both directions, V."""
+        return max(e for e in (*self.forward, *self.backward) if not math.isnan(e))
+
+
+def mapped(stand: Stand, found: Direction, ends: Ends, caution: Caution) -> FrictionMap:
+    """Ramps of effort at `PLACES` along the travel.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis.
+    found : Direction
+        What started it at first.
+    ends : Ends
+        Where it may go.
+    caution : Caution
+        What it may not pass; `speed` is that of the creep between places.
+
+    Returns
+    -------
+    FrictionMap
+        A place it did not reach is left out.
+    """
+    places: list[float] = []
+    forward: list[float] = []
+    backward: list[float] = []
+    for k in range(PLACES):
+        place = ends.low + (k + 0.5) / PLACES * ends.travel
+        if not go(stand, place, found, caution):
+            continue
+        places.append(stand.position() - ends.low)
+        for kept, way, about in ((forward, 1.0, found.forward), (backward, -1.0, found.backward)):
+            kept.append(started(stand, way, caution, found.noise, _LOWER * about)[0])
+    return FrictionMap(tuple(places), tuple(forward), tuple(backward))

@@ -1,0 +1,264 @@
+"""The linear model with friction that explains the strokes, and how sure it is.
+
+    M dv/dt = u(t - lag) - Fv v - s (Fc + Fs exp(-(v/vs)^2)) - F0,   s = sgn v
+
+in volts and metres: the force is measured by the effort that gives it. Back-EMF, which also
+grows with the speed, is part of Fv.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.commission.probing import CommissionError
+from macromicro.commission.stand import Record
+from macromicro.identify.axis import Axis, late, simulate
+
+UNITS = {
+    "mass": "V*s^2/m",
+    "viscous": "V*s/m",
+    "coulomb": "V",
+    "offset": "V",
+    "stribeck": "V",
+    "stribeck_speed": "m/s",
+    "lag": "s",
+}
+FITTED = ("mass", "viscous", "coulomb", "offset", "lag")
+_LAGS = 12  # whole periods of lag tried at the start
+_SPEEDS = (1e-3, 0.01, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the top speed
+_FINER = 3  # times that the best speed's neighbours are halved
+_SHARE = 0.95
+
+
+class Model(NamedTuple):
+    """What the strokes show.
+
+    Attributes
+    ----------
+    axis : Axis
+        The parameters, in V and m.
+    names : tuple[str, ...]
+        The fitted ones.
+    covariance : ndarray, shape (p, p)
+        Of these.
+    freedom : int
+        Degrees of freedom of the intervals: strokes less parameters.
+    rms : float
+        Of the free runs' positions, m.
+    """
+
+    axis: Axis
+    names: tuple[str, ...]
+    covariance: Array
+    freedom: int
+    rms: float
+
+    def half_width(self, name: str) -> float:
+        """Half of a parameter's 95 % interval.
+
+        Parameters
+        ----------
+        name : str
+            One of `names`.
+
+        Returns
+        -------
+        float
+            In the parameter's unit.
+        """
+        from scipy.stats import t
+
+        k = self.names.index(name)
+        factor = float(t.ppf(0.5 + 0.5 * _SHARE, self.freedom))
+        return factor * math.sqrt(max(float(self.covariance[k, k]), 0.0))
+
+
+def fitted(strokes: Sequence[Record], dt: float, breakaway: float) -> Model:
+    """Parameters whose free runs, each from rest, are nearest to the strokes.
+
+    The covariance takes every stroke as one independent witness of what the model leaves out
+    (friction that depends on the place, bristles, a current's rise), whatever its colour is within
+    a stroke: the sandwich of cluster-robust least squares (Liang and Zeger 1986).
+
+    How fast the breakaway friction fades with the speed is hardly to be seen beside friction that
+    depends on the place, but the mass depends on it. So several speeds are tried, and the results
+    averaged with weights by how well they explain the strokes (Hoeting et al. 1999, Bayesian model
+    averaging); their differences are part of the covariance.
+
+    Parameters
+    ----------
+    strokes : Sequence[Record]
+        Each from rest.
+    dt : float
+        Control period, s.
+    breakaway : float
+        Effort that starts the axis from rest, V: Coulomb friction and Stribeck's drop together.
+
+    Returns
+    -------
+    Model
+        Averaged.
+
+    Raises
+    ------
+    CommissionError
+        The strokes do not tell mass and friction apart.
+    """
+    start = begun(strokes, dt)
+    top = max(float(np.abs(np.gradient(s.x, dt)).max()) for s in strokes)
+    freedom = max(len(strokes) - len(FITTED), 1)
+    tried: dict[float, _Tried] = {}
+    for speed in _SPEEDS:
+        tried[speed] = _tried(strokes, start._replace(stribeck_speed=speed * top), breakaway, dt)
+    for _ in range(_FINER):
+        known = sorted(tried)
+        best = min(range(len(known)), key=lambda k: tried[known[k]].square)
+        for k in {max(best - 1, 0), min(best, len(known) - 2)}:
+            speed = math.sqrt(known[k] * known[k + 1])
+            found = start._replace(stribeck_speed=speed * top)
+            tried[speed] = _tried(strokes, found, breakaway, dt)
+    every = list(tried.values())
+    squares = [one.square for one in every]
+    values = [[getattr(one.axis, n) for n in FITTED] for one in every]
+    spreads = [one.covariance for one in every]
+    drops = [(one.axis.stribeck, one.axis.stribeck_speed) for one in every]
+    worse = np.array(squares) / min(squares) - 1.0
+    weights = np.exp(-0.5 * freedom * worse)
+    weights /= weights.sum()
+    mean = weights @ np.array(values)
+    away = np.array(values) - mean
+    covariance = np.einsum("k,kij->ij", weights, np.array(spreads))
+    covariance += np.einsum("k,ki,kj->ij", weights, away, away)
+    stribeck, speed = weights @ np.array(drops)
+    axis = Axis(
+        **dict(zip(FITTED, mean.tolist(), strict=True)),
+        stribeck=float(stribeck),
+        stribeck_speed=float(speed),
+    )
+    return Model(axis, FITTED, covariance, freedom, _rms(_missed(strokes, axis, dt)))
+
+
+class _Tried(NamedTuple):
+    """The best axis with one Stribeck speed: its covariance, its mean square error."""
+
+    axis: Axis
+    covariance: Array
+    square: float
+
+
+def _tried(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float) -> _Tried:
+    axis, jacobian = _search(strokes, start, breakaway, dt)
+    missed = _missed(strokes, axis, dt)
+    return _Tried(axis, _sandwich(jacobian, missed), _rms(missed) ** 2)
+
+
+def begun(strokes: Sequence[Record], dt: float) -> Axis:
+    """Where the search begins: the momentum's balance, linear in the parameters.
+
+    From rest, the integral of u is M v + Fv (x - x0) + (s Fc + F0) t. The lag is the whole number
+    of periods under which that holds best.
+
+    Parameters
+    ----------
+    strokes : Sequence[Record]
+        Each from rest.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Axis
+        In V and m.
+
+    Raises
+    ------
+    CommissionError
+        The strokes do not tell mass and friction apart.
+    """
+    best, least = None, math.inf
+    for lag in range(_LAGS + 1):
+        rows = [_momentum(s, lag, dt) for s in strokes]
+        table = np.concatenate(rows)
+        left, right = table[:, :-1], table[:, -1]
+        scale = np.linalg.norm(left, axis=0)
+        if not (scale > 0.0).all() or np.linalg.cond(left / scale) > 1e7:
+            break
+        theta = np.linalg.lstsq(left / scale, right, rcond=None)[0] / scale
+        error = float(np.linalg.norm(right - left @ theta))
+        if error < least:
+            best, least = (theta, lag), error
+    if best is None or best[0][0] <= 0.0:
+        raise CommissionError(
+            "the strokes do not tell mass and friction apart: are there strokes in both "
+            "directions, and does the encoder resolve them?"
+        )
+    (mass, viscous, coulomb, offset), lag = best[0].tolist(), best[1]
+    # A lag that is no whole number of periods is found by the search that begins here.
+    return Axis(mass, max(viscous, 0.0), max(coulomb, 0.0), offset, lag=max(lag, 0.1) * dt)
+
+
+def _momentum(stroke: Record, lag: int, dt: float) -> Array:
+    """Speed, way, direction times time, time; and the integral of the effort."""
+    v = np.gradient(stroke.x, dt)
+    way = math.copysign(1.0, stroke.x[-1] - stroke.x[0])
+    pushed = late(stroke.u, float(lag))
+    impulse = np.concatenate([[0.0], np.cumsum(pushed[:-1])]) * dt
+    return np.stack([v, stroke.x - stroke.x[0], way * stroke.t, stroke.t, impulse], axis=1)
+
+
+def _search(
+    strokes: Sequence[Record], start: Axis, breakaway: float, dt: float
+) -> tuple[Axis, Array]:
+    """Output error; the parameters and the Jacobian of the positions in their units."""
+    from scipy.optimize import least_squares
+
+    top = max(float(np.abs(np.gradient(s.x, dt)).max()) for s in strokes)
+    push = max(float(np.abs(s.u).max()) for s in strokes)
+    least = {"viscous": 0.05 * push / top, "coulomb": 0.05 * push, "lag": dt}
+    usual = start._replace(offset=0.05 * push)
+    scale = np.array([max(getattr(usual, n), least.get(n, 0.0)) for n in FITTED])
+    low = np.array([{"offset": -np.inf, "mass": 1e-2}.get(n, 0.0) for n in FITTED])
+    begin = np.array([getattr(start, n) for n in FITTED]) / scale
+    begin = np.maximum(begin, low + 1e-3)
+
+    def axis(values: Array) -> Axis:
+        found = start._replace(**dict(zip(FITTED, (values * scale).tolist(), strict=True)))
+        return found._replace(stribeck=max(breakaway - found.coulomb - abs(found.offset), 0.0))
+
+    def missed(values: Array) -> Array:
+        return np.concatenate(_missed(strokes, axis(values), dt))
+
+    # Differences over a percent: wider than the kinks where a stroke begins and ends.
+    found = least_squares(
+        missed, begin, bounds=(low, np.inf), jac="3-point", diff_step=1e-2, xtol=1e-6, ftol=1e-8,
+        max_nfev=60,
+    )  # fmt: skip
+    return axis(found.x), found.jac / scale
+
+
+def _missed(strokes: Sequence[Record], axis: Axis, dt: float) -> list[Array]:
+    """Measured less simulated position of each stroke."""
+    return [s.x - simulate(axis, s.u, dt, float(s.x[0])) for s in strokes]
+
+
+def _rms(missed: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+
+
+def _sandwich(jacobian: Array, missed: Sequence[Array]) -> Array:
+    """Cluster-robust covariance, a stroke a cluster, with its small-sample factor."""
+    cuts = np.cumsum([len(m) for m in missed])[:-1]
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
+    even = jacobian / scale
+    parts = np.split(even, cuts)
+    scores = np.stack([j.T @ e for j, e in zip(parts, missed, strict=True)])
+    bread = np.linalg.pinv(even.T @ even)
+    groups = len(missed)
+    factor = groups / max(groups - jacobian.shape[1], 1)
+    return np.asarray(factor * bread @ (scores.T @ scores) @ bread / np.outer(scale, scale))

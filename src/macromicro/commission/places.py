@@ -1,0 +1,87 @@
+"""What can be commissioned: a virtual machine, or a rig of one's own."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from macromicro.commission.running import Place
+from macromicro.machines import machine as machines
+from macromicro.machines import rig as rigs
+from macromicro.nominal import PERIOD
+from macromicro.plant import bench
+from macromicro.rig.opening import open_rig
+from macromicro.rig.twin import CompiledTwin
+from macromicro.schema import config
+from macromicro.settings import Settings
+
+
+def virtual(path: Path | None) -> Place:
+    """A virtual machine, of which no more is known than a person would: its encoder's pitch, its
+    period and the range of its D/A.
+
+    Parameters
+    ----------
+    path : Path | None
+        Its settings; None for the two-stage bench, whose carriage it is then.
+
+    Returns
+    -------
+    Place
+        For `commission`.
+
+    Raises
+    ------
+    InputError
+        The file is not accepted, or names a machine that is no axis.
+    """
+    machine = None if path is None else machines.chosen(path)
+    if machine is None:
+        settings = Settings() if path is None else config.load_overrides(path, Settings())
+        plant = bench.prepare(settings.bench, settings.sensors)
+        return Place(
+            "the carriage of the virtual bench",
+            lambda seed: CompiledTwin(plant, seed),
+            PERIOD,
+            settings.sensors.encoder.pitch,
+            settings.controller.motor_limit,
+            False,
+        )
+    assert path is not None
+    kind, tree = machine.kind, machines.load(path)[1]
+    return Place(
+        f"the machine of {path.name}",
+        lambda seed: rigs.CompiledTwin(kind, tree, seed),
+        tree.timing.period,
+        tree.encoder.pitch,
+        tree.controller.limit,
+        False,
+    )
+
+
+def own(name: str, pitch: float, seed: int) -> Place:
+    """A rig of one's own.
+
+    Parameters
+    ----------
+    name : str
+        MODULE:FACTORY.
+    pitch : float
+        Travel per encoder count, m.
+    seed : int
+        Given to the factory.
+
+    Returns
+    -------
+    Place
+        For `commission`.
+
+    Raises
+    ------
+    InputError
+        There is no such rig, or it measures no encoder.
+    """
+    fixture = open_rig(name, seed)
+    fixture.need("commission", "encoder")
+    limit = math.nan if fixture.limits is None else fixture.limits.motor
+    return Place(name, fixture.make, fixture.dt, pitch, limit, True)

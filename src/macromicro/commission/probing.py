@@ -1,0 +1,301 @@
+"""First motion: which way the axis goes, what it takes to start it, where its ends are."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.commission.stand import SENSOR, Caution, Stand
+from macromicro.errors import MacromicroError
+
+_RAMP = 8.0  # s from no effort to the largest
+MOVED = 4.0  # counts that show a motion
+_TRIES = 3
+_AT_ONCE = 1.05  # a ramp that began at an effort so near to the one found says little
+_BELOW, _SLOWER = 0.7, 8.0  # a second ramp begins at that part of the first, and is slower
+_RISE = 0.4  # s in which the effort of `Creep` rises from nothing to breakaway
+PUSH = 1.6  # breakaways that a stop must hold against
+_HELD = 0.4  # s without motion under that push: an end
+
+
+class CommissionError(MacromicroError):
+    """The axis does not do what the step needs; says what was seen and what to try."""
+
+
+class Direction(NamedTuple):
+    """What it takes to start the axis.
+
+    Attributes
+    ----------
+    sign : float
+        1, or -1 where a positive effort made the encoder count down.
+    forward, backward : float
+        Least effort that started it in each direction, V, both above zero.
+    scatter : float
+        Standard deviation of single trials, V.
+    noise : float
+        Greatest change of the count at rest.
+    """
+
+    sign: float
+    forward: float
+    backward: float
+    scatter: float
+    noise: float
+
+    @property
+    def breakaway(self) -> float:
+        """The larger of the two, V."""
+        return max(self.forward, self.backward)
+
+
+class Ends(NamedTuple):
+    """Where the axis may go.
+
+    Attributes
+    ----------
+    low, high : float
+        m from where commissioning began.
+    found : bool
+        Whether stops were felt there; else the user said so.
+    """
+
+    low: float
+    high: float
+    found: bool
+
+    @property
+    def travel(self) -> float:
+        """From end to end, m."""
+        return self.high - self.low
+
+
+class Creep:
+    """A law that moves slowly without knowing the axis: effort rises while it is too slow, and is
+    taken away while it is too fast.
+
+    Parameters
+    ----------
+    way : float
+        1 or -1.
+    speed : float
+        m/s.
+    breakaway : float
+        V.
+    dt : float
+        Control period, s.
+    target : float, optional
+        Position at which it ends, m.
+    """
+
+    def __init__(
+        self, way: float, speed: float, breakaway: float, dt: float, target: float = math.nan
+    ) -> None:
+        self.way, self.speed, self.target = way, speed, target
+        self.rise = breakaway / _RISE * dt
+        self.most = PUSH * breakaway
+        self.effort = 0.0
+        self.still, self.at = 0.0, math.nan
+        self.stuck = False
+        self.dt = dt
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period."""
+        if self.way * (x - self.target) >= 0.0:
+            return None
+        if x != self.at:
+            self.still, self.at = 0.0, x
+        elif self.effort >= self.most:
+            self.still += self.dt
+            self.stuck = self.still >= _HELD
+        if self.stuck:
+            return None
+        if self.way * v < self.speed:
+            self.effort = min(self.effort + self.rise, self.most)
+        else:
+            self.effort = max(self.effort - 4.0 * self.rise, 0.0)
+        return self.way * (self.effort if self.way * v < 2.0 * self.speed else 0.0)
+
+
+def direction(stand: Stand, caution: Caution) -> Direction:
+    """Ramps of effort, both ways in turn, each until the axis moves by a few counts.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, at rest; its `sign` is set.
+    caution : Caution
+        What it may not pass.
+
+    Returns
+    -------
+    Direction
+        Sign, efforts that start it, noise at rest.
+
+    Raises
+    ------
+    CommissionError
+        It moves by itself, does not move at the largest effort, or both ways are one.
+    """
+    quiet = stand.drive(lambda t, x, v: 0.0, 0.5, caution)
+    if quiet.ended == SENSOR:
+        raise CommissionError("the encoder gives no value: look at its cable and supply")
+    noise = (quiet.x.max() - quiet.x.min()) / stand.pitch
+    if noise > MOVED:
+        raise CommissionError(
+            f"the axis moves by {noise:.0f} counts without effort: hold or balance it first"
+        )
+    moved: dict[float, list[float]] = {1.0: [], -1.0: []}
+    shown: dict[float, float] = {}
+    about = {way: started(stand, way, caution, noise)[0] for way in moved}
+    for _ in range(_TRIES):
+        for way, efforts in moved.items():
+            effort, shown[way] = started(stand, way, caution, noise, about[way])
+            efforts.append(effort)
+    if shown[1.0] * shown[-1.0] >= 0.0:
+        raise CommissionError(
+            "the axis moves the same way under both signs of effort: does gravity pull it, or "
+            "does the amplifier take a magnitude?"
+        )
+    sign = 1.0 if shown[1.0] > 0.0 else -1.0
+    stand.sign *= sign
+    ahead, back = (moved[sign], moved[-sign])
+    every = [*(e - _mean(ahead) for e in ahead), *(e - _mean(back) for e in back)]
+    scatter = math.sqrt(sum(e * e for e in every) / (len(every) - 2))
+    return Direction(sign, _mean(ahead), _mean(back), scatter, float(noise))
+
+
+def started(
+    stand: Stand, way: float, caution: Caution, noise: float, about: float = 0.0
+) -> tuple[float, float]:
+    """A ramp of effort until the axis moves by a few counts; then it comes to rest.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, at rest.
+    way : float
+        1 or -1.
+    caution : Caution
+        What it may not pass but for the speed: nobody knows how it starts.
+    noise : float
+        Counts by which the encoder changes at rest.
+    about : float, optional
+        What started it before, V: the ramp begins below that, and is slower; 0: not known.
+
+    Returns
+    -------
+    effort : float
+        What started it, V.
+    moved : float
+        How far it went, m.
+
+    Raises
+    ------
+    CommissionError
+        It does not move at the largest effort.
+    """
+    enough = (MOVED + noise) * stand.pitch
+    start = stand.position()
+    begin = _BELOW * about
+    rate = caution.effort / _RAMP / (_SLOWER if about else 1.0)
+
+    def ramp(t: float, x: float, v: float) -> float | None:
+        return None if abs(x - start) >= enough else way * (begin + rate * t)
+
+    record = stand.drive(ramp, (caution.effort - begin) / rate, caution._replace(speed=math.inf))
+    stand.rest(caution)
+    moved = float(record.x[-1] - start)
+    if abs(moved) < enough:
+        raise CommissionError(
+            f"the axis does not move at {caution.effort:.3g} V, which is all that it may be given: "
+            "is it held, is the amplifier on, or does it need a larger --effort?"
+        )
+    # The motion began when it was last no farther away than noise and one count.
+    here = np.abs(record.x - start) <= (1.0 + noise) * stand.pitch
+    effort = float(abs(record.u[np.flatnonzero(here)[-1]]))
+    if about and effort <= _AT_ONCE * begin:  # less would have started it, too
+        return started(stand, way, caution, noise)
+    return effort, moved
+
+
+def ends(stand: Stand, found: Direction, caution: Caution, travel: float) -> Ends:
+    """Creep to both ends, until something holds against `PUSH` times the breakaway effort.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, at rest.
+    found : Direction
+        What starts it.
+    caution : Caution
+        What it may not pass; `speed` is the speed of the creep.
+    travel : float
+        Longest way to look for an end, m.
+
+    Returns
+    -------
+    Ends
+        A little inside of where it was held.
+
+    Raises
+    ------
+    CommissionError
+        No end within `travel`, or less travel than a hundred counts.
+    """
+    places = []
+    for way in (1.0, -1.0):
+        law = Creep(way, caution.speed, found.breakaway, stand.dt)
+        fast = caution._replace(speed=math.inf)
+        start = stand.position()
+        window = fast._replace(low=start - travel, high=start + travel)
+        record = stand.drive(law, 4.0 * travel / caution.speed + 5.0, window)
+        if not law.stuck:
+            raise CommissionError(
+                f"no end within {travel * 1e3:.3g} mm: name the window that the axis may use, "
+                "--from and --to, or a longer --travel"
+            )
+        places.append(float(record.x[-1]))
+        stand.rest(caution)
+    low, high = min(places), max(places)
+    spare = max(0.02 * (high - low), 10.0 * stand.pitch)
+    if high - low < 100.0 * stand.pitch:
+        raise CommissionError(
+            f"the axis can move by {(high - low) / stand.pitch:.0f} counts only: is it held, or is "
+            "the encoder too coarse?"
+        )
+    return Ends(low + spare, high - spare, True)
+
+
+def go(stand: Stand, place: float, found: Direction, caution: Caution) -> bool:
+    """Creep to a place.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis.
+    place : float
+        m.
+    found : Direction
+        What starts it.
+    caution : Caution
+        What it may not pass; `speed` is the speed of the creep.
+
+    Returns
+    -------
+    bool
+        Whether it came there.
+    """
+    start = stand.position()
+    way = 1.0 if place > start else -1.0
+    law = Creep(way, caution.speed, found.breakaway, stand.dt, place)
+    wide = caution._replace(speed=math.inf)
+    record = stand.drive(law, 4.0 * abs(place - start) / caution.speed + 5.0, wide)
+    stand.rest(caution)
+    return not (law.stuck or record.ended)
+
+
+def _mean(values: list[float]) -> float:
+    return sum(values) / len(values)

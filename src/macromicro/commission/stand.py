@@ -1,0 +1,191 @@
+"""An axis on the stand: efforts in, positions out, ended at once where a limit is passed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.rig.session import Session
+from macromicro.types import SAFE
+
+WINDOW, SPEED, SENSOR = "the window", "the greatest speed", "the encoder"
+_CALM = 0.1  # s without a change of count: the axis stands
+_ESTIMATE = 5  # periods over which speed is taken
+
+# From the time since the start [s], position [m] and speed [m/s] to an effort [V], or None: ended.
+Law = Callable[[float, float, float], float | None]
+
+
+class Caution(NamedTuple):
+    """What the axis may not pass while it is commissioned.
+
+    Attributes
+    ----------
+    effort : float
+        Largest effort, V.
+    speed : float
+        Greatest speed, m/s.
+    low, high : float
+        The window, m from where commissioning began.
+    """
+
+    effort: float
+    speed: float
+    low: float = -math.inf
+    high: float = math.inf
+
+
+class Record(NamedTuple):
+    """What a drive showed.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    u : ndarray, shape (n,)
+        Efforts as they were given, V.
+    x : ndarray, shape (n,)
+        Positions, m.
+    ended : str
+        Which limit ended it; "" for none.
+    """
+
+    t: Array
+    u: Array
+    x: Array
+    ended: str = ""
+
+
+class Stand:
+    """An axis with an encoder, under commissioning.
+
+    Parameters
+    ----------
+    rig : Session
+        The rig, entered.
+    dt : float
+        Control period, s.
+    pitch : float
+        Travel per count, m.
+    ended : Callable[[], bool], optional
+        Whether somebody wants it to end; asked each period.
+
+    Attributes
+    ----------
+    sign : float
+        -1 where a positive effort makes the encoder count down; efforts are turned round.
+    zero : float
+        Encoder count that is position 0: that of the first reading.
+    """
+
+    def __init__(
+        self, rig: Session, dt: float, pitch: float, ended: Callable[[], bool] = lambda: False
+    ) -> None:
+        self.rig, self.dt, self.pitch, self._ended = rig, dt, pitch, ended
+        self.sign, self.zero = 1.0, math.nan
+
+    def check(self) -> None:
+        """Leave all outputs safe where somebody wants it to end.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Somebody does.
+        """
+        if self._ended():
+            self.rig.stop()
+            raise KeyboardInterrupt
+
+    def drive(self, law: Law, seconds: float, caution: Caution) -> Record:
+        """Let a law drive the axis for a time; then, or where it passes a limit, no effort.
+
+        Parameters
+        ----------
+        law : Law
+            Called each period.
+        seconds : float
+            At most so long, s.
+        caution : Caution
+            Efforts are clipped; beyond the window or the speed it ends.
+
+        Returns
+        -------
+        Record
+            A row per period.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            As `check`.
+        """
+        rows, ended = [], ""
+        recent: list[float] = []
+        for k in range(max(round(seconds / self.dt), 1)):
+            x = self.position()
+            recent = [*recent[-_ESTIMATE:], x]
+            v = (recent[-1] - recent[0]) / (self.dt * max(len(recent) - 1, 1))
+            ended = _passed(x, v, caution)
+            wanted = None if ended else law(k * self.dt, x, v)
+            u = 0.0 if wanted is None else min(max(wanted, -caution.effort), caution.effort)
+            rows.append((k * self.dt, u, x))
+            self.check()
+            self.rig.write(SAFE._replace(motor=self.sign * u))
+            self.rig.wait(self.dt)
+            if wanted is None:
+                break
+        self.rig.write(SAFE)
+        t, u, x = np.array(rows).T
+        return Record(t, u, x, ended)
+
+    def position(self) -> float:
+        """Where the axis is, by its encoder.
+
+        Returns
+        -------
+        float
+            m; NaN where the encoder gave nothing.
+        """
+        count = float(self.rig.read().encoder)
+        if math.isnan(self.zero):
+            self.zero = count
+        return (count - self.zero) * self.pitch
+
+    def rest(self, caution: Caution, longest: float = 10.0) -> bool:
+        """Wait without effort until the axis stands.
+
+        Parameters
+        ----------
+        caution : Caution
+            As for `drive`.
+        longest : float, optional
+            Patience, s.
+
+        Returns
+        -------
+        bool
+            Whether it stands.
+        """
+        since, at = 0.0, math.nan
+
+        def idle(t: float, x: float, v: float) -> float | None:
+            nonlocal since, at
+            if not abs(x - at) < 0.5 * self.pitch:
+                since, at = t, x
+            return None if t - since >= _CALM else 0.0
+
+        wide = caution._replace(low=-math.inf, high=math.inf, speed=math.inf)
+        record = self.drive(idle, longest, wide)
+        return not record.ended and len(record.t) * self.dt < longest
+
+
+def _passed(x: float, v: float, caution: Caution) -> str:
+    """The limit that is passed, or ""."""
+    if math.isnan(x):
+        return SENSOR
+    if not caution.low <= x <= caution.high:
+        return WINDOW
+    return SPEED if abs(v) > caution.speed else ""

@@ -1,0 +1,144 @@
+"""What steps found, on disk: a JSON file a step, the strokes as a recording."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import macromicro
+from macromicro.columns import Column
+from macromicro.commission.friction import FrictionMap
+from macromicro.commission.probing import Direction, Ends
+from macromicro.commission.procedure import DIRECTION, ENDS, FRICTION, STROKES
+from macromicro.commission.stand import Record
+from macromicro.errors import InputError
+from macromicro.recording import Recording
+from macromicro.schema.text import printable
+
+FOLDER = "steps"
+STROKES_FILE = "strokes.h5"
+TYPES: dict[str, Any] = {DIRECTION: Direction, ENDS: Ends, FRICTION: FrictionMap}
+COLUMNS = (
+    Column("t", "s", "time since the stroke began"),
+    Column("u", "V", "effort"),
+    Column("x", "m", "position by the encoder"),
+    Column("stroke", "1", "number of the stroke", "i4"),
+)
+
+
+def names() -> tuple[str, ...]:
+    """Files that may be there.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Names, from the folder of results.
+    """
+    return (*(f"{FOLDER}-{name}.json" for name in TYPES), STROKES_FILE)
+
+
+def keep(folder: Path, name: str, found: Any, dt: float, asked: dict[str, Any]) -> None:
+    """Write what a step found, whole or not at all.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of results.
+    name : str
+        Name of the step.
+    found : Any
+        Its result.
+    dt : float
+        Control period, s.
+    asked : dict[str, Any]
+        The options, which a resumed session must share.
+    """
+    if name == STROKES:
+        place = folder / STROKES_FILE
+        rows = np.concatenate(
+            [np.array([r.t, r.u, r.x, np.full(len(r.t), k)]) for k, r in enumerate(found)], axis=1
+        )
+        attributes = {"version": macromicro.__version__, "asked": json.dumps(asked)}
+        Recording.from_arrays(COLUMNS, rows, dt, attributes).save(place, overwrite=True)
+        return
+    text = json.dumps({"asked": asked, "found": found._asdict()}, indent=1)
+    place = folder / f"{FOLDER}-{name}.json"
+    part = place.with_suffix(".part")
+    part.write_text(text + "\n")
+    os.replace(part, place)
+
+
+def read(folder: Path, asked: dict[str, Any]) -> dict[str, Any]:
+    """What earlier sessions found, up to the first step that is not there.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of results.
+    asked : dict[str, Any]
+        The options of this session.
+
+    Returns
+    -------
+    dict[str, Any]
+        Result by the name of its step.
+
+    Raises
+    ------
+    InputError
+        A file that is damaged, or of a session with other options.
+    """
+    found: dict[str, Any] = {}
+    for name, kind in TYPES.items():
+        place = folder / f"{FOLDER}-{name}.json"
+        if not place.is_file():
+            return found
+        where = printable(place, 300)
+        try:
+            text = json.loads(place.read_text())
+            before, values = text["asked"], text["found"]
+            made = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+            result = kind(**made)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InputError(where, f"damaged: {error}", "a step's result; delete it") from None
+        _same(where, before, asked)
+        found[name] = result
+    place = folder / STROKES_FILE
+    if place.is_file():
+        kept = Recording.load(place)
+        _same(printable(place, 300), json.loads(str(kept.attributes["asked"])), asked)
+        found[STROKES] = strokes(kept)
+    return found
+
+
+def strokes(kept: Recording) -> list[Record]:
+    """The strokes of a recording.
+
+    Parameters
+    ----------
+    kept : Recording
+        As `keep` wrote it.
+
+    Returns
+    -------
+    list[Record]
+        In their order.
+    """
+    cuts = np.flatnonzero(np.diff(kept["stroke"])) + 1
+    columns = [np.split(np.asarray(kept[c], float), cuts) for c in ("t", "u", "x")]
+    return [Record(*one) for one in zip(*columns, strict=True)]
+
+
+def _same(where: str, before: dict[str, Any], asked: dict[str, Any]) -> None:
+    """Refuse results of other options: they are of another axis, or of another window."""
+    for key, value in asked.items():
+        was = before.get(key)
+        near = isinstance(was, float) and math.isclose(was, value, rel_tol=1e-9)
+        if was != value and not near:
+            accepted = f"{was!r}, with which this was begun; or --overwrite to begin anew"
+            raise InputError(f"{where}, {key}", value, accepted)

@@ -1,0 +1,192 @@
+"""The gains on the axis itself: moves that nothing was fitted to."""
+
+from __future__ import annotations
+
+import math
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from macromicro.commission.probing import CommissionError, Direction, Ends, go
+from macromicro.commission.stand import Caution, Stand
+from macromicro.machines import machine as machines
+from macromicro.machines import planning, results, runs
+from macromicro.machines.results import MoveResult
+from macromicro.programme import Programme
+from macromicro.recording import Recording
+from macromicro.types import SAFE, Outputs, Sample
+
+SHARES = (0.15, 0.85, 0.86, 0.4, 0.39, 0.9, 0.05)  # of the travel: long moves and short ones
+HOLD = 0.3  # s
+SEED = 7  # of the places, which differ a little from SHARES
+
+
+class Verified(NamedTuple):
+    """How the verification went.
+
+    Attributes
+    ----------
+    recording : Recording
+        Of the run.
+    moves : list[MoveResult]
+        Those that began.
+    asked : int
+        How many there are.
+    fault : str
+        What the guard saw; "" for nothing.
+    """
+
+    recording: Recording
+    moves: list[MoveResult]
+    asked: int
+    fault: str
+
+    @property
+    def met(self) -> bool:
+        """Whether every move arrived and the guard saw nothing."""
+        arrived = [m for m in self.moves if m.arrived_s is not None]
+        return not self.fault and len(arrived) == self.asked
+
+
+class Shifted:
+    """A rig whose positions count from where it stands now, a positive effort counting up.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, entered and at rest.
+    """
+
+    channels = ("encoder",)
+
+    def __init__(self, stand: Stand) -> None:
+        self._rig, self._sign, self._check = stand.rig, stand.sign, stand.check
+        self._zero = stand.zero + round(stand.position() / stand.pitch)
+        self.clock = stand.rig.clock
+
+    def read(self) -> Sample:
+        """This period's sample.
+
+        Returns
+        -------
+        Sample
+            Its encoder counts from the new zero.
+        """
+        sample: Sample = self._rig.read()
+        return sample._replace(encoder=sample.encoder - self._zero)
+
+    def write(self, outputs: Outputs) -> None:
+        """Set the motor's output.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            In V; the others stay safe.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Somebody wants it to end.
+        """
+        self._check()
+        self._rig.write(SAFE._replace(motor=self._sign * outputs.motor))
+
+    def stop(self) -> None:
+        """Set every output to its safe value."""
+        self._rig.stop()
+
+    def __enter__(self) -> Self:
+        self._rig.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._rig.__exit__(kind, error, trace)
+
+
+def home(stand: Stand, direction: Direction, ends: Ends, caution: Caution) -> Ends:
+    """Creep to the low end, which becomes the machine's 0.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis.
+    direction : Direction
+        What starts it.
+    ends : Ends
+        Where it may go.
+    caution : Caution
+        `speed` is that of the creep.
+
+    Returns
+    -------
+    Ends
+        From where it stands now to the high end.
+
+    Raises
+    ------
+    CommissionError
+        It is held on the way.
+    """
+    near = ends.low + 0.02 * ends.travel
+    if not go(stand, near, direction, caution):
+        raise CommissionError("the axis was held on its way to the low end: look what is in it")
+    return Ends(stand.position(), ends.high, ends.found)
+
+
+def programme(settings: Any) -> Programme:
+    """Moves, long and short, to places of this machine's travel.
+
+    Parameters
+    ----------
+    settings : Any
+        With travel and encoder.
+
+    Returns
+    -------
+    Programme
+        Targets in counts.
+    """
+    random = np.random.Generator(np.random.PCG64(SEED))
+    shares = np.array(SHARES) + random.uniform(-0.004, 0.004, len(SHARES))
+    n = len(shares)
+    return Programme(
+        "verification",
+        np.full(n, math.nan),
+        np.zeros(n, np.int64),
+        np.floor(shares * settings.travel.high / settings.encoder.pitch),
+        np.full(n, HOLD),
+        math.nan,
+        "the moves that verify a commissioning",
+    )
+
+
+def verify(stand: Stand, machine: machines.Machine, settings: Any) -> Verified:
+    """Run the moves on the axis, from where it stands.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis, at the machine's 0.
+    machine : machines.Machine
+        The machine `axis`.
+    settings : Any
+        Its settings.
+
+    Returns
+    -------
+    Verified
+        How they went.
+    """
+    what = programme(settings)
+    done = runs.record(machine, settings, what, on=Shifted(stand))
+    plan = planning.plan(what, settings)
+    moves = results.moves(done.recording, plan, settings.arrival)
+    fault = done.outcome.fault
+    words = "" if fault is None else f"{fault.message} {fault.evidence}"
+    return Verified(done.recording, moves, len(plan.target), words)
