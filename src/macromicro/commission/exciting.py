@@ -10,13 +10,17 @@ short, so that what the model leaves out cannot pile up in the position.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from macromicro.commission.model import missed
 from macromicro.commission.probing import CommissionError, Direction, Ends, go
 from macromicro.commission.stand import Caution, Record, Stand
 
-LEVELS = (0.15, 0.4, 0.8)  # parts of what is left of the effort above breakaway
-STROKES = 10  # of each level
+LEVELS = (0.05, 0.12, 0.25, 0.5, 0.8)  # parts of what is left of the effort above breakaway
+STROKES = 8  # of each level
+_UNLIKE = 2.0  # a level that a common model misses by so many times more has another force
 _LONGEST_STROKE = 1.5  # s
 _HELD = (0.02, 0.15)  # s that one effort is held
 _SOFTEST = 0.35  # least part of a level's effort
@@ -100,37 +104,90 @@ def excite(
     CommissionError
         Too little effort is left, or hardly a stroke stayed within its limits.
     """
-    room = caution.effort - found.breakaway
+    least = found.surely(caution.effort)
+    room = caution.effort - least
     if room < 0.1 * found.breakaway:
         raise CommissionError(
             f"{found.breakaway:.3g} V start the axis and {caution.effort:.3g} V are all that it "
             "may be given: nothing is left to accelerate it; allow a larger --effort"
         )
-    records = []
+    records: list[Record] = []
     window = caution._replace(low=ends.low, high=ends.high)
     slow = caution._replace(speed=creep)
     random = np.random.Generator(np.random.PCG64(1))
     middle = 0.5 * (ends.low + ends.high)
     for part in LEVELS:
         go(stand, middle, found, slow)
-        level = found.breakaway + part * room
-        passed = 0
+        level = least + part * room
+        made = []
         for _ in range(STROKES):
             x = stand.position()
             end = ends.high if x < middle else ends.low
             turn = x + random.uniform(0.15, 0.48) * (end - x)
-            law = Stroke(level, found.breakaway, turn, 0.7 * caution.speed, random)
+            law = Stroke(level, least, turn, 0.7 * caution.speed, random)
             record = stand.drive(law, 2.0 * _LONGEST_STROKE, window)
             stand.rest(caution)
-            if record.ended:
-                passed += 1
-            elif len(record.t) >= _LEAST:
-                records.append(record)
-        if passed > STROKES // 3:
+            if not record.ended and len(record.t) >= _LEAST:
+                made.append(record)
+        if len(records) >= STROKES and made and differs(records, made, stand, least):
             break
-    if len(records) < STROKES // 2:
+        records += made
+        if len(made) < STROKES // 2 and part > LEVELS[0]:
+            break
+    if len(records) < STROKES:
         raise CommissionError(
             "hardly a stroke stayed in the window and below the greatest speed: a wider window, a "
             "higher --speed, or a shorter control period"
         )
     return records
+
+
+def differs(known: Sequence[Record], more: Sequence[Record], stand: Stand, started: float) -> bool:
+    """Whether one linear model cannot explain weaker and stronger strokes alike.
+
+    An amplifier at its limit of current gives less than in proportion to the effort, for as long
+    as the axis accelerates. A model fitted to both then misses the stronger strokes by far more
+    than a model of the weaker ones misses these.
+
+    Parameters
+    ----------
+    known, more : Sequence[Record]
+        Strokes at lower efforts, and at a higher one.
+    stand : Stand
+        Where they were made.
+    started : float
+        Effort that starts the axis, V.
+
+    Returns
+    -------
+    bool
+        False also where the weaker strokes do not tell mass and friction apart.
+    """
+    try:
+        before = missed(known, known, stand.dt, started)
+        both = missed([*known, *more], more, stand.dt, started)
+    except CommissionError:
+        return False
+    return both > _UNLIKE * max(before, stand.pitch)
+
+
+def proportional(records: Sequence[Record], found: Direction, effort: float) -> float:
+    """Largest effort up to which the force was seen to be in proportion.
+
+    Parameters
+    ----------
+    records : Sequence[Record]
+        All strokes.
+    found : Direction
+        What starts the axis.
+    effort : float
+        Largest effort allowed, V.
+
+    Returns
+    -------
+    float
+        V; `effort` itself where all levels were reached.
+    """
+    least = found.surely(effort)
+    most = max(float(np.abs(one.u).max()) for one in records)
+    return effort if most >= 0.99 * (least + LEVELS[-1] * (effort - least)) else most

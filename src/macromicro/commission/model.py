@@ -110,7 +110,7 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float) -> Model:
         The strokes do not tell mass and friction apart.
     """
     start = begun(strokes, dt)
-    top = max(float(np.abs(np.gradient(s.x, dt)).max()) for s in strokes)
+    top = _top(strokes, dt)
     freedom = max(len(strokes) - len(FITTED), 1)
     tried: dict[float, _Tried] = {}
     for speed in _SPEEDS:
@@ -141,6 +141,37 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float) -> Model:
         stribeck_speed=float(speed),
     )
     return Model(axis, FITTED, covariance, freedom, _rms(_missed(strokes, axis, dt)))
+
+
+def missed(
+    strokes: Sequence[Record], judged: Sequence[Record], dt: float, breakaway: float
+) -> float:
+    """How far the free runs of a quick fit are off.
+
+    Parameters
+    ----------
+    strokes : Sequence[Record]
+        That are fitted, each from rest.
+    judged : Sequence[Record]
+        Whose positions are compared.
+    dt : float
+        Control period, s.
+    breakaway : float
+        Effort that starts the axis, V.
+
+    Returns
+    -------
+    float
+        RMS, m.
+
+    Raises
+    ------
+    CommissionError
+        The strokes do not tell mass and friction apart.
+    """
+    start = begun(strokes, dt)
+    start = start._replace(stribeck_speed=_SPEEDS[1] * _top(strokes, dt))
+    return _rms(_missed(judged, _search(strokes, start, breakaway, dt)[0], dt))
 
 
 class _Tried(NamedTuple):
@@ -182,7 +213,7 @@ def begun(strokes: Sequence[Record], dt: float) -> Axis:
     """
     best, least = None, math.inf
     for lag in range(_LAGS + 1):
-        rows = [_momentum(s, lag, dt) for s in strokes]
+        rows = [momentum(s, lag, dt) for s in strokes]
         table = np.concatenate(rows)
         left, right = table[:, :-1], table[:, -1]
         scale = np.linalg.norm(left, axis=0)
@@ -202,8 +233,23 @@ def begun(strokes: Sequence[Record], dt: float) -> Axis:
     return Axis(mass, max(viscous, 0.0), max(coulomb, 0.0), offset, lag=max(lag, 0.1) * dt)
 
 
-def _momentum(stroke: Record, lag: int, dt: float) -> Array:
-    """Speed, way, direction times time, time; and the integral of the effort."""
+def momentum(stroke: Record, lag: int, dt: float) -> Array:
+    """The balance of momentum of a stroke from rest, a row per sample.
+
+    Parameters
+    ----------
+    stroke : Record
+        From rest.
+    lag : int
+        Periods by which the effort acts late.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    ndarray, shape (n, 5)
+        Speed, way, direction times time, time; and the integral of the effort, V s.
+    """
     v = np.gradient(stroke.x, dt)
     way = math.copysign(1.0, stroke.x[-1] - stroke.x[0])
     pushed = late(stroke.u, float(lag))
@@ -217,7 +263,7 @@ def _search(
     """Output error; the parameters and the Jacobian of the positions in their units."""
     from scipy.optimize import least_squares
 
-    top = max(float(np.abs(np.gradient(s.x, dt)).max()) for s in strokes)
+    top = _top(strokes, dt)
     push = max(float(np.abs(s.u).max()) for s in strokes)
     least = {"viscous": 0.05 * push / top, "coulomb": 0.05 * push, "lag": dt}
     usual = start._replace(offset=0.05 * push)
@@ -244,6 +290,11 @@ def _search(
 def _missed(strokes: Sequence[Record], axis: Axis, dt: float) -> list[Array]:
     """Measured less simulated position of each stroke."""
     return [s.x - simulate(axis, s.u, dt, float(s.x[0])) for s in strokes]
+
+
+def _top(strokes: Sequence[Record], dt: float) -> float:
+    """Greatest speed, m/s."""
+    return max(float(np.abs(np.gradient(s.x, dt)).max()) for s in strokes)
 
 
 def _rms(missed: Sequence[Array]) -> float:

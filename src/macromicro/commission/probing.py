@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from macromicro.commission.stand import SENSOR, Caution, Stand
 from macromicro.errors import MacromicroError
 
+_PATIENCE = 120.0  # s, for a ramp with all its holds
+_HOLD = 0.04  # s that an effort is held to see whether the axis slides
+_STEADY = 0.8  # least part of the first half's way that it goes in the second half if it slides
+_FAR = 20.0  # so many times the motion that is looked at is sliding for sure
+_LEAST = 0.02  # of the largest effort: an axis without friction is moved by no less
 _RAMP = 8.0  # s from no effort to the largest
 MOVED = 4.0  # counts that show a motion
 _TRIES = 3
@@ -50,6 +53,21 @@ class Direction(NamedTuple):
         """The larger of the two, V."""
         return max(self.forward, self.backward)
 
+    def surely(self, effort: float) -> float:
+        """Effort that moves the axis: breakaway, or some where there is hardly any friction.
+
+        Parameters
+        ----------
+        effort : float
+            Largest effort, V.
+
+        Returns
+        -------
+        float
+            V.
+        """
+        return max(self.breakaway, _LEAST * effort)
+
 
 class Ends(NamedTuple):
     """Where the axis may go.
@@ -70,6 +88,55 @@ class Ends(NamedTuple):
     def travel(self) -> float:
         """From end to end, m."""
         return self.high - self.low
+
+
+class Ramp:
+    """Effort that rises until the axis slides.
+
+    A few counts of motion may be the give of bristles, belts and balls, which dies away when the
+    effort rises no more. So it is held there: what does not slow down slides.
+
+    Parameters
+    ----------
+    way : float
+        1 or -1.
+    effort : float
+        Where it begins, V.
+    rise : float
+        V per period.
+    most : float
+        Largest effort, V.
+    enough : float
+        Motion that is looked at, m.
+    """
+
+    def __init__(self, way: float, effort: float, rise: float, most: float, enough: float) -> None:
+        self.way, self.effort, self.rise, self.most = way, effort, rise, most
+        self.enough = enough
+        self.slid = False
+        self.place = math.nan
+        self.since: float | None = None
+        self.half: float | None = None  # way in the first half of the hold, m
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period; None when it slides, or all effort did not move it."""
+        if math.isnan(self.place):
+            self.place = x
+        moved = abs(x - self.place)
+        if self.since is None:
+            if moved >= self.enough:
+                self.place, self.since, self.half = x, t, None
+            else:
+                self.effort += self.rise
+        elif moved >= _FAR * self.enough:
+            self.slid = True
+        elif self.half is None:
+            if t - self.since >= 0.5 * _HOLD:
+                self.half = moved
+        elif t - self.since >= _HOLD:
+            self.slid = moved - self.half >= max(_STEADY * self.half, 0.5 * self.enough)
+            self.place, self.since = x, None
+        return None if self.slid or self.effort > self.most else self.way * self.effort
 
 
 class Creep:
@@ -98,6 +165,7 @@ class Creep:
         self.most = PUSH * breakaway
         self.effort = 0.0
         self.still, self.at = 0.0, math.nan
+        self.slow = 0.02 * speed * _HELD  # less motion in that time is none
         self.stuck = False
         self.dt = dt
 
@@ -105,7 +173,7 @@ class Creep:
         """The effort of this period."""
         if self.way * (x - self.target) >= 0.0:
             return None
-        if x != self.at:
+        if not abs(x - self.at) < self.slow:
             self.still, self.at = 0.0, x
         elif self.effort >= self.most:
             self.still += self.dt
@@ -197,28 +265,20 @@ def started(
     CommissionError
         It does not move at the largest effort.
     """
-    enough = (MOVED + noise) * stand.pitch
     start = stand.position()
     begin = _BELOW * about
     rate = caution.effort / _RAMP / (_SLOWER if about else 1.0)
-
-    def ramp(t: float, x: float, v: float) -> float | None:
-        return None if abs(x - start) >= enough else way * (begin + rate * t)
-
-    record = stand.drive(ramp, (caution.effort - begin) / rate, caution._replace(speed=math.inf))
+    law = Ramp(way, begin, rate * stand.dt, caution.effort, (MOVED + noise) * stand.pitch)
+    record = stand.drive(law, _PATIENCE, caution._replace(speed=math.inf))
     stand.rest(caution)
-    moved = float(record.x[-1] - start)
-    if abs(moved) < enough:
+    if not law.slid:
         raise CommissionError(
             f"the axis does not move at {caution.effort:.3g} V, which is all that it may be given: "
             "is it held, is the amplifier on, or does it need a larger --effort?"
         )
-    # The motion began when it was last no farther away than noise and one count.
-    here = np.abs(record.x - start) <= (1.0 + noise) * stand.pitch
-    effort = float(abs(record.u[np.flatnonzero(here)[-1]]))
-    if about and effort <= _AT_ONCE * begin:  # less would have started it, too
+    if about and law.effort <= _AT_ONCE * begin:  # less would have started it, too
         return started(stand, way, caution, noise)
-    return effort, moved
+    return law.effort, float(record.x[-1] - start)
 
 
 def ends(stand: Stand, found: Direction, caution: Caution, travel: float) -> Ends:
@@ -247,7 +307,7 @@ def ends(stand: Stand, found: Direction, caution: Caution, travel: float) -> End
     """
     places = []
     for way in (1.0, -1.0):
-        law = Creep(way, caution.speed, found.breakaway, stand.dt)
+        law = Creep(way, caution.speed, found.surely(caution.effort), stand.dt)
         fast = caution._replace(speed=math.inf)
         start = stand.position()
         window = fast._replace(low=start - travel, high=start + travel)
@@ -290,7 +350,7 @@ def go(stand: Stand, place: float, found: Direction, caution: Caution) -> bool:
     """
     start = stand.position()
     way = 1.0 if place > start else -1.0
-    law = Creep(way, caution.speed, found.breakaway, stand.dt, place)
+    law = Creep(way, caution.speed, found.surely(caution.effort), stand.dt, place)
     wide = caution._replace(speed=math.inf)
     record = stand.drive(law, 4.0 * abs(place - start) / caution.speed + 5.0, wide)
     stand.rest(caution)

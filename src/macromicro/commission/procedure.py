@@ -186,7 +186,8 @@ def _direction(work: Work) -> Direction:
 
 
 def _ends_intent(work: Work) -> str:
-    o, push = work.options, probing.PUSH * work.direction.breakaway
+    o = work.options
+    push = probing.PUSH * work.direction.surely(o.effort)
     if o.low is not None and o.high is not None:
         return (
             f"The window that was named is used, {o.low * 1e3:.4g} to {o.high * 1e3:.4g} mm from "
@@ -221,7 +222,8 @@ def _friction(work: Work) -> FrictionMap:
 
 def _strokes_intent(work: Work) -> str:
     o, ends = work.options, work.ends
-    most = work.direction.breakaway + exciting.LEVELS[-1] * (o.effort - work.direction.breakaway)
+    least = work.direction.surely(o.effort)
+    most = least + exciting.LEVELS[-1] * (o.effort - least)
     return (
         f"{len(exciting.LEVELS) * exciting.STROKES} strokes with efforts up to {most:.3g} V and "
         f"speeds up to {o.speed:.3g} m/s, within {ends.low * 1e3:.4g} and {ends.high * 1e3:.4g} mm."

@@ -81,11 +81,13 @@ def doubts(found: Commissioned) -> list[str]:
             f"What starts the axis differs by {spread:.0%} along the travel and between the "
             "directions: dirt, a bent rail, or a weight?"
         )
-    asked = len(exciting.LEVELS) * exciting.STROKES
-    if len(work.strokes) < asked:
+    allowed = work.options.effort
+    most = exciting.proportional(work.strokes, work.direction, allowed)
+    if most < allowed:
         said.append(
-            f"{asked - len(work.strokes)} of {asked} strokes were left out: too short, or ended at "
-            "a limit."
+            f"The force was seen to be in proportion to the effort up to {most:.3g} V of "
+            f"{allowed:.3g} V only: the amplifier's limit of current, or of speed in this window. "
+            "The machine uses no more."
         )
     for name in ("mass", "coulomb"):
         value, half = getattr(model.axis, name), model.half_width(name)

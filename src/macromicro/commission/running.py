@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro import __version__
-from macromicro.commission import procedure, store, verifying
+from macromicro.commission import exciting, procedure, store, verifying
 from macromicro.commission import settings as found_settings
 from macromicro.commission.model import Model
 from macromicro.commission.probing import Ends
@@ -152,12 +152,13 @@ def commission(
         model = work.fitted()
         machine = machines.named("axis", "machine")
         assert machine is not None
-        motion = _settings(place, options, work, model, work.ends)[1].motion
+        first = _settings(place, options, work, model, work.ends)[1]
+        motion, effort = first.motion, first.controller.limit
         ask(
             VERIFY,
             f"The axis creeps to its low end and makes {len(verifying.SHARES)} moves within its "
             f"travel by the gains found, at up to {motion.velocity:.3g} m/s, "
-            f"{motion.acceleration:.3g} m/s^2 and {options.effort:.3g} V.",
+            f"{motion.acceleration:.3g} m/s^2 and {effort:.3g} V.",
         )
         creep = options.caution(options.creep)
         ends = verifying.home(work.stand, work.direction, work.ends, creep)
@@ -175,7 +176,7 @@ def _settings(
         model,
         ends,
         work.friction,
-        effort=options.effort,
+        effort=exciting.proportional(work.strokes, work.direction, options.effort),
         pitch=place.pitch,
         dt=place.dt,
     )
