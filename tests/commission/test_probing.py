@@ -7,7 +7,7 @@ import math
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.probing import CommissionError, Creep, direction, ends, go
+from macromicro.commission.probing import CommissionError, Creep, Direction, direction, ends, go
 from macromicro.commission.stand import SENSOR, SPEED, WINDOW, Caution, Stand
 from macromicro.identify.axis import Axis
 
@@ -79,9 +79,9 @@ def test_no_end_within_the_way_is_said() -> None:
 
 
 def test_an_axis_with_hardly_a_way_is_refused() -> None:
-    rig = Virtual(stops=(-3e-4, 4e-4))
+    rig = Virtual(stops=(-4.6e-4, 4.6e-4))
     on = stand(rig)
-    found = direction(on, FREE)
+    found = Direction(1.0, 1.2, 1.2, 0.0, 0.0)
     with pytest.raises(CommissionError, match="counts only"):
         ends(on, found, FREE._replace(speed=0.02), 0.5)
 

@@ -10,17 +10,13 @@ short, so that what the model leaves out cannot pile up in the position.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from macromicro.commission.model import missed
 from macromicro.commission.probing import CommissionError, Direction, Ends, go
 from macromicro.commission.stand import Caution, Record, Stand
 
 LEVELS = (0.05, 0.12, 0.25, 0.5, 0.8)  # parts of what is left of the effort above breakaway
 STROKES = 8  # of each level
-_UNLIKE = 2.0  # a level that a common model misses by so many times more has another force
 _LONGEST_STROKE = 1.5  # s
 _HELD = (0.02, 0.15)  # s that one effort is held
 _SOFTEST = 0.35  # least part of a level's effort
@@ -129,8 +125,6 @@ def excite(
             stand.rest(caution)
             if not record.ended and len(record.t) >= _LEAST:
                 made.append(record)
-        if len(records) >= STROKES and made and differs(records, made, stand, least):
-            break
         records += made
         if len(made) < STROKES // 2 and part > LEVELS[0]:
             break
@@ -140,54 +134,3 @@ def excite(
             "higher --speed, or a shorter control period"
         )
     return records
-
-
-def differs(known: Sequence[Record], more: Sequence[Record], stand: Stand, started: float) -> bool:
-    """Whether one linear model cannot explain weaker and stronger strokes alike.
-
-    An amplifier at its limit of current gives less than in proportion to the effort, for as long
-    as the axis accelerates. A model fitted to both then misses the stronger strokes by far more
-    than a model of the weaker ones misses these.
-
-    Parameters
-    ----------
-    known, more : Sequence[Record]
-        Strokes at lower efforts, and at a higher one.
-    stand : Stand
-        Where they were made.
-    started : float
-        Effort that starts the axis, V.
-
-    Returns
-    -------
-    bool
-        False also where the weaker strokes do not tell mass and friction apart.
-    """
-    try:
-        before = missed(known, known, stand.dt, started)
-        both = missed([*known, *more], more, stand.dt, started)
-    except CommissionError:
-        return False
-    return both > _UNLIKE * max(before, stand.pitch)
-
-
-def proportional(records: Sequence[Record], found: Direction, effort: float) -> float:
-    """Largest effort up to which the force was seen to be in proportion.
-
-    Parameters
-    ----------
-    records : Sequence[Record]
-        All strokes.
-    found : Direction
-        What starts the axis.
-    effort : float
-        Largest effort allowed, V.
-
-    Returns
-    -------
-    float
-        V; `effort` itself where all levels were reached.
-    """
-    least = found.surely(effort)
-    most = max(float(np.abs(one.u).max()) for one in records)
-    return effort if most >= 0.99 * (least + LEVELS[-1] * (effort - least)) else most

@@ -31,6 +31,8 @@ UNITS = {
 FITTED = ("mass", "viscous", "coulomb", "offset", "lag")
 _LAGS = 12  # whole periods of lag tried at the start
 _SPEEDS = (1e-3, 0.01, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the top speed
+_LIMITS = (0.1, 0.2, 0.4, 0.7)  # of the largest effort: limits of the force to begin with
+_LIMITED = 0.7  # a limit must lower the error to that part
 _FINER = 3  # times that the best speed's neighbours are halved
 _SHARE = 0.95
 
@@ -109,8 +111,8 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float) -> Model:
     CommissionError
         The strokes do not tell mass and friction apart.
     """
-    start = begun(strokes, dt)
     top = _top(strokes, dt)
+    start = _limited(strokes, begun(strokes, dt), breakaway, dt)
     freedom = max(len(strokes) - len(FITTED), 1)
     tried: dict[float, _Tried] = {}
     for speed in _SPEEDS:
@@ -139,39 +141,9 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float) -> Model:
         **dict(zip(FITTED, mean.tolist(), strict=True)),
         stribeck=float(stribeck),
         stribeck_speed=float(speed),
+        limit=every[int(np.argmin(squares))].axis.limit,
     )
     return Model(axis, FITTED, covariance, freedom, _rms(_missed(strokes, axis, dt)))
-
-
-def missed(
-    strokes: Sequence[Record], judged: Sequence[Record], dt: float, breakaway: float
-) -> float:
-    """How far the free runs of a quick fit are off.
-
-    Parameters
-    ----------
-    strokes : Sequence[Record]
-        That are fitted, each from rest.
-    judged : Sequence[Record]
-        Whose positions are compared.
-    dt : float
-        Control period, s.
-    breakaway : float
-        Effort that starts the axis, V.
-
-    Returns
-    -------
-    float
-        RMS, m.
-
-    Raises
-    ------
-    CommissionError
-        The strokes do not tell mass and friction apart.
-    """
-    start = begun(strokes, dt)
-    start = start._replace(stribeck_speed=_SPEEDS[1] * _top(strokes, dt))
-    return _rms(_missed(judged, _search(strokes, start, breakaway, dt)[0], dt))
 
 
 class _Tried(NamedTuple):
@@ -185,7 +157,30 @@ class _Tried(NamedTuple):
 def _tried(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float) -> _Tried:
     axis, jacobian = _search(strokes, start, breakaway, dt)
     missed = _missed(strokes, axis, dt)
-    return _Tried(axis, _sandwich(jacobian, missed), _rms(missed) ** 2)
+    count = len(FITTED)
+    return _Tried(axis, _sandwich(jacobian, missed)[:count, :count], _rms(missed) ** 2)
+
+
+def _limited(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float) -> Axis:
+    """Where the search goes on: with a limit of the force, where that explains the strokes by far
+    better than none."""
+    push = max(float(np.abs(s.u).max()) for s in strokes)
+    start = start._replace(stribeck_speed=_SPEEDS[1] * _top(strokes, dt))
+    free = _search(strokes, start, breakaway, dt)[0]
+    plain = _rms(_missed(strokes, free, dt))
+    # What the weakest third shows is the least touched by a limit.
+    try:
+        gentle = begun(sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3], dt)
+    except CommissionError:
+        gentle = start
+    best, least = start, _LIMITED * plain
+    for part in _LIMITS:
+        tried = gentle._replace(stribeck_speed=start.stribeck_speed, limit=part * push)
+        found = _search(strokes, tried, breakaway, dt)[0]
+        error = _rms(_missed(strokes, found, dt))
+        if error < least and found.limit < push:
+            best, least = found, error
+    return best
 
 
 def begun(strokes: Sequence[Record], dt: float) -> Axis:
@@ -265,15 +260,16 @@ def _search(
 
     top = _top(strokes, dt)
     push = max(float(np.abs(s.u).max()) for s in strokes)
+    names = FITTED if math.isinf(start.limit) else (*FITTED, "limit")
     least = {"viscous": 0.05 * push / top, "coulomb": 0.05 * push, "lag": dt}
     usual = start._replace(offset=0.05 * push)
-    scale = np.array([max(getattr(usual, n), least.get(n, 0.0)) for n in FITTED])
-    low = np.array([{"offset": -np.inf, "mass": 1e-2}.get(n, 0.0) for n in FITTED])
-    begin = np.array([getattr(start, n) for n in FITTED]) / scale
+    scale = np.array([max(getattr(usual, n), least.get(n, 0.0)) for n in names])
+    low = np.array([{"offset": -np.inf, "mass": 1e-2}.get(n, 0.0) for n in names])
+    begin = np.array([getattr(start, n) for n in names]) / scale
     begin = np.maximum(begin, low + 1e-3)
 
     def axis(values: Array) -> Axis:
-        found = start._replace(**dict(zip(FITTED, (values * scale).tolist(), strict=True)))
+        found = start._replace(**dict(zip(names, (values * scale).tolist(), strict=True)))
         return found._replace(stribeck=max(breakaway - found.coulomb - abs(found.offset), 0.0))
 
     def missed(values: Array) -> Array:

@@ -274,7 +274,7 @@ def started(
     if not law.slid:
         raise CommissionError(
             f"the axis does not move at {caution.effort:.3g} V, which is all that it may be given: "
-            "is it held, is the amplifier on, or does it need a larger --effort?"
+            "is it held, has it hardly a way, is the amplifier on, or must --effort be larger?"
         )
     if about and law.effort <= _AT_ONCE * begin:  # less would have started it, too
         return started(stand, way, caution, noise)

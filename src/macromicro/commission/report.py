@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import macromicro
-from macromicro.commission import exciting, figures, store
+from macromicro.commission import figures, store
 from macromicro.commission.model import UNITS
 from macromicro.commission.running import EXCHANGE, Commissioned, Place
 from macromicro.drawing import files as drawings
@@ -81,13 +81,10 @@ def doubts(found: Commissioned) -> list[str]:
             f"What starts the axis differs by {spread:.0%} along the travel and between the "
             "directions: dirt, a bent rail, or a weight?"
         )
-    allowed = work.options.effort
-    most = exciting.proportional(work.strokes, work.direction, allowed)
-    if most < allowed:
+    if model.axis.limit < work.options.effort:
         said.append(
-            f"The force was seen to be in proportion to the effort up to {most:.3g} V of "
-            f"{allowed:.3g} V only: the amplifier's limit of current, or of speed in this window. "
-            "The machine uses no more."
+            f"The drive's current gives a force of {model.axis.limit:.3g} V of "
+            f"{work.options.effort:.3g} V at most."
         )
     for name in ("mass", "coulomb"):
         value, half = getattr(model.axis, name), model.half_width(name)

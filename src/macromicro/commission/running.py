@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro import __version__
-from macromicro.commission import exciting, procedure, store, verifying
+from macromicro.commission import procedure, store, verifying
 from macromicro.commission import settings as found_settings
 from macromicro.commission.model import Model
 from macromicro.commission.probing import Ends
@@ -176,7 +176,7 @@ def _settings(
         model,
         ends,
         work.friction,
-        effort=exciting.proportional(work.strokes, work.direction, options.effort),
+        effort=options.effort,
         pitch=place.pitch,
         dt=place.dt,
     )

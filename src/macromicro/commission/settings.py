@@ -63,7 +63,7 @@ def settings(
         "amplifier.full_scale": f'"{effort!r} V"',
         "amplifier.supply": f'"{effort!r} V"',
         "amplifier.gain": "1.0",
-        "amplifier.current": f'"{effort / k!r} A"',
+        "amplifier.current": f'"{min(effort, axis.limit) / k!r} A"',
         "motor.force": f'"{k!r} N/A"',
         "motor.resistance": f'"{k!r} ohm"',
         "motor.inductance": f'"{k * rise!r} H"',

@@ -41,6 +41,9 @@ class Axis(NamedTuple):
         vs, m/s.
     lag : float
         Time by which the force acts late, s.
+    limit : float
+        Greatest force that the drive's current gives, N. Fv is taken as back-EMF then: at a speed
+        the drive can be asked for Fv v more before it comes to that.
     """
 
     mass: float
@@ -51,6 +54,7 @@ class Axis(NamedTuple):
     stribeck: float = 0.0
     stribeck_speed: float = 1.0
     lag: float = 0.0
+    limit: float = math.inf
 
 
 @kernel
@@ -149,7 +153,9 @@ def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) ->
     """
     for k in range(len(out)):
         out[k] = x
-        v, gone = step(p, v, force[k] - p.offset, h)
+        emf = p.viscous * v
+        given = min(max(force[k], emf - p.limit), emf + p.limit)
+        v, gone = step(p, v, given - p.offset, h)
         x += gone
 
 
