@@ -64,7 +64,7 @@ def test_strokes_that_are_all_too_fast_are_said() -> None:
 @pytest.mark.parametrize("late", [0, 3])
 def test_the_model_finds_the_axis(late: int) -> None:
     truth = PLAIN._replace(offset=0.1, lag=late * 1e-3)
-    rig = Virtual(truth, late=late, ripple=0.05)
+    rig = Virtual(truth, late=late, ripple=0.02)
     found = model.fitted(strokes(rig), 1e-3, 1.2)
     for name in found.names:
         error = getattr(found.axis, name) - getattr(truth, name)
