@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro.commission.probing import Direction, Ends, go, started
 from macromicro.commission.stand import Caution, Stand
 
 PLACES = 7
+_LEAST_SPREAD = 0.01  # of the mean: seven places do not show every speck
 _LOWER = 0.8  # friction elsewhere may be that much lower than where it was felt first
 
 
@@ -32,6 +35,13 @@ class FrictionMap(NamedTuple):
         """Of both directions, V."""
         known = [e for e in (*self.forward, *self.backward) if not math.isnan(e)]
         return sum(known) / len(known)
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation along the travel, V; at least a hundredth of the mean."""
+        sides = [e for e in (self.forward, self.backward) if len(e) > 1]
+        found = [float(np.nanstd(side, ddof=1)) for side in sides]
+        return max([*found, _LEAST_SPREAD * self.mean])
 
     @property
     def largest(self) -> float:

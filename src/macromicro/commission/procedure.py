@@ -149,7 +149,8 @@ class Work:
         CommissionError
             The strokes do not tell mass and friction apart.
         """
-        return model.fitted(self.strokes, self.stand.dt, self.friction.mean)
+        found = self.friction
+        return model.fitted(self.strokes, self.stand.dt, found.mean, found.spread)
 
 
 class Step(NamedTuple):

@@ -1,0 +1,293 @@
+"""Friction that depends on the place, fitted together with the model.
+
+Every stroke feels the same dirt at the same place, so what a model without places leaves out is
+common to all strokes, and no number of them averages it away. Levels of friction at places along
+the travel, hats between them, take it up; how large they may be is known from the breakaway that
+was measured along the travel (a Gaussian prior, as in ridge regression).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.commission.stand import Record
+from macromicro.identify.axis import Axis, late, step
+from macromicro.kernel import compiled, kernel
+
+KNOTS = 20
+_ROUNDS = 4
+_WITNESSES = 5.0  # values that a stroke counts for when data and prior are weighed
+_COMPARED = 150  # samples of each stroke
+_STEP = 0.01  # of a parameter, for differences
+
+
+class Level(NamedTuple):
+    """Friction along the travel.
+
+    Attributes
+    ----------
+    places : ndarray, shape (KNOTS,)
+        Evenly spaced, m.
+    levels : ndarray, shape (KNOTS,)
+        What is added to Coulomb friction there, V.
+    """
+
+    places: Array
+    levels: Array
+
+
+class Fit(NamedTuple):
+    """Parameters beside friction along the travel.
+
+    Attributes
+    ----------
+    axis : Axis
+        The parameters.
+    level : Level
+        Friction along the travel.
+    covariance : ndarray, shape (p, p)
+        Of the parameters, a stroke a witness.
+    freedom : float
+        Strokes less all that was fitted, the levels as far as the prior leaves them free.
+    square : float
+        Mean square of the positions missed, m^2.
+    """
+
+    axis: Axis
+    level: Level
+    covariance: Array
+    freedom: float
+    square: float
+
+
+@kernel
+def free_run(
+    p: Axis, places: Array, levels: Array, force: Array, x: float, h: float, out: Array
+) -> None:
+    """Positions from rest under a force, with friction along the travel.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters.
+    places, levels : ndarray, shape (k,)
+        As in `Level`.
+    force : ndarray, shape (n,)
+        V, held for `h` each.
+    x : float
+        Where it rests at the start, m.
+    h : float
+        Control period, s.
+    out : ndarray, shape (n,)
+        Positions are written here, m.
+    """
+    v = 0.0
+    apart = places[1] - places[0]
+    for k in range(len(out)):
+        out[k] = x
+        at = min(max((x - places[0]) / apart, 0.0), len(places) - 1.000001)
+        j = int(at)
+        level = levels[j] + (at - j) * (levels[j + 1] - levels[j])
+        here = Axis(
+            p.mass,
+            p.viscous,
+            max(p.coulomb + level, 0.0),
+            p.offset,
+            p.asymmetry,
+            p.stribeck,
+            p.stribeck_speed,
+            p.lag,
+            p.limit,
+        )
+        emf = p.viscous * v
+        given = min(max(force[k], emf - p.limit), emf + p.limit)
+        v, gone = step(here, v, given - p.offset, h)
+        x += gone
+
+
+def missed(strokes: Sequence[Record], axis: Axis, level: Level, dt: float) -> list[Array]:
+    """Measured less simulated position of each stroke.
+
+    Parameters
+    ----------
+    strokes : Sequence[Record]
+        Each from rest.
+    axis : Axis
+        Parameters.
+    level : Level
+        Friction along the travel.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    list[ndarray]
+        m, an array per stroke.
+    """
+    plain = Axis(*(float(value) for value in axis))
+    run = compiled(free_run)
+    found = []
+    for one in strokes:
+        out = np.empty_like(one.x)
+        run(plain, level.places, level.levels, late(one.u, axis.lag / dt), float(one.x[0]), dt, out)
+        found.append(one.x - out)
+    return found
+
+
+def held(axis: Axis, breakaway: float) -> Axis:
+    """An axis whose friction at rest is what was measured.
+
+    Parameters
+    ----------
+    axis : Axis
+        Its Stribeck drop is replaced.
+    breakaway : float
+        Effort that starts it, V.
+
+    Returns
+    -------
+    Axis
+        With Stribeck's drop down to its Coulomb friction.
+    """
+    return axis._replace(stribeck=max(breakaway - axis.coulomb - abs(axis.offset), 0.0))
+
+
+def fitted(
+    strokes: Sequence[Record],
+    start: Axis,
+    names: tuple[str, ...],
+    *,
+    breakaway: float,
+    spread: float,
+    dt: float,
+) -> Fit:
+    """Parameters and friction along the travel by Gauss and Newton, from where a search without
+    places ended.
+
+    Parameters
+    ----------
+    strokes : Sequence[Record]
+        Each from rest.
+    start : Axis
+        The parameters that explain them best without places.
+    names : tuple[str, ...]
+        Those that are fitted.
+    breakaway : float
+        Effort that starts the axis, V.
+    spread : float
+        Standard deviation of the friction along the travel, V.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Fit
+        With the covariance of the parameters.
+    """
+    every = np.concatenate([one.x for one in strokes])
+    level = Level(np.linspace(every.min(), every.max(), KNOTS), np.zeros(KNOTS))
+    count, steps = len(names), np.array([_step(start, n, dt) for n in names])
+    prior = np.concatenate([np.zeros(count), np.full(KNOTS, 1.0 / spread**2)])
+
+    def axis(by: Array) -> Axis:
+        values = {n: max(getattr(start, n) + b, _LEAST[n]) for n, b in zip(names, by, strict=True)}
+        return held(start._replace(**values), breakaway)
+
+    some = [taken(one) for one in strokes]
+    free = [_beginning(one.t[k], start) for one, k in zip(strokes, some, strict=True)]
+
+    def errors(by: Array) -> Array:
+        run = missed(strokes, axis(by[:count]), level._replace(levels=by[count:]), dt)
+        parts = [e[k] for e, k in zip(run, some, strict=True)]
+        return np.concatenate([e - q @ (q.T @ e) for e, q in zip(parts, free, strict=True)])
+
+    by = np.zeros(count + KNOTS)
+    steps = np.concatenate([steps, np.full(KNOTS, _STEP * max(start.coulomb, spread))])
+    error = errors(by)
+    weight = np.mean(error**2) * len(error) / (_WITNESSES * len(strokes))
+    for _ in range(_ROUNDS):
+        jacobian = _slopes(errors, by, steps)
+        normal = jacobian.T @ jacobian + weight * np.diag(prior)
+        change = np.linalg.pinv(normal, hermitian=True) @ (jacobian.T @ error - weight * prior * by)
+        tried = errors(by + change)
+        if np.mean(tried**2) >= np.mean(error**2):
+            break
+        by, error = by + change, tried
+    jacobian = _slopes(errors, by, steps)
+    weight = np.mean(error**2) * len(error) / (_WITNESSES * len(strokes))
+    bread = np.linalg.pinv(jacobian.T @ jacobian + weight * np.diag(prior), hermitian=True)
+    freedom = len(strokes) - float(np.trace(bread @ (jacobian.T @ jacobian)))
+    cuts = np.cumsum([len(k) for k in some])[:-1]
+    parts = zip(np.split(jacobian, cuts), np.split(error, cuts), strict=True)
+    scores = np.stack([j.T @ e for j, e in parts])
+    freedom = max(freedom, 1.0)
+    covariance = len(strokes) / freedom * bread @ (scores.T @ scores) @ bread
+    found = level._replace(levels=by[count:])
+    square = float(np.mean(error**2))
+    final = axis(by[:count])
+    return Fit(
+        Axis(*(float(value) for value in final)), found, covariance[:count, :count], freedom, square
+    )
+
+
+_LEAST = {
+    "mass": 1e-12,
+    "viscous": 0.0,
+    "coulomb": 0.0,
+    "offset": -math.inf,
+    "lag": 0.0,
+    "limit": 0.0,
+}
+
+
+def taken(stroke: Record) -> npt.NDArray[np.intp]:
+    """Samples that are compared: positions are smooth, so a part of them says it all.
+
+    Parameters
+    ----------
+    stroke : Record
+        A stroke.
+
+    Returns
+    -------
+    ndarray of int
+        Their rows, evenly spaced.
+    """
+    count = min(len(stroke.t), _COMPARED)
+    return np.linspace(0, len(stroke.t) - 1, count).round().astype(np.intp)
+
+
+def _beginning(t: Array, axis: Axis) -> Array:
+    """An orthonormal basis of what another place and speed at a stroke's begin would change.
+
+    Bristles take some momentum before they slide, which no friction of sliding says. So a stroke's
+    errors count only as far as no other beginning explains them.
+    """
+    fall = axis.viscous / axis.mass
+    way = t if fall * t[-1] < 1e-6 else -np.expm1(-fall * t) / fall
+    return np.asarray(np.linalg.qr(np.stack([np.ones_like(way), way], axis=1))[0])
+
+
+def _step(axis: Axis, name: str, dt: float) -> float:
+    """How far a parameter is moved for differences."""
+    if name == "lag":
+        return 0.1 * dt
+    if name == "offset":
+        return _STEP * max(abs(axis.offset), axis.coulomb)
+    return float(_STEP * max(abs(getattr(axis, name)), 1e-9))
+
+
+def _slopes(errors: Callable[[Array], Array], by: Array, steps: Array) -> Array:
+    """How the simulated positions change with each value: differences."""
+    here, columns = errors(by), []
+    for k, change in enumerate(steps):
+        there = by.copy()
+        there[k] += change
+        columns.append((here - errors(there)) / change)
+    return np.stack(columns, axis=1)
