@@ -106,7 +106,9 @@ def operator(
     if r[0] != 0.0 or not np.all(np.diff(r) > 0.0) or not np.isfinite(r[-1]):
         raise InputError(f"{where}, thresholds", r.tolist(), "0 first, then rising")
     if not (np.all(np.isfinite(w)) and np.all(w >= 0.0) and w[0] > 0.0):
-        raise InputError(f"{where}, weights", w.tolist(), "the first above 0, the others at least 0")
+        raise InputError(
+            f"{where}, weights", w.tolist(), "the first above 0, the others at least 0"
+        )
     if not (math.isfinite(offset) and math.isfinite(widening) and widening >= 0.0):
         accepted = "a finite offset, a widening of at least 0"
         raise InputError(f"{where}, offset and widening", (offset, widening), accepted)
@@ -194,7 +196,7 @@ def advance(p: Prandtl, s: Plays, u: float, rate: float) -> tuple[Plays, float]:
     u : float
         Unit of the input; NaN moves nothing.
     rate : float
-        Rate of the input, per second; its sign does not matter. 0 for the rate-independent operator.
+        Rate of the input, per second; its sign does not matter. 0: no widening.
 
     Returns
     -------

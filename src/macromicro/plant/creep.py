@@ -69,7 +69,7 @@ def prepare(spec: Creep) -> CreepTable:
         For the kernels.
     """
     decades = np.arange(spec.decades, dtype=np.float64)
-    # sum over k of 1 - exp(-t / (T 10^k)) is log10(t / T) + 1/2 + gamma / ln 10 but for a ripple, so
+    # sum over k of 1 - exp(-t / (T 10^k)) is log10(t / T) + 1/2 + gamma / ln 10, but for a ripple:
     # T = first 10^(1/2) e^gamma meets the logarithm. gamma is Euler's constant.
     begin = spec.first * math.sqrt(10.0) * math.exp(float(np.euler_gamma))
     return CreepTable(begin * 10.0**decades, float(spec.share))

@@ -1,0 +1,377 @@
+"""A piezo stage: amplifier, hysteretic and creeping stack, flexure guide, position sensor.
+
+    volts -> amplifier -> Prandtl-Ishlinskii, wider with the rate -> creep -> second order -> sensor
+
+Hysteresis and creep of the stack act before the mechanics, as Croft, Shed and Devasia (2001)
+place them. The hysteresis' weights follow from what makers print, the stroke over a voltage span
+and the width of that loop, and from a shape that is a bench assumption.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.hysteresis import prandtl
+from macromicro.hysteresis.prandtl import Plays, Prandtl
+from macromicro.kernel import kernel
+from macromicro.plant import capacitive, creep, high_voltage
+from macromicro.plant.capacitive import Capacitive
+from macromicro.plant.creep import Creep, CreepTable
+from macromicro.plant.high_voltage import HighVoltage
+from macromicro.schema.par import Par
+
+
+class Stack(NamedTuple):
+    """The ceramic: how far it moves for a voltage, and how its loop looks."""
+
+    stroke: Annotated[
+        float,
+        Par("m", "stroke over `span`, slowly", "PI P-621.1: 120 um", shown="um", positive=True),
+    ] = 120e-6
+    span: Annotated[
+        float, Par("V", "voltage for that stroke", "PI: -20 to 120 V", positive=True)
+    ] = 140.0
+    hysteresis: Annotated[
+        float,
+        Par(
+            "1",
+            "width of that loop in its middle, of the stroke",
+            "PI, Piezo University: 10 to 15 %",
+            lo=0.0,
+            hi=0.4,
+        ),
+    ] = 0.13
+    spread: Annotated[
+        float, Par("1", "thresholds over which the weights fall to 1/e, of `span`", positive=True)
+    ] = 0.15
+    plays: Annotated[int, Par("", "play operators", lo=2, hi=64)] = 24
+    widening: Annotated[
+        float,
+        Par(
+            "s",
+            "growth of the thresholds with the rate of the voltage",
+            "bench assumption: 6 V more at 10 Hz over the span",
+            shown="ms",
+            lo=0.0,
+            hi=1.0,
+        ),
+    ] = 1.5e-3
+    rate_lag: Annotated[
+        float,
+        Par("s", "lag of that growth, so that a staircase counts as a ramp", shown="ms", lo=0.0),
+    ] = 1.0e-3
+
+
+class Guide(NamedTuple):
+    """The flexure guide with its lever, the platform and what stands on it."""
+
+    resonance: Annotated[
+        float, Par("Hz", "resonance without a load", "PI P-621.1CD: 800 Hz", positive=True)
+    ] = 800.0
+    stiffness: Annotated[
+        float,
+        Par(
+            "N/m", "stiffness in the direction of motion", "PI P-621.1CD: 0.35 N/um", positive=True
+        ),
+    ] = 0.35e6
+    damping: Annotated[float, Par("1", "damping ratio of the resonance", lo=1e-4, hi=0.99)] = 0.02
+    load: Annotated[float, Par("kg", "mass on the platform", shown="g", lo=0.0)] = 0.02
+
+
+class Warming(NamedTuple):
+    """A slow change of temperature, which lengthens the stage as a first-order lag."""
+
+    expansion: Annotated[float, Par("m/K", "drift of the position per kelvin")] = 40e-9
+    change: Annotated[float, Par("K", "change of temperature, from the start on")] = 0.0
+    time: Annotated[float, Par("s", "time constant of that change", positive=True)] = 600.0
+
+
+class PiezoBench(NamedTuple):
+    """A piezo stage as a person writes it down."""
+
+    amplifier: HighVoltage = HighVoltage()
+    stack: Stack = Stack()
+    creep: Creep = Creep()
+    guide: Guide = Guide()
+    warming: Warming = Warming()
+    sensor: Capacitive = Capacitive()
+    steps: Annotated[int, Par("", "physics steps per control period", lo=1, hi=1000)] = 4
+
+
+class PiezoPlant(NamedTuple):
+    """The stage as the kernels take it.
+
+    Attributes
+    ----------
+    amplifier : HighVoltage
+        The amplifier.
+    hysteresis : Prandtl
+        From V to m.
+    creep : CreepTable
+        The creep.
+    omega : float
+        Resonance with the load, rad/s.
+    damping : float
+        Its damping ratio.
+    rate_lag : float
+        Lag of the rate that widens the loop, s.
+    warming : Warming
+        Slow drift.
+    sensor : Capacitive
+        The sensor.
+    steps : int
+        Steps per control period.
+    """
+
+    amplifier: HighVoltage
+    hysteresis: Prandtl
+    creep: CreepTable
+    omega: float
+    damping: float
+    rate_lag: float
+    warming: Warming
+    sensor: Capacitive
+    steps: int
+
+
+class PiezoState(NamedTuple):
+    """State of the stage.
+
+    Attributes
+    ----------
+    volts : float
+        At the stack, V.
+    plays : Plays
+        Of the hysteresis, V.
+    rate : float
+        Of the voltage, lagged, V/s.
+    lags : ndarray, shape (k,)
+        Of the creep, m.
+    x : float
+        Position of the platform, m.
+    v : float
+        Its speed, m/s.
+    drift : float
+        By the temperature, m.
+    """
+
+    volts: float
+    plays: Plays
+    rate: float
+    lags: Array
+    x: float
+    v: float
+    drift: float
+
+
+def loop(spec: Stack) -> Prandtl:
+    """The operator whose loop over `span` has the stroke and the width that are given.
+
+    Between the ends -A and A a play of threshold r moves by 2 (A - r), and its two branches are
+    2 min(r, A - r) apart in the middle; the weights are w_0 and b exp(-r / (spread span)).
+
+    Parameters
+    ----------
+    spec : Stack
+        The stack.
+
+    Returns
+    -------
+    Prandtl
+        Output in m, input in V.
+
+    Raises
+    ------
+    InputError
+        A loop that this shape cannot have: nothing would be left that follows at once.
+    """
+    half = 0.5 * spec.span
+    r = half * np.arange(spec.plays) / spec.plays
+    shape = np.exp(-r / (spec.spread * spec.span))
+    shape[0] = 0.0
+    gap = float(np.sum(2.0 * shape * np.minimum(r, half - r)))
+    b = spec.hysteresis * spec.stroke / gap
+    reversible = spec.stroke - b * float(np.sum(2.0 * shape * (half - r)))
+    if not reversible > 0.0:
+        most = gap / float(np.sum(2.0 * shape * (half - r)))
+        raise InputError("stack.hysteresis", spec.hysteresis, f"below {most:.3g} for this spread")
+    weights = b * shape
+    weights[0] = reversible / spec.span
+    return prandtl.operator(r, weights, 0.0, spec.widening)
+
+
+def loaded(spec: Guide) -> float:
+    """Resonance with the load: f0 sqrt(m / (m + load)), with m = k / (2 pi f0)^2.
+
+    Parameters
+    ----------
+    spec : Guide
+        The guide.
+
+    Returns
+    -------
+    float
+        Hz.
+    """
+    own = spec.stiffness / (2.0 * math.pi * spec.resonance) ** 2
+    return spec.resonance * math.sqrt(own / (own + spec.load))
+
+
+def prepare(spec: PiezoBench) -> PiezoPlant:
+    """Runtime parameters.
+
+    Parameters
+    ----------
+    spec : PiezoBench
+        The stage.
+
+    Returns
+    -------
+    PiezoPlant
+        For the kernels.
+    """
+    return PiezoPlant(
+        spec.amplifier,
+        loop(spec.stack),
+        creep.prepare(spec.creep),
+        2.0 * math.pi * loaded(spec.guide),
+        float(spec.guide.damping),
+        float(spec.stack.rate_lag),
+        spec.warming,
+        spec.sensor,
+        int(spec.steps),
+    )
+
+
+def initial(p: PiezoPlant) -> PiezoState:
+    """At rest at 0 V, without a past.
+
+    Parameters
+    ----------
+    p : PiezoPlant
+        The stage.
+
+    Returns
+    -------
+    PiezoState
+        Its arrays are its own.
+    """
+    plays = prandtl.relaxed(p.hysteresis)
+    return PiezoState(0.0, plays, 0.0, creep.fresh(p.creep), 0.0, 0.0, 0.0)
+
+
+@kernel
+def swung(
+    omega: float, damping: float, x: float, v: float, rest: float, dt: float
+) -> tuple[float, float]:
+    """A damped oscillator after one step, exactly, for a place of rest that stays.
+
+    Parameters
+    ----------
+    omega : float
+        Natural frequency, rad/s.
+    damping : float
+        Damping ratio below 1.
+    x : float
+        Position, m.
+    v : float
+        Speed, m/s.
+    rest : float
+        Where it would come to rest, m.
+    dt : float
+        Length of the step, s.
+
+    Returns
+    -------
+    x : float
+        New position, m.
+    v : float
+        New speed, m/s.
+    """
+    sigma = damping * omega
+    swing = omega * math.sqrt(1.0 - damping * damping)
+    decay = math.exp(-sigma * dt)
+    c, s = math.cos(swing * dt), math.sin(swing * dt) / swing
+    d = x - rest
+    return (
+        rest + decay * (d * (c + sigma * s) + v * s),
+        decay * (v * (c - sigma * s) - d * omega * omega * s),
+    )
+
+
+@kernel
+def advance(p: PiezoPlant, s: PiezoState, command: float, dt: float) -> PiezoState:
+    """The stage after one control period.
+
+    Parameters
+    ----------
+    p : PiezoPlant
+        The stage.
+    s : PiezoState
+        Its state; the arrays are changed in place.
+    command : float
+        Commanded voltage at the stack, V.
+    dt : float
+        Length of the period, s.
+
+    Returns
+    -------
+    PiezoState
+        New state.
+    """
+    h = dt / p.steps
+    asked = high_voltage.convert(p.amplifier, command)
+    volts, plays, rate, x, v = s.volts, s.plays, s.rate, s.x, s.v
+    keep = math.exp(-h / p.rate_lag) if p.rate_lag > 0.0 else 0.0
+    for _ in range(p.steps):
+        volts = high_voltage.driven(p.amplifier, volts, asked, h)
+        rate = keep * rate + (1.0 - keep) * (volts - plays.u) / h
+        plays, free = prandtl.advance(p.hysteresis, plays, volts, rate)
+        rest = creep.advance(p.creep, s.lags, free, h)
+        x, v = swung(p.omega, p.damping, x, v, rest, h)
+    goal = p.warming.expansion * p.warming.change
+    drift = goal + (s.drift - goal) * math.exp(-dt / p.warming.time)
+    return PiezoState(volts, plays, rate, s.lags, x, v, drift)
+
+
+@kernel
+def position(s: PiezoState) -> float:
+    """Where the platform is, warmth included.
+
+    Parameters
+    ----------
+    s : PiezoState
+        State of the stage.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    return s.x + s.drift
+
+
+@kernel
+def measured(p: PiezoPlant, s: PiezoState, draw: float) -> float:
+    """What the sensor shows.
+
+    Parameters
+    ----------
+    p : PiezoPlant
+        The stage.
+    s : PiezoState
+        Its state.
+    draw : float
+        Standard normal number.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    return capacitive.reading(p.sensor, position(s), draw)
