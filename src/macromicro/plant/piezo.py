@@ -12,12 +12,10 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
-
 from macromicro.arrays import Array
-from macromicro.errors import InputError
 from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Plays, Prandtl
+from macromicro.hysteresis.prandtl_loop import Loop, shaped
 from macromicro.kernel import kernel
 from macromicro.plant import capacitive, creep, high_voltage
 from macromicro.plant.capacitive import Capacitive
@@ -172,9 +170,6 @@ class PiezoState(NamedTuple):
 def loop(spec: Stack) -> Prandtl:
     """The operator whose loop over `span` has the stroke and the width that are given.
 
-    Between the ends -A and A a play of threshold r moves by 2 (A - r), and its two branches are
-    2 min(r, A - r) apart in the middle; the weights are w_0 and b exp(-r / (spread span)).
-
     Parameters
     ----------
     spec : Stack
@@ -188,21 +183,10 @@ def loop(spec: Stack) -> Prandtl:
     Raises
     ------
     InputError
-        A loop that this shape cannot have: nothing would be left that follows at once.
+        A loop too wide for the spread of its weights.
     """
-    half = 0.5 * spec.span
-    r = half * np.arange(spec.plays) / spec.plays
-    shape = np.exp(-r / (spec.spread * spec.span))
-    shape[0] = 0.0
-    gap = float(np.sum(2.0 * shape * np.minimum(r, half - r)))
-    b = spec.hysteresis * spec.stroke / gap
-    reversible = spec.stroke - b * float(np.sum(2.0 * shape * (half - r)))
-    if not reversible > 0.0:
-        most = gap / float(np.sum(2.0 * shape * (half - r)))
-        raise InputError("stack.hysteresis", spec.hysteresis, f"below {most:.3g} for this spread")
-    weights = b * shape
-    weights[0] = reversible / spec.span
-    return prandtl.operator(r, weights, 0.0, spec.widening)
+    size = Loop(spec.stroke, spec.hysteresis * spec.stroke)
+    return shaped(size, spec.span, spec.spread, spec.plays, spec.widening)
 
 
 def loaded(spec: Guide) -> float:
