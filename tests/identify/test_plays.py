@@ -31,7 +31,7 @@ def recorded() -> tuple[Array, Array]:
     noise = np.random.default_rng(5).standard_normal(volts.size)
     s, shown = piezo.initial(p), np.empty(volts.size)
     for k, v in enumerate(volts):
-        s = piezo.advance(p, s, float(v), DT)
+        s = piezo.advance(p, s, 0.1 * float(v), DT)
         shown[k] = piezo.measured(p, s, noise[k])
     return volts, shown
 
@@ -53,7 +53,7 @@ def test_a_piezo_stage_loop_is_found_to_parts_of_a_percent(tmp_path: Path) -> No
     file = written(tmp_path / "own.csv", *recorded())
     found = identify.from_files("plays", file, tests=(str(file),))
     assert isinstance(found.model, Prandtl)
-    true = piezo.loop(piezo.Stack())
+    true = piezo.loop(piezo.Stack(), piezo.Hidden())
     loop = prandtl_loop.measured(true.thresholds, true.weights, 100.0)
     assert line(found, "stroke").value == pytest.approx(1e6 * loop.stroke, rel=0.03)
     assert line(found, "loop width").value == pytest.approx(

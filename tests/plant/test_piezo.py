@@ -17,10 +17,19 @@ from macromicro.kernel import compiled, kernel
 from macromicro.plant import piezo
 from macromicro.plant.creep import Creep
 from macromicro.plant.high_voltage import HighVoltage
-from macromicro.plant.piezo import Guide, PiezoBench, PiezoPlant, PiezoState, Stack, Warming
+from macromicro.plant.piezo import (
+    Guide,
+    Hidden,
+    PiezoBench,
+    PiezoPlant,
+    PiezoState,
+    Stack,
+    Warming,
+)
 
 DT = 1e-4
-SPEC = PiezoBench()
+AS_PRINTED = Hidden(stronger=1.0, detuned=1.0)
+SPEC = PiezoBench(hidden=AS_PRINTED)
 P = piezo.prepare(SPEC)
 FAST = SPEC._replace(amplifier=HighVoltage(bandwidth=1e7, current=1e4), creep=Creep(decades=0))
 
@@ -29,7 +38,7 @@ FAST = SPEC._replace(amplifier=HighVoltage(bandwidth=1e7, current=1e4), creep=Cr
 def drive(p: PiezoPlant, s: PiezoState, volts: Array, dt: float, out: Array) -> PiezoState:
     """Along commanded voltages: true position and voltage after each period, and a reading."""
     for k in range(volts.shape[0]):
-        s = piezo.advance(p, s, volts[k], dt)
+        s = piezo.advance(p, s, 0.1 * volts[k], dt)
         out[0, k] = piezo.position(s)
         out[1, k] = s.volts
         out[2, k] = piezo.measured(p, s, 0.5)
@@ -44,12 +53,15 @@ def driven(p: PiezoPlant, volts: Array, dt: float = DT) -> Array:
 
 
 def test_the_loop_has_the_stroke_and_the_width_that_are_given() -> None:
-    p = piezo.loop(Stack(100e-6, 120.0, 0.1, 0.3, 20, 0.002))
+    hidden = Hidden(1.0, 1.0, 0.02, 0.3, 20, 0.002)
+    p = piezo.loop(Stack(100e-6, 120.0, 0.1), hidden)
     assert measured(p.thresholds, p.weights, 120.0) == pytest.approx((100e-6, 10e-6))
     assert p.weights[11] / p.weights[1] == pytest.approx(math.exp(-10 * 3.0 / (0.3 * 120.0)))
     assert (p.thresholds.size, p.widening) == (20, 0.002)
+    more = piezo.loop(Stack(100e-6, 120.0, 0.1), hidden._replace(stronger=1.2))
+    assert more.weights == pytest.approx(1.2 * p.weights)
     with pytest.raises(InputError, match=r"below 0\.239 of the stroke"):
-        piezo.loop(Stack(hysteresis=0.25, spread=0.1))
+        piezo.loop(Stack(hysteresis=0.25), Hidden(spread=0.1))
 
 
 def test_a_load_lowers_the_resonance_as_printed() -> None:
@@ -58,6 +70,8 @@ def test_a_load_lowers_the_resonance_as_printed() -> None:
     assert piezo.loaded(Guide(load=0.02)) == pytest.approx(520.0, rel=0.02)
     assert piezo.loaded(Guide(load=0.12)) == pytest.approx(290.0, rel=0.12)
     assert P.omega == pytest.approx(2.0 * math.pi * piezo.loaded(Guide()))
+    off = piezo.prepare(SPEC._replace(hidden=Hidden(detuned=0.9)))
+    assert off.omega == pytest.approx(0.9 * P.omega)
 
 
 @given(
@@ -89,7 +103,9 @@ def test_the_oscillator_obeys_its_equation() -> None:
 
 def test_a_step_overshoots_with_the_resonance_and_its_damping() -> None:
     """Peak after half a period of the damped swing, of exp(-pi zeta / sqrt(1 - zeta^2))."""
-    p = piezo.prepare(FAST._replace(stack=Stack(hysteresis=0.0), guide=Guide(damping=0.1)))
+    p = piezo.prepare(
+        FAST._replace(stack=Stack(hysteresis=0.0), hidden=AS_PRINTED._replace(damping=0.1))
+    )
     x = driven(p, np.full(200, 10.0), 2e-5)[0]
     rest = 10.0 * 120e-6 / 140.0
     top = int(np.argmax(x))
@@ -101,7 +117,7 @@ def test_a_step_overshoots_with_the_resonance_and_its_damping() -> None:
 def test_slow_cycles_show_the_stack_loop_and_creep() -> None:
     """The position is the operator's output with creep after it, once the mechanics rest."""
     still = SPEC._replace(
-        stack=SPEC.stack._replace(widening=0.0), guide=Guide(damping=0.9, load=0.0)
+        hidden=AS_PRINTED._replace(widening=0.0, damping=0.9), guide=Guide(load=0.0)
     )
     p = piezo.prepare(still)
     out = driven(p, np.repeat([40.0, 90.0, 20.0], 700), 1e-3)
@@ -130,6 +146,17 @@ def test_volts_pass_the_converter_and_the_current_limit() -> None:
     out = driven(P, np.full(100, 500.0))
     assert out[1, 9] == pytest.approx(20.0, rel=1e-6)
     assert out[1, -1] == pytest.approx(120.0, rel=1e-6)
+
+
+def test_an_effort_acts_after_the_delay() -> None:
+    """A quarter of the period late: the first three of four steps are as without it."""
+    late = piezo.prepare(SPEC._replace(delay=0.25e-4, steps=4))
+    volts = np.array([10.0, 10.0])
+    plain, shifted = driven(P, volts)[1], driven(late, volts)[1]
+    assert 0.0 < shifted[0] < plain[0]
+    three = piezo.advance(P._replace(steps=3), piezo.initial(P), 1.0, 0.75e-4)
+    assert shifted[0] == pytest.approx(three.volts, rel=1e-3)
+    assert shifted[1] > shifted[0]
 
 
 def test_a_warming_stage_drifts() -> None:

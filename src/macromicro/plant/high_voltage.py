@@ -16,8 +16,15 @@ from macromicro.schema.par import Par
 class HighVoltage(NamedTuple):
     """The amplifier and the capacitance that it drives."""
 
-    low: Annotated[float, Par("V", "lowest output", "PI: -20 to 120 V", lo=-1000.0, hi=0.0)] = -20.0
-    high: Annotated[float, Par("V", "highest output", "PI: -20 to 120 V", positive=True)] = 120.0
+    gain: Annotated[
+        float, Par("1", "output per volt of the D/A before it", "PI E-617: 10", positive=True)
+    ] = 10.0
+    low: Annotated[
+        float, Par("V", "lowest output", "PI E-617: -20 to 120 V", lo=-1000.0, hi=0.0)
+    ] = -20.0
+    high: Annotated[float, Par("V", "highest output", "PI E-617: -20 to 120 V", positive=True)] = (
+        120.0
+    )
     bits: Annotated[int, Par("", "resolution of the converter before it", lo=8, hi=32)] = 20
     bandwidth: Annotated[
         float, Par("Hz", "small-signal bandwidth with the stack connected", positive=True)
@@ -31,21 +38,22 @@ class HighVoltage(NamedTuple):
 
 
 @kernel
-def convert(p: HighVoltage, volts: float) -> float:
-    """What the converter asks of the amplifier: limited, then rounded to a code.
+def convert(p: HighVoltage, effort: float) -> float:
+    """What is asked of the amplifier: limited to its range, then rounded to a code.
 
     Parameters
     ----------
     p : HighVoltage
         Parameters of the amplifier.
-    volts : float
-        Commanded voltage at the stack, V.
+    effort : float
+        V at the D/A.
 
     Returns
     -------
     float
-        V.
+        V at the stack.
     """
+    volts = p.gain * effort
     lsb: float = (p.high - p.low) / 2.0**p.bits
     code = math.floor((min(max(volts, p.low), p.high) - p.low) / lsb + 0.5)
     return min(p.low + code * lsb, p.high)

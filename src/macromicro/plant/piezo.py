@@ -25,7 +25,7 @@ from macromicro.schema.par import Par
 
 
 class Stack(NamedTuple):
-    """The ceramic: how far it moves for a voltage, and how its loop looks."""
+    """The ceramic as makers print it: how far it moves for a voltage, and how wide its loop is."""
 
     stroke: Annotated[
         float,
@@ -44,8 +44,36 @@ class Stack(NamedTuple):
             hi=0.4,
         ),
     ] = 0.13
+
+
+class Guide(NamedTuple):
+    """The flexure guide with its lever, the platform and what stands on it, as makers print it."""
+
+    resonance: Annotated[
+        float, Par("Hz", "resonance without a load", "PI P-621.1CD: 800 Hz", positive=True)
+    ] = 800.0
+    stiffness: Annotated[
+        float,
+        Par(
+            "N/m", "stiffness in the direction of motion", "PI P-621.1CD: 0.35 N/um", positive=True
+        ),
+    ] = 0.35e6
+    load: Annotated[float, Par("kg", "mass on the platform", shown="g", lo=0.0)] = 0.02
+
+
+class Hidden(NamedTuple):
+    """What no data sheet prints, and by how much one stage differs from its sheet."""
+
+    stronger: Annotated[
+        float, Par("1", "true stroke over the printed one", "PI: +-20 %", lo=0.5, hi=2.0)
+    ] = 1.04
+    detuned: Annotated[
+        float, Par("1", "true resonance over the printed one", "PI: +-20 %", lo=0.5, hi=2.0)
+    ] = 0.95
+    damping: Annotated[float, Par("1", "damping ratio of the resonance", lo=1e-4, hi=0.99)] = 0.02
     spread: Annotated[
-        float, Par("1", "thresholds over which the weights fall to 1/e, of `span`", positive=True)
+        float,
+        Par("1", "thresholds over which the weights fall to 1/e, of the span", positive=True),
     ] = 0.15
     plays: Annotated[int, Par("", "play operators", lo=2, hi=64)] = 24
     widening: Annotated[
@@ -65,22 +93,6 @@ class Stack(NamedTuple):
     ] = 1.0e-3
 
 
-class Guide(NamedTuple):
-    """The flexure guide with its lever, the platform and what stands on it."""
-
-    resonance: Annotated[
-        float, Par("Hz", "resonance without a load", "PI P-621.1CD: 800 Hz", positive=True)
-    ] = 800.0
-    stiffness: Annotated[
-        float,
-        Par(
-            "N/m", "stiffness in the direction of motion", "PI P-621.1CD: 0.35 N/um", positive=True
-        ),
-    ] = 0.35e6
-    damping: Annotated[float, Par("1", "damping ratio of the resonance", lo=1e-4, hi=0.99)] = 0.02
-    load: Annotated[float, Par("kg", "mass on the platform", shown="g", lo=0.0)] = 0.02
-
-
 class Warming(NamedTuple):
     """A slow change of temperature, which lengthens the stage as a first-order lag."""
 
@@ -96,8 +108,12 @@ class PiezoBench(NamedTuple):
     stack: Stack = Stack()
     creep: Creep = Creep()
     guide: Guide = Guide()
+    hidden: Hidden = Hidden()
     warming: Warming = Warming()
     sensor: Capacitive = Capacitive()
+    delay: Annotated[
+        float, Par("s", "from a reading until its effort acts", shown="ms", lo=0.0)
+    ] = 0.0
     steps: Annotated[int, Par("", "physics steps per control period", lo=1, hi=1000)] = 4
 
 
@@ -122,6 +138,8 @@ class PiezoPlant(NamedTuple):
         Slow drift.
     sensor : Capacitive
         The sensor.
+    delay : float
+        From a reading until its effort acts, s; at most a control period.
     steps : int
         Steps per control period.
     """
@@ -134,6 +152,7 @@ class PiezoPlant(NamedTuple):
     rate_lag: float
     warming: Warming
     sensor: Capacitive
+    delay: float
     steps: int
 
 
@@ -142,6 +161,8 @@ class PiezoState(NamedTuple):
 
     Attributes
     ----------
+    effort : float
+        V at the D/A that acts until the next one does.
     volts : float
         At the stack, V.
     plays : Plays
@@ -158,6 +179,7 @@ class PiezoState(NamedTuple):
         By the temperature, m.
     """
 
+    effort: float
     volts: float
     plays: Plays
     rate: float
@@ -167,13 +189,15 @@ class PiezoState(NamedTuple):
     drift: float
 
 
-def loop(spec: Stack) -> Prandtl:
-    """The operator whose loop over `span` has the stroke and the width that are given.
+def loop(spec: Stack, hidden: Hidden) -> Prandtl:
+    """The operator whose loop over `span` has the stroke and the width of this stage.
 
     Parameters
     ----------
     spec : Stack
-        The stack.
+        The stack as printed.
+    hidden : Hidden
+        What is not printed.
 
     Returns
     -------
@@ -185,12 +209,13 @@ def loop(spec: Stack) -> Prandtl:
     InputError
         A loop too wide for the spread of its weights.
     """
-    size = Loop(spec.stroke, spec.hysteresis * spec.stroke)
-    return shaped(size, spec.span, spec.spread, spec.plays, spec.widening)
+    stroke = hidden.stronger * spec.stroke
+    size = Loop(stroke, spec.hysteresis * stroke)
+    return shaped(size, spec.span, hidden.spread, hidden.plays, hidden.widening)
 
 
 def loaded(spec: Guide) -> float:
-    """Resonance with the load: f0 sqrt(m / (m + load)), with m = k / (2 pi f0)^2.
+    """Printed resonance with the load: f0 sqrt(m / (m + load)), with m = k / (2 pi f0)^2.
 
     Parameters
     ----------
@@ -221,13 +246,14 @@ def prepare(spec: PiezoBench) -> PiezoPlant:
     """
     return PiezoPlant(
         spec.amplifier,
-        loop(spec.stack),
+        loop(spec.stack, spec.hidden),
         creep.prepare(spec.creep),
-        2.0 * math.pi * loaded(spec.guide),
-        float(spec.guide.damping),
-        float(spec.stack.rate_lag),
+        2.0 * math.pi * spec.hidden.detuned * loaded(spec.guide),
+        float(spec.hidden.damping),
+        float(spec.hidden.rate_lag),
         spec.warming,
         spec.sensor,
+        float(spec.delay),
         int(spec.steps),
     )
 
@@ -246,7 +272,7 @@ def initial(p: PiezoPlant) -> PiezoState:
         Its arrays are its own.
     """
     plays = prandtl.relaxed(p.hysteresis)
-    return PiezoState(0.0, plays, 0.0, creep.fresh(p.creep), 0.0, 0.0, 0.0)
+    return PiezoState(0.0, 0.0, plays, 0.0, creep.fresh(p.creep), 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -289,7 +315,7 @@ def swung(
 
 
 @kernel
-def advance(p: PiezoPlant, s: PiezoState, command: float, dt: float) -> PiezoState:
+def advance(p: PiezoPlant, s: PiezoState, effort: float, dt: float) -> PiezoState:
     """The stage after one control period.
 
     Parameters
@@ -298,8 +324,8 @@ def advance(p: PiezoPlant, s: PiezoState, command: float, dt: float) -> PiezoSta
         The stage.
     s : PiezoState
         Its state; the arrays are changed in place.
-    command : float
-        Commanded voltage at the stack, V.
+    effort : float
+        V at the D/A; it acts after the delay, the one before it until then.
     dt : float
         Length of the period, s.
 
@@ -309,18 +335,20 @@ def advance(p: PiezoPlant, s: PiezoState, command: float, dt: float) -> PiezoSta
         New state.
     """
     h = dt / p.steps
-    asked = high_voltage.convert(p.amplifier, command)
+    asked = high_voltage.convert(p.amplifier, effort)
+    before = high_voltage.convert(p.amplifier, s.effort)
     volts, plays, rate, x, v = s.volts, s.plays, s.rate, s.x, s.v
     keep = math.exp(-h / p.rate_lag) if p.rate_lag > 0.0 else 0.0
-    for _ in range(p.steps):
-        volts = high_voltage.driven(p.amplifier, volts, asked, h)
+    for j in range(p.steps):
+        now = before if (j + 0.5) * h < p.delay else asked
+        volts = high_voltage.driven(p.amplifier, volts, now, h)
         rate = keep * rate + (1.0 - keep) * (volts - plays.u) / h
         plays, free = prandtl.advance(p.hysteresis, plays, volts, rate)
         rest = creep.advance(p.creep, s.lags, free, h)
         x, v = swung(p.omega, p.damping, x, v, rest, h)
     goal = p.warming.expansion * p.warming.change
     drift = goal + (s.drift - goal) * math.exp(-dt / p.warming.time)
-    return PiezoState(volts, plays, rate, s.lags, x, v, drift)
+    return PiezoState(effort, volts, plays, rate, s.lags, x, v, drift)
 
 
 @kernel
