@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from macromicro import __version__
-from macromicro.commands import identify, streams
+from macromicro.commands import identify, machine_run, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
@@ -123,16 +123,22 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
     ] = False,
 ) -> None:
-    """Run a motion programme on the virtual bench.
+    """Run a motion programme on the virtual bench, or on the machine that --config names.
 
     The thesis' integrated test (Chapter 6) runs if no programme is named. On replay:FILE nothing
-    moves: controller and guard see the sensors of that recording, to its end.
+    moves: controller and guard see the sensors of that recording, to its end. A file of settings
+    that begins with machine = "axis" is that of one motor-driven axis (docs/machines.md).
     """
     from macromicro.drawing.files import formats
 
     with Signals() as signals:
         try:
             kinds = formats(figures)
+            if config is not None and machine_run.other(config):
+                machine_run.refuse(fan=fan, rig=rig)
+                asked = (config, programme, out, cycles, seed, overwrite, kinds)
+                machine_run.run(asked, as_json, signals)
+                return
             request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds)
             _run(request, as_json, signals)
         except KeyboardInterrupt:
@@ -197,6 +203,9 @@ def config_show(
     key: Annotated[
         str | None, typer.Argument(help="One set or parameter, such as bench.friction.")
     ] = None,
+    machine: Annotated[
+        str, typer.Option(metavar="NAME", help="Of this machine, such as axis.")
+    ] = "two_stage",
 ) -> None:
     """Print the default settings as TOML, with units, meaning and source.
 
@@ -205,6 +214,9 @@ def config_show(
     from macromicro.schema.config import as_toml
     from macromicro.settings import Settings
 
+    if machine != "two_stage":
+        machine_run.show(machine, key)
+        return
     if key is not None and key.partition(".")[0] in ("live", "serve"):
         from macromicro.serve.settings import LiveSettings
 

@@ -26,6 +26,16 @@ class Settings(NamedTuple):
     guard: Limits = Limits()
     travel: Travel = Travel()
 
+    def machine(self) -> str:
+        """Name of the machine that these are settings of.
+
+        Returns
+        -------
+        str
+            As a settings file names it.
+        """
+        return "two_stage"
+
     def derived(self) -> tuple[derived.Derivation, ...]:
         """What follows from other settings, unless it is set itself.
 

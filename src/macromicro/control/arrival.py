@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, Protocol
 
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
@@ -48,16 +48,28 @@ class Sequence(NamedTuple):
     ] = 1
 
 
+class Rule(Protocol):
+    """What says when something has arrived: `Sequence`, or that of another machine."""
+
+    @property
+    def tolerance(self) -> float:
+        """Error that counts as arrived, in the unit of the error."""
+
+    @property
+    def dwell(self) -> float:
+        """Time within the tolerance, s."""
+
+
 @kernel
-def within(p: Sequence, error: float) -> bool:
+def within(p: Rule, error: float) -> bool:
     """Whether an error is within the tolerance. A missing reading (NaN) is not.
 
     Parameters
     ----------
-    p : Sequence
-        Parameters of the sequence.
+    p : Rule
+        Tolerance and dwell.
     error : float
-        Error, counts.
+        Error, in the tolerance's unit.
 
     Returns
     -------
@@ -68,15 +80,15 @@ def within(p: Sequence, error: float) -> bool:
 
 
 @kernel
-def since(p: Sequence, error: float, before: float, t: float) -> float:
+def since(p: Rule, error: float, before: float, t: float) -> float:
     """Since when the error is within the tolerance.
 
     Parameters
     ----------
-    p : Sequence
-        Parameters of the sequence.
+    p : Rule
+        Tolerance and dwell.
     error : float
-        Error, counts.
+        Error, in the tolerance's unit.
     before : float
         The same of the last period, s.
     t : float
@@ -93,13 +105,13 @@ def since(p: Sequence, error: float, before: float, t: float) -> float:
 
 
 @kernel
-def arrived(p: Sequence, inside: float, t: float) -> bool:
+def arrived(p: Rule, inside: float, t: float) -> bool:
     """Whether it has been within the tolerance for the dwell.
 
     Parameters
     ----------
-    p : Sequence
-        Parameters of the sequence.
+    p : Rule
+        Tolerance and dwell.
     inside : float
         Since when it is within, s, or NaN.
     t : float

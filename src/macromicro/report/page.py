@@ -13,6 +13,11 @@ from macromicro.runs.job import Ended
 from macromicro.schema import config
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
+_FOOTNOTE = """\
+Settling runs from the move's start until the error stays within the band, by the
+encoder (macro) or the laser (micro). The final error is the target minus the mean reading over
+the hold's last 0.5 s. Integral action makes the Hall error of a micro move zero by construction;
+the laser and the bench's truth are the independent witnesses."""
 
 
 def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:
@@ -32,10 +37,17 @@ def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:
     str
         One self-contained file.
     """
+    request = ended.job.request
+    opening = (
+        f"{request.cycles} cycle{'' if request.cycles == 1 else 's'} on the virtual bench,\n"
+        f"{'with' if request.fan else 'without'} fan, seed {request.seed}, run on {started} with\n"
+        f"macromicro {macromicro.__version__}."
+    )
     return filled(
         TEMPLATE,
+        opening=opening,
+        footnote=_FOOTNOTE,
         ended=ended,
-        request=ended.job.request,
         programme=ended.job.programme,
         overrides=ended.job.overrides,
         headings=words.HEADINGS,
@@ -43,8 +55,6 @@ def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:
         remarks=words.remarks(ended),
         problems=words.problems(ended),
         pictures=pictures,
-        started=started,
-        version=macromicro.__version__,
         provenance=_provenance(ended),
         settings=config.as_toml(ended.job.settings),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -40,26 +40,48 @@ def progress(job: Job) -> Iterator[Report]:
     Report
         To be called with the simulated time (s) and the index of the move.
     """
+    with bar(job.programme.title, job.expected, lambda k: _move(job, k)) as report:
+        yield report
+
+
+@contextmanager
+def bar(title: str, expected: float, words: Callable[[int], str]) -> Iterator[Report]:
+    """A bar on stderr, in simulated seconds; one plain line where that is no terminal.
+
+    Parameters
+    ----------
+    title : str
+        What is about to run.
+    expected : float
+        Its simulated time, roughly, s.
+    words : Callable[[int], str]
+        What to say of a move of that index.
+
+    Yields
+    ------
+    Report
+        To be called with the simulated time (s) and the index of the move.
+    """
     if not sys.stderr.isatty():
-        print(f"running {job.programme.title}: about {job.expected:.0f} s", file=sys.stderr)
+        print(f"running {title}: about {expected:.0f} s", file=sys.stderr)
         yield lambda t, move: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
-    bar = Progress(
+    shown = Progress(
         TextColumn("{task.completed:6.0f} of {task.total:.0f} s"),
         BarColumn(),
         TextColumn("{task.description}", markup=False),
         console=Console(stderr=True),
         transient=True,
     )
-    with bar:
-        task = bar.add_task("", total=job.expected)
+    with shown:
+        task = shown.add_task("", total=expected)
 
         def report(t: float, move: int) -> None:
-            longest = max(t, job.expected)
-            bar.update(task, completed=t, total=longest, description=_move(job, move))
+            longest = max(t, expected)
+            shown.update(task, completed=t, total=longest, description=words(move))
 
         yield report
 
@@ -85,22 +107,39 @@ def show(ended: Ended) -> None:
     ended : Ended
         The run.
     """
+    show_lines(words.HEADINGS, words.table(ended), words.remarks(ended))
+
+
+def show_lines(
+    headings: Sequence[str], lines: Sequence[words.Line], remarks: Sequence[tuple[str, str]]
+) -> None:
+    """A table and remarks, on stdout.
+
+    Parameters
+    ----------
+    headings : Sequence[str]
+        Of the table.
+    lines : Sequence[words.Line]
+        Its lines; without any there is no table.
+    remarks : Sequence[tuple[str, str]]
+        Heading and text.
+    """
     from rich.table import Table
     from rich.text import Text
 
     console = _console()
     narrow = console.width < _NARROW
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for heading in words.HEADINGS:
+    for heading in headings:
         shown = Text(_BROKEN.get(heading, heading) if narrow else heading)
         table.add_column(shown, justify="right", overflow="fold", vertical="bottom")
-    for line in words.table(ended):
+    for line in lines:
         cells = [Text(cell) for cell in line.cells]
         table.add_row(*cells, style="" if line.arrived else "bold red")
-    if ended.moves:
+    if lines:
         console.print(table)
         console.print()
-    for name, text in words.remarks(ended):
+    for name, text in remarks:
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
 
 

@@ -21,11 +21,15 @@ from macromicro.schema.text import printable, read_toml
 Tree = TypeVar("Tree")
 
 WHAT = "a settings file (.toml)"
+MACHINE = "machine"  # key that names the machine that a file is for
 _LIST = "`macromicro config show` lists all"
 
 
 def load_overrides(path: Path, tree: Tree) -> Tree:
     """A tree with the values of a TOML file, and with what derives from them.
+
+    A tree may have a method ``machine() -> str``: the file's key `machine`, if it is there, must
+    name the same.
 
     Parameters
     ----------
@@ -49,6 +53,12 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
     path = Path(path)
     file = printable(path, 300)
     table = read_toml(path, WHAT)
+    mine, named = getattr(tree, "machine", None), table.get(MACHINE)
+    if mine is not None and named is not None:
+        if table.pop(MACHINE) != mine():
+            raise InputError(f"{file}, {MACHINE}", printable(named), f'"{mine()}" here')
+        if not table:
+            return tree
     if not leaves(table, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
         raise InputError(file, "sets nothing", f"one parameter or more ({_LIST})")
     return overridden(tree, table, file)

@@ -137,6 +137,16 @@ class LiveSettings(NamedTuple):
     live: Live = Live()
     serve: ServeSettings = ServeSettings()
 
+    def machine(self) -> str:
+        """Name of the machine that these are settings of.
+
+        Returns
+        -------
+        str
+            As a settings file names it.
+        """
+        return "two_stage"
+
     def derived(self) -> tuple[derived.Derivation, ...]:
         """What follows from other settings, unless it is set itself."""
         return derived.DERIVED + derived.LIVE

@@ -1,0 +1,174 @@
+"""Cascaded position (P) and velocity (PI) control with feed-forward, for any control period.
+
+The laws are written in continuous time: gains in 1/s and V s/m hold for whatever period the loop
+runs at. The velocity comes from an observer of the position, not from differences of counts.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.columns import Quantity
+from macromicro.control import notch
+from macromicro.control.notch import Delays, Notch
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+_DERIVED = "derived from the data sheets"
+
+
+class Cascade(NamedTuple):
+    """Gains of the law; efforts in V at the D/A."""
+
+    position: Annotated[
+        float, Par("1/s", "speed asked for per position error", _DERIVED, lo=0.0)
+    ] = 0.0
+    velocity: Annotated[float, Par("V*s/m", "effort per velocity error", _DERIVED, lo=0.0)] = 0.0
+    integral: Annotated[
+        float, Par("1/s", "inverse of the velocity loop's integral time", _DERIVED, lo=0.0)
+    ] = 0.0
+    observer: Annotated[
+        float, Par("1/s", "bandwidth of the velocity's observer", _DERIVED, positive=True)
+    ] = 1000.0
+    ahead_velocity: Annotated[
+        float, Par("V*s/m", "effort per target velocity", _DERIVED, lo=0.0)
+    ] = 0.0
+    ahead_acceleration: Annotated[
+        float, Par("V*s^2/m", "effort per target acceleration", _DERIVED, lo=0.0)
+    ] = 0.0
+    ahead_friction: Annotated[
+        float, Par("V", "effort against Coulomb friction while the target moves", _DERIVED, lo=0.0)
+    ] = 0.0
+    ahead_gravity: Annotated[float, Par("V", "effort against the weight", _DERIVED)] = 0.0
+    rest: Annotated[
+        float,
+        Par("m", "position error that a resting target leaves alone", _DERIVED, shown="um", lo=0.0),
+    ] = 0.0
+    limit: Annotated[float, Par("V", "greatest effort", _DERIVED, positive=True)] = 10.0
+    notch: Notch = Notch()
+
+
+class Memory(NamedTuple):
+    """What the law remembers."""
+
+    place: float  # m, of the observer: its prediction for this period
+    velocity: Annotated[
+        float, Quantity("mm/s", "speed by the law's observer", column="speed", scale=1e3)
+    ]
+    integral: Annotated[float, Quantity("V", "integral effort", column="integral")]
+    first: float  # V, of the notch
+    second: float
+
+
+@kernel
+def start(p: Cascade, sample: Sample) -> Memory:
+    """At rest where the sample is.
+
+    Parameters
+    ----------
+    p : Cascade
+        Gains.
+    sample : Sample
+        The first.
+
+    Returns
+    -------
+    Memory
+        No integral yet.
+    """
+    place = 0.0 if math.isnan(sample.position) else sample.position
+    return Memory(place, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def observed(
+    bandwidth: float, place: float, velocity: float, sample: Sample, dt: float
+) -> tuple[float, float]:
+    """Place and velocity by a Luenberger observer, corrected by a sample.
+
+    Both poles are at exp(-bandwidth dt), so it is stable for any period. A missing sample corrects
+    nothing.
+
+    Parameters
+    ----------
+    bandwidth : float
+        1/s.
+    place : float
+        Predicted, m.
+    velocity : float
+        Predicted, m/s.
+    sample : Sample
+        What the stage shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    place : float
+        m.
+    velocity : float
+        m/s.
+    """
+    off = sample.position - place
+    if math.isnan(off):
+        return place, velocity
+    pole = math.exp(-bandwidth * dt)
+    return place + (1.0 - pole * pole) * off, velocity + (1.0 - pole) * (1.0 - pole) / dt * off
+
+
+@kernel
+def step(p: Cascade, s: Memory, target: Target, sample: Sample, dt: float) -> tuple[Memory, float]:
+    """One control period.
+
+    Parameters
+    ----------
+    p : Cascade
+        Gains.
+    s : Memory
+        State.
+    target : Target
+        Where the stage is to be.
+    sample : Sample
+        What it shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    memory : Memory
+        New state.
+    effort : float
+        V at the D/A.
+    """
+    place, velocity = observed(p.observer, s.place, s.velocity, sample, dt)
+    error = target.position - sample.position
+    if math.isnan(error):
+        error = target.position - place
+    resting = target.velocity == 0.0 and target.acceleration == 0.0
+    if resting and abs(error) <= p.rest:
+        error = 0.0
+    slip = target.velocity + p.position * error - velocity
+    ahead = p.ahead_velocity * target.velocity + p.ahead_acceleration * target.acceleration
+    ahead += p.ahead_gravity
+    if target.velocity != 0.0:
+        ahead += math.copysign(p.ahead_friction, target.velocity)
+    gathered = s.integral + p.velocity * p.integral * slip * dt
+    if resting and error == 0.0:
+        gathered = s.integral
+    wanted = ahead + p.velocity * slip + gathered
+    delays, out = notch.step(p.notch, Delays(s.first, s.second), wanted, dt)
+    effort = min(max(out, -p.limit), p.limit)
+    # Anti-windup: beyond the limit the integral only comes back.
+    if effort != out and (out - effort) * (gathered - s.integral) > 0.0:
+        gathered = s.integral
+    # The set point's acceleration carries the prediction on; what differs is corrected.
+    ahead_place = place + dt * (velocity + 0.5 * dt * target.acceleration)
+    memory = Memory(
+        ahead_place, velocity + dt * target.acceleration, gathered, delays.first, delays.second
+    )
+    return memory, effort
+
+
+LAW = StageLaw("cascade", Cascade, Memory, start, step)

@@ -1,0 +1,190 @@
+"""The machine `axis`: one motor-driven axis, from its data sheets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Self
+
+from macromicro.arrays import Array
+from macromicro.control import cascade
+from macromicro.control.cascade import Cascade
+from macromicro.kernel import kernel
+from macromicro.machines import feasible, parts, sheets
+from macromicro.machines.guarding import Limits
+from macromicro.machines.parts import LOAD, Feedback, Load, Motion, Rubbing, Timing, Travel
+from macromicro.machines.sequence import Arrival
+from macromicro.machines.signals import Sample
+from macromicro.machines.stage import Kind
+from macromicro.plant import axis, power
+from macromicro.plant.axis import Body, Reading
+from macromicro.plant.encoder import Encoder
+from macromicro.plant.power import Amplifier, Motor
+from macromicro.plant.transmission import Transmission
+from macromicro.schema import access
+from macromicro.schema.par import replaced, value_at
+
+NAME = "axis"
+TITLE = "one motor-driven axis"
+
+
+class Axis(NamedTuple):
+    """The tree behind ``machine = "axis"``; `DEFAULT` has what is derived filled in."""
+
+    amplifier: Amplifier = Amplifier()
+    motor: Motor = Motor()
+    drive: Transmission = Transmission()
+    load: Load = Load()
+    friction: Rubbing = Rubbing()
+    encoder: Feedback = Feedback()
+    timing: Timing = Timing()
+    travel: Travel = Travel()
+    motion: Motion = Motion()
+    arrival: Arrival = Arrival()
+    controller: Cascade = Cascade()
+    guard: Limits = Limits()
+
+    def machine(self) -> str:
+        """Name of the machine.
+
+        Returns
+        -------
+        str
+            As a settings file names it.
+        """
+        return NAME
+
+    def derived(self) -> tuple[sheets.Rule, ...]:
+        """What follows from other settings, unless it is set itself.
+
+        Returns
+        -------
+        tuple[sheets.Rule, ...]
+            Pairs of a path and the rule that computes its value from the tree.
+        """
+        return sheets.RULES
+
+    def together(self) -> list[feasible.Problem]:
+        """What cannot work together.
+
+        Returns
+        -------
+        list[feasible.Problem]
+            Path, value, and what is accepted and why; none if all is well.
+        """
+        return feasible.problems(self)
+
+    def with_(self, changes: str | Mapping[str, object], value: object = None) -> Self:
+        """These settings with other values, and with what follows from them.
+
+        Parameters
+        ----------
+        changes : str | Mapping[str, object]
+            Path of a parameter; or several paths with their values.
+        value : object, optional
+            Of the one path: "2 kg", or a plain value where the parameter has no unit.
+
+        Returns
+        -------
+        Self
+            A changed copy.
+
+        Raises
+        ------
+        InputError
+            As of a settings file.
+        """
+        return access.changed(self, changes, value)
+
+
+def settled(tree: Any) -> Any:
+    """A tree with all that is derived computed anew.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings with a method `derived`.
+
+    Returns
+    -------
+    Any
+        A copy.
+    """
+    for path, rule in tree.derived():
+        tree = replaced(tree, path, type(value_at(tree, path))(rule(tree)))
+    return tree
+
+
+DEFAULT: Axis = settled(Axis())
+
+
+def prepare(tree: Axis) -> axis.Axis:
+    """Runtime parameters of the axis.
+
+    Parameters
+    ----------
+    tree : Axis
+        Settings.
+
+    Returns
+    -------
+    axis.Axis
+        For the kernels of `plant.axis`.
+    """
+    drive, moved = tree.drive, tree.load.mass + tree.load.payload
+    stiffness = moved * (2.0 * math.pi * drive.frequency) ** 2
+    rotor = sheets.turning(tree)
+    body = Body(
+        rotor,
+        stiffness,
+        2.0 * drive.damping * math.sqrt(stiffness * moved),
+        drive.backlash,
+        sheets.weight(tree),
+        drive.error,
+        drive.error_period,
+        drive.cogging,
+        drive.cogging_period,
+    )
+    reading = Reading(
+        Encoder(tree.encoder.pitch, tree.encoder.bits),
+        int(tree.encoder.at == LOAD),
+        tree.encoder.noise,
+    )
+    return axis.Axis(
+        power.prepare(tree.amplifier, tree.motor, sheets.constant(tree), drive.efficiency),
+        parts.carriage(tree.load),
+        body,
+        parts.friction(tree.friction, sheets.mass(tree)),
+        reading,
+        tree.timing.delay,
+        tree.timing.steps,
+    )
+
+
+@kernel
+def measure(p: axis.Axis, s: axis.State, t: float, noise: Array, k: int) -> Sample:
+    """What the axis shows.
+
+    Parameters
+    ----------
+    p : axis.Axis
+        Runtime parameters.
+    s : axis.State
+        State.
+    t : float
+        Now, s.
+    noise : ndarray, shape (periods, noises)
+        Standard normal draws.
+    k : int
+        Their row.
+
+    Returns
+    -------
+    Sample
+        Position in m.
+    """
+    return Sample(t, axis.measured(p, s, noise, k) * p.reading.encoder.pitch)
+
+
+KIND = Kind(NAME, axis.NOISES, axis.Truth, prepare, axis.at_rest, measure, axis.advance, axis.truth)
+LAW = cascade.LAW

@@ -1,0 +1,210 @@
+"""What an axis cannot do, said before it runs: rules over its settings, each with its numbers.
+
+As in `macromicro.rules`: (wrong?, path, value, what is accepted and why); paths in braces become
+that parameter's path and value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from macromicro.machines import sheets
+
+Problem = tuple[str, Any, str]
+Rule = tuple[bool, str, Any, str]
+
+
+def problems(tree: Any) -> list[Problem]:
+    """What cannot work together in settings of an axis.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    list[Problem]
+        Path, value, and what is accepted and why, of every rule that is broken.
+    """
+    every = (*_way(tree), *_force(tree), *_encoder(tree), *_loop(tree))
+    return [(path, value, words) for wrong, path, value, words in every if wrong]
+
+
+def _way(tree: Any) -> Iterator[Rule]:
+    """Targets within soft limits within stops."""
+    travel, load, guard = tree.travel, tree.load, tree.guard
+    yield travel.low > 0.0, "travel.low", travel.low, "at most 0 mm, where every run begins"
+    yield travel.high <= 0.0, "travel.high", travel.high, "above 0 mm, where every run begins"
+    yield (
+        guard.low < load.stop_low,
+        "guard.low",
+        guard.low,
+        "{load.stop_low} or more: the end stop",
+    )
+    yield (
+        guard.high > load.stop_high,
+        "guard.high",
+        guard.high,
+        "at most {load.stop_high}, the end stop",
+    )
+    yield travel.low < guard.low, "travel.low", travel.low, "{guard.low} or more, the soft limit"
+    yield travel.high > guard.high, "travel.high", travel.high, "at most {guard.high}"
+
+
+def _force(tree: Any) -> Iterator[Rule]:
+    """A motor that moves its load."""
+    most, held = sheets.force(tree), sheets.held(tree)
+    yield (
+        held >= sheets.SPARE * most,
+        "friction.coulomb",
+        tree.friction.coulomb,
+        f"friction and weight below {sheets.SPARE * most:.4g} N, {sheets.SPARE:.0%} of what the "
+        f"motor can at {sheets.current(tree):.3g} A; this axis takes {held:.4g} N to start",
+    )
+    needed = sheets.mass(tree) * tree.motion.acceleration + held
+    yield (
+        needed > most * (1.0 + 1e-9),
+        "motion.acceleration",
+        tree.motion.acceleration,
+        f"at most {max(most - held, 0.0) / sheets.mass(tree):.4g} m/s^2, what {most:.4g} N are "
+        f"left for behind friction and weight of {held:.4g} N with {sheets.mass(tree):.4g} kg",
+    )
+    volts = sheets.fastest(tree) / sheets.SPARE
+    yield (
+        tree.motion.velocity > volts,
+        "motion.velocity",
+        tree.motion.velocity,
+        f"at most {volts:.4g} m/s, which {{amplifier.supply}} drive the motor to under friction",
+    )
+    yield (
+        tree.guard.effort > tree.amplifier.full_scale,
+        "guard.effort",
+        tree.guard.effort,
+        "at most {amplifier.full_scale}, all that the D/A gives",
+    )
+    yield (
+        tree.controller.limit > tree.guard.effort,
+        "controller.limit",
+        tree.controller.limit,
+        "at most {guard.effort}, or the guard stops the first effort beyond it",
+    )
+
+
+def _encoder(tree: Any) -> Iterator[Rule]:
+    """Counts that are fine enough, and not too many."""
+    encoder = tree.encoder
+    yield (
+        encoder.pitch > tree.arrival.tolerance,
+        "arrival.tolerance",
+        tree.arrival.tolerance,
+        "{encoder.pitch} or more, one count; a finer encoder allows less",
+    )
+    counts = tree.motion.velocity / encoder.pitch
+    yield (
+        counts > encoder.rate,
+        "motion.velocity",
+        tree.motion.velocity,
+        f"at most {encoder.rate * encoder.pitch:.4g} m/s: it makes {counts:.4g} counts/s of "
+        "{encoder.rate}; a faster counter or coarser counts allow more",
+    )
+    longest = max(tree.load.stop_high, -tree.load.stop_low) / encoder.pitch
+    yield (
+        longest >= 2.0 ** (encoder.bits - 1.0),
+        "encoder.bits",
+        encoder.bits,
+        f"a counter that holds the {longest:.0f} counts to the end stop without wrapping",
+    )
+
+
+def _loop(tree: Any) -> Iterator[Rule]:
+    """A loop that is quick enough for what it controls."""
+    timing, drive = tree.timing, tree.drive
+    yield (
+        timing.delay > timing.period,
+        "timing.delay",
+        timing.delay,
+        "at most {timing.period}: an effort acts within the period that it was computed in",
+    )
+    yield (
+        drive.backlash > 0.0 and drive.frequency == 0.0,
+        "drive.backlash",
+        drive.backlash,
+        "0 mm, or a drive.frequency above 0 Hz: slack needs a drive that gives",
+    )
+    if drive.frequency > 0.0:
+        slowest = 0.1 / drive.frequency
+        yield (
+            timing.period > slowest,
+            "timing.period",
+            timing.period,
+            f"at most {1e3 * slowest:.4g} ms, a tenth of a period of {{drive.frequency}}",
+        )
+        yield (
+            sheets.turning(tree) <= 0.0,
+            "drive.frequency",
+            drive.frequency,
+            "0 Hz, or a motor with inertia: a mode needs a mass at either end",
+        )
+    rate = bandwidth_set(tree)
+    allowed = 1.0 / sheets.lag(tree)
+    yield (
+        rate > allowed,
+        "controller.velocity",
+        tree.controller.velocity,
+        f"a velocity loop of at most {allowed:.4g} rad/s, which a delay of "
+        f"{1e3 * sheets.lag(tree):.3g} ms allows (timing.period, timing.delay and the motor's "
+        f"current); this gain makes it {rate:.4g} rad/s",
+    )
+    mechanical = mechanical_pole(tree)
+    yield (
+        timing.period > 0.5 / mechanical,
+        "timing.period",
+        timing.period,
+        f"at most {500.0 / mechanical:.4g} ms, half the mechanical time constant of this axis",
+    )
+    for name in ("silent", "stuck", "window"):
+        value = getattr(tree.guard, name)
+        yield (
+            value < timing.period,
+            f"guard.{name}",
+            value,
+            "{timing.period} or more: the guard looks once a period",
+        )
+
+
+def bandwidth_set(tree: Any) -> float:
+    """Bandwidth of the velocity loop that the gain makes.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        rad/s.
+    """
+    return float(tree.controller.velocity / (sheets.per_newton(tree) * sheets.mass(tree)))
+
+
+def mechanical_pole(tree: Any) -> float:
+    """Pole of the axis between effort and speed.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        rad/s; by friction alone in current mode.
+    """
+    drag = tree.friction.viscous
+    if tree.amplifier.mode == "voltage":
+        k = sheets.constant(tree)
+        drag += k * k * tree.drive.efficiency / tree.motor.resistance
+    return float(max(drag, 1e-12) / sheets.mass(tree))

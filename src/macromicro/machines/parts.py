@@ -1,0 +1,171 @@
+"""Sets of settings that machines share: load, friction, encoder, timing, travel, motion limits."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.plant.carriage import Carriage
+from macromicro.plant.friction import Friction
+from macromicro.schema.par import Par
+
+MOTOR, LOAD = "motor", "load"
+_SHEET = "data sheet or drawing"
+_MEASURED = "data sheet or measurement"
+_DERIVED = "derived from the data sheets"
+_CHOICE = "machine choice"
+
+
+class Load(NamedTuple):
+    """What moves, and where its way ends."""
+
+    mass: Annotated[
+        float, Par("kg", "moving mass without payload, at the load", _SHEET, positive=True)
+    ] = 0.5
+    payload: Annotated[float, Par("kg", "payload", _SHEET, lo=0.0)] = 0.0
+    incline: Annotated[
+        float,
+        Par(
+            "rad",
+            "of the way, upwards to higher positions: 90 deg is vertical",
+            _SHEET,
+            shown="deg",
+            lo=-math.pi / 2.0,
+            hi=math.pi / 2.0,
+        ),
+    ] = 0.0
+    stop_low: Annotated[float, Par("m", "lower end stop", _SHEET, shown="mm", hi=0.0)] = -5.0e-3
+    stop_high: Annotated[float, Par("m", "upper end stop", _SHEET, shown="mm", positive=True)] = (
+        305.0e-3
+    )
+    stop_stiffness: Annotated[
+        float, Par("N/m", "stiffness of the end stops", _MEASURED, shown="N/mm", positive=True)
+    ] = 1.0e5
+    stop_damping: Annotated[float, Par("N*s/m", "damping of the end stops", _MEASURED, lo=0.0)] = (
+        100.0
+    )
+
+
+class Rubbing(NamedTuple):
+    """All that rubs, as a force at the load."""
+
+    coulomb: Annotated[float, Par("N", "kinetic friction", _MEASURED, lo=0.0)] = 3.0
+    stribeck: Annotated[float, Par("N", "breakaway above kinetic friction", _MEASURED, lo=0.0)] = (
+        0.6
+    )
+    stribeck_speed: Annotated[
+        float, Par("m/s", "speed over which that fades", _MEASURED, shown="mm/s", positive=True)
+    ] = 5.0e-3
+    viscous: Annotated[float, Par("N*s/m", "viscous friction", _MEASURED, lo=0.0)] = 2.0
+    presliding: Annotated[
+        float, Par("m", "give before it slides", _MEASURED, shown="um", positive=True)
+    ] = 5.0e-6
+    ripple: Annotated[
+        float, Par("N", "greatest change of the friction along the way", _MEASURED, lo=0.0)
+    ] = 0.0
+    ripple_long: Annotated[
+        float, Par("m", "longer period of that change", _MEASURED, shown="mm", positive=True)
+    ] = 40.0e-3
+    ripple_short: Annotated[
+        float, Par("m", "shorter period of that change", _MEASURED, shown="mm", positive=True)
+    ] = 12.0e-3
+
+
+class Feedback(NamedTuple):
+    """The encoder."""
+
+    at: Annotated[
+        str, Par("", "where it sits: on the motor or at the load", _SHEET, choices=(MOTOR, LOAD))
+    ] = MOTOR
+    lines: Annotated[
+        float, Par("1", "lines per turn (encoder on a motor that turns)", _SHEET, positive=True)
+    ] = 1000.0
+    pitch: Annotated[
+        float, Par("m", "way of the load per count", _DERIVED, shown="um", positive=True)
+    ] = 1.0e-6
+    noise: Annotated[float, Par("m", "noise before counting, rms", _SHEET, shown="um", lo=0.0)] = (
+        0.0
+    )
+    bits: Annotated[float, Par("", "width of the counter", _SHEET, lo=8, hi=48)] = 32.0
+    rate: Annotated[
+        float, Par("counts/s", "fastest counting of encoder and counter", _SHEET, positive=True)
+    ] = 4.0e6
+
+
+class Timing(NamedTuple):
+    """When things happen."""
+
+    period: Annotated[float, Par("s", "control period", _CHOICE, shown="ms", lo=1e-5, hi=0.1)] = (
+        1e-3
+    )
+    delay: Annotated[
+        float, Par("s", "from a reading until its effort acts", _SHEET, shown="ms", lo=0.0)
+    ] = 0.1e-3
+    steps: Annotated[
+        int, Par("", "steps of the physics per control period", _DERIVED, lo=1, hi=20000)
+    ] = 20
+
+
+class Travel(NamedTuple):
+    """Targets of programmes lie between these."""
+
+    low: Annotated[float, Par("m", "lowest target", _DERIVED, shown="mm")] = 0.0
+    high: Annotated[float, Par("m", "highest target", _DERIVED, shown="mm")] = 0.3
+
+
+class Motion(NamedTuple):
+    """Limits of the moves' profiles."""
+
+    velocity: Annotated[float, Par("m/s", "greatest speed", _DERIVED, positive=True)] = 1.0
+    acceleration: Annotated[
+        float, Par("m/s^2", "greatest acceleration", _DERIVED, positive=True)
+    ] = 10.0
+    jerk: Annotated[float, Par("m/s^3", "greatest jerk", _DERIVED, positive=True)] = 1000.0
+
+
+def carriage(p: Load) -> Carriage:
+    """The load as the plant's kernels take it.
+
+    Parameters
+    ----------
+    p : Load
+        Of the settings.
+
+    Returns
+    -------
+    Carriage
+        Mass with payload.
+    """
+    return Carriage(p.mass + p.payload, p.stop_low, p.stop_high, p.stop_stiffness, p.stop_damping)
+
+
+def friction(p: Rubbing, mass: float) -> Friction:
+    """The friction as the plant's kernels take it.
+
+    The bristles take the breakaway force over the presliding way, and are damped as a mode of the
+    moving mass with a damping ratio of 1.
+
+    Parameters
+    ----------
+    p : Rubbing
+        Of the settings.
+    mass : float
+        All that moves, kg.
+
+    Returns
+    -------
+    Friction
+        LuGre's parameters.
+    """
+    stiffness = (p.coulomb + p.stribeck) / p.presliding
+    return Friction(
+        p.coulomb,
+        p.stribeck,
+        p.stribeck_speed,
+        p.ripple,
+        p.ripple_long,
+        p.ripple_short,
+        stiffness,
+        2.0 * math.sqrt(stiffness * mass),
+        p.viscous,
+    )

@@ -1,0 +1,228 @@
+"""A programme file as the plan of one stage: profiles within the machine's limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro import programme as programmes
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.machines.sequence import Plan
+from macromicro.motion import s_curve
+from macromicro.programme import FEWEST, MICRO, Limits, Programme
+from macromicro.schema.text import printable
+from macromicro.units import shown
+
+LONGEST = 0.25  # s; targets that follow one another so fast are a trajectory
+
+
+class Way(NamedTuple):
+    """One move of a plan.
+
+    Attributes
+    ----------
+    start : float
+        Earliest start, s; NaN: as soon as the one before is complete.
+    target : float
+        m.
+    hold : float
+        s.
+    pieces : ndarray, shape (pieces, 5)
+        Duration (s), then position (m), velocity, acceleration and jerk at the begin.
+    """
+
+    start: float
+    target: float
+    hold: float
+    pieces: Array
+
+
+def load(path: Path, tree: Any) -> Programme:
+    """The programme in a file, within the machine's travel.
+
+    Parameters
+    ----------
+    path : Path
+        .toml or .csv, as for the two-stage machine; its stage "macro" is this machine's stage.
+    tree : Any
+        Settings with travel and encoder.
+
+    Returns
+    -------
+    Programme
+        Targets in counts of this machine's encoder.
+
+    Raises
+    ------
+    InputError
+        Names the file and the place of what is not accepted; a micro-stage is not.
+    """
+    pitch = tree.encoder.pitch
+    low = math.ceil(tree.travel.low / pitch - 1e-6)
+    high = math.floor(tree.travel.high / pitch + 1e-6)
+    limits = Limits(float(low), float(high), -math.inf, math.inf, 1.0 / pitch)
+    found = programmes.load(path, limits)
+    fine = np.flatnonzero(found.stage == MICRO)
+    if len(fine):
+        where = f"{printable(path, 300)}, target {fine[0] + 1}"
+        raise InputError(where, "micro", "macro: this machine has one stage, which macro names")
+    return found
+
+
+def usual(tree: Any) -> Programme:
+    """There and back over most of the travel, in three moves and back.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings with travel and encoder.
+
+    Returns
+    -------
+    Programme
+        Targets in counts.
+    """
+    shares = np.array([0.1, 0.5, 0.9, 0.0])
+    target = np.floor(shares * tree.travel.high / tree.encoder.pitch)
+    n = len(target)
+    return Programme(
+        "there and back",
+        np.full(n, math.nan),
+        np.zeros(n, np.int64),
+        target,
+        np.full(n, 0.3),
+        math.nan,
+        "the machine's usual moves",
+    )
+
+
+def plan(programme: Programme, tree: Any) -> Plan:
+    """Moves and their profiles, from 0 m on.
+
+    Parameters
+    ----------
+    programme : Programme
+        Targets in counts.
+    tree : Any
+        Settings with encoder, motion limits and guard.
+
+    Returns
+    -------
+    Plan
+        In m.
+
+    Raises
+    ------
+    InputError
+        A scheduled move takes longer than there is time; a trajectory begins elsewhere than at
+        0 m, or is faster than the guard allows.
+    """
+    where = printable(programme.source, 300)
+    place = programme.target * tree.encoder.pitch
+    if programme.profiles:
+        ways = _spans(programme, place)
+    elif programme.scheduled and _dense(programme):
+        ways = [_track(programme.start, place)]
+    else:
+        ways = _moves(programme, place, tree, where)
+    _check(ways, tree, where)
+    return _joined(ways, programme.end)
+
+
+def _dense(programme: Programme) -> bool:
+    start = programme.start
+    return len(start) >= FEWEST and float(np.median(np.diff(start))) <= LONGEST
+
+
+def _moves(programme: Programme, place: Array, tree: Any, where: str) -> list[Way]:
+    """A profile of the quickest motion within the limits for each target."""
+    most, before, ways = tree.motion, 0.0, []
+    for k, (start, target) in enumerate(zip(programme.start, place.tolist(), strict=True)):
+        profile = s_curve(
+            target - before, most.velocity, most.acceleration, most.jerk, start=before
+        )
+        pieces = np.array(profile.segments).reshape(-1, 5)
+        hold = float(programme.hold[k])
+        if programme.scheduled:
+            if profile.duration > hold:
+                found = f"{shown(target - before, 'm', 'mm', 6)} in {hold:.4g} s"
+                accepted = (
+                    f"{profile.duration:.4g} s or more, within motion.velocity, acceleration and "
+                    "jerk"
+                )
+                raise InputError(f"{where}, target {k + 1}", found, accepted)
+            hold = math.inf  # the next one's start, or the end, ends it
+        ways.append(Way(float(start), target, hold, pieces))
+        before = target
+    return ways
+
+
+def _spans(programme: Programme, place: Array) -> list[Way]:
+    """A trajectory for each motion profile."""
+    ways = []
+    for span in programme.profiles:
+        rows = (programme.start > span.begin - 1e-9) & (programme.start <= span.finish + 1e-9)
+        t = np.concatenate(([span.begin], programme.start[rows]))
+        ways.append(_track(t, np.concatenate(([span.origin], place[rows]))))
+    return ways
+
+
+def _track(t: Array, place: Array) -> Way:
+    """A trajectory through some places, at rest at either end: a cubic spline, which gives the law
+    velocity and acceleration."""
+    from scipy.interpolate import CubicSpline
+
+    c = CubicSpline(t, place, bc_type="clamped").c
+    duration = np.diff(t)
+    pieces = np.stack((duration, c[3], c[2], 2.0 * c[1], 6.0 * c[0]), axis=1)
+    return Way(float(t[0]), float(place[-1]), math.inf, pieces)
+
+
+def _check(ways: Sequence[Way], tree: Any, where: str) -> None:
+    """InputError for a jump of the set point, or a speed that the guard would end."""
+    before = 0.0
+    for number, way in enumerate(ways, 1):
+        if not len(way.pieces):
+            continue
+        first = float(way.pieces[0, 1])
+        if abs(first - before) > tree.guard.error:
+            found, accepted = shown(first, "m", "mm", 6), shown(before, "m", "mm", 6)
+            raise InputError(
+                f"{where}, trajectory {number}, first position",
+                found,
+                f"{accepted}, where the stage stands then, to within guard.error",
+            )
+        h, _, v, a, j = way.pieces.T
+        fastest = float(np.max(np.abs(np.concatenate((v, v + h * (a + 0.5 * h * j))))))
+        if fastest > tree.guard.speed:
+            raise InputError(
+                f"{where}, move {number}",
+                f"{fastest:.4g} m/s",
+                f"at most {tree.guard.speed:.4g} m/s (guard.speed)",
+            )
+        before = way.target
+
+
+def _joined(ways: Sequence[Way], end: float) -> Plan:
+    pieces, first, length = [], [0], []
+    for way in ways:
+        own = way.pieces
+        begins = np.cumsum(own[:, 0]) - own[:, 0]
+        length.append(float(own[:, 0].sum()))
+        pieces.append(np.column_stack((begins, own[:, 1:5])))
+        first.append(first[-1] + len(own))
+    return Plan(
+        start=np.array([w.start for w in ways]),
+        target=np.array([w.target for w in ways]),
+        hold=np.array([w.hold for w in ways]),
+        length=np.array(length),
+        first=np.array(first, np.int64),
+        pieces=np.ascontiguousarray(np.concatenate(pieces)).reshape(-1, 5),
+        origin=0.0,
+        end=float(end),
+    )

@@ -1,0 +1,29 @@
+"""What the control period of one stage deals with; the recording's columns follow from it.
+
+`Sample` and `Target` belong to the contract of a stage's law (`control.stage_law`).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.columns import Quantity
+from macromicro.control.stage_law import Sample, Target
+
+__all__ = ["Inside", "Output", "Sample", "Target"]
+
+
+class Output(NamedTuple):
+    """What a stage is given."""
+
+    effort: Annotated[float, Quantity("V", "effort at the D/A")]
+
+
+class Inside(NamedTuple):
+    """What sequence and guard know."""
+
+    phase: Annotated[float, Quantity("1", "0 waiting 1 moving 2 holding 3 done 4 fault", "i1")]
+    move: Annotated[float, Quantity("1", "index of the present move, -1 before the first", "i4")]
+    arrived: Annotated[
+        float, Quantity("1", "1 while the present move has arrived, 0 otherwise", "i1")
+    ]

@@ -1,0 +1,349 @@
+"""One control period for any kind of stage and any law, interpreted and compiled.
+
+A `Kind` is the kernels of one stage. `period(kind, law)` makes the loop of a kind under a law once:
+a closure over their functions, which the compiler takes like any function and caches on disk;
+interpreted it is the same code, so both give the same bits. Functions are never passed to compiled
+code.
+
+Another machine's stage needs a `Kind` alone: params and state are its own ``NamedTuple``s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.columns import Column, layout, put
+from macromicro.control.stage_law import StageLaw
+from macromicro.kernel import compiled
+from macromicro.machines import guarding, sequence
+from macromicro.machines.guarding import OK, Limits, Watch
+from macromicro.machines.sequence import DONE, Arrival, Plan, Progress
+from macromicro.machines.signals import Inside, Output, Sample, Target
+
+FAULT = 4  # phase that is recorded once the guard has tripped
+
+
+class Kind(NamedTuple):
+    """The kernels of one kind of stage; efforts are V at the D/A, positions m.
+
+    Attributes
+    ----------
+    name : str
+        For people.
+    noises : int
+        Standard normal draws a period.
+    truth : type
+        What only the simulated stage knows: a ``NamedTuple`` of floats, annotated with `Quantity`;
+        the first field is the true position in m.
+    prepare : Callable[[Any], Any]
+        From the machine's settings to the runtime parameters.
+    initial : Callable[[Any], Any]
+        From these to the state at the start: at rest at 0.
+    measure : Callable[[Any, Any, float, Array, int], Sample]
+        Kernel: from parameters, state, time (s), draws and their row to what the stage shows.
+    advance : Callable[[Any, Any, float, Array, int, float], Any]
+        Kernel: from parameters, state, effort (V), draws, their row and the period (s) to the
+        state a period later.
+    show : Callable[[Any, Any], Any]
+        Kernel: from parameters and state to the truth.
+    """
+
+    name: str
+    noises: int
+    truth: Any
+    prepare: Callable[[Any], Any]
+    initial: Callable[[Any], Any]
+    measure: Callable[[Any, Any, float, Array, int], Sample]
+    advance: Callable[[Any, Any, float, Array, int, float], Any]
+    show: Callable[[Any, Any], Any]
+
+
+class Loop(NamedTuple):
+    """What controls a stage: runtime parameters.
+
+    Attributes
+    ----------
+    gains : Any
+        Of the law.
+    guard : Limits
+        Of the guard.
+    arrival : Arrival
+        When a move has arrived.
+    plan : Plan
+        The programme.
+    """
+
+    gains: Any
+    guard: Limits
+    arrival: Arrival
+    plan: Plan
+
+
+class Run(NamedTuple):
+    """State of a run.
+
+    Attributes
+    ----------
+    tick : int
+        Control periods so far.
+    stage : Any
+        The stage's.
+    progress : Progress
+        The sequence's.
+    memory : Any
+        The law's.
+    watch : Watch
+        The guard's.
+    """
+
+    tick: int
+    stage: Any
+    progress: Progress
+    memory: Any
+    watch: Watch
+
+    @property
+    def over(self) -> bool:
+        """Whether the programme is done or the guard has tripped."""
+        return self.progress.phase == DONE or self.watch.fault != OK
+
+
+Period = Callable[[Any, Loop, Run, Array, Array, float], tuple[Run, int]]
+
+
+@lru_cache(maxsize=64)
+def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
+    """What a run of a stage records.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        Its law.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        In the order of the rows.
+    """
+    return layout(Sample, Target, Output, law.memory, Inside, kind.truth).columns
+
+
+@lru_cache(maxsize=64)
+def period(kind: Kind, law: StageLaw) -> Period:
+    """The loop of a kind of stage under a law.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        Its law.
+
+    Returns
+    -------
+    Period
+        ``run(params, loop, state, noise, out, dt) -> (state, written)``: runs for up to
+        ``len(noise)`` control periods, until the programme is done or the guard trips (that period
+        is the last written), with `out` of shape (columns, periods).
+    """
+    measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
+    parts = layout(Sample, Target, Output, law.memory, Inside, kind.truth).parts
+    sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
+        part.rows for part in parts
+    )
+    sample_scales, target_scales, output_scales, memory_scales, inside_scales, truth_scales = (
+        part.scales for part in parts
+    )
+
+    def run(
+        params: Any, loop: Loop, state: Run, noise: Array, out: Array, dt: float
+    ) -> tuple[Run, int]:
+        tick, stage, progress = state.tick, state.stage, state.progress
+        memory, watch = state.memory, state.watch
+        written = 0
+        for k in range(noise.shape[0]):
+            sample = measure(params, stage, tick * dt, noise, k)
+            progress, target = sequence.step(loop.plan, loop.arrival, progress, sample)
+            memory, wanted = step(loop.gains, memory, target, sample, dt)
+            watch, effort = guarding.step(loop.guard, watch, sample, target, wanted)
+            phase = float(progress.phase if watch.fault == OK else FAULT)
+            put(out, k, sample, sample_rows, sample_scales)
+            put(out, k, target, target_rows, target_scales)
+            put(out, k, Output(effort), output_rows, output_scales)
+            put(out, k, memory, memory_rows, memory_scales)
+            inside = Inside(phase, float(progress.move), float(progress.arrived))
+            put(out, k, inside, inside_rows, inside_scales)
+            put(out, k, show(params, stage), truth_rows, truth_scales)
+            stage = advance(params, stage, effort, noise, k, dt)
+            tick += 1
+            written += 1
+            if progress.phase == DONE or watch.fault != OK:
+                break
+        return Run(tick, stage, progress, memory, watch), written
+
+    return run
+
+
+def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
+    """The state at the start of a run.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        Its law.
+    params : Any
+        The stage's.
+    loop : Loop
+        What controls it.
+
+    Returns
+    -------
+    Run
+        At rest at the plan's origin.
+    """
+    first = Sample(0.0, loop.plan.origin)
+    memory = law.start(loop.gains, first)
+    return Run(0, kind.initial(params), sequence.begin(), memory, guarding.fresh())
+
+
+class Bounds(NamedTuple):
+    """Where an open-loop drive is ended.
+
+    Attributes
+    ----------
+    low, high : float
+        Positions that it may not leave, m.
+    speed : float
+        Greatest speed over `window`, m/s.
+    window : float
+        s.
+    """
+
+    low: float
+    high: float
+    speed: float
+    window: float = 0.01
+
+
+class Driven(NamedTuple):
+    """What an open-loop drive showed, up to its end or to the bound that it met.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    effort : ndarray, shape (n,)
+        V at the D/A; written at `t`, after the reading.
+    position : ndarray, shape (n,)
+        As measured, m.
+    state : Any
+        The stage's at the end; 0 V from here on.
+    ended : str
+        "" for all efforts, or the bound: "low", "high", "speed".
+    """
+
+    t: Array
+    effort: Array
+    position: Array
+    state: Any
+    ended: str
+
+
+_ENDED = ("", "low", "high", "speed")
+
+
+@lru_cache(maxsize=64)
+def opened(kind: Kind) -> Callable[..., tuple[Any, int, int]]:
+    """The open loop of a kind of stage.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+
+    Returns
+    -------
+    Callable
+        ``run(params, stage, bounds, efforts, noise, out, dt) -> (stage, written, why)``, with `out`
+        of shape (2, n) for time and position and `why` an index of what ended it.
+    """
+    measure, advance = kind.measure, kind.advance
+
+    def run(
+        params: Any, stage: Any, bounds: Bounds, efforts: Array, noise: Array, out: Array, dt: float
+    ) -> tuple[Any, int, int]:
+        behind = max(round(bounds.window / dt), 1)
+        written, why = 0, 0
+        for k in range(efforts.shape[0]):
+            sample = measure(params, stage, k * dt, noise, k)
+            out[0, k] = sample.t
+            out[1, k] = sample.position
+            written += 1
+            if sample.position < bounds.low:
+                why = 1
+            elif sample.position > bounds.high:
+                why = 2
+            elif k >= behind:
+                speed = abs(sample.position - out[1, k - behind]) / (behind * dt)
+                if speed > bounds.speed:
+                    why = 3
+            if why > 0:
+                break
+            stage = advance(params, stage, efforts[k], noise, k, dt)
+        return stage, written, why
+
+    return run
+
+
+def drive(
+    kind: Kind,
+    params: Any,
+    efforts: Array,
+    bounds: Bounds,
+    dt: float,
+    *,
+    seed: int = 0,
+    state: Any = None,
+) -> Driven:
+    """Drive a stage without a law, compiled, until the efforts or a bound end it.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    params : Any
+        From ``kind.prepare``.
+    efforts : ndarray, shape (n,)
+        V at the D/A, one a control period.
+    bounds : Bounds
+        Where it is ended.
+    dt : float
+        Control period, s.
+    seed : int, optional
+        Seed of the sensor's noise.
+    state : Any, optional
+        The stage's at the start; None: at rest at 0.
+
+    Returns
+    -------
+    Driven
+        As measured; the period that met a bound is its last and was given 0 V.
+    """
+    given = np.ascontiguousarray(efforts, dtype=np.float64)
+    noise = np.random.default_rng(seed).standard_normal((len(given), kind.noises))
+    out = np.empty((2, len(given)))
+    start = kind.initial(params) if state is None else state
+    state, written, why = compiled(opened(kind))(params, start, bounds, given, noise, out, dt)
+    effort = given[:written].copy()
+    if why:
+        effort[-1] = 0.0
+    return Driven(out[0, :written], effort, out[1, :written], state, _ENDED[why])

@@ -1,0 +1,175 @@
+"""What drives an axis: D/A, amplifier in voltage or current mode, and a motor."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.plant import amplifier
+from macromicro.schema.par import Par
+
+VOLTAGE, CURRENT = "voltage", "current"
+_SHEET = "amplifier's data sheet"
+_MOTOR = "motor's data sheet"
+
+
+class Amplifier(NamedTuple):
+    """D/A converter and power amplifier."""
+
+    mode: Annotated[
+        str,
+        Par("", "what an effort sets: voltage or current", _SHEET, choices=(VOLTAGE, CURRENT)),
+    ] = VOLTAGE
+    supply: Annotated[float, Par("V", "supply of the motor", _SHEET, positive=True)] = 24.0
+    current: Annotated[float, Par("A", "greatest current", _SHEET, positive=True)] = 4.0
+    bandwidth: Annotated[
+        float, Par("Hz", "bandwidth of the current loop (current mode)", _SHEET, positive=True)
+    ] = 1000.0
+    full_scale: Annotated[float, Par("V", "D/A range, both signs", "D/A board", positive=True)] = (
+        10.0
+    )
+    bits: Annotated[float, Par("", "D/A resolution over both signs", "D/A board", lo=6, hi=24)] = (
+        16.0
+    )
+    gain: Annotated[
+        float, Par("1", "motor volts per volt at the D/A (voltage mode)", _SHEET, positive=True)
+    ] = 2.4
+    transconductance: Annotated[
+        float, Par("A/V", "motor current per volt at the D/A (current mode)", _SHEET, positive=True)
+    ] = 0.4
+
+
+class Motor(NamedTuple):
+    """A DC motor, or a brushless one with its commutation, as its terminals show it."""
+
+    constant: Annotated[
+        float, Par("N*m/A", "torque constant, also that of the back-EMF", _MOTOR, positive=True)
+    ] = 0.0302
+    force: Annotated[float, Par("N/A", "force constant (linear motor)", _MOTOR, positive=True)] = (
+        10.0
+    )
+    resistance: Annotated[float, Par("ohm", "resistance", _MOTOR, positive=True)] = 1.2
+    inductance: Annotated[float, Par("H", "inductance", _MOTOR, shown="mH", positive=True)] = (
+        0.24e-3
+    )
+    inertia: Annotated[float, Par("kg*m^2", "inertia of the rotor", _MOTOR, lo=0.0)] = 1.4e-6
+
+
+class Power(NamedTuple):
+    """Runtime parameters of D/A, amplifier and motor, seen from the load's way.
+
+    Attributes
+    ----------
+    dac : Amplifier
+        Range and bits of the D/A.
+    by_current : int
+        1 in current mode.
+    gain : float
+        Motor volts, or amperes, per volt at the D/A.
+    supply : float
+        V.
+    limit : float
+        Greatest current, A.
+    pole : float
+        Of the current loop, rad/s.
+    resistance : float
+        ohm.
+    inductance : float
+        H.
+    emf : float
+        Back-EMF, V s/m.
+    push : float
+        Force at the load, N/A.
+    """
+
+    dac: amplifier.Amplifier
+    by_current: int
+    gain: float
+    supply: float
+    limit: float
+    pole: float
+    resistance: float
+    inductance: float
+    emf: float
+    push: float
+
+
+def prepare(amp: Amplifier, motor: Motor, constant: float, efficiency: float) -> Power:
+    """Runtime parameters.
+
+    Parameters
+    ----------
+    amp : Amplifier
+        Of the settings.
+    motor : Motor
+        Of the settings.
+    constant : float
+        Force constant at the load, N/A.
+    efficiency : float
+        Share of the motor's force that arrives there.
+
+    Returns
+    -------
+    Power
+        For the kernels.
+    """
+    by_current = amp.mode == CURRENT
+    return Power(
+        amplifier.Amplifier(full_scale=amp.full_scale, bits=amp.bits, supply=amp.supply),
+        int(by_current),
+        amp.transconductance if by_current else amp.gain,
+        amp.supply,
+        amp.current,
+        2.0 * math.pi * amp.bandwidth,
+        motor.resistance,
+        motor.inductance,
+        constant,
+        constant * efficiency,
+    )
+
+
+@kernel
+def current_terms(p: Power, i: float, effort: float, v: float, h: float) -> tuple[float, float]:
+    """The motor's current over one step, linear in the new speed: current = a - b v1.
+
+    The supply bounds the voltage and the amplifier the current, in both modes.
+
+    Parameters
+    ----------
+    p : Power
+        Parameters.
+    i : float
+        Present current, A.
+    effort : float
+        V at the D/A's input.
+    v : float
+        Present speed, m/s.
+    h : float
+        Length of the step, s.
+
+    Returns
+    -------
+    a : float
+        A.
+    b : float
+        A s/m.
+    """
+    wanted = p.gain * amplifier.convert(p.dac, effort)
+    volts = wanted
+    if p.by_current == 1:
+        aim = min(max(wanted, -p.limit), p.limit)
+        # A loop of first order, backward Euler: di/dt = pole (aim - i).
+        new = (i + h * p.pole * aim) / (1.0 + h * p.pole)
+        volts = p.resistance * new + p.emf * v + p.inductance * (new - i) / h
+        if abs(volts) <= p.supply:
+            return new, 0.0
+    volts = min(max(volts, -p.supply), p.supply)
+    # di/dt = (V - R i - K v) / L, backward Euler.
+    denominator = 1.0 + h * p.resistance / p.inductance
+    a = (i + h * volts / p.inductance) / denominator
+    b = h * p.emf / p.inductance / denominator
+    new = a - b * v
+    if abs(new) > p.limit:
+        return math.copysign(p.limit, new), 0.0
+    return a, b
