@@ -24,8 +24,21 @@ FINEST = 50e-6  # s; longest step of the physics
 ROOM = 0.4  # share of the phase that all delays together may take at the velocity loop's bandwidth
 
 
-def _round(value: float, digits: int = 4) -> float:
-    """To some significant digits: a derived setting claims no more."""
+def rounded(value: float, digits: int = 4) -> float:
+    """To some significant digits: a derived setting claims no more.
+
+    Parameters
+    ----------
+    value : float
+        Any number.
+    digits : int, optional
+        How many.
+
+    Returns
+    -------
+    float
+        The nearest of these.
+    """
     return float(f"{value:.{digits}g}")
 
 
@@ -219,12 +232,12 @@ def _velocity(tree: Any) -> float:
     way = tree.travel.high - tree.travel.low
     by_way = math.sqrt(max(way, 1e-9) * left(tree) / mass(tree))
     by_counter = 0.8 * tree.encoder.rate * tree.encoder.pitch
-    return _round(min(0.9 * fastest(tree), by_counter, by_way))
+    return rounded(min(0.9 * fastest(tree), by_counter, by_way))
 
 
 def _acceleration(tree: Any) -> float:
     # At the greatest speed the back-EMF leaves less of the supply: half is for that.
-    return _round(0.6 * left(tree) / mass(tree))
+    return rounded(0.6 * left(tree) / mass(tree))
 
 
 def lag(tree: Any) -> float:
@@ -289,68 +302,68 @@ def _steps(tree: Any) -> float:
 
 def _low(tree: Any) -> float:
     way = tree.load.stop_high - tree.load.stop_low
-    return min(_round(tree.load.stop_low + MARGIN * way), 0.0)
+    return min(rounded(tree.load.stop_low + MARGIN * way), 0.0)
 
 
 def _friction_volts(tree: Any) -> float:
-    return _round(per_newton(tree) * tree.friction.coulomb)
+    return rounded(per_newton(tree) * tree.friction.coulomb)
 
 
 def _ahead_velocity(tree: Any) -> float:
     emf = 0.0 if tree.amplifier.mode == CURRENT else constant(tree) / tree.amplifier.gain
-    return _round(emf + per_newton(tree) * tree.friction.viscous)
+    return rounded(emf + per_newton(tree) * tree.friction.viscous)
 
 
 def _soft(tree: Any, way: float) -> float:
     """Half way from the travel's end to the stop."""
     if way < 0.0:
-        return _round(0.5 * (tree.travel.low + tree.load.stop_low))
-    return _round(0.5 * (tree.travel.high + tree.load.stop_high))
+        return rounded(0.5 * (tree.travel.low + tree.load.stop_low))
+    return rounded(0.5 * (tree.travel.high + tree.load.stop_high))
 
 
 def _following(tree: Any) -> float:
     """What the position loop lags by at the greatest speed, were nothing fed forward; or 20
     tolerances."""
     slow = tree.motion.velocity / max(tree.controller.position, 1e-9)
-    return _round(max(slow, 20.0 * tree.arrival.tolerance))
+    return rounded(max(slow, 20.0 * tree.arrival.tolerance))
 
 
 def _tolerance(tree: Any) -> float:
-    return _round(max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, 1.0e-7))
+    return rounded(max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, 1.0e-7))
 
 
 RULES: tuple[Rule, ...] = (
-    ("amplifier.gain", lambda t: _round(t.amplifier.supply / t.amplifier.full_scale, 12)),
+    ("amplifier.gain", lambda t: rounded(t.amplifier.supply / t.amplifier.full_scale, 12)),
     (
         "amplifier.transconductance",
-        lambda t: _round(t.amplifier.current / t.amplifier.full_scale, 12),
+        lambda t: rounded(t.amplifier.current / t.amplifier.full_scale, 12),
     ),
     ("encoder.pitch", _pitch),
     ("timing.steps", _steps),
     ("travel.low", _low),
     (
         "travel.high",
-        lambda t: _round(t.load.stop_high - MARGIN * (t.load.stop_high - t.load.stop_low)),
+        lambda t: rounded(t.load.stop_high - MARGIN * (t.load.stop_high - t.load.stop_low)),
     ),
     ("arrival.tolerance", _tolerance),
     ("motion.velocity", _velocity),
     ("motion.acceleration", _acceleration),
     ("guard.effort", lambda t: t.amplifier.full_scale),
     ("controller.limit", lambda t: t.guard.effort),
-    ("controller.velocity", lambda t: _round(per_newton(t) * mass(t) * bandwidth(t))),
-    ("controller.integral", lambda t: _round(0.25 * bandwidth(t))),
-    ("controller.position", lambda t: _round(0.25 * bandwidth(t))),
-    ("controller.observer", lambda t: _round(4.0 * bandwidth(t))),
+    ("controller.velocity", lambda t: rounded(per_newton(t) * mass(t) * bandwidth(t))),
+    ("controller.integral", lambda t: rounded(0.25 * bandwidth(t))),
+    ("controller.position", lambda t: rounded(0.25 * bandwidth(t))),
+    ("controller.observer", lambda t: rounded(4.0 * bandwidth(t))),
     ("controller.ahead_velocity", _ahead_velocity),
-    ("controller.ahead_acceleration", lambda t: _round(per_newton(t) * mass(t))),
+    ("controller.ahead_acceleration", lambda t: rounded(per_newton(t) * mass(t))),
     ("controller.ahead_friction", _friction_volts),
-    ("controller.ahead_gravity", lambda t: _round(per_newton(t) * weight(t))),
-    ("controller.rest", lambda t: _round(0.5 * t.arrival.tolerance)),
+    ("controller.ahead_gravity", lambda t: rounded(per_newton(t) * weight(t))),
+    ("controller.rest", lambda t: rounded(0.5 * t.arrival.tolerance)),
     # Within the time in which the velocity loop follows.
-    ("motion.jerk", lambda t: _round(0.25 * t.motion.acceleration * bandwidth(t))),
+    ("motion.jerk", lambda t: rounded(0.25 * t.motion.acceleration * bandwidth(t))),
     ("guard.low", lambda t: _soft(t, -1.0)),
     ("guard.high", lambda t: _soft(t, 1.0)),
-    ("guard.speed", lambda t: _round(1.5 * t.motion.velocity)),
+    ("guard.speed", lambda t: rounded(1.5 * t.motion.velocity)),
     ("guard.error", _following),
-    ("guard.push", lambda t: _round(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
+    ("guard.push", lambda t: rounded(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
 )

@@ -28,12 +28,15 @@ class Capacitive(NamedTuple):
     high: Annotated[
         float, Par("m", "highest position that it shows", "bench assumption", shown="um", lo=0.0)
     ] = 125e-6
-    bits: Annotated[int, Par("", "resolution of its converter", "PI E-709", lo=8, hi=32)] = 20
+    pitch: Annotated[
+        float,
+        Par("m", "smallest step of the reading", "bench assumption", shown="nm", positive=True),
+    ] = 0.1e-9
 
 
 @kernel
 def reading(p: Capacitive, x: float, draw: float) -> float:
-    """What the sensor shows: noise added, limited to the range, rounded to a code.
+    """What the sensor shows: noise added, limited to the range, rounded to a step.
 
     Parameters
     ----------
@@ -49,6 +52,5 @@ def reading(p: Capacitive, x: float, draw: float) -> float:
     float
         m.
     """
-    lsb: float = (p.high - p.low) / 2.0**p.bits
     shown = min(max(x + p.noise * draw, p.low), p.high)
-    return min(p.low + math.floor((shown - p.low) / lsb + 0.5) * lsb, p.high)
+    return math.floor(shown / p.pitch + 0.5) * p.pitch
