@@ -60,6 +60,7 @@ class Memory(NamedTuple):
     integral: Annotated[float, Quantity("V", "integral effort", column="integral")]
     first: float  # V, of the notch
     second: float
+    rested: float  # 1: the target has been at rest
 
 
 @kernel
@@ -79,7 +80,7 @@ def start(p: Cascade, sample: Sample) -> Memory:
         No integral yet.
     """
     place = 0.0 if math.isnan(sample.position) else sample.position
-    return Memory(place, 0.0, 0.0, 0.0, 0.0)
+    return Memory(place, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @kernel
@@ -154,20 +155,24 @@ def step(p: Cascade, s: Memory, target: Target, sample: Sample, dt: float) -> tu
     ahead += p.ahead_gravity
     if target.velocity != 0.0:
         ahead += math.copysign(p.ahead_friction, target.velocity)
-    gathered = s.integral + p.velocity * p.integral * slip * dt
+    before = s.integral
+    # What pushed against the way that is asked for now was friction, of the other direction.
+    if s.rested > 0.5 and before * target.velocity < 0.0:
+        before = 0.0
+    gathered = before + p.velocity * p.integral * slip * dt
     if resting and error == 0.0:
-        gathered = s.integral
+        gathered = before
     wanted = ahead + p.velocity * slip + gathered
     delays, out = notch.step(p.notch, Delays(s.first, s.second), wanted, dt)
     effort = min(max(out, -p.limit), p.limit)
     # Anti-windup: beyond the limit the integral only comes back.
-    if effort != out and (out - effort) * (gathered - s.integral) > 0.0:
-        gathered = s.integral
+    if effort != out and (out - effort) * (gathered - before) > 0.0:
+        gathered = before
     # The set point's acceleration carries the prediction on; what differs is corrected.
     ahead_place = place + dt * (velocity + 0.5 * dt * target.acceleration)
-    memory = Memory(
-        ahead_place, velocity + dt * target.acceleration, gathered, delays.first, delays.second
-    )
+    speed = velocity + dt * target.acceleration
+    rested = 1.0 if resting else 0.0
+    memory = Memory(ahead_place, speed, gathered, delays.first, delays.second, rested)
     return memory, effort
 
 

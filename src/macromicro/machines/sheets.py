@@ -21,6 +21,7 @@ GRAVITY = 9.80665
 SPARE = 0.7  # share of supply and current that moves may use
 MARGIN = 0.02  # of the way between the stops that stays free at either end
 FINEST = 50e-6  # s; longest step of the physics
+COUNTED = 0.1  # share of the effort that one count's step may take
 ROOM = 0.4  # share of the phase that all delays together may take at the velocity loop's bandwidth
 
 
@@ -184,6 +185,22 @@ def held(tree: Any) -> float:
     return float(rubbing.coulomb + rubbing.stribeck + rubbing.ripple + abs(weight(tree)))
 
 
+def rubbed(tree: Any) -> float:
+    """Force that friction and weight take together while it moves upwards, viscous part aside.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    return float(tree.friction.coulomb + tree.friction.ripple + abs(weight(tree)))
+
+
 def left(tree: Any) -> float:
     """Force that is left for acceleration, of the share that moves may use.
 
@@ -198,7 +215,7 @@ def left(tree: Any) -> float:
         N; at least a hundredth of the motor's, so that what follows stays finite where
         `feasible` refuses.
     """
-    return max(SPARE * force(tree) - held(tree), 0.01 * force(tree))
+    return max(SPARE * force(tree) - rubbed(tree), 0.01 * force(tree))
 
 
 def fastest(tree: Any) -> float:
@@ -223,7 +240,7 @@ def fastest(tree: Any) -> float:
     push = k * tree.drive.efficiency
     ohmic = tree.motor.resistance / push
     # SPARE V = R/K (coulomb + weight + viscous v) + K v
-    v = (SPARE * volts - ohmic * held(tree)) / (k + ohmic * tree.friction.viscous)
+    v = (SPARE * volts - ohmic * rubbed(tree)) / (k + ohmic * tree.friction.viscous)
     return float(max(v, 0.01 * SPARE * volts / k))
 
 
@@ -276,10 +293,10 @@ def bandwidth(tree: Any) -> float:
     found = by_lag
     if tree.drive.frequency > 0.0:
         found = min(found, 0.3 * 2.0 * math.pi * tree.drive.frequency)
-    # A count's step through observer and velocity gain stays below 5 % of the effort:
+    # A count's step through observer and velocity gain stays below COUNTED of the effort:
     # per_newton mass w (observer pitch) with the observer at 4 w.
     step = 4.0 * per_newton(tree) * mass(tree) * tree.encoder.pitch
-    by_count = math.sqrt(0.05 * tree.controller.limit / step)
+    by_count = math.sqrt(COUNTED * tree.controller.limit / step)
     return min(found, by_count)
 
 
