@@ -24,7 +24,9 @@ def gain(p, frequency, dt):
     return complex(np.polyval(out[::-1], z))
 
 
-@given(st.floats(20.0, 300.0), st.floats(0.0, 1.0), st.floats(0.1, 1.0), st.sampled_from([1e-3, 2e-4]))
+@given(
+    st.floats(20.0, 300.0), st.floats(0.0, 1.0), st.floats(0.1, 1.0), st.sampled_from([1e-3, 2e-4])
+)
 def test_at_its_middle_the_depth_passes_and_all_at_rest(frequency, depth, width, dt):
     p = Notch(frequency, depth, width)
     assert abs(gain(p, frequency, dt)) == pytest.approx(depth, abs=1e-6)

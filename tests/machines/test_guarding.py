@@ -126,7 +126,9 @@ def test_pushing_without_a_reading_counts_on_and_easing_ends_it():
     limits = P._replace(silent=1.0)
     pushed = [(0.1, 0.1, 6.0)] + [(NAN, 0.1, 6.0)] * 301
     assert watched(pushed, limits)[0].fault == STUCK
-    eased = [(0.1, 0.1, 6.0)] + [(NAN, 0.1, 6.0)] * 200 + [(NAN, 0.1, 5.0)] + [(NAN, 0.1, 6.0)] * 299
+    eased = (
+        [(0.1, 0.1, 6.0)] + [(NAN, 0.1, 6.0)] * 200 + [(NAN, 0.1, 5.0)] + [(NAN, 0.1, 6.0)] * 299
+    )
     assert watched(eased, limits)[0].fault == OK
 
 

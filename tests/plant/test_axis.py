@@ -58,9 +58,7 @@ def test_a_slope_pulls_down_and_friction_holds_it(frequency):
     assert p.body.weight == pytest.approx(2.0 * 9.80665 * 0.5)
     s = run(p, 0.0, 20)[-1]
     assert s.v < 0.0 and s.i > 0.0
-    held = params(
-        load={"incline": math.radians(30.0)}, friction={"coulomb": 5.0}, drive=drive
-    )
+    held = params(load={"incline": math.radians(30.0)}, friction={"coulomb": 5.0}, drive=drive)
     assert abs(run(held, 0.0, 300)[-1].x) < 20e-6
 
 
@@ -96,9 +94,7 @@ def test_two_masses_swing_at_the_frequency_and_damping_of_their_spring():
     zeta = 0.01 * math.sqrt(1.0 + load / motor)
     t = 0.3
     amplitude = np.abs(apart[int(t / DT) : int(t / DT) + 30]).max()
-    assert amplitude == pytest.approx(
-        1e-3 * math.exp(-2.0 * math.pi * free * zeta * t), rel=0.25
-    )
+    assert amplitude == pytest.approx(1e-3 * math.exp(-2.0 * math.pi * free * zeta * t), rel=0.25)
     centre = [(load * s.x + motor * s.xm) / (load + motor) for s in states]
     assert max(centre) - min(centre) < 1e-9  # nothing pushes from outside
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from macromicro.plant import high_voltage
 from macromicro.plant.high_voltage import HighVoltage
 
-P = HighVoltage(bits=12)
+P = HighVoltage(bits=12, bandwidth=3000.0, current=0.06, capacitance=3e-6)
 volts = st.floats(-20.0, 30.0)
 
 

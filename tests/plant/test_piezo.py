@@ -29,7 +29,7 @@ from macromicro.plant.piezo import (
 
 DT = 1e-4
 AS_PRINTED = Hidden(stronger=1.0, detuned=1.0)
-SPEC = PiezoBench(hidden=AS_PRINTED)
+SPEC = PiezoBench(HighVoltage(current=0.06, capacitance=3e-6), hidden=AS_PRINTED)
 P = piezo.prepare(SPEC)
 FAST = SPEC._replace(amplifier=HighVoltage(bandwidth=1e7, current=1e4), creep=Creep(decades=0))
 
@@ -65,10 +65,10 @@ def test_the_loop_has_the_stroke_and_the_width_that_are_given() -> None:
 
 
 def test_a_load_lowers_the_resonance_as_printed() -> None:
-    """PI P-621.1CD: 800 Hz, 520 Hz with 20 g, 290 Hz with 120 g; within 12 %."""
+    """PI P-621.1CD: 800 Hz, 520 Hz with 20 g, 240 Hz with 120 g; within 8 %."""
     assert piezo.loaded(Guide(load=0.0)) == 800.0
     assert piezo.loaded(Guide(load=0.02)) == pytest.approx(520.0, rel=0.02)
-    assert piezo.loaded(Guide(load=0.12)) == pytest.approx(290.0, rel=0.12)
+    assert piezo.loaded(Guide(load=0.12)) == pytest.approx(240.0, rel=0.08)
     assert P.omega == pytest.approx(2.0 * math.pi * piezo.loaded(Guide()))
     off = piezo.prepare(SPEC._replace(hidden=Hidden(detuned=0.9)))
     assert off.omega == pytest.approx(0.9 * P.omega)

@@ -11,7 +11,9 @@ from macromicro.plant.transmission import Transmission
 
 
 def test_the_motor_s_turn_per_way():
-    assert transmission.ratio(Transmission(kind="belt", radius=0.01, gear=3.0)) == pytest.approx(300)
+    assert transmission.ratio(Transmission(kind="belt", radius=0.01, gear=3.0)) == pytest.approx(
+        300
+    )
     screw = Transmission(kind="screw", lead=0.005, gear=2.0)
     assert transmission.ratio(screw) == pytest.approx(2.0 * 2.0 * math.pi / 0.005)
     assert transmission.ratio(Transmission(kind="linear", gear=5.0)) == 1.0

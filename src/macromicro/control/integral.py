@@ -29,6 +29,10 @@ class Integral(NamedTuple):
     """Gains of the law."""
 
     integral: Annotated[float, Par("1/s", "correction per error and time", _DERIVED, lo=0.0)] = 0.0
+    drift: Annotated[
+        float,
+        Par("1/s", "of a second integral, so that creep leaves no error behind", _DERIVED, lo=0.0),
+    ] = 0.0
     proportional: Annotated[float, Par("1", "correction per error", _DERIVED, lo=0.0)] = 0.0
     ahead_velocity: Annotated[
         float, Par("s", "lead over the set point's speed", _DERIVED, shown="ms", lo=0.0)
@@ -38,10 +42,10 @@ class Integral(NamedTuple):
     ] = 0.0
     loop_thresholds: Annotated[
         tuple[float, ...], Par("V", "thresholds of the hysteresis to invert", _LOOP, lo=0.0)
-    ] = (0.0,)
+    ] = (0.0, 1.0)
     loop_weights: Annotated[
         tuple[float, ...], Par("m/V", "its weights", _LOOP, shown="um/V", lo=0.0)
-    ] = (1e-6,)
+    ] = (1e-6, 0.0)
     gain: Annotated[
         float,
         Par("1", "of the amplifier: V at the stack per V at the D/A", _DERIVED, positive=True),
@@ -77,6 +81,8 @@ class Memory(NamedTuple):
     ----------
     integral : float
         Of the correction, m.
+    slope : float
+        What the second integral adds to it, m/s.
     correction : float
         Of the last period, m.
     first, second : float
@@ -88,6 +94,7 @@ class Memory(NamedTuple):
     """
 
     integral: float
+    slope: float
     correction: float
     first: float
     second: float
@@ -119,7 +126,7 @@ def start(p: Integral, sample: Sample) -> Memory:
         Its arrays are its own.
     """
     undo = inverse(operator(p.loop_thresholds, p.loop_weights))
-    return Memory(0.0, 0.0, 0.0, 0.0, undo, prandtl.relaxed(undo))
+    return Memory(0.0, 0.0, 0.0, 0.0, 0.0, undo, prandtl.relaxed(undo))
 
 
 @kernel
@@ -166,7 +173,8 @@ def step(p: Integral, s: Memory, target: Target, sample: Sample, dt: float) -> t
     error = target.position - sample.position
     if math.isnan(error):
         error = 0.0
-    gathered = s.integral + p.integral * error * dt
+    slope = s.slope + p.drift * p.integral * error * dt
+    gathered = s.integral + (p.integral * error + slope) * dt
     raw = gathered + p.proportional * error
     delays, correction = notch.step(p.notch, Delays(s.first, s.second), raw, dt)
     ahead = target.position + p.ahead_velocity * target.velocity
@@ -176,8 +184,8 @@ def step(p: Integral, s: Memory, target: Target, sample: Sample, dt: float) -> t
     effort = min(max(wanted, p.low), p.high)
     # Anti-windup: beyond the range the integral only comes back.
     if (wanted - effort) * (gathered - s.integral) > 0.0:
-        gathered = s.integral
-    memory = Memory(gathered, correction, delays.first, delays.second, s.inverse, plays)
+        gathered, slope = s.integral, 0.0
+    memory = Memory(gathered, slope, correction, delays.first, delays.second, s.inverse, plays)
     return memory, effort
 
 

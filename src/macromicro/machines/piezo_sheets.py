@@ -21,6 +21,7 @@ SPREAD = 0.25  # of the weights: a guess that suits soft ceramics; `identify pla
 PLAYS = 12
 SHARE = 0.12  # of the resonance that the integral gain takes: a gain margin of 2.2 at 10 % off
 MOST = 0.25  # from here on the loop rings or swings up when the resonance is 10 % off
+DRIFT = 0.1  # of the integral gain: the second integral takes 6 degrees of the phase margin
 DAMPING = 0.02  # usual for a flexure guide
 FINEST = 25e-6  # s; longest step of the physics
 SPARE = 0.25  # share of the amplifier's current that moves may use
@@ -145,6 +146,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("controller.low", lambda t: rounded(t.amplifier.low / t.amplifier.gain, 12)),
     ("controller.high", lambda t: rounded(t.amplifier.high / t.amplifier.gain, 12)),
     ("controller.integral", lambda t: rounded(SHARE * omega(t))),
+    ("controller.drift", lambda t: rounded(DRIFT * t.controller.integral)),
     ("controller.ahead_velocity", lambda t: rounded(lag(t))),
     ("controller.ahead_acceleration", lambda t: rounded(omega(t) ** -2 + 0.5 * lag(t) ** 2)),
     ("controller.notch.frequency", lambda t: rounded(omega(t) / (2.0 * math.pi))),

@@ -1,6 +1,6 @@
 """Amplifier of a piezo stack: range, converter, bandwidth, and the current that charges the stack.
 
-A stack is a capacitor, so the amplifier's peak current limits how fast its voltage can rise:
+A stack is a capacitor, so the amplifier's current limits how fast its voltage can rise:
 dV/dt = I / C.
 """
 
@@ -17,12 +17,12 @@ class HighVoltage(NamedTuple):
     """The amplifier and the capacitance that it drives."""
 
     gain: Annotated[
-        float, Par("1", "output per volt of the D/A before it", "PI E-617: 10", positive=True)
+        float, Par("1", "output per volt of the D/A before it", "PI E-610: 10", positive=True)
     ] = 10.0
     low: Annotated[
-        float, Par("V", "lowest output", "PI E-617: -20 to 120 V", lo=-1000.0, hi=0.0)
+        float, Par("V", "lowest output", "PI E-610: -20 to 120 V", lo=-1000.0, hi=0.0)
     ] = -20.0
-    high: Annotated[float, Par("V", "highest output", "PI E-617: -20 to 120 V", positive=True)] = (
+    high: Annotated[float, Par("V", "highest output", "PI E-610: -20 to 120 V", positive=True)] = (
         120.0
     )
     bits: Annotated[int, Par("", "resolution of the converter before it", lo=8, hi=32)] = 20
@@ -30,11 +30,15 @@ class HighVoltage(NamedTuple):
         float, Par("Hz", "small-signal bandwidth with the stack connected", positive=True)
     ] = 3000.0
     current: Annotated[
-        float, Par("A", "peak output current", "PI E-709: 60 mA", shown="mA", positive=True)
-    ] = 0.06
+        float,
+        Par(
+            "A", "output current", "PI E-610: 100 mA, longer than 30 ms", shown="mA", positive=True
+        ),
+    ] = 0.1
     capacitance: Annotated[
-        float, Par("F", "capacitance of the stack", "PI P-621.1CD: 3 uF", shown="uF", positive=True)
-    ] = 3.0e-6
+        float,
+        Par("F", "capacitance of the stack", "PI P-621.1CD: 1.5 uF", shown="uF", positive=True),
+    ] = 1.5e-6
 
 
 @kernel
