@@ -48,6 +48,7 @@ def _run(job: Any, as_json: bool, signals: Signals) -> None:
 
     if not runs.is_compiled():
         print("compiling the machine, once, about 5 s", file=sys.stderr)
+    runs.compile_machine(job.machine, job.settings, job.plan)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
     with terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}") as report:

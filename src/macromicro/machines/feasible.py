@@ -37,6 +37,11 @@ def _way(tree: Any) -> Iterator[Rule]:
     travel, load, guard = tree.travel, tree.load, tree.guard
     yield travel.low > 0.0, "travel.low", travel.low, "at most 0 mm, where every run begins"
     yield travel.high <= 0.0, "travel.high", travel.high, "above 0 mm, where every run begins"
+    for wrong, name, stop in (
+        (travel.low < load.stop_low, "low", "{load.stop_low} or more"),
+        (travel.high > load.stop_high, "high", "at most {load.stop_high}"),
+    ):
+        yield wrong, f"travel.{name}", getattr(travel, name), f"{stop}: the end stop"
     yield (
         guard.low < load.stop_low,
         "guard.low",

@@ -198,7 +198,11 @@ def _check(ways: Sequence[Way], tree: Any, where: str) -> None:
                 f"{accepted}, where the stage stands then, to within guard.error",
             )
         h, _, v, a, j = way.pieces.T
-        fastest = float(np.max(np.abs(np.concatenate((v, v + h * (a + 0.5 * h * j))))))
+        # The speed is a parabola in each piece: at its ends, or where the acceleration is 0.
+        turn = np.clip(np.divide(-a, j, out=np.zeros_like(a), where=j != 0.0), 0.0, h)
+        fastest = max(
+            float(np.max(np.abs(v + at * (a + 0.5 * at * j)))) for at in (0.0 * h, turn, h)
+        )
         if fastest > tree.guard.speed:
             raise InputError(
                 f"{where}, move {number}",

@@ -131,6 +131,26 @@ def is_compiled() -> bool:
     return any(cache_folder().rglob("stage.period*.nbi"))
 
 
+def compile_machine(machine: Machine, settings: Any, plan: Plan) -> None:
+    """Compile a machine, or load it from the cache, so that a run need not wait for it.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Of the run to come.
+    plan : Plan
+        Of the run to come.
+    """
+    kind, law = machine.kind, machine.law
+    params, control = kind.prepare(settings), loop(settings, plan)
+    run = stage.beginning(kind, law, params, control)
+    nothing = np.empty((0, kind.noises))
+    block = np.empty((len(stage.columns(kind, law)), 0))
+    compiled(stage.period(kind, law))(params, control, run, nothing, block, settings.timing.period)
+
+
 def perform(
     machine: Machine,
     settings: Any,

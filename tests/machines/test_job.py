@@ -1,0 +1,115 @@
+"""`macromicro run` and `config show` for machines of one stage, from the command line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from macromicro import cli
+from macromicro.machines import job, machine, runs
+from macromicro.recording import Recording
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("*.toml"))
+PROGRAMME = '[[moves]]\nmacro = ["2 mm", "0 mm"]\nhold = "0.05 s"\n'
+
+
+def called(monkeypatch, *words):
+    monkeypatch.setattr("sys.argv", ["macromicro", *map(str, words)])
+    return cli.main()
+
+
+@pytest.fixture
+def files(tmp_path):
+    (tmp_path / "m.toml").write_text('machine = "axis"\n[load]\npayload = "0.2 kg"\n')
+    (tmp_path / "p.toml").write_text(PROGRAMME)
+    return tmp_path
+
+
+def test_a_run_writes_its_folder(files, monkeypatch, capsys):
+    words = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    assert called(monkeypatch, *words, "--figures", "png,svg", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    out = files / "out"
+    assert {p.name for p in out.iterdir()} == {
+        "recording.h5",
+        "summary.json",
+        "report.html",
+        *(f"{name}.{kind}" for name in ("response", "moves") for kind in ("png", "svg")),
+    }
+    assert json.loads((out / "summary.json").read_text()) == told
+    assert told["machine"] == "axis" and told["finished"] and told["fault"] is None
+    assert told["overrides"]["load.payload"] == "0.2 kg"
+    assert [m["target"] for m in told["moves"]] == pytest.approx([2.0, 0.0], abs=0.01)
+    assert all(m["arrived_s"] is not None for m in told["moves"])
+    page = (out / "report.html").read_text()
+    assert "on the machine axis" in page and "payload" in page and "every move arrived" in page
+    recording = Recording.load(out / "recording.h5")
+    assert recording.attributes["machine"] == "axis"
+    assert recording.attributes["settings"].startswith('machine = "axis"')
+    assert recording["target"].max() == pytest.approx(2.0, abs=0.01)
+    assert called(monkeypatch, *words) == 2  # the folder is not empty
+    assert called(monkeypatch, *words, "--overwrite") == 0
+    assert "true error" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(("--fan",), "no fan"), (("--rig", "replay:x.h5"), "--rig"), (("--cycles", "0"), "--cycles")],
+)
+def test_what_it_does_not_know_is_refused(files, monkeypatch, capsys, words, said):
+    run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    assert called(monkeypatch, *run, *words) == 2
+    assert said in capsys.readouterr().err and not (files / "out").exists()
+
+
+def test_a_fault_ends_the_run_with_words_and_status_1(files, monkeypatch, capsys):
+    (files / "m.toml").write_text('machine = "axis"\n[guard]\nerror = "1 um"\n')
+    run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    assert called(monkeypatch, *run) == 1
+    said = capsys.readouterr().err
+    assert "The stage does not follow its set point" in said and "allowed 0.001 mm" in said
+    recording = Recording.load(files / "out/recording.h5")
+    assert recording["phase"][-1] == 4 and recording["effort"][-1] == 0.0
+    assert "Fault: following error" in (files / "out/report.html").read_text()
+
+
+def test_a_move_that_does_not_arrive_is_reported(files, monkeypatch, capsys):
+    text = 'machine = "axis"\n[arrival]\ndwell = "1 s"\npatience = "10 ms"\n'
+    (files / "m.toml").write_text(text)
+    run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")
+    assert called(monkeypatch, *run) == 1
+    assert "moves 1, 2 did not arrive within 0.01 s" in capsys.readouterr().err
+
+
+def test_a_run_stopped_from_outside_keeps_its_recording(files):
+    asked = job.Request(files / "m.toml", out=files / "out", cycles=9)
+
+    def stop(t, move):
+        raise job.Stop
+
+    ended = job.execute(job.check(asked), stop)
+    assert ended.interrupted and not ended.finished and len(ended.recording) == runs.CHUNK
+
+
+def test_its_settings_are_shown(monkeypatch, capsys):
+    assert called(monkeypatch, "config", "show", "--machine", "axis") == 0
+    shown = capsys.readouterr().out
+    assert shown == machine.as_toml(machine.MACHINES[0].settings) and "[motor]" in shown
+    assert called(monkeypatch, "config", "show", "motor", "--machine", "axis") == 0
+    assert capsys.readouterr().out.startswith("[motor]")
+    assert called(monkeypatch, "config", "show", "--machine", "axle") == 2
+    assert "one of two_stage, axis" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_the_examples_run_with_the_gains_that_follow_from_their_sheets(path):
+    made = job.check(job.Request(path, out=Path("unused")))
+    done = runs.record(made.machine, made.settings, made.programme)
+    assert done.outcome.finished and done.outcome.fault is None
+    for m in job.results.moves(done.recording, made.plan, made.settings.arrival):
+        assert m.arrived_s is not None and m.arrived_s < m.profile_s + 0.05
+        assert abs(m.rest_error) <= made.settings.arrival.tolerance * 1e3
+
+
+def test_there_are_examples():
+    assert len(EXAMPLES) >= 3

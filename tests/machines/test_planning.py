@@ -1,0 +1,96 @@
+"""Programmes as plans of one stage."""
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.machines import planning
+from macromicro.machines.axis import DEFAULT
+from macromicro.motion import s_curve
+
+PITCH = DEFAULT.encoder.pitch
+
+
+def made(folder, text, name="p.toml"):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return planning.plan(planning.load(path, DEFAULT), DEFAULT)
+
+
+def test_moves_are_the_quickest_within_the_limits(tmp_path):
+    text = '[[moves]]\nmacro = ["50 mm", "20 mm"]\nhold = "0.2 s"\n'
+    p = made(tmp_path, text)
+    assert p.target == pytest.approx([0.05, 0.02], abs=PITCH / 2.0)
+    assert np.isnan(p.start).all() and math.isnan(p.end) and list(p.hold) == [0.2, 0.2]
+    m = DEFAULT.motion
+    for k, before in enumerate((0.0, p.target[0])):
+        truth = s_curve(p.target[k] - before, m.velocity, m.acceleration, m.jerk, start=before)
+        assert p.length[k] == pytest.approx(truth.duration)
+        own = p.pieces[p.first[k] : p.first[k + 1]]
+        assert own[:, 0] == pytest.approx(truth.borders[:-1])
+        assert own[:, 1:] == pytest.approx(np.array(truth.segments)[:, 1:])
+
+
+def test_negative_targets_lie_within_the_travel_too(tmp_path):
+    tree = DEFAULT.with_("load.stop_low", "-100 mm")
+    path = tmp_path / "p.toml"
+    path.write_text('[[moves]]\nmacro = "-50 mm"\nhold = "1 s"\n', encoding="utf-8")
+    found = planning.plan(planning.load(path, tree), tree)
+    assert found.target[0] == pytest.approx(-0.05, abs=PITCH)
+    with pytest.raises(InputError, match="mm to 298"):
+        planning.load(path, DEFAULT)
+
+
+def test_a_micro_stage_is_refused(tmp_path):
+    with pytest.raises(InputError, match="one stage"):
+        made(tmp_path, '[[moves]]\nmicro = "1 mm"\nhold = "1 s"\n')
+
+
+def test_a_profile_is_followed_with_its_derivatives(tmp_path):
+    text = (
+        '[[profiles]]\nmacro = "100 mm"\nvelocity = "0.5 m/s"\nacceleration = "3 m/s^2"\n'
+        'jerk = "100 m/s^3"\nhold = "0.1 s"\n'
+    )
+    p = made(tmp_path, text)
+    target = round(0.1 / PITCH) * PITCH
+    truth = s_curve(target, 0.5, 3.0, 100.0)
+    assert p.target[0] == pytest.approx(target) and p.start[0] == 0.0
+    begin, place, speed, push, _ = p.pieces.T
+    known = truth.at(begin)
+    assert place == pytest.approx(known.position, abs=1e-9)
+    assert speed == pytest.approx(known.velocity, abs=2e-3)
+    assert push == pytest.approx(known.acceleration, abs=0.2)
+    assert p.end == pytest.approx(truth.duration + 0.1, abs=3e-3)
+
+
+def test_steps_of_a_csv_are_moves_at_their_times(tmp_path):
+    p = made(tmp_path, "t_s,macro_mm\n0,0\n0.5,40\n1.5,10\n2.5,10\n", "p.csv")
+    assert list(p.start) == [0.0, 0.5, 1.5][-len(p.start) :]
+    assert p.end == 2.5 and np.isinf(p.hold).all()
+    with pytest.raises(InputError, match="s or more, within motion"):
+        made(tmp_path, "t_s,macro_mm\n0,0\n0.5,250\n0.6,0\n2,0\n", "p.csv")
+
+
+def test_many_rows_of_a_csv_are_a_trajectory(tmp_path):
+    t = np.arange(0.0, 1.0001, 0.01)
+
+    def rows(place):
+        lines = [f"{a:.2f},{place(k, a):.6f}" for k, a in enumerate(t)]
+        end = f"{t[-1] + 0.5:.2f},{place(len(t) - 1, t[-1]):.6f}"
+        return "\n".join(["t_s,macro_mm", *lines, end, ""])
+
+    p = made(tmp_path, rows(lambda k, a: 20.0 * math.sin(math.pi * a) ** 2), "p.csv")
+    assert len(p.target) == 1 and len(p.pieces) >= 95
+    speed = 20e-3 * math.pi * np.sin(2.0 * math.pi * (p.start[0] + p.pieces[:, 0]))
+    assert p.pieces[5:-5, 2] == pytest.approx(speed[5:-5], abs=3e-3)
+    with pytest.raises(InputError, match=r"guard.speed"):
+        made(tmp_path, rows(lambda k, a: 24.0 * (k % 2)), "p.csv")
+    with pytest.raises(InputError, match="first position"):
+        made(tmp_path, rows(lambda k, a: 100.0 + 0.1 * k), "p.csv")
+
+
+def test_the_usual_moves_stay_within_the_travel():
+    p = planning.plan(planning.usual(DEFAULT), DEFAULT)
+    assert p.target[-1] == 0.0 and 0.0 < p.target.max() < DEFAULT.travel.high

@@ -1,0 +1,147 @@
+"""What follows from an axis' data sheets, against the motor's own equations."""
+
+import math
+
+import pytest
+
+from macromicro.machines import sheets
+from macromicro.machines.axis import DEFAULT, settled
+from macromicro.schema.par import entries
+
+SCREW = DEFAULT.with_({"drive.kind": "screw", "drive.lead": "5 mm", "travel.high": "200 mm"})
+
+
+def test_the_defaults_follow_their_rules_and_can_work():
+    assert settled(DEFAULT) == DEFAULT
+    assert DEFAULT.together() == []
+
+
+def test_a_screw_turns_torque_and_inertia_into_force_and_mass():
+    ratio = 2.0 * math.pi / 5e-3
+    assert sheets.constant(SCREW) == pytest.approx(0.0302 * ratio)
+    assert sheets.turning(SCREW) == pytest.approx(2.4e-6 * ratio**2)
+    assert sheets.mass(SCREW) == pytest.approx(2.4e-6 * ratio**2 + 0.5)
+    assert SCREW.encoder.pitch == pytest.approx(5e-3 / 4000.0)
+
+
+def test_a_linear_motor_has_its_own_constant_and_no_rotor():
+    linear = DEFAULT.with_("drive.kind", "linear")
+    assert sheets.constant(linear) == 10.0 and sheets.turning(linear) == 0.0
+    assert linear.encoder.pitch == 1e-6
+
+
+def test_weight_is_that_of_what_moves_on_the_slope():
+    up = DEFAULT.with_({"load.incline": "30 deg", "load.payload": "0.3 kg"})
+    assert sheets.weight(up) == pytest.approx(0.8 * 9.80665 * 0.5)
+    assert up.controller.ahead_gravity > 0.0 and DEFAULT.controller.ahead_gravity == 0.0
+    assert sheets.held(up) == pytest.approx(3.6 + sheets.weight(up))
+    assert sheets.rubbed(up) == pytest.approx(3.0 + sheets.weight(up))
+
+
+@pytest.mark.parametrize(
+    ("changes", "amperes"),
+    [
+        ({}, 4.0),
+        ({"amplifier.current": "9 A"}, 9.0),
+        ({"amplifier.current": "30 A"}, 20.0),  # 24 V / 1.2 ohm
+        ({"amplifier.current": "30 A", "amplifier.gain": 1.2}, 10.0),
+        ({"amplifier.mode": "current", "amplifier.transconductance": "0.2 A/V"}, 2.0),
+        ({"amplifier.mode": "current"}, 4.0),
+    ],
+)
+def test_the_least_of_amplifier_supply_and_d_a_bounds_the_current(changes, amperes):
+    tree = DEFAULT.with_(changes) if changes else DEFAULT
+    assert sheets.current(tree) == pytest.approx(amperes)
+    force = amperes * sheets.constant(tree) * tree.drive.efficiency
+    assert sheets.force(tree) == pytest.approx(force)
+
+
+def test_an_effort_makes_a_force_at_rest():
+    k = 0.0302 / 8e-3
+    assert sheets.per_newton(DEFAULT) == pytest.approx(1.2 / (k * 2.4))
+    by_current = DEFAULT.with_({"amplifier.mode": "current", "drive.efficiency": 0.5})
+    assert sheets.per_newton(by_current) == pytest.approx(1.0 / (0.5 * k * 0.4))
+
+
+def test_the_greatest_speed_leaves_the_reserve():
+    v = sheets.fastest(DEFAULT)
+    k = sheets.constant(DEFAULT)
+    volts = 1.2 / k * (3.0 + 2.0 * v) + k * v
+    assert volts == pytest.approx(0.7 * 24.0)
+    assert DEFAULT.motion.velocity <= 0.9 * v
+    assert DEFAULT.motion.acceleration == pytest.approx(
+        0.6 * (0.7 * sheets.force(DEFAULT) - 3.0) / sheets.mass(DEFAULT), rel=1e-3
+    )
+    slow = DEFAULT.with_("encoder.rate", "10000 counts/s")
+    assert slow.motion.velocity == pytest.approx(8000.0 * DEFAULT.encoder.pitch, rel=1e-3)
+
+
+def test_a_motor_too_weak_still_has_finite_limits():
+    weak = settled(DEFAULT._replace(friction=DEFAULT.friction._replace(coulomb=500.0)))
+    assert weak.motion.acceleration > 0.0 and weak.motion.velocity > 0.0
+
+
+def test_delays_flexibility_and_counts_bound_the_bandwidth():
+    assert sheets.lag(DEFAULT) == pytest.approx(1e-3 + 0.1e-3 + 0.24e-3 / 1.2)
+    assert sheets.bandwidth(DEFAULT) == pytest.approx(0.4 / 1.3e-3)
+    by_current = DEFAULT.with_("amplifier.mode", "current")
+    assert sheets.lag(by_current) == pytest.approx(1.1e-3 + 1.0 / (2.0 * math.pi * 1000.0))
+    soft = DEFAULT.with_("drive.frequency", "20 Hz")
+    assert sheets.bandwidth(soft) == pytest.approx(0.3 * 2.0 * math.pi * 20.0)
+    coarse = DEFAULT.with_({"encoder.at": "load", "encoder.pitch": "0.2 mm"})
+    w = sheets.bandwidth(coarse)
+    step = 4.0 * w * w * sheets.per_newton(coarse) * sheets.mass(coarse) * 2e-4
+    assert step == pytest.approx(0.1 * 10.0)
+
+
+def test_gains_follow_the_bandwidth_and_the_plant():
+    w, g = sheets.bandwidth(DEFAULT), DEFAULT.controller
+    k = sheets.constant(DEFAULT)
+    per = sheets.per_newton(DEFAULT)
+    assert g.velocity == pytest.approx(per * sheets.mass(DEFAULT) * w, rel=1e-3)
+    assert g.position == g.integral == pytest.approx(w / 4.0, rel=1e-3)
+    assert g.observer == pytest.approx(4.0 * w, rel=1e-3)
+    assert g.ahead_velocity == pytest.approx(k / 2.4 + 2.0 * per, rel=1e-3)
+    assert g.ahead_acceleration == pytest.approx(per * sheets.mass(DEFAULT), rel=1e-3)
+    assert g.ahead_friction == pytest.approx(3.0 * per, rel=1e-3)
+    by_current = DEFAULT.with_("amplifier.mode", "current").controller
+    assert by_current.ahead_velocity == pytest.approx(2.0 / (k * 0.4), rel=1e-3)
+    assert DEFAULT.motion.jerk == pytest.approx(0.25 * DEFAULT.motion.acceleration * w, rel=1e-3)
+
+
+def test_travel_lies_within_soft_limits_within_stops():
+    load, guard, travel = DEFAULT.load, DEFAULT.guard, DEFAULT.travel
+    assert load.stop_low < guard.low < travel.low <= 0.0
+    assert travel.high < guard.high < load.stop_high
+    assert travel.high == pytest.approx(0.305 - 0.02 * 0.31, rel=1e-3)
+    deep = DEFAULT.with_("load.stop_low", "-100 mm")
+    assert deep.travel.low == pytest.approx(-0.1 + 0.02 * 0.405, rel=1e-3)
+    assert deep.guard.low == pytest.approx(0.5 * (deep.travel.low - 0.1), rel=1e-3)
+
+
+def test_the_guard_follows_the_motion():
+    assert DEFAULT.guard.speed == pytest.approx(1.5 * DEFAULT.motion.velocity, rel=1e-3)
+    lag = DEFAULT.motion.velocity / DEFAULT.controller.position
+    assert DEFAULT.guard.error == pytest.approx(lag, rel=1e-3)
+    assert DEFAULT.guard.push == pytest.approx(2.0 * 3.6 * sheets.per_newton(DEFAULT), rel=1e-3)
+
+
+def test_steps_of_the_physics_follow_period_and_mode():
+    assert DEFAULT.timing.steps == 20
+    assert DEFAULT.with_("timing.period", "0.2 ms").timing.steps == 4
+    soft = DEFAULT.with_(
+        {
+            "drive.frequency": "90 Hz",
+            "drive.inertia": "1e-7 kg*m^2",
+            "motor.inertia": "3e-7 kg*m^2",
+        }
+    )
+    ratio = 1.0 + 0.5 / sheets.turning(soft)
+    stepped = 1e-3 / soft.timing.steps * 2.0 * math.pi * 90.0 * math.sqrt(ratio)
+    assert stepped == pytest.approx(0.2, rel=0.05)
+
+
+def test_every_derived_setting_is_a_parameter():
+    paths = {e.path for e in entries(DEFAULT)}
+    listed = [path for path, _ in sheets.RULES]
+    assert set(listed) <= paths and len(set(listed)) == len(listed)
