@@ -9,6 +9,7 @@ from macromicro.arrays import Array
 from macromicro.columns import Quantity
 from macromicro.control import integral
 from macromicro.control.integral import Integral
+from macromicro.errors import InputError
 from macromicro.kernel import kernel
 from macromicro.machines import piezo_sheets
 from macromicro.machines.axis import settled
@@ -74,6 +75,10 @@ class Piezo(NamedTuple):
         list[Problem]
             Path, value, and what is accepted and why; none if all is well.
         """
+        try:
+            piezo.loop(self.stack, self.hidden)
+        except InputError as error:
+            return [("stack.hysteresis", self.stack.hysteresis, error.accepted)]
         return piezo_sheets.problems(self)
 
     def with_(self, changes: str | Mapping[str, object], value: object = None) -> Self:

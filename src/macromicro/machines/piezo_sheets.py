@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from macromicro.errors import InputError
 from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
@@ -55,11 +54,6 @@ def loop(tree: Any) -> Prandtl:
     -------
     Prandtl
         Output in m, input in V.
-
-    Raises
-    ------
-    InputError
-        A loop too wide for play operators.
     """
     stack = tree.stack
     size = Loop(stack.stroke, stack.hysteresis * stack.stroke)
@@ -174,10 +168,6 @@ def problems(tree: Any) -> list[feasible.Problem]:
     list[feasible.Problem]
         Path, value, and what is accepted and why, of every rule that is broken.
     """
-    try:
-        loop(tree)
-    except InputError as error:
-        return [("stack.hysteresis", tree.stack.hysteresis, error.accepted)]
     every = (*_way(tree), *_sensor(tree), *_loop(tree))
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
