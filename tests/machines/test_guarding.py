@@ -53,6 +53,7 @@ def one(place=0.0, target=None, effort=1.0):
 def test_a_legal_effort_passes(effort):
     watch, given = one(effort=effort)
     assert watch.fault == OK and given == effort and describe(watch) is None
+    assert watch[1:4] == (0.0, 0.0, 0.0) == fresh()[1:4]
 
 
 @pytest.mark.parametrize("effort", [10.001, -10.001, NAN, math.inf])
@@ -92,6 +93,9 @@ def test_the_speed_over_its_window(way):
     fast, given = watched(going(2.01 * way, 11))
     assert fast.fault == FAST and fast.value == pytest.approx(2.01) and given == 0.0
     assert fast.limit == 2.0
+    for periods, fault in ((10, OK), (11, FAST)):  # whenever it begins
+        assert watched(going(2.01 * way, periods), start=3.0)[0].fault == fault
+    assert watched(going(0.0, 30), P._replace(speed=0.1))[0].fault == OK
     slow_then_fast = going(0.0, 11) + [(x, x, 1.0) for x in (0.003 * way * k for k in range(11))]
     assert watched(slow_then_fast)[0].fault == FAST
 
@@ -105,7 +109,8 @@ def test_a_silent_encoder_by_the_time_of_the_last_reading():
     back = [*gone, (0.0, 0.0, 1.0), *[(NAN, 0.0, 1.0)] * 20]
     assert watched(back)[0].fault == OK
     assert watched([(NAN, 0.0, 1.0)] * 21)[0].fault == OK  # silent from the beginning
-    assert watched([(NAN, 0.0, 1.0)] * 22, start=3.0)[0].fault == SILENT
+    later = watched([(NAN, 0.0, 1.0)] * 22, start=3.0)[0]
+    assert later.fault == SILENT and later.value == pytest.approx(0.021)
 
 
 @pytest.mark.parametrize("push", [5.001, -5.001])
@@ -130,6 +135,10 @@ def test_pushing_without_a_reading_counts_on_and_easing_ends_it():
         [(0.1, 0.1, 6.0)] + [(NAN, 0.1, 6.0)] * 200 + [(NAN, 0.1, 5.0)] + [(NAN, 0.1, 6.0)] * 299
     )
     assert watched(eased, limits)[0].fault == OK
+    for push in (6.0, -6.0):
+        never_read = [(NAN, 0.1, push)] * 302
+        assert watched(never_read[:301], limits)[0].fault == OK
+        assert watched(never_read, limits)[0].fault == STUCK
 
 
 def test_a_fault_stays_and_nothing_passes():
@@ -138,6 +147,8 @@ def test_a_fault_stays_and_nothing_passes():
     assert watch == first and given == 0.0
     late = watched([(0.0, 0.0, 1.0)] * 5 + [(0.7, 0.7, 1.0)])[0]
     assert late.time == pytest.approx(0.005)
+    third = watched([(0.7, 0.7, 1.0)], start=1.0 / 3.0)[0]
+    assert describe(third).time_s == 0.333333333
 
 
 @pytest.mark.parametrize(
