@@ -20,8 +20,8 @@ from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
 from macromicro.plant import piezo
-from macromicro.plant.capacitive import Capacitive
 from macromicro.plant.creep import Creep
+from macromicro.plant.gauge import Gauge
 from macromicro.plant.high_voltage import HighVoltage
 from macromicro.plant.piezo import Guide, Hidden, PiezoBench, PiezoPlant, PiezoState, Stack, Warming
 from macromicro.schema import access
@@ -39,7 +39,7 @@ class Piezo(NamedTuple):
     guide: Guide = Guide()
     hidden: Hidden = Hidden()
     warming: Warming = Warming()
-    encoder: Capacitive = Capacitive()
+    encoder: Gauge = Gauge()
     timing: Timing = Timing(1e-4, 2e-5, 4)
     travel: Travel = Travel(0.0, 100e-6)
     motion: Motion = Motion()

@@ -17,9 +17,9 @@ from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Plays, Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
 from macromicro.kernel import kernel
-from macromicro.plant import capacitive, creep, high_voltage
-from macromicro.plant.capacitive import Capacitive
+from macromicro.plant import creep, gauge, high_voltage
 from macromicro.plant.creep import Creep, CreepTable
+from macromicro.plant.gauge import Gauge
 from macromicro.plant.high_voltage import HighVoltage
 from macromicro.schema.par import Par
 
@@ -110,7 +110,7 @@ class PiezoBench(NamedTuple):
     guide: Guide = Guide()
     hidden: Hidden = Hidden()
     warming: Warming = Warming()
-    sensor: Capacitive = Capacitive()
+    sensor: Gauge = Gauge()
     delay: Annotated[
         float, Par("s", "from a reading until its effort acts", shown="ms", lo=0.0)
     ] = 0.0
@@ -136,7 +136,7 @@ class PiezoPlant(NamedTuple):
         Lag of the rate that widens the loop, s.
     warming : Warming
         Slow drift.
-    sensor : Capacitive
+    sensor : Gauge
         The sensor.
     delay : float
         From a reading until its effort acts, s; at most a control period.
@@ -151,7 +151,7 @@ class PiezoPlant(NamedTuple):
     damping: float
     rate_lag: float
     warming: Warming
-    sensor: Capacitive
+    sensor: Gauge
     delay: float
     steps: int
 
@@ -386,4 +386,4 @@ def measured(p: PiezoPlant, s: PiezoState, draw: float) -> float:
     float
         m.
     """
-    return capacitive.reading(p.sensor, position(s), draw)
+    return gauge.reading(p.sensor, position(s), draw)

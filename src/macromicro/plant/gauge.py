@@ -1,4 +1,4 @@
-"""Capacitive position sensor of a piezo stage: noise, range, resolution."""
+"""Absolute position sensor, such as a capacitive one: noise, range, resolution."""
 
 from __future__ import annotations
 
@@ -8,39 +8,34 @@ from typing import Annotated, NamedTuple
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
 
+_SHEET = "data sheet"
 
-class Capacitive(NamedTuple):
+
+class Gauge(NamedTuple):
     """The sensor and its electronics; beyond its range it shows the end of the range."""
 
     noise: Annotated[
         float,
-        Par(
-            "m",
-            "noise (standard deviation), at the control period",
-            "PI P-621.1CD: 0.4 nm resolution",
-            shown="nm",
-            lo=0.0,
-        ),
+        Par("m", "noise (standard deviation), at the control period", _SHEET, shown="nm", lo=0.0),
     ] = 0.4e-9
     low: Annotated[
-        float, Par("m", "lowest position that it shows", "bench assumption", shown="um", hi=0.0)
+        float, Par("m", "lowest position that it shows", _SHEET, shown="um", hi=0.0)
     ] = -25e-6
     high: Annotated[
-        float, Par("m", "highest position that it shows", "bench assumption", shown="um", lo=0.0)
+        float, Par("m", "highest position that it shows", _SHEET, shown="um", lo=0.0)
     ] = 125e-6
     pitch: Annotated[
-        float,
-        Par("m", "smallest step of the reading", "bench assumption", shown="nm", positive=True),
+        float, Par("m", "smallest step of the reading", _SHEET, shown="nm", positive=True)
     ] = 0.1e-9
 
 
 @kernel
-def reading(p: Capacitive, x: float, draw: float) -> float:
+def reading(p: Gauge, x: float, draw: float) -> float:
     """What the sensor shows: noise added, limited to the range, rounded to a step.
 
     Parameters
     ----------
-    p : Capacitive
+    p : Gauge
         Parameters of the sensor.
     x : float
         Position, m.
