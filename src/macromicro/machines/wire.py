@@ -214,7 +214,7 @@ def prepare(tree: Any) -> WirePlant:
         wire_sheets.area(tree),
         wire_sheets.stroke(tree),
     )
-    stop = stroke  # the wire's own end: nothing else stands in its way
+    stop = 1.5 * stroke  # nothing stands in its way
     full = tree.driver.full_scale
     driver = Driver(
         4.0, (0.0, full), (0.0, wire_sheets.power(tree)), tree.driver.lag, stop, stop, 0.0
