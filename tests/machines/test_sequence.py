@@ -49,14 +49,28 @@ def run(p, follow=lambda target, t: target.position, periods=2000):
 
 
 def test_the_set_point_is_the_profile_with_its_derivatives():
-    p = plan(0.03)
-    profile = s_curve(0.03, 1.0, 20.0, 2000.0)
-    for t, phase, _, _, target in run(p):
-        if phase == MOVING and t < profile.duration:
-            truth = profile.at(t)
+    p = plan(0.03, -0.02)
+    ways = (s_curve(0.03, 1.0, 20.0, 2000.0), s_curve(-0.05, 1.0, 20.0, 2000.0, start=0.03))
+    began = {}
+    for t, phase, move, _, target in run(p):
+        since = t - began.setdefault(move, t)
+        if phase == MOVING and since < ways[move].duration - 1e-9:
+            truth = ways[move].at(since)
             assert target.position == pytest.approx(truth.position, abs=1e-12)
             assert target.velocity == pytest.approx(truth.velocity, abs=1e-9)
             assert target.acceleration == pytest.approx(truth.acceleration, abs=1e-7)
+        else:
+            assert target == (p.target[move], 0.0, 0.0)
+
+
+def test_it_begins_with_nothing_and_keeps_the_piece_that_it_is_on():
+    assert begin()[:4] == (WAITING, -1, 0, 0.0) and begin().arrived == 0
+    p = plan(0.03)
+    s, pieces = begin(), []
+    for k in range(400):
+        s, _ = sequence.step(p, RULE, s, Sample(k * DT, 0.0))
+        pieces.append(s.piece)
+    assert pieces == sorted(pieces) and pieces[-1] >= p.first[1] - 2 > 0
 
 
 def test_a_move_arrives_after_the_dwell_and_is_held():
@@ -81,6 +95,10 @@ def test_a_move_that_does_not_arrive_is_given_up_after_the_patience():
     held = next(r for r in rows if r[1] == HOLDING)
     assert held[0] == pytest.approx(p.length[0] + RULE.patience, abs=1.1 * DT)
     assert held[3] == 0 and rows[-1][1] == DONE
+    late = plan(0.03, start=[0.1], hold=math.inf, end=2.0)
+    rows = run(late, lambda target, t: target.position + 1.01e-3)
+    held = next(r for r in rows if r[1] == HOLDING)
+    assert held[0] == pytest.approx(0.1 + late.length[0] + RULE.patience, abs=1.1 * DT)
 
 
 def test_at_the_tolerance_it_arrives():
@@ -98,7 +116,8 @@ def test_leaving_the_tolerance_begins_the_dwell_anew():
 def test_a_scheduled_move_waits_for_its_time_and_the_next_one_ends_it():
     p = plan(0.01, 0.02, hold=math.inf, start=[0.05, 0.3], end=0.5)
     rows = run(p)
-    assert rows[0][1] == WAITING and rows[0][2] == -1 and rows[0][4].position == 0.0
+    assert rows[0][1:] == (WAITING, -1, 0, (0.0, 0.0, 0.0))
+    assert sequence.aim(p, begin(), 0.0) == (0, (0.0, 0.0, 0.0))
     for move, t in ((0, 0.05), (1, 0.3)):
         assert next(r[0] for r in rows if r[2] == move) == pytest.approx(t, abs=0.5 * DT)
     assert rows[-1][1] == DONE and rows[-1][0] == pytest.approx(0.5, abs=0.5 * DT)
@@ -115,4 +134,4 @@ def test_done_stays_done():
     rows = run(p)
     s = sequence.Progress(DONE, 0, 0, rows[-1][0], math.nan, 1)
     again, target = sequence.step(p, RULE, s, Sample(9.0, 0.5))
-    assert again == s and target.position == 0.01
+    assert again == s and target == (0.01, 0.0, 0.0) == rows[-1][4]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands import machine_run, machine_studies
 from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.signals import Signals
 
@@ -34,8 +35,13 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         typer.Option(metavar="FILE", help="TOML file of the nominal settings.", show_default=False),
     ] = None,
     programme: Annotated[
-        str, typer.Option(metavar="NAME", help="A programme file, or the name of an example.")
-    ] = "thesis",
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="A programme file, or the name of an example.",
+            show_default="thesis",
+        ),
+    ] = None,
     requirements: Annotated[
         Path | None,
         typer.Option(
@@ -61,7 +67,19 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
         bool, typer.Option("--json", help="Print the results as JSON, and nothing else.")
     ] = False,
 ) -> None:
-    """Try machines with other friction, belt, room, noise and an aged actuator."""
+    """Try machines with other friction, belt, room, noise and an aged actuator.
+
+    With a --config file of a machine of one stage (docs/machines.md): with other friction, mass,
+    motor and supply.
+    """
+    if config is not None and machine_run.other(config):
+        options = {"--requirements": requirements, "--fan": fan}
+        machine_studies.only(options, machine_studies.name_of(config))
+        place = out or Path("results") / f"robust-{config.stem}"
+        asked = machine_studies.Asked(config, place, overwrite, figures, as_json, seed)
+        machine_studies.robust(asked, programme, samples, workers)
+        return
+    programme = programme or "thesis"
     from macromicro import programme as programmes
     from macromicro.drawing.files import formats
     from macromicro.robustness import files

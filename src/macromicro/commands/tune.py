@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from macromicro.commands import machine_run, machine_studies
 from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.signals import Signals
 
@@ -20,7 +21,7 @@ class _Stopped(Exception):
 
 
 def tune(  # noqa: PLR0913, PLR0917 - one for each option
-    stage: Annotated[str, typer.Argument(help="macro or micro.")],
+    stage: Annotated[str, typer.Argument(help="macro or micro; axis for a machine of one stage.")],
     objective: Annotated[
         str, typer.Option(metavar="NAME", help="settling, iae or effort.")
     ] = "settling",
@@ -90,7 +91,25 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         bool, typer.Option("--json", help="Print the numbers as JSON, and nothing else.")
     ] = False,
 ) -> None:
-    """Find better gains for a control law, and say what they are worth on the bench."""
+    """Find better gains for a control law, and say what they are worth on the bench.
+
+    With a --config file of a machine of one stage (docs/machines.md) the gains are those of its
+    cascade, and --objective is settling, error or rest.
+    """
+    if config is not None and machine_run.other(config):
+        options = {"--law": law, "--on": on, "--aggregate": aggregate, "--penalty": penalty}
+        options |= {"--route": route if route != "optimise" else None}
+        if not robust:
+            options |= {"--benches": benches, "--held-out": held_out}
+        machine_studies.only(options, machine_studies.name_of(config))
+        asked = machine_studies.Asked(
+            config, out or Path(f"results/tune-{stage}"), overwrite, figures, as_json, seed or 0
+        )
+        several = (benches or machine_studies.OTHERS, held_out or machine_studies.FRESH)
+        machine_studies.tune(
+            asked, stage, objective, evaluations or 300, several if robust else (0, 0)
+        )
+        return
     from macromicro.drawing.files import formats
     from macromicro.runs.folder import held
     from macromicro.schema.config import load_overrides

@@ -23,8 +23,8 @@ class Uncertain(NamedTuple):
     ----------
     name : str
         One word, unique in the table.
-    stage : {"macro", "micro"}
-        The stage that it belongs to.
+    stage : {"macro", "micro", "axis"}
+        The stage, or the machine, that it belongs to.
     parts : tuple of (str, float)
         Dotted paths within the settings, each with its weight.
     kind : {"factor", "shift", "value"}
@@ -70,8 +70,14 @@ def _row(told: dict[str, Any]) -> Uncertain:
     )
 
 
-_TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-UNCERTAIN: tuple[Uncertain, ...] = tuple(map(_row, _TABLE["quantity"]))
+def _read(name: str) -> tuple[Uncertain, ...]:
+    """The rows of a file beside this one."""
+    text = Path(__file__).with_name(name).read_text(encoding="utf-8")
+    return tuple(map(_row, tomllib.loads(text)["quantity"]))
+
+
+UNCERTAIN: tuple[Uncertain, ...] = _read("table.toml")
+AXIS: tuple[Uncertain, ...] = _read("axis.toml")  # of the machine `axis`
 
 
 def of_stage(stage: str) -> tuple[Uncertain, ...]:

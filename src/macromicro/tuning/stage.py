@@ -1,0 +1,407 @@
+"""Gains of a machine of one stage by search: on the machine as its sheets say, or on several."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import macromicro
+from macromicro.arrays import Array
+from macromicro.columns import quantities
+from macromicro.drawing import files as drawings
+from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
+from macromicro.errors import InputError
+from macromicro.machines import feasible, runs
+from macromicro.machines.machine import KEY, Machine
+from macromicro.machines.sequence import Plan
+from macromicro.machines.trial import Trial, trials
+from macromicro.robustness import stage as machines
+from macromicro.runs import folder
+from macromicro.schema import config
+from macromicro.schema.keys import nearest
+from macromicro.schema.par import replaced, value_at
+from macromicro.schema.text import plain
+from macromicro.tuning.evolution import minimise
+
+KNOBS = (
+    "controller.position",
+    "controller.velocity",
+    "controller.integral",
+    "controller.observer",
+)
+WIDE = 4.0  # a gain is searched from a fourth of its value to four times as much
+FAILED = 1e6
+SETTINGS, NUMBERS, FIGURE = "tuned.toml", "tuning.json", "response"
+FILES = (SETTINGS, NUMBERS, *drawings.names((FIGURE,)))
+
+
+class Objective(NamedTuple):
+    """What is minimised.
+
+    Attributes
+    ----------
+    name : str
+        As the option names it.
+    meaning : str
+        For people.
+    unit : str
+        Of its value.
+    value : Callable[[Trial, float], float]
+        Of a run, and the tolerance in um.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    value: Callable[[Trial, float], float]
+
+
+OBJECTIVES = (
+    Objective(
+        "settling",
+        "mean time from the end of a profile to the arrival, and 1 ms for each tolerance of rms "
+        "error on the way",
+        "s",
+        lambda t, tolerance: t.mean_settling + 1e-3 * t.rms_error / tolerance,
+    ),
+    Objective(
+        "error", "rms distance from the set point on the way", "um", lambda t, _: t.rms_error
+    ),
+    Objective("rest", "largest true error at rest", "um", lambda t, _: t.true_error),
+)
+# Beside any objective: a share of it for each tolerance of overshoot, and for each percent of the
+# limit that the effort changes by, rms, from period to period.
+OVERSHOOT, ROUGH = 0.5, 0.2
+
+
+class Budget(NamedTuple):
+    """How much is searched, and on what.
+
+    Attributes
+    ----------
+    evaluations : int
+        At most so many designs.
+    seed : int
+        Of search, draw and noise.
+    others : int
+        Machines that differ from the sheets to search on beside the nominal one; the worst counts.
+    fresh : int
+        Further ones to judge by.
+    workers : int
+        Threads.
+    """
+
+    evaluations: int = 300
+    seed: int = 0
+    others: int = 0
+    fresh: int = 0
+    workers: int = 1
+
+
+class Tuning(NamedTuple):
+    """What was found.
+
+    Attributes
+    ----------
+    machine : Machine
+        The machine.
+    start, tuned : Any
+        Settings before and after.
+    plan : Plan
+        The moves that it was judged by.
+    objective : Objective
+        What was minimised.
+    before, after : list[Trial]
+        On the machines that were searched on, the nominal one first.
+    costs : tuple[float, float]
+        Of both.
+    evaluations : int
+        Designs that were tried.
+    fresh : tuple[list[Trial], list[Trial]]
+        Before and after on fresh machines; empty without any.
+    seed : int
+        Of the search.
+    """
+
+    machine: Machine
+    start: Any
+    tuned: Any
+    plan: Plan
+    objective: Objective
+    before: list[Trial]
+    after: list[Trial]
+    costs: tuple[float, float]
+    evaluations: int
+    fresh: tuple[list[Trial], list[Trial]]
+    seed: int
+
+
+def named(name: str) -> Objective:
+    """The objective of a name.
+
+    Parameters
+    ----------
+    name : str
+        As the option names it.
+
+    Returns
+    -------
+    Objective
+        What is minimised.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    for each in OBJECTIVES:
+        if each.name == name:
+            return each
+    raise InputError("--objective", name, nearest(name, [o.name for o in OBJECTIVES]))
+
+
+def cost(objective: Objective, found: Trial, settings: Any) -> float:
+    """What a run costs.
+
+    Parameters
+    ----------
+    objective : Objective
+        What is minimised.
+    found : Trial
+        The run.
+    settings : Any
+        Whose tolerance and limit scale the penalties.
+
+    Returns
+    -------
+    float
+        In the objective's unit; `FAILED` and more for a run that a fault stopped or whose moves
+        did not all arrive.
+    """
+    if found.fault != 0.0 or found.missed > 0.0:
+        return FAILED * (1.0 + found.missed)
+    tolerance = settings.arrival.tolerance * 1e6
+    over = found.overshoot / tolerance
+    rough = 100.0 * found.rough / settings.controller.limit
+    return objective.value(found, tolerance) * (1.0 + OVERSHOOT * over + ROUGH * rough)
+
+
+def search(
+    machine: Machine,
+    settings: Any,
+    plan: Plan,
+    objective: Objective,
+    budget: Budget,
+    progress: Callable[[int, float], None] = lambda done, best: None,
+) -> Tuning:
+    """Look for better gains.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Its settings, whose gains are tried, too.
+    plan : Plan
+        The moves to judge by.
+    objective : Objective
+        What is minimised.
+    budget : Budget
+        How much is searched, and on what.
+    progress : Callable[[int, float], None], optional
+        Hears designs tried and the least cost.
+
+    Returns
+    -------
+    Tuning
+        What was found; the start itself where nothing was better.
+    """
+    evaluations, seed, others, fresh, workers = budget
+    rows = machines.uncertain(machine, settings) if others or fresh else ()
+    drawn = machines.machines(settings, rows, others, seed)[1] if others else []
+    bodies = [settings, *drawn]
+    start = np.array([value_at(settings, path) for path in KNOBS])
+
+    def gains(design: Array) -> Array:
+        return start * WIDE ** (2.0 * design - 1.0)
+
+    def on(design: Array, tree: Any) -> Any:
+        for path, value in zip(KNOBS, gains(design).tolist(), strict=True):
+            tree = replaced(tree, path, value)
+        return tree
+
+    def tried(design: Array, trees: Sequence[Any]) -> list[Trial]:
+        made = [on(design, tree) for tree in trees]
+        seeds = [seed + k for k in range(len(made))]
+        return trials(machine, made, plan, seeds, workers)
+
+    def worst(found: Sequence[Trial]) -> float:
+        each = [cost(objective, t, settings) for t in found]
+        return FAILED if any(map(math.isnan, each)) else max(each)
+
+    def costs(designs: Array) -> Array:
+        return np.array(
+            [
+                2.0 * FAILED if feasible.problems(on(d, settings)) else worst(tried(d, bodies))
+                for d in designs
+            ]
+        )
+
+    middle = np.full(len(KNOBS), 0.5)
+    found = minimise(costs, middle, evaluations, seed, progress=progress)
+    before, after = tried(middle, bodies), tried(found.design, bodies)
+    paid = worst(before), worst(after)
+    design = found.design if paid[1] < paid[0] else middle
+    if design is middle:
+        after, paid = before, (paid[0], paid[0])
+    judged: tuple[list[Trial], list[Trial]] = ([], [])
+    if fresh:
+        new_ones = machines.machines(settings, rows, fresh, seed + 1)[1]
+        judged = tried(middle, new_ones), tried(design, new_ones)
+    tuned = on(design, settings)
+    for path in KNOBS:  # a gain claims no more than four digits
+        tuned = replaced(tuned, path, float(f"{value_at(tuned, path):.4g}"))
+    return Tuning(
+        machine,
+        settings,
+        tuned,
+        plan,
+        objective,
+        before,
+        after,
+        paid,
+        found.evaluations,
+        judged,
+        seed,
+    )
+
+
+def table(found: Tuning) -> list[tuple[str, float, float, str]]:
+    """Gains and measures before and after.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    list[tuple[str, float, float, str]]
+        Name, before, after, unit.
+    """
+    units = ("1/s", "V s/m", "1/s", "1/s")
+    lines = [
+        (path, value_at(found.start, path), value_at(found.tuned, path), unit)
+        for path, unit in zip(KNOBS, units, strict=True)
+    ]
+    several = ", nominal" if len(found.before) > 1 else ""
+    for name, about in quantities(Trial).items():
+        unit = "" if about.unit == "1" else about.unit
+        now = [getattr(t[0], name) for t in (found.before, found.after)]
+        lines.append((about.meaning + several, now[0], now[1], unit))
+    which = f", worst of {len(found.before)} machines" if several else ""
+    lines.append((f"cost ({found.objective.name}){which}", *found.costs, found.objective.unit))
+    if found.fresh[0]:
+        late = [sum(t.fault != 0.0 or t.missed > 0.0 for t in group) for group in found.fresh]
+        of = f"of {len(found.fresh[0])} fresh machines, those that fault or do not arrive"
+        lines.append((of, float(late[0]), float(late[1]), ""))
+        middle = [float(np.nanmedian([t.rms_error for t in group])) for group in found.fresh]
+        lines.append(("on them, median rms error on the way", *middle, "um"))
+    return lines
+
+
+def as_toml(found: Tuning) -> str:
+    """Settings for ``macromicro run --config``.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    str
+        The machine, the gains, and whatever else the start set.
+    """
+    head = (
+        f"# {found.machine.title}: {found.machine.law.name}, tuned for {found.objective.name}\n"
+        f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
+    )
+    body = config.changed_toml(found.tuned, found.machine.settings, KNOBS)
+    return f'{head}{KEY} = "{found.machine.name}"\n\n{body}'
+
+
+def content(found: Tuning) -> dict[str, Any]:
+    """The content of tuning.json.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    dict[str, Any]
+        Objective, gains and measures.
+    """
+    return {
+        "machine": found.machine.name,
+        "law": found.machine.law.name,
+        "objective": {"name": found.objective.name, "meaning": found.objective.meaning},
+        "penalties": {"overshoot": OVERSHOOT, "rough": ROUGH},
+        "evaluations": found.evaluations,
+        "seed": found.seed,
+        "version": macromicro.__version__,
+        "machines": len(found.before),
+        "table": [{"name": n, "before": b, "after": a, "unit": u} for n, b, a, u in table(found)],
+    }
+
+
+def draw_figure(found: Tuning) -> Any:
+    """Errors before and after, over the same moves.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    Any
+        A figure of matplotlib.
+    """
+    figure, axes = new(5.2, 2, sharex=True)
+    for tree, color, label in ((found.start, RED, "before"), (found.tuned, BLUE, "after")):
+        run = runs.record(found.machine, tree, found.plan, seed=found.seed).recording
+        line(axes[0, 0], run["t"], (run["target"] - run["position"]) * 1e3, color, label)
+        line(axes[1, 0], run["t"], run["effort"], color, label)
+    band = found.start.arrival.tolerance * 1e6
+    for edge in (-band, band):
+        axes[0, 0].axhline(edge, color=BLACK, linewidth=0.8, linestyle=":")
+    finish(axes[0, 0], "Set point minus position; dotted: tolerance", "", "[um]", legend=True)
+    finish(axes[1, 0], "Effort at the D/A", y="[V]", legend=True)
+    return figure
+
+
+def write(out: Path, found: Tuning, kinds: Sequence[str]) -> None:
+    """Write all files, or none.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    found : Tuning
+        What was found.
+    kinds : Sequence[str]
+        Formats of the figure.
+    """
+    with folder.staged(out, remove=FILES) as place:
+        (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
+        text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
+        (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
+        drawings.save(draw_figure(found), place, FIGURE, kinds)

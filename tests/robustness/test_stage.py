@@ -1,0 +1,74 @@
+"""Machines that differ from their sheets, under the law of the nominal one."""
+
+import json
+
+import numpy as np
+import pytest
+
+from macromicro import cli
+from macromicro.errors import InputError
+from macromicro.machines import machine, planning
+from macromicro.robustness import stage
+from macromicro.schema.par import entries
+from macromicro.uncertainty.table import AXIS as ROWS
+
+AXIS = machine.MACHINES[0]
+PLAN = planning.plan(planning.usual(AXIS.settings), AXIS.settings)
+
+
+def test_every_row_names_parameters_of_the_axis():
+    paths = {e.path for e in entries(AXIS.settings)}
+    assert all(path in paths for row in ROWS for path, _ in row.parts)
+    assert all(row.low < 1.0 < row.high and row.stage == "axis" for row in ROWS)
+
+
+def test_what_the_machine_has_not_is_not_varied():
+    names = [r.name for r in stage.uncertain(AXIS, AXIS.settings)]
+    assert "mode" not in names and "mass" in names
+    soft = AXIS.settings.with_("drive.frequency", "50 Hz")
+    assert "mode" in [r.name for r in stage.uncertain(AXIS, soft)]
+
+
+def test_the_plant_changes_and_the_law_does_not():
+    rows = stage.uncertain(AXIS, AXIS.settings)
+    amounts, trees = stage.machines(AXIS.settings, rows, 12, 1)
+    assert amounts.shape == (12, len(rows))
+    mass = [row.name for row in rows].index("mass")
+    for each, tree in zip(amounts, trees, strict=True):
+        assert tree.load.mass == pytest.approx(0.5 * each[mass])
+        for name in stage.KEPT:
+            assert getattr(tree, name) == getattr(AXIS.settings, name)
+
+
+def test_a_study_tells_the_share_and_what_the_errors_go_with():
+    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
+    assert found.arrives.total == 12 and found.arrives.passed >= 11
+    told = stage.content(found)
+    assert told["done"] == 12 and len(told["machines"]) == 12
+    m = told["metrics"]["rms_error"]
+    values = [t.rms_error for t in found.found]
+    assert m["nominal"] == found.nominal.rms_error and m["worst"] == max(values)
+    assert m["quantiles"]["0.5"] == pytest.approx(np.median(values))
+    assert m["goes_with"] in [r.name for r in found.rows] and abs(m["rank_correlation"]) <= 1.0
+    assert f"{found.arrives.passed} of 12 machines" in stage.lines(found)[0]
+    assert stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 1).found == found.found
+
+
+@pytest.mark.parametrize("samples", [9, 100_001])
+def test_too_few_or_too_many_are_refused(samples):
+    with pytest.raises(InputError, match="--samples"):
+        stage.study(AXIS, AXIS.settings, PLAN, samples, 0, 1)
+
+
+def test_the_command_writes_its_folder(tmp_path, monkeypatch, capsys):
+    (tmp_path / "m.toml").write_text('machine = "axis"\n')
+    words = ["macromicro", "robust", "--config", str(tmp_path / "m.toml"), "--samples", "10"]
+    words += ["--out", str(tmp_path / "out")]
+    monkeypatch.setattr("sys.argv", words)
+    assert cli.main() == 0
+    assert "machines:" in capsys.readouterr().out
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"robust.json", "robust.png"}
+    assert json.loads((tmp_path / "out/robust.json").read_text())["asked"] == 10
+    monkeypatch.setattr("sys.argv", [*words, "--overwrite", "--fan"])
+    assert cli.main() == 2
+    assert "--fan" in capsys.readouterr().err
