@@ -53,8 +53,8 @@ CASES = [
      "arrival.tolerance", "encoder.pitch (20 nm) or more"),
     ({"timing.period": "0.2 ms"}, "timing.period", "at most 0.1954 ms, a tenth of a period"),
     ({"timing.delay": "0.15 ms"}, "timing.delay", "timing.period (0.1 ms)"),
-    ({"controller.integral": "900 1/s"}, "controller.integral", "a bandwidth of 128 Hz"),
-    ({"controller.proportional": 0.3}, "controller.proportional", "swing up"),
+    ({"controller.integral": "1300 1/s"}, "controller.integral", "a bandwidth of 205 Hz"),
+    ({"controller.proportional": 0.5}, "controller.proportional", "swing up"),
     ({"guard.silent": "0.01 ms"}, "guard.silent", "timing.period (0.1 ms)"),
     ({"guard.stuck": "0.01 ms"}, "guard.stuck", "timing.period"),
     ({"guard.window": "0.01 ms"}, "guard.window", "timing.period"),
@@ -77,7 +77,7 @@ def test_what_it_cannot_do_is_refused(changes, path, words):
         {"motion.velocity": "0.057 m/s"},
         {"encoder.noise": "3.3 nm", "arrival.tolerance": "10 nm"},
         {"timing.period": "0.195 ms"},
-        {"controller.integral": "800 1/s"},
+        {"controller.integral": "1280 1/s"},
     ],
 )
 def test_what_it_just_can_is_accepted(changes):
@@ -86,7 +86,7 @@ def test_what_it_just_can_is_accepted(changes):
 
 def test_gains_follow_from_the_sheet():
     law = DEFAULT.controller
-    assert law.integral == pytest.approx(0.12 * OMEGA, rel=1e-3)
+    assert law.integral == pytest.approx(0.15 * OMEGA, rel=1e-3)
     assert law.drift == pytest.approx(0.1 * law.integral, rel=1e-3)
     assert law.notch.frequency == pytest.approx(511.75, rel=1e-3)
     # Half a period, the delay, the amplifier's lag, and 2 zeta / w with a zeta of 0.02.

@@ -52,7 +52,7 @@ class Integral(NamedTuple):
     ] = 10.0
     low: Annotated[float, Par("V", "lowest effort", _DERIVED)] = -2.0
     high: Annotated[float, Par("V", "highest effort", _DERIVED, positive=True)] = 12.0
-    notch: Notch = Notch(0.0, 0.1, 1.0)
+    notch: Notch = Notch(0.0, 0.02, 2.0)  # wide: it holds for a resonance 10 % off
 
     def problems(self) -> list[tuple[str, object, str]]:
         """Whether the loop is one that can be inverted.

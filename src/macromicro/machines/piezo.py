@@ -43,7 +43,7 @@ class Piezo(NamedTuple):
     timing: Timing = Timing(1e-4, 2e-5, 4)
     travel: Travel = Travel(0.0, 100e-6)
     motion: Motion = Motion()
-    arrival: Arrival = Arrival(5e-9, 5e-3, 0.5)
+    arrival: Arrival = Arrival(1e-8, 5e-3, 2.0)
     controller: Integral = Integral()
     guard: Limits = Limits(silent=5e-3)
 

@@ -81,12 +81,12 @@ class Hidden(NamedTuple):
         Par(
             "s",
             "growth of the thresholds with the rate of the voltage",
-            "bench assumption: 6 V more at 10 Hz over the span",
+            "bench assumption: 6 V more at 100 Hz over the span",
             shown="ms",
             lo=0.0,
             hi=1.0,
         ),
-    ] = 1.5e-3
+    ] = 0.15e-3
     rate_lag: Annotated[
         float,
         Par("s", "lag of that growth, so that a staircase counts as a ramp", shown="ms", lo=0.0),

@@ -26,13 +26,13 @@ from macromicro.robustness.statistics import CONFIDENCE, Share, share
 from macromicro.runs import folder
 from macromicro.schema.text import plain
 from macromicro.uncertainty.machines import draw, settings_at
-from macromicro.uncertainty.table import AXIS, Uncertain
+from macromicro.uncertainty.table import AXIS, PIEZO, WIRE, Uncertain
 
 LEAST, MOST = 10, 100_000  # machines
 NUMBERS, FIGURE = "robust.json", "robust"
 FILES = (NUMBERS, *drawings.names((FIGURE,)))
 KEPT = ("controller", "guard", "motion", "arrival", "travel")
-_TABLES = {"axis": AXIS}
+_TABLES = {"axis": AXIS, "piezo": PIEZO, "wire": WIRE}
 _LEVELS = (0.05, 0.5, 0.95)
 
 

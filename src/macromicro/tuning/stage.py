@@ -16,7 +16,7 @@ from macromicro.columns import quantities
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.errors import InputError
-from macromicro.machines import feasible, runs
+from macromicro.machines import runs
 from macromicro.machines.machine import KEY, Machine
 from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trials
@@ -24,16 +24,21 @@ from macromicro.robustness import stage as machines
 from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.keys import nearest
-from macromicro.schema.par import replaced, value_at
+from macromicro.schema.par import entries, replaced, value_at
 from macromicro.schema.text import plain
 from macromicro.tuning.evolution import minimise
 
-KNOBS = (
-    "controller.position",
-    "controller.velocity",
-    "controller.integral",
-    "controller.observer",
-)
+# Gains that are searched, by law.
+KNOBS = {
+    "cascade": (
+        "controller.position",
+        "controller.velocity",
+        "controller.integral",
+        "controller.observer",
+    ),
+    "integral": ("controller.integral", "controller.drift", "controller.ahead_velocity"),
+    "pi": ("controller.kp", "controller.ki", "controller.kaw"),
+}
 WIDE = 4.0  # a gain is searched from a fourth of its value to four times as much
 FAILED = 1e6
 SETTINGS, NUMBERS, FIGURE = "tuned.toml", "tuning.json", "response"
@@ -187,8 +192,8 @@ def cost(objective: Objective, found: Trial, settings: Any) -> float:
         return FAILED * (1.0 + found.missed)
     tolerance = settings.arrival.tolerance * 1e6
     over = found.overshoot / tolerance
-    rough = 100.0 * found.rough / settings.controller.limit
-    return objective.value(found, tolerance) * (1.0 + OVERSHOOT * over + ROUGH * rough)
+    rough = 100.0 * found.rough / settings.guard.effort
+    return float(objective.value(found, tolerance) * (1.0 + OVERSHOOT * over + ROUGH * rough))
 
 
 def search(
@@ -225,13 +230,14 @@ def search(
     rows = machines.uncertain(machine, settings) if others or fresh else ()
     drawn = machines.machines(settings, rows, others, seed)[1] if others else []
     bodies = [settings, *drawn]
-    start = np.array([value_at(settings, path) for path in KNOBS])
+    knobs = KNOBS[machine.law.name]
+    start = np.array([value_at(settings, path) for path in knobs])
 
     def gains(design: Array) -> Array:
         return start * WIDE ** (2.0 * design - 1.0)
 
     def on(design: Array, tree: Any) -> Any:
-        for path, value in zip(KNOBS, gains(design).tolist(), strict=True):
+        for path, value in zip(knobs, gains(design).tolist(), strict=True):
             tree = replaced(tree, path, value)
         return tree
 
@@ -247,12 +253,12 @@ def search(
     def costs(designs: Array) -> Array:
         return np.array(
             [
-                2.0 * FAILED if feasible.problems(on(d, settings)) else worst(tried(d, bodies))
+                2.0 * FAILED if on(d, settings).together() else worst(tried(d, bodies))
                 for d in designs
             ]
         )
 
-    middle = np.full(len(KNOBS), 0.5)
+    middle = np.full(len(knobs), 0.5)
     found = minimise(costs, middle, evaluations, seed, progress=progress)
     before, after = tried(middle, bodies), tried(found.design, bodies)
     paid = worst(before), worst(after)
@@ -264,7 +270,7 @@ def search(
         new_ones = machines.machines(settings, rows, fresh, seed + 1)[1]
         judged = tried(middle, new_ones), tried(design, new_ones)
     tuned = on(design, settings)
-    for path in KNOBS:  # a gain claims no more than four digits
+    for path in knobs:  # a gain claims no more than four digits
         tuned = replaced(tuned, path, float(f"{value_at(tuned, path):.4g}"))
     return Tuning(
         machine,
@@ -294,10 +300,10 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
     list[tuple[str, float, float, str]]
         Name, before, after, unit.
     """
-    units = ("1/s", "V s/m", "1/s", "1/s")
+    units = {e.path: e.par.unit.replace("*", " ") for e in entries(found.start)}
     lines = [
-        (path, value_at(found.start, path), value_at(found.tuned, path), unit)
-        for path, unit in zip(KNOBS, units, strict=True)
+        (path, value_at(found.start, path), value_at(found.tuned, path), units[path])
+        for path in KNOBS[found.machine.law.name]
     ]
     several = ", nominal" if len(found.before) > 1 else ""
     for name, about in quantities(Trial).items():
@@ -332,7 +338,7 @@ def as_toml(found: Tuning) -> str:
         f"# {found.machine.title}: {found.machine.law.name}, tuned for {found.objective.name}\n"
         f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
     )
-    body = config.changed_toml(found.tuned, found.machine.settings, KNOBS)
+    body = config.changed_toml(found.tuned, found.machine.settings, KNOBS[found.machine.law.name])
     return f'{head}{KEY} = "{found.machine.name}"\n\n{body}'
 
 
