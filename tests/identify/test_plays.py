@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -16,6 +17,7 @@ from macromicro.errors import InputError
 from macromicro.hysteresis import prandtl_loop
 from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.identify.result import Line, Result
+from macromicro.machines import machine
 from macromicro.plant import piezo
 
 DT = 1e-3
@@ -80,14 +82,25 @@ def test_files_hold_the_operator_and_three_figures(tmp_path: Path) -> None:
     assert names == {
         "result.json", "model.toml", "curves.png", "residuals.png", "thresholds.png",
     }  # fmt: skip
-    import tomllib
-
-    table = tomllib.loads((tmp_path / "out/model.toml").read_text())["hysteresis"]
     data = json.loads((tmp_path / "out/result.json").read_text())["data"]
-    assert table["weights"] == pytest.approx(found.model.weights.tolist(), rel=1e-6)
-    assert table["thresholds"] == pytest.approx(data["thresholds"], rel=1e-6)
+    # The model file is one of settings for the machine that it was measured on.
+    kind, tree = machine.load(tmp_path / "out/model.toml")
+    assert kind is not None and kind.name == "piezo"
+    assert tree.controller.loop_thresholds == pytest.approx(data["thresholds"], rel=1e-6)
+    assert [1e6 * w for w in tree.controller.loop_weights] == pytest.approx(
+        found.model.weights.tolist(), rel=1e-6
+    )
     assert len(data["weights"]) == 6
     assert data["holdout_rms"] > 0.0
+
+
+def test_of_other_quantities_the_model_file_holds_the_operator(tmp_path: Path) -> None:
+    file = written(tmp_path / "own.csv", *recorded(), head="t_s,field,x_um")
+    found = identify.from_files("plays", file, plays=4)
+    table = tomllib.loads(found.to_toml())["hysteresis"]
+    assert table["weights"] == pytest.approx(found.model.weights.tolist(), rel=1e-6)
+    assert table["thresholds"] == pytest.approx(found.model.thresholds.tolist(), rel=1e-6)
+    assert table["offset"] == pytest.approx(found.model.offset, rel=1e-6)
 
 
 def test_what_is_no_recording_both_ways_is_refused(tmp_path: Path) -> None:

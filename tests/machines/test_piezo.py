@@ -177,7 +177,7 @@ def test_an_identified_loop_is_nearer_than_the_printed_one():
     for changes in ({}, known):
         recording, _ = run(DEFAULT.with_({**slow, **changes}), 60.0, 30.0, 80.0, hold=0.0)
         errors.append(float(np.std(recording["target"] - recording["position"])))
-    assert errors[1] < 0.6 * errors[0]
+    assert errors[1] < 0.2 * errors[0]
 
 
 def test_interpreted_and_compiled_give_the_same_bits_and_so_does_a_rig():

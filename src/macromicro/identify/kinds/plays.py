@@ -19,6 +19,7 @@ from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import pick
 from macromicro.identify.reading import read
 from macromicro.identify.result import Line, Result
+from macromicro.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,17 +104,7 @@ def identify(picking: Picking, options: Options) -> Result:
     def draw() -> dict[str, Figure]:
         return drawn(u, f, found, (u_unit, f_unit))
 
-    toml = model_file.plain(
-        HEAD,
-        {
-            "hysteresis": {
-                "thresholds": (p.thresholds.tolist(), u_unit or "unit of the input"),
-                "weights": (p.weights.tolist(), per or "output per input"),
-                "offset": (p.offset, f_unit or "unit of the output"),
-                "input": ([float(u.min()), float(u.max())], u_unit or "unit of the input"),
-            }
-        },
-    )
+    toml = written(p, (u_unit, f_unit), (float(u.min()), float(u.max())))
     data = {
         "thresholds": p.thresholds.tolist(), "weights": p.weights.tolist(), "offset": p.offset,
         "range": extent, "rms": found.rms, "holdout_rms": found.held_rms,
@@ -121,6 +112,44 @@ def identify(picking: Picking, options: Options) -> Result:
     }  # fmt: skip
     title = "Prandtl-Ishlinskii: f = offset + sum of w_i y_i, y_i a play of threshold r_i"
     return Result("plays", title, p, lines, remarks, toml, draw, data)
+
+
+def written(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float]) -> str:
+    """The text of model.toml: settings of a piezo stage where volts move it, else notes.
+
+    Parameters
+    ----------
+    p : Prandtl
+        What was found.
+    units : tuple[str, str]
+        Of input and output.
+    ends : tuple[float, float]
+        Of the input.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    u, f = units
+    where = f"input from {ends[0]:g} to {ends[1]:g} {u}, output {p.offset:.6g} {f} at rest at 0"
+    try:
+        volts, metres = convert(1.0, u, "V"), convert(1.0, f, "m")
+    except ValueError:
+        table = {
+            "thresholds": (p.thresholds.tolist(), u or "unit of the input"),
+            "weights": (p.weights.tolist(), f"{f}/{u}" if f and u else "output per input"),
+            "offset": (p.offset, f or "unit of the output"),
+        }
+        return model_file.plain(f"{HEAD}\nHere: {where}.", {"hysteresis": table})
+    weights = 1e6 * metres / volts * p.weights
+    law = {
+        "loop_thresholds": ([f"{volts * r:.9g} V" for r in p.thresholds], "at the stack"),
+        "loop_weights": ([f"{w:.9g} um/V" for w in weights], "inverted by the law"),
+    }
+    head = f"For a machine of kind piezo: copy the table into its file. Here: {where}."
+    comment, _, body = model_file.plain(head, {"controller": law}).partition("\n\n")
+    return f'{comment}\nmachine = "piezo"\n\n{body}'
 
 
 def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict[str, Figure]:
