@@ -17,6 +17,7 @@ from macromicro.commands.doctor import doctor
 from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.latency import latency
 from macromicro.commands.reproduce import reproduce
+from macromicro.commands.response import response
 from macromicro.commands.robust import robust
 from macromicro.commands.serve import serve
 from macromicro.commands.signals import INTERRUPTED, Signals
@@ -250,6 +251,7 @@ app.command()(compare)
 app.command()(doctor)
 app.command()(latency)
 app.command()(reproduce)
+app.command()(response)
 app.command()(robust)
 app.command()(serve)
 app.command()(sweep)

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from macromicro.machines import sheets
@@ -83,15 +84,15 @@ def test_a_motor_too_weak_still_has_finite_limits():
 
 def test_delays_flexibility_and_counts_bound_the_bandwidth():
     assert sheets.lag(DEFAULT) == pytest.approx(1e-3 + 0.1e-3 + 0.24e-3 / 1.2)
-    assert sheets.bandwidth(DEFAULT) == pytest.approx(0.4 / 1.3e-3)
+    assert sheets.bandwidth(DEFAULT) == pytest.approx(0.33 / 1.3e-3)
     by_current = DEFAULT.with_("amplifier.mode", "current")
     assert sheets.lag(by_current) == pytest.approx(1.1e-3 + 1.0 / (2.0 * math.pi * 1000.0))
     soft = DEFAULT.with_("drive.frequency", "20 Hz")
     assert sheets.bandwidth(soft) == pytest.approx(0.3 * 2.0 * math.pi * 20.0)
     coarse = DEFAULT.with_({"encoder.at": "load", "encoder.pitch": "0.2 mm"})
     w = sheets.bandwidth(coarse)
-    step = 4.0 * w * w * sheets.per_newton(coarse) * sheets.mass(coarse) * 2e-4
-    assert step == pytest.approx(0.1 * 10.0)
+    step = 7.0 * w * w * sheets.per_newton(coarse) * sheets.mass(coarse) * 2e-4
+    assert step == pytest.approx(0.15 * 10.0)
 
 
 def test_gains_follow_the_bandwidth_and_the_plant():
@@ -100,7 +101,7 @@ def test_gains_follow_the_bandwidth_and_the_plant():
     per = sheets.per_newton(DEFAULT)
     assert g.velocity == pytest.approx(per * sheets.mass(DEFAULT) * w, rel=1e-3)
     assert g.position == g.integral == pytest.approx(w / 4.0, rel=1e-3)
-    assert g.observer == pytest.approx(4.0 * w, rel=1e-3)
+    assert g.observer == pytest.approx(7.0 * w, rel=1e-3)
     assert g.ahead_velocity == pytest.approx(k / 2.4 + 2.0 * per, rel=1e-3)
     assert g.ahead_acceleration == pytest.approx(per * sheets.mass(DEFAULT), rel=1e-3)
     assert g.ahead_friction == pytest.approx(3.0 * per, rel=1e-3)
@@ -139,6 +140,39 @@ def test_steps_of_the_physics_follow_period_and_mode():
     ratio = 1.0 + 0.5 / sheets.turning(soft)
     stepped = 1e-3 / soft.timing.steps * 2.0 * math.pi * 90.0 * math.sqrt(ratio)
     assert stepped == pytest.approx(0.2, rel=0.05)
+
+
+def test_the_linear_plant_in_closed_form():
+    # Far below the winding and the delays: V = R i + K v, K i = m dv/dt + b v.
+    f = np.array([0.02, 0.2, 2.0])
+    s = 2j * math.pi * f
+    k, m = sheets.constant(DEFAULT), sheets.mass(DEFAULT)
+    slow = 2.4 / (1.2 / k * (m * s + 2.0) + k) / s
+    assert sheets.plant(DEFAULT, f) == pytest.approx(slow, rel=0.02)
+    by_current = DEFAULT.with_("amplifier.mode", "current")
+    assert sheets.plant(by_current, f) == pytest.approx(0.4 * k / (m * s + 2.0) / s, rel=0.02)
+    late = sheets.plant(DEFAULT, np.array([100.0]))[0]
+    early = sheets.plant(DEFAULT.with_("timing.delay", "0 ms"), np.array([100.0]))[0]
+    assert late / early == pytest.approx(np.exp(-2j * math.pi * 100.0 * 1e-4))
+    hold = (
+        early
+        / sheets.plant(
+            DEFAULT.with_({"timing.delay": "0 ms", "timing.period": "10 us"}), np.array([100.0])
+        )[0]
+    )
+    assert np.angle(hold) == pytest.approx(-math.pi * 100.0 * (1e-3 - 1e-5), abs=1e-6)
+
+
+def test_the_plant_of_two_masses_has_its_zero_and_its_pole():
+    soft = DEFAULT.with_({"drive.frequency": "40 Hz", "drive.damping": 0.001})
+    f = np.linspace(20.0, 99.0, 20000)
+    motor = np.abs(sheets.plant(soft, f)) * f**2
+    assert f[motor.argmin()] == pytest.approx(40.0, rel=0.01)  # seen by the motor's encoder
+    free = 40.0 * math.sqrt(1.0 + 0.5 / sheets.turning(soft))
+    beside = sheets.plant(soft.with_("encoder.at", "load"), np.array([40.0, free]))
+    assert abs(beside[0]) > 10.0 * abs(sheets.plant(soft, np.array([40.0])))[0]
+    stiff = sheets.plant(DEFAULT, np.array([2.0]))[0]
+    assert sheets.plant(soft, np.array([2.0]))[0] == pytest.approx(stiff, rel=0.02)
 
 
 def test_every_derived_setting_is_a_parameter():

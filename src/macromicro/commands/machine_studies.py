@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import typer
 
@@ -25,7 +25,7 @@ class Asked(NamedTuple):
     seed: int
 
 
-def only(given: dict[str, Any], name: str) -> None:
+def only(given: dict[str, object], name: str) -> None:
     """InputError for an option that means nothing for a machine of one stage."""
     for option, value in given.items():
         if value:

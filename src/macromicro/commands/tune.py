@@ -97,7 +97,12 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     cascade, and --objective is settling, error or rest.
     """
     if config is not None and machine_run.other(config):
-        options = {"--law": law, "--on": on, "--aggregate": aggregate, "--penalty": penalty}
+        options: dict[str, object] = {
+            "--law": law,
+            "--on": on,
+            "--aggregate": aggregate,
+            "--penalty": penalty,
+        }
         options |= {"--route": route if route != "optimise" else None}
         if not robust:
             options |= {"--benches": benches, "--held-out": held_out}

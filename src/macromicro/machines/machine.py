@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from macromicro.arrays import Array
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
-from macromicro.machines import axis, piezo, wire
+from macromicro.machines import axis, piezo, sheets, wire
 from macromicro.machines.stage import Kind
 from macromicro.schema import config
 from macromicro.schema.keys import nearest
@@ -33,6 +35,9 @@ class Machine(NamedTuple):
         The kernels of its stage.
     law : StageLaw
         Whose gains are the set `controller`.
+    model : Callable[[Any, Array], Any] | None
+        From settings and frequencies (Hz) to the linear plant there, complex, m/V; None: there is
+        none, and no `response`.
     """
 
     name: str
@@ -40,10 +45,11 @@ class Machine(NamedTuple):
     settings: Any
     kind: Kind
     law: StageLaw
+    model: Callable[[Any, Array], Any] | None = None
 
 
 MACHINES: tuple[Machine, ...] = (
-    Machine(axis.NAME, axis.TITLE, axis.DEFAULT, axis.KIND, axis.LAW),
+    Machine(axis.NAME, axis.TITLE, axis.DEFAULT, axis.KIND, axis.LAW, sheets.plant),
     Machine(piezo.NAME, piezo.TITLE, piezo.DEFAULT, piezo.KIND, piezo.LAW),
     Machine(wire.NAME, wire.TITLE, wire.DEFAULT, wire.KIND, wire.LAW),
 )

@@ -10,6 +10,10 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
 from macromicro.machines.parts import MOTOR
 from macromicro.plant import transmission
 from macromicro.plant.power import CURRENT
@@ -21,8 +25,9 @@ GRAVITY = 9.80665
 SPARE = 0.7  # share of supply and current that moves may use
 MARGIN = 0.02  # of the way between the stops that stays free at either end
 FINEST = 50e-6  # s; longest step of the physics
-COUNTED = 0.1  # share of the effort that one count's step may take
-ROOM = 0.4  # share of the phase that all delays together may take at the velocity loop's bandwidth
+COUNTED = 0.15  # share of the effort that one count's step may take
+OUTER, OBSERVER = 0.25, 7.0  # position loop and observer, to the velocity loop's bandwidth
+ROOM = 0.33  # rad; phase that all delays may take at the velocity loop's bandwidth
 
 
 def rounded(value: float, digits: int = 4) -> float:
@@ -294,8 +299,8 @@ def bandwidth(tree: Any) -> float:
     if tree.drive.frequency > 0.0:
         found = min(found, 0.3 * 2.0 * math.pi * tree.drive.frequency)
     # A count's step through observer and velocity gain stays below COUNTED of the effort:
-    # per_newton mass w (observer pitch) with the observer at 4 w.
-    step = 4.0 * per_newton(tree) * mass(tree) * tree.encoder.pitch
+    # per_newton mass w (observer pitch) with the observer at OBSERVER w.
+    step = OBSERVER * per_newton(tree) * mass(tree) * tree.encoder.pitch
     by_count = math.sqrt(COUNTED * tree.controller.limit / step)
     return min(found, by_count)
 
@@ -368,9 +373,9 @@ RULES: tuple[Rule, ...] = (
     ("guard.effort", lambda t: t.amplifier.full_scale),
     ("controller.limit", lambda t: t.guard.effort),
     ("controller.velocity", lambda t: rounded(per_newton(t) * mass(t) * bandwidth(t))),
-    ("controller.integral", lambda t: rounded(0.25 * bandwidth(t))),
-    ("controller.position", lambda t: rounded(0.25 * bandwidth(t))),
-    ("controller.observer", lambda t: rounded(4.0 * bandwidth(t))),
+    ("controller.integral", lambda t: rounded(OUTER * bandwidth(t))),
+    ("controller.position", lambda t: rounded(OUTER * bandwidth(t))),
+    ("controller.observer", lambda t: rounded(OBSERVER * bandwidth(t))),
     ("controller.ahead_velocity", _ahead_velocity),
     ("controller.ahead_acceleration", lambda t: rounded(per_newton(t) * mass(t))),
     ("controller.ahead_friction", _friction_volts),
@@ -384,3 +389,45 @@ RULES: tuple[Rule, ...] = (
     ("guard.error", _following),
     ("guard.push", lambda t: rounded(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
 )
+
+
+def plant(tree: Any, frequency: Array) -> npt.NDArray[np.complex128]:
+    """Position at the encoder per effort, as the sheets say: linear, sliding, without slack.
+
+    With the hold over a period and the delay of the output.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+    frequency : ndarray, shape (n,)
+        Hz.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        m/V.
+    """
+    amp, motor, dt = tree.amplifier, tree.motor, tree.timing.period
+    s = 2j * math.pi * np.asarray(frequency, dtype=np.float64)
+    rotor, moved = turning(tree), float(tree.load.mass + tree.load.payload)
+    load = moved * s + tree.friction.viscous
+    drag, seen = rotor * s + load, np.ones_like(s)
+    if tree.drive.frequency > 0.0:
+        stiffness = moved * (2.0 * math.pi * tree.drive.frequency) ** 2
+        spring = stiffness / s + 2.0 * tree.drive.damping * math.sqrt(stiffness * moved)
+        seen = spring / (spring + load)
+        drag = rotor * s + load * seen
+    k = constant(tree)
+    push = k * tree.drive.efficiency
+    if amp.mode == CURRENT:
+        pole = 2.0 * math.pi * amp.bandwidth
+        speed = amp.transconductance * push / ((1.0 + s / pole) * drag)
+    else:
+        winding = motor.resistance + motor.inductance * s
+        speed = amp.gain * push / (winding * drag + push * k)
+    if tree.encoder.at != MOTOR:
+        speed = speed * seen
+    hold = (1.0 - np.exp(-s * dt)) / (s * dt)
+    found: npt.NDArray[np.complex128] = speed / s * hold * np.exp(-s * tree.timing.delay)
+    return found

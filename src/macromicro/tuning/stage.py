@@ -311,13 +311,14 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
         now = [getattr(t[0], name) for t in (found.before, found.after)]
         lines.append((about.meaning + several, now[0], now[1], unit))
     which = f", worst of {len(found.before)} machines" if several else ""
-    lines.append((f"cost ({found.objective.name}){which}", *found.costs, found.objective.unit))
+    first, last = found.costs
+    lines.append((f"cost ({found.objective.name}){which}", first, last, found.objective.unit))
     if found.fresh[0]:
         late = [sum(t.fault != 0.0 or t.missed > 0.0 for t in group) for group in found.fresh]
         of = f"of {len(found.fresh[0])} fresh machines, those that fault or do not arrive"
         lines.append((of, float(late[0]), float(late[1]), ""))
         middle = [float(np.nanmedian([t.rms_error for t in group])) for group in found.fresh]
-        lines.append(("on them, median rms error on the way", *middle, "um"))
+        lines.append(("on them, median rms error on the way", middle[0], middle[1], "um"))
     return lines
 
 

@@ -1,0 +1,325 @@
+"""The frequency response of a stage under its law, measured: a sine beside the law's effort.
+
+For each frequency the stage travels at a constant speed, so that it slides and never sticks, while
+a sine is added to the effort: once, and once more with the other sign, so that in their difference
+all cancels that the place alone makes, as friction along the way. From the phasors of what the law
+asked for (W), of the whole effort (U) and of the position (Y), over whole cycles: plant Y / U, law
+-W / Y, open loop -W / U.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.control.stage_law import StageLaw
+from macromicro.errors import InputError
+from macromicro.kernel import compiled
+from macromicro.machines import guarding
+from macromicro.machines.guarding import OK
+from macromicro.machines.machine import Machine
+from macromicro.machines.signals import Sample, Target
+from macromicro.machines.stage import Kind
+from macromicro.rig.twin import noise_source
+
+Complex = npt.NDArray[np.complex128]
+
+SETTLE = 0.15  # s; and a cycle, before a window begins
+CYCLES = 4  # in a window, at least
+LEAST = 0.3  # s; and at least so long
+FULL = 0.99  # of the guard's limit of the effort: from there on nothing is linear
+SHARE = 0.3  # of speed, of the moves' acceleration and of the effort's limit, that a sine takes
+
+
+class Response(NamedTuple):
+    """What was measured, over frequencies that rise.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (n,)
+        Hz.
+    plant : ndarray of complex, shape (n,)
+        Position per effort, m/V.
+    law : ndarray of complex, shape (n,)
+        Effort per position error, V/m.
+    loop : ndarray of complex, shape (n,)
+        Open loop, without its sign.
+    moved : ndarray, shape (n,)
+        Amplitude of the position, m: where it is a fraction of a count, points scatter.
+    """
+
+    frequency: Array
+    plant: Complex
+    law: Complex
+    loop: Complex
+    moved: Array
+
+
+@lru_cache(maxsize=64)
+def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
+    """The loop of a stage under a law with something added to its effort.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        Its law.
+
+    Returns
+    -------
+    Callable
+        ``run(params, stage, gains, memory, limits, watch, targets, added, noise, out, dt) ->
+        fault``, with `targets` of shape (n, 3) and `out` of shape (3, n) for position, what the law
+        asked for, and the whole effort.
+    """
+    measure, advance, step = kind.measure, kind.advance, law.step
+
+    def run(  # noqa: PLR0913, PLR0917 - of one caller, and compiled
+        params: Any,
+        stage: Any,
+        gains: Any,
+        memory: Any,
+        limits: Any,
+        watch: Any,
+        targets: Array,
+        added: Array,
+        noise: Array,
+        out: Array,
+        dt: float,
+    ) -> int:
+        for k in range(added.shape[0]):
+            sample = measure(params, stage, k * dt, noise, k)
+            target = Target(targets[k, 0], targets[k, 1], targets[k, 2])
+            memory, wanted = step(gains, memory, target, sample, dt)
+            both = min(max(wanted + added[k], -limits.effort), limits.effort)
+            watch, effort = guarding.step(limits, watch, sample, target, both)
+            out[0, k] = sample.position
+            out[1, k] = wanted
+            out[2, k] = effort
+            if watch.fault != OK:
+                break
+            stage = advance(params, stage, effort, noise, k, dt)
+        return int(watch.fault)
+
+    return run
+
+
+def frequencies(low: float, high: float, count: int, dt: float) -> Array:
+    """Frequencies of which whole cycles fill windows of whole periods.
+
+    Parameters
+    ----------
+    low, high : float
+        Hz.
+    count : int
+        How many, at most: those that fall together are one.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Hz, rising, in equal ratios but for that.
+
+    Raises
+    ------
+    InputError
+        Not 0 < low < high < 0.45 / dt, or fewer than 2.
+    """
+    if not 0.0 < low < high <= 0.45 / dt:
+        raise InputError(
+            "frequencies", f"{low:g} to {high:g} Hz", f"rising, above 0, at most {0.45 / dt:g} Hz"
+        )
+    if count < 2:
+        raise InputError("frequencies", count, "2 or more")
+    wanted = np.geomspace(low, high, count)
+    cycles = np.array([_cycles(f) for f in wanted])
+    return np.unique(cycles / (np.round(cycles / (wanted * dt)) * dt))
+
+
+def _cycles(frequency: float) -> int:
+    return max(CYCLES, math.ceil(LEAST * frequency))
+
+
+def _window(frequency: float, dt: float) -> int:
+    """Periods that hold whole cycles of a frequency from `frequencies`."""
+    near = _cycles(frequency) + np.array([0, -1, 1])
+    periods = near / (frequency * dt)
+    return int(np.round(periods[np.argmin(np.round(np.abs(periods - np.round(periods)), 6))]))
+
+
+def measured(
+    machine: Machine,
+    settings: Any,
+    frequency: Array,
+    model: Callable[[Array], Complex],
+    *,
+    seed: int = 0,
+    progress: Callable[[int, int], None] = lambda done, count: None,
+) -> Response:
+    """Measure the response of a simulated machine under its law.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Its settings.
+    frequency : ndarray, shape (n,)
+        From `frequencies`, Hz.
+    model : Callable[[Array], Complex]
+        The plant at frequencies in Hz, m/V, roughly: it decides how large the sine may be.
+    seed : int, optional
+        Of the sensor's noise.
+    progress : Callable[[int, int], None], optional
+        Hears how many frequencies are done, of how many.
+
+    Returns
+    -------
+    Response
+        At these frequencies.
+
+    Raises
+    ------
+    InputError
+        The guard stops the machine, or the effort reaches its limit: the loop is not stable.
+    """
+    dt = settings.timing.period
+    rows = []
+    random = noise_source(seed)
+    for k, f in enumerate(frequency.tolist()):
+        targets, added, window = _course(settings, f, abs(complex(model(np.array([f]))[0])))
+        noise = random.standard_normal((2, len(added), machine.kind.noises))
+        ran = [_run(machine, settings, targets, sign * added, noise[j]) for j, sign in _BOTH]
+        for out, fault in ran:
+            said = guarding.TEXTS[fault].message if fault != OK else ""
+            if not said and np.max(np.abs(out[2])) >= FULL * settings.guard.effort:
+                said = "the effort reaches its limit"
+            if said:
+                accepted = "a stable loop that stays within its guard and its effort"
+                raise InputError(f"response at {f:.4g} Hz", said, accepted)
+        rows.append([_phasor(row[window], f, dt) for row in ran[0][0] - ran[1][0]])
+        progress(k + 1, len(frequency))
+    place, wanted, whole = np.array(rows).T
+    return Response(frequency, place / whole, -wanted / place, -wanted / whole, abs(place) / 2.0)
+
+
+_BOTH = ((0, 1.0), (1, -1.0))
+
+
+def _run(
+    machine: Machine, settings: Any, targets: Array, added: Array, noise: Array
+) -> tuple[Array, int]:
+    """Rows of `excited` over a course, and the guard's fault."""
+    kind, law, out = machine.kind, machine.law, np.empty((3, len(added)))
+    params, gains = kind.prepare(settings), settings.controller
+    fault = compiled(excited(kind, law))(
+        params,
+        kind.initial(params),
+        gains,
+        law.start(gains, Sample(0.0, 0.0)),
+        settings.guard,
+        guarding.fresh(),
+        targets,
+        added,
+        noise,
+        out,
+        settings.timing.period,
+    )
+    return out, fault
+
+
+def _course(settings: Any, f: float, gain: float) -> tuple[Array, Array, slice]:
+    """Targets at a constant speed, the sine beside the effort, and the window of whole cycles."""
+    dt, motion = settings.timing.period, settings.motion
+    wait = math.ceil((SETTLE + 1.0 / f) / dt)
+    length = _window(f, dt)
+    slow = 0.3 * motion.acceleration
+    whole = (wait + length) * dt
+    # The way of ramp and travel is 0.8 of what there is at most: v whole + v^2 / 2 a.
+    way = 0.8 * settings.travel.high
+    speed = slow * (math.sqrt(whole * whole + 2.0 * way / slow) - whole)
+    speed = min(speed, 0.5 * motion.velocity)
+    ramp = math.ceil(speed / (slow * dt))
+    count = ramp + wait + length
+    t = np.arange(count) * dt
+    end = ramp * dt
+    velocity = np.minimum(t / end, 1.0) * speed
+    place = np.where(t < end, 0.5 * speed * t * t / end, 0.5 * speed * end + speed * (t - end))
+    targets = np.column_stack((place, velocity, np.where(t < end, speed / end, 0.0)))
+    w, gain = 2.0 * math.pi * f, max(gain, 1e-30)
+    amplitude = min(
+        SHARE * speed / (w * gain),
+        SHARE * motion.acceleration / (w * w * gain),
+        SHARE * settings.guard.effort,
+    )
+    since = t - end
+    added = np.where(since >= 0.0, amplitude * np.sin(2.0 * math.pi * f * since), 0.0)
+    return np.ascontiguousarray(targets), added, slice(ramp + wait, count)
+
+
+def _phasor(values: Array, f: float, dt: float) -> complex:
+    """Of a row without its straight line, over whole cycles."""
+    t = np.arange(len(values)) * dt
+    line = np.polynomial.Polynomial.fit(t, values, 1)
+    turned = (values - line(t)) * np.exp(-2j * math.pi * f * t)
+    return complex(2.0 * turned.mean())
+
+
+class Margins(NamedTuple):
+    """Margins of a loop that is known at some frequencies; NaN: not within them.
+
+    Attributes
+    ----------
+    crossover : float
+        Lowest frequency where the gain falls through 1, Hz.
+    phase : float
+        Phase margin there, deg.
+    gain : float
+        Factor by which the gain may grow.
+    modulus : float
+        Least distance from -1: the inverse of the largest sensitivity.
+    """
+
+    crossover: float
+    phase: float
+    gain: float
+    modulus: float
+
+
+def margins(frequency: Array, loop: Complex) -> Margins:
+    """Margins, between the frequencies by straight lines over the logarithm of the frequency.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Hz, rising.
+    loop : ndarray of complex, shape (n,)
+        Open loop.
+
+    Returns
+    -------
+    Margins
+        Of it.
+    """
+    x, gain = np.log(frequency), np.log(np.abs(loop))
+    phase = np.unwrap(np.angle(loop))
+    phase -= 2.0 * math.pi * math.ceil(phase[0] / (2.0 * math.pi))  # a loop lags at first
+    nan = math.nan
+    crossover = margin = grow = nan
+    for k in range(len(x) - 1):
+        if math.isnan(crossover) and gain[k] >= 0.0 > gain[k + 1]:
+            share = gain[k] / (gain[k] - gain[k + 1])
+            crossover = math.exp(x[k] + share * (x[k + 1] - x[k]))
+            margin = 180.0 + math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
+        if math.isnan(grow) and phase[k] > -math.pi >= phase[k + 1] and gain[k + 1] < 0.0:
+            share = (phase[k] + math.pi) / (phase[k] - phase[k + 1])
+            grow = math.exp(-(gain[k] + share * (gain[k + 1] - gain[k])))
+    return Margins(crossover, margin, grow, float(np.min(np.abs(1.0 + loop))))

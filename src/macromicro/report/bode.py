@@ -1,0 +1,183 @@
+"""A measured frequency response beside the linear model: numbers, table and Bode plot."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+import macromicro
+from macromicro.drawing import files as drawings
+from macromicro.drawing.style import BLACK, BLUE, RED, finish, new
+from macromicro.machines.machine import Machine, as_toml
+from macromicro.machines.sweeping import Complex, Margins, Response, margins
+from macromicro.runs import folder
+from macromicro.schema.text import plain
+
+NUMBERS, FIGURE = "response.json", "bode"
+_DOT: dict[str, Any] = {"marker": "o", "markersize": 3, "linestyle": "", "color": BLUE}
+_SEEN = {**_DOT, "label": "measured"}
+_FAINT = {**_DOT, "markerfacecolor": "none", "label": "below half a count"}
+FILES = (NUMBERS, *drawings.names((FIGURE,)))
+
+
+class Found(NamedTuple):
+    """A measured response and the model's.
+
+    Attributes
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Its settings.
+    measured : Response
+        As measured.
+    plant : ndarray of complex, shape (n,)
+        Of the model, m/V.
+    seed : int
+        Of the sensor's noise.
+    """
+
+    machine: Machine
+    settings: Any
+    measured: Response
+    plant: Complex
+    seed: int
+
+    @property
+    def loop(self) -> Complex:
+        """The model's plant under the law as measured."""
+        return np.asarray(self.plant * self.measured.law, np.complex128)
+
+    @property
+    def seen(self) -> npt.NDArray[np.bool_]:
+        """Where the sine moves the stage by half a count or more."""
+        pitch = float(self.settings.encoder.pitch)
+        return np.asarray(self.measured.moved >= 0.5 * pitch, np.bool_)
+
+    @property
+    def margins(self) -> tuple[Margins, Margins]:
+        """Of the measured loop, and with the model's plant."""
+        frequency = self.measured.frequency
+        return margins(frequency, self.measured.loop), margins(frequency, self.loop)
+
+
+def content(found: Found) -> dict[str, Any]:
+    """The content of response.json.
+
+    Parameters
+    ----------
+    found : Found
+        What was measured.
+
+    Returns
+    -------
+    dict[str, Any]
+        Margins; gains and phases over the frequency.
+    """
+    r = found.measured
+    measured, model = found.margins
+
+    def polar(values: Complex) -> dict[str, Any]:
+        return {"gain": np.abs(values).tolist(), "phase_deg": np.degrees(np.angle(values)).tolist()}
+
+    return {
+        "machine": found.machine.name,
+        "version": macromicro.__version__,
+        "seed": found.seed,
+        "margins": {"measured": measured._asdict(), "model": model._asdict()},
+        "frequency_hz": r.frequency.tolist(),
+        "plant_m_per_v": polar(r.plant),
+        "law_v_per_m": polar(r.law),
+        "loop": polar(r.loop),
+        "model_plant_m_per_v": polar(found.plant),
+        "settings": as_toml(found.settings),
+    }
+
+
+def lines(found: Found) -> list[str]:
+    """The margins in words.
+
+    Parameters
+    ----------
+    found : Found
+        What was measured.
+
+    Returns
+    -------
+    list[str]
+        For the terminal.
+    """
+    told = []
+    for which, m in zip(("measured", "linear model"), found.margins, strict=True):
+        told.append(
+            f"{which}: crossover {m.crossover:.4g} Hz, phase margin {m.phase:.1f} deg, gain margin "
+            f"{m.gain:.3g}, least distance from -1 {m.modulus:.3g}"
+        )
+    seen = found.seen
+    if seen.any():
+        share = np.abs(found.measured.plant / found.plant)[seen]
+        at = found.measured.frequency[seen]
+        told.append(
+            f"plant, measured to model, from {at[0]:.4g} to {at[-1]:.4g} Hz, where a sine moves it "
+            f"by half a count or more: gain {share.min():.3g} to {share.max():.3g}"
+        )
+    return told
+
+
+def draw(found: Found) -> Any:
+    """The Bode plot of plant and open loop, measured and of the model.
+
+    Parameters
+    ----------
+    found : Found
+        What was measured.
+
+    Returns
+    -------
+    Any
+        A figure of matplotlib.
+    """
+    r = found.measured
+    figure, axes = new(6.2, 2, 2, sharex=True)
+    pairs = (("Plant [m/V]", r.plant, found.plant), ("Open loop", r.loop, found.loop))
+    for column, (title, measured, model) in enumerate(pairs):
+        gain, phase = axes[:, column]
+        gain.loglog(r.frequency, np.abs(model), color=RED, linestyle="--", label="linear model")
+        for rows, style in ((found.seen, _SEEN), (~found.seen, _FAINT)):
+            gain.loglog(r.frequency[rows], np.abs(measured)[rows], **style)
+        turn = np.degrees(np.unwrap(np.angle(model)))
+        turn -= 360.0 * np.ceil(turn[0] / 360.0)
+        # The measured phase on the branch of the model's.
+        off = np.degrees(np.angle(measured / model))
+        phase.semilogx(r.frequency, turn, color=RED, linestyle="--")
+        for rows, style in ((found.seen, _SEEN), (~found.seen, _FAINT)):
+            phase.semilogx(r.frequency[rows], (turn + off)[rows], **style)
+        finish(gain, title, "", "gain", legend=True)
+        finish(phase, "", "frequency [Hz]", "phase [deg]")
+        phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")
+    axes[0, 1].axhline(1.0, color=BLACK, linewidth=0.8, linestyle=":")
+    figure.subplots_adjust(hspace=0.15)
+    return figure
+
+
+def write(out: Path, found: Found, kinds: Sequence[str]) -> None:
+    """Write all files, or none.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    found : Found
+        What was measured.
+    kinds : Sequence[str]
+        Formats of the figure.
+    """
+    with folder.staged(out, remove=FILES) as place:
+        text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
+        (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
+        drawings.save(draw(found), place, FIGURE, kinds)

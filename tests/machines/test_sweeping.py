@@ -1,0 +1,111 @@
+"""The measured frequency response, against the linear model and by hand."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from macromicro import cli
+from macromicro.errors import InputError
+from macromicro.machines import machine, sheets, sweeping
+from macromicro.report import bode
+
+AXIS = machine.MACHINES[0]
+# Fine counts, so that nothing but the linear machine and its friction is left.
+FINE = AXIS.settings.with_(
+    {"encoder.at": "load", "encoder.pitch": "0.05 um", "encoder.rate": "1e8 counts/s"}
+)
+
+
+def model(settings):
+    return lambda f: sheets.plant(settings, f)
+
+
+@pytest.fixture(scope="module")
+def found():
+    frequency = sweeping.frequencies(8.0, 200.0, 8, FINE.timing.period)
+    return sweeping.measured(AXIS, FINE, frequency, model(FINE))
+
+
+def test_windows_hold_whole_cycles():
+    dt = 1e-3
+    f = sweeping.frequencies(2.0, 300.0, 50, dt)
+    assert 2 <= len(f) <= 50 and np.all(np.diff(f) > 0.0)
+    assert f[0] == pytest.approx(2.0, rel=0.01) and f[-1] == pytest.approx(300.0, rel=0.01)
+    for each in f:
+        periods = sweeping._window(each, dt)
+        assert periods * each * dt == pytest.approx(round(periods * each * dt), abs=1e-6)
+        assert periods * dt >= 0.29 and round(periods * each * dt) >= 4
+    for wrong in ((0.0, 10.0, 5), (20.0, 10.0, 5), (1.0, 451.0, 5), (1.0, 10.0, 1)):
+        with pytest.raises(InputError, match="frequencies"):
+            sweeping.frequencies(*wrong, dt)
+
+
+def test_the_plant_is_that_of_the_sheets(found):
+    share = found.plant / sheets.plant(FINE, found.frequency)
+    assert np.abs(share) == pytest.approx(1.0, abs=0.02)
+    assert np.degrees(np.angle(share)) == pytest.approx(0.0, abs=2.0)
+    assert found.loop == pytest.approx(found.plant * found.law)
+    assert np.all(found.moved > 0.0)
+
+
+def test_a_lighter_load_answers_more(found):
+    light = FINE.with_("load.mass", "0.25 kg")._replace(controller=FINE.controller)
+    one = sweeping.measured(AXIS, light, found.frequency[-2:-1], model(light))
+    ratio = (0.25 + sheets.turning(FINE)) / (0.5 + sheets.turning(FINE))
+    assert abs(found.plant[-2] / one.plant[0]) == pytest.approx(ratio, rel=0.03)
+
+
+def test_a_loop_that_is_not_stable_is_said_to_be_so():
+    gains = FINE.controller._replace(velocity=12.0 * FINE.controller.velocity)
+    wild = FINE._replace(controller=gains)
+    with pytest.raises(InputError, match=r"response at 50 Hz.*the effort reaches its limit"):
+        sweeping.measured(AXIS, wild, np.array([50.0]), model(wild))
+
+
+def test_margins_of_a_loop_known_in_closed_form():
+    # 20 / (s (1 + s/10) (1 + s/100)): crossover where |L| = 1, gain margin 110 / 20.
+    f = np.geomspace(0.05, 100.0, 4000)
+    s = 2j * math.pi * f
+    found = sweeping.margins(f, 20.0 / (s * (1.0 + s / 10.0) * (1.0 + s / 100.0)))
+    assert found.gain == pytest.approx(5.5, rel=1e-3)
+    w = 2.0 * math.pi * found.crossover
+    assert 20.0 / (w * abs((1 + 1j * w / 10) * (1 + 1j * w / 100))) == pytest.approx(1.0, rel=1e-4)
+    assert found.phase == pytest.approx(
+        90.0 - math.degrees(math.atan(w / 10.0) + math.atan(w / 100.0)), abs=0.01
+    )
+    assert found.modulus < 2.0 * math.sin(math.radians(found.phase) / 2.0) + 1e-6
+    none = sweeping.margins(f, 1e-3 / (1.0 + s))
+    assert math.isnan(none.crossover) and math.isnan(none.phase) and math.isnan(none.gain)
+    double = sweeping.margins(f, 100.0 * (1.0 + s / 5.0) / s**2)  # from -180 deg on
+    assert 0.0 < double.phase < 90.0
+
+
+def test_the_command_writes_numbers_and_a_bode_plot(tmp_path, monkeypatch, capsys):
+    (tmp_path / "m.toml").write_text('machine = "axis"\n')
+    words = ["macromicro", "response", "--config", str(tmp_path / "m.toml"), "--count", "12"]
+    words += ["--out", str(tmp_path / "out")]
+    monkeypatch.setattr("sys.argv", words)
+    assert cli.main() == 0
+    said = capsys.readouterr().out
+    assert "measured: crossover" in said and "linear model: crossover" in said
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"response.json", "bode.png"}
+    told = json.loads((tmp_path / "out/response.json").read_text())
+    measured, linear = told["margins"]["measured"], told["margins"]["model"]
+    assert measured["crossover"] == pytest.approx(linear["crossover"], rel=0.05)
+    assert measured["phase"] == pytest.approx(linear["phase"], abs=4.0)
+    assert linear["phase"] > 35.0 and linear["gain"] > 2.5  # of the gains that follow
+    assert len(told["frequency_hz"]) == len(told["loop"]["gain"]) <= 12
+    monkeypatch.setattr("sys.argv", [*words, "--overwrite", "--low", "900"])
+    assert cli.main() == 2
+    (tmp_path / "m.toml").write_text('machine = "two_stage"\n')
+    monkeypatch.setattr("sys.argv", [*words, "--overwrite"])
+    assert cli.main() == 2
+
+
+def test_only_what_the_encoder_sees_is_compared(found):
+    made = bode.Found(AXIS, FINE, found, sheets.plant(FINE, found.frequency), 0)
+    assert made.seen.all()
+    blind = made._replace(measured=found._replace(moved=0.0 * found.moved))
+    assert not blind.seen.any() and len(bode.lines(blind)) == len(bode.lines(made)) - 1
