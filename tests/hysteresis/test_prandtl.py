@@ -171,6 +171,7 @@ def test_the_inverse_of_the_inverse_is_the_operator() -> None:
     twice = inverse(inverse(P))
     assert twice.thresholds == pytest.approx(P.thresholds, abs=1e-12)
     assert twice.weights == pytest.approx(P.weights, abs=1e-12)
+    assert (twice.offset, twice.widening) == (0.0, 0.0)
 
 
 @given(histories, inputs, st.floats(-1e4, 1e4))
@@ -228,6 +229,7 @@ def test_run_leaves_its_start_alone_and_is_the_same_compiled() -> None:
         ([0.0, 1.0], [1.0, math.nan], "the first above 0"),
         (["a"], [1.0], "numbers"),
         ([[0.0]], [[1.0]], "as many weights"),
+        (list(range(201)), [1.0] * 201, "1 to 200"),
     ],
 )
 def test_what_is_no_operator_is_refused(

@@ -45,6 +45,24 @@ def test_only_what_follows_both_ends_counts_and_the_end_is_held_out() -> None:
     assert math.isnan(everything.held_rms)
 
 
+def test_the_end_that_is_met_last_counts() -> None:
+    """A record that begins at the top is known once it has been at the bottom."""
+    down = 100.0 - PATH
+    found = fit(down, run(TRUE, down), plays=6)
+    assert down[found.known] == pytest.approx(0.0, abs=100.0 / 20.0)
+    assert 100 < found.known < 119
+    assert found.operator.weights == pytest.approx(TRUE.weights, abs=1e-9)
+
+
+def test_as_many_samples_as_twice_the_plays_are_needed() -> None:
+    """Up in 50 steps, down in 11 samples, 3 of them held out: enough for 4 plays, not for 5."""
+    u = np.r_[np.linspace(0.0, 100.0, 50), np.linspace(100.0, 0.0, 12)[1:]]
+    found = fit(u, u, plays=4)
+    assert (found.known, found.fitted) == (49, 57)
+    with pytest.raises(InputError, match="'8 samples to fit.*10 samples or more"):
+        fit(u, u, plays=5)
+
+
 def test_residuals_are_those_of_their_own_parts() -> None:
     """Noise on the held-out part alone shows there alone."""
     f = run(TRUE, PATH)

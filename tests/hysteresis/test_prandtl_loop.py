@@ -46,6 +46,10 @@ def test_an_operator_has_the_loop_that_it_was_asked_for(
         assert slope == pytest.approx(-0.5 / plays / spread)
 
 
+def test_a_loop_does_not_widen_with_the_rate_unless_asked() -> None:
+    assert shaped(Loop(1.0, 0.1), 10.0, 0.3, 8).widening == 0.0
+
+
 def test_a_loop_too_wide_for_its_shape_is_refused() -> None:
     with pytest.raises(InputError, match=r"0\.3; accepted: below 0\.239 of the stroke"):
         shaped(Loop(10.0, 3.0), 100.0, 0.1, 24)

@@ -10,17 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from macromicro.plant import creep
-from macromicro.plant.creep import Creep
+from macromicro.plant.creep import Creep, CreepTable
 
 SPEC = Creep(share=0.015, first=0.1, decades=4)
-P = creep.prepare(SPEC)
+
+
+def lags() -> CreepTable:
+    """The parameters as the kernels take them."""
+    return creep.prepare(SPEC)
 
 
 def stepped(times: list[float], x: float = 1.0) -> list[float]:
     """Displacement at rising times after a step of `x`, in one move from each to the next."""
-    lags, now, found = creep.fresh(P), 0.0, []
+    p, now, found = lags(), 0.0, []
+    state = creep.fresh(p)
     for t in times:
-        found.append(creep.advance(P, lags, x, t - now))
+        found.append(creep.advance(p, state, x, t - now))
         now = t
     return found
 
@@ -36,7 +41,7 @@ def test_one_share_per_decade_of_time() -> None:
 
 def test_time_constants_are_a_decade_apart() -> None:
     begin = 0.1 * 10.0 ** (0.5 + 0.5772157 / math.log(10.0))
-    assert P.times == pytest.approx(begin * np.array([1.0, 10.0, 100.0, 1000.0]), rel=1e-6)
+    assert lags().times == pytest.approx(begin * np.array([1.0, 10.0, 100.0, 1000.0]), rel=1e-6)
     assert creep.prepare(SPEC._replace(decades=0)).times.size == 0
 
 
@@ -49,11 +54,12 @@ def test_creep_ends() -> None:
 @given(st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=8), st.floats(1e-4, 3.0))
 @settings(max_examples=50, deadline=None)
 def test_many_short_steps_equal_a_long_one(values: list[float], dt: float) -> None:
-    one, many = creep.fresh(P), creep.fresh(P)
+    p = lags()
+    one, many = creep.fresh(p), creep.fresh(p)
     for x in values:
-        whole = creep.advance(P, one, x, dt)
+        whole = creep.advance(p, one, x, dt)
         for _ in range(4):
-            part = creep.advance(P, many, x, dt / 4.0)
+            part = creep.advance(p, many, x, dt / 4.0)
         assert part == pytest.approx(whole, abs=1e-9)
 
 

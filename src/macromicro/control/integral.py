@@ -69,7 +69,7 @@ class Integral(NamedTuple):
         if len(w) != len(r):
             accepted = f"{len(r)} weights, one for each of loop_thresholds"
             found.append(("loop_weights", f"{len(w)} weights", accepted))
-        elif not w[0] > 0.0:
+        elif not (w and w[0] > 0.0):
             found.append(("loop_weights", w, "the first above 0: it follows at once"))
         return found
 
