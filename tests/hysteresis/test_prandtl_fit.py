@@ -55,12 +55,12 @@ def test_the_end_that_is_met_last_counts() -> None:
 
 
 def test_as_many_samples_as_twice_the_plays_are_needed() -> None:
-    """Up in 50 steps, down in 11 samples, 3 of them held out: enough for 4 plays, not for 5."""
+    """From 5 V below the top on, 10 samples are left to fit: enough for 5 plays, not for 6."""
     u = np.r_[np.linspace(0.0, 100.0, 50), np.linspace(100.0, 0.0, 12)[1:]]
-    found = fit(u, u, plays=4)
-    assert (found.known, found.fitted) == (49, 57)
-    with pytest.raises(InputError, match="'8 samples to fit.*10 samples or more"):
-        fit(u, u, plays=5)
+    found = fit(u, u, plays=5)
+    assert (found.known, found.fitted) == (47, 57)
+    with pytest.raises(InputError, match=r"'10 samples to fit.*12 samples or more"):
+        fit(u, u, plays=6)
 
 
 def test_residuals_are_those_of_their_own_parts() -> None:

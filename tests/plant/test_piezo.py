@@ -165,6 +165,8 @@ def test_a_warming_stage_drifts() -> None:
     out = driven(p, np.zeros(600), 0.1)
     assert out[0, -1] == pytest.approx(200e-9 * (1.0 - math.exp(-1.0)), rel=1e-3)
     assert out[2, -1] == pytest.approx(out[0, -1] + 0.5 * 0.4e-9, abs=0.1e-9)
+    # Half of the time constant has passed at the 300th row.
+    assert out[0, 299] == pytest.approx(200e-9 * (1.0 - math.exp(-0.5)), rel=1e-3)
     # Half a code of the converter is left: 0.07 mV.
     assert np.all(np.abs(driven(P, np.zeros(10), 0.1)[0]) < 0.1e-9)
 
