@@ -60,6 +60,16 @@ def test_a_resting_target_leaves_small_errors_alone():
     assert step(s=held, target=(5e-5, 1e-9, 0.0))[1] > 0.5 + 0.7  # a moving one does not
 
 
+def test_at_rest_friction_is_met_on_the_way_back_to_the_target():
+    loose = P._replace(loosen=0.6)
+    for sign in (1.0, -1.0):
+        with_, without = (step(p, target=(0.1 * sign, 0.0, 0.0))[1] for p in (loose, P))
+        assert with_ - without == pytest.approx(0.6 * sign)
+    assert step(loose, target=(1e-4, 0.0, 0.0))[1] == 0.2  # within what is left alone
+    moving = step(loose, target=(0.1, 1e-9, 0.0))[1], step(target=(0.1, 1e-9, 0.0))[1]
+    assert moving[0] == moving[1]
+
+
 def test_the_effort_is_limited_and_the_integral_only_comes_back():
     full = AT_REST._replace(integral=1.0)
     for sign in (1.0, -1.0):

@@ -86,7 +86,7 @@ def test_many_rows_of_a_csv_are_a_trajectory(tmp_path):
     speed = 20e-3 * math.pi * np.sin(2.0 * math.pi * (p.start[0] + p.pieces[:, 0]))
     assert p.pieces[5:-5, 2] == pytest.approx(speed[5:-5], abs=3e-3)
     with pytest.raises(InputError, match=r"guard.speed"):
-        made(tmp_path, rows(lambda k, a: 24.0 * (k % 2)), "p.csv")
+        made(tmp_path, rows(lambda k, a: 16.0 * (k % 2)), "p.csv")
     with pytest.raises(InputError, match="first position"):
         made(tmp_path, rows(lambda k, a: 100.0 + 0.1 * k), "p.csv")
 

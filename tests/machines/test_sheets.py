@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from macromicro.machines import sheets
+from macromicro.machines import deriving, sheets
 from macromicro.machines.axis import DEFAULT, settled
 from macromicro.schema.par import entries
 
@@ -70,6 +70,8 @@ def test_the_greatest_speed_leaves_the_reserve():
     volts = 1.2 / k * (3.0 + 2.0 * v) + k * v
     assert volts == pytest.approx(0.7 * 24.0)
     assert DEFAULT.motion.velocity <= 0.9 * v
+    thick = DEFAULT.with_("friction.viscous", "60 N*s/m")
+    assert thick.motion.velocity == pytest.approx(0.3 * sheets.left(thick) / 60.0, rel=1e-3)
     assert DEFAULT.motion.acceleration == pytest.approx(
         0.6 * (0.7 * sheets.force(DEFAULT) - 3.0) / sheets.mass(DEFAULT), rel=1e-3
     )
@@ -84,19 +86,26 @@ def test_a_motor_too_weak_still_has_finite_limits():
 
 def test_delays_flexibility_and_counts_bound_the_bandwidth():
     assert sheets.lag(DEFAULT) == pytest.approx(1e-3 + 0.1e-3 + 0.24e-3 / 1.2)
-    assert sheets.bandwidth(DEFAULT) == pytest.approx(0.33 / 1.3e-3)
+    assert deriving.bandwidth(DEFAULT) == pytest.approx(0.33 / 1.3e-3)
     by_current = DEFAULT.with_("amplifier.mode", "current")
     assert sheets.lag(by_current) == pytest.approx(1.1e-3 + 1.0 / (2.0 * math.pi * 1000.0))
     soft = DEFAULT.with_("drive.frequency", "20 Hz")
-    assert sheets.bandwidth(soft) == pytest.approx(0.3 * 2.0 * math.pi * 20.0)
+    assert deriving.bandwidth(soft) == pytest.approx(0.3 * 2.0 * math.pi * 20.0)
+    beyond = soft.with_({"encoder.at": "load", "drive.damping": 1.0})
+    assert deriving.bandwidth(beyond) == pytest.approx(0.2 * 2.0 * math.pi * 20.0)
+    assert soft.motion.jerk < 0.5 * 20.0 * soft.motion.acceleration
+    assert soft.controller.loosen == 0.0 and DEFAULT.controller.loosen > 0.0
+    p = soft.controller
+    held = p.velocity * p.integral * p.position * soft.arrival.tolerance * 0.5
+    assert held == pytest.approx(3.6 * sheets.per_newton(soft), rel=1e-3)
     coarse = DEFAULT.with_({"encoder.at": "load", "encoder.pitch": "0.2 mm"})
-    w = sheets.bandwidth(coarse)
+    w = deriving.bandwidth(coarse)
     step = 7.0 * w * w * sheets.per_newton(coarse) * sheets.mass(coarse) * 2e-4
     assert step == pytest.approx(0.15 * 10.0)
 
 
 def test_gains_follow_the_bandwidth_and_the_plant():
-    w, g = sheets.bandwidth(DEFAULT), DEFAULT.controller
+    w, g = deriving.bandwidth(DEFAULT), DEFAULT.controller
     k = sheets.constant(DEFAULT)
     per = sheets.per_newton(DEFAULT)
     assert g.velocity == pytest.approx(per * sheets.mass(DEFAULT) * w, rel=1e-3)
@@ -177,5 +186,5 @@ def test_the_plant_of_two_masses_has_its_zero_and_its_pole():
 
 def test_every_derived_setting_is_a_parameter():
     paths = {e.path for e in entries(DEFAULT)}
-    listed = [path for path, _ in sheets.RULES]
+    listed = [path for path, _ in deriving.RULES]
     assert set(listed) <= paths and len(set(listed)) == len(listed)

@@ -41,6 +41,10 @@ class Cascade(NamedTuple):
     ahead_friction: Annotated[
         float, Par("V", "effort against Coulomb friction while the target moves", _DERIVED, lo=0.0)
     ] = 0.0
+    loosen: Annotated[
+        float,
+        Par("V", "effort against friction at rest, back to the target", _DERIVED, lo=0.0),
+    ] = 0.0
     ahead_gravity: Annotated[float, Par("V", "effort against the weight", _DERIVED)] = 0.0
     rest: Annotated[
         float,
@@ -153,8 +157,11 @@ def step(p: Cascade, s: Memory, target: Target, sample: Sample, dt: float) -> tu
     slip = target.velocity + p.position * error - velocity
     ahead = p.ahead_velocity * target.velocity + p.ahead_acceleration * target.acceleration
     ahead += p.ahead_gravity
+    # Friction of the way that is asked for; at rest that back to the target.
     if target.velocity != 0.0:
         ahead += math.copysign(p.ahead_friction, target.velocity)
+    elif resting and error != 0.0:
+        ahead += math.copysign(p.loosen, error)
     before = s.integral
     # What pushed against the way that is asked for now was friction, of the other direction.
     if s.rested > 0.5 and before * target.velocity < 0.0:

@@ -10,7 +10,7 @@ from macromicro.arrays import Array
 from macromicro.control import cascade
 from macromicro.control.cascade import Cascade
 from macromicro.kernel import kernel
-from macromicro.machines import feasible, parts, sheets
+from macromicro.machines import deriving, feasible, parts, sheets
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import LOAD, Feedback, Load, Motion, Rubbing, Timing, Travel
 from macromicro.machines.sequence import Arrival
@@ -54,15 +54,15 @@ class Axis(NamedTuple):
         """
         return NAME
 
-    def derived(self) -> tuple[sheets.Rule, ...]:
+    def derived(self) -> tuple[deriving.Rule, ...]:
         """What follows from other settings, unless it is set itself.
 
         Returns
         -------
-        tuple[sheets.Rule, ...]
+        tuple[deriving.Rule, ...]
             Pairs of a path and the rule that computes its value from the tree.
         """
-        return sheets.RULES
+        return deriving.RULES
 
     def together(self) -> list[feasible.Problem]:
         """What cannot work together.

@@ -13,7 +13,7 @@ from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
 from macromicro.machines import feasible
-from macromicro.machines.sheets import rounded
+from macromicro.machines.rounding import rounded
 from macromicro.plant.piezo import loaded
 
 SPREAD = 0.25  # of the weights: a guess that suits soft ceramics; `identify plays` measures them

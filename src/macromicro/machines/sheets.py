@@ -1,13 +1,8 @@
-"""What follows from an axis' data sheets: masses, forces, and settings that nobody has set.
-
-Each derived setting is a rule from the tree to its value; `RULES` lists them so that none depends
-on a later one.
-"""
+"""What an axis' data sheets say together: masses, forces, delays, and the linear plant."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,33 +14,8 @@ from macromicro.plant import transmission
 from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
 
-Rule = tuple[str, Callable[[Any], float]]
-
 GRAVITY = 9.80665
 SPARE = 0.7  # share of supply and current that moves may use
-MARGIN = 0.02  # of the way between the stops that stays free at either end
-FINEST = 50e-6  # s; longest step of the physics
-COUNTED = 0.15  # share of the effort that one count's step may take
-OUTER, OBSERVER = 0.25, 7.0  # position loop and observer, to the velocity loop's bandwidth
-ROOM = 0.33  # rad; phase that all delays may take at the velocity loop's bandwidth
-
-
-def rounded(value: float, digits: int = 4) -> float:
-    """To some significant digits: a derived setting claims no more.
-
-    Parameters
-    ----------
-    value : float
-        Any number.
-    digits : int, optional
-        How many.
-
-    Returns
-    -------
-    float
-        The nearest of these.
-    """
-    return float(f"{value:.{digits}g}")
 
 
 def constant(tree: Any) -> float:
@@ -249,19 +219,6 @@ def fastest(tree: Any) -> float:
     return float(max(v, 0.01 * SPARE * volts / k))
 
 
-def _velocity(tree: Any) -> float:
-    """What the motor can at 0.7 of its supply, what the encoder can count, what the way allows."""
-    way = tree.travel.high - tree.travel.low
-    by_way = math.sqrt(max(way, 1e-9) * left(tree) / mass(tree))
-    by_counter = 0.8 * tree.encoder.rate * tree.encoder.pitch
-    return rounded(min(0.9 * fastest(tree), by_counter, by_way))
-
-
-def _acceleration(tree: Any) -> float:
-    # At the greatest speed the back-EMF leaves less of the supply: half is for that.
-    return rounded(0.6 * left(tree) / mass(tree))
-
-
 def lag(tree: Any) -> float:
     """All delays of the velocity loop: hold, computing, and amplifier or winding.
 
@@ -279,116 +236,6 @@ def lag(tree: Any) -> float:
     if tree.amplifier.mode != CURRENT:
         electrical = tree.motor.inductance / tree.motor.resistance
     return float(tree.timing.period + tree.timing.delay + electrical)
-
-
-def bandwidth(tree: Any) -> float:
-    """Bandwidth of the velocity loop: what delays, flexibility and the encoder allow.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings of an axis.
-
-    Returns
-    -------
-    float
-        rad/s.
-    """
-    by_lag = ROOM / lag(tree)
-    found = by_lag
-    if tree.drive.frequency > 0.0:
-        found = min(found, 0.3 * 2.0 * math.pi * tree.drive.frequency)
-    # A count's step through observer and velocity gain stays below COUNTED of the effort:
-    # per_newton mass w (observer pitch) with the observer at OBSERVER w.
-    step = OBSERVER * per_newton(tree) * mass(tree) * tree.encoder.pitch
-    by_count = math.sqrt(COUNTED * tree.controller.limit / step)
-    return min(found, by_count)
-
-
-def _pitch(tree: Any) -> float:
-    if tree.encoder.at != MOTOR or tree.drive.kind == LINEAR:
-        return 1.0e-6
-    per_turn = 2.0 * math.pi / transmission.ratio(tree.drive)
-    return float(round(per_turn / (4.0 * tree.encoder.lines), 15))
-
-
-def _steps(tree: Any) -> float:
-    finest = FINEST
-    if tree.drive.frequency > 0.0:
-        stiff = (2.0 * math.pi * tree.drive.frequency) ** 2
-        moved = tree.load.mass + tree.load.payload
-        both = stiff * (1.0 + moved / max(turning(tree), 0.01 * moved))
-        finest = min(finest, 0.2 / math.sqrt(both))
-    return float(min(max(math.ceil(tree.timing.period / finest), 1), 20000))
-
-
-def _low(tree: Any) -> float:
-    way = tree.load.stop_high - tree.load.stop_low
-    return min(rounded(tree.load.stop_low + MARGIN * way), 0.0)
-
-
-def _friction_volts(tree: Any) -> float:
-    return rounded(per_newton(tree) * tree.friction.coulomb)
-
-
-def _ahead_velocity(tree: Any) -> float:
-    emf = 0.0 if tree.amplifier.mode == CURRENT else constant(tree) / tree.amplifier.gain
-    return rounded(emf + per_newton(tree) * tree.friction.viscous)
-
-
-def _soft(tree: Any, way: float) -> float:
-    """Half way from the travel's end to the stop."""
-    if way < 0.0:
-        return rounded(0.5 * (tree.travel.low + tree.load.stop_low))
-    return rounded(0.5 * (tree.travel.high + tree.load.stop_high))
-
-
-def _following(tree: Any) -> float:
-    """What the position loop lags by at the greatest speed, were nothing fed forward; or 20
-    tolerances."""
-    slow = tree.motion.velocity / max(tree.controller.position, 1e-9)
-    return rounded(max(slow, 20.0 * tree.arrival.tolerance))
-
-
-def _tolerance(tree: Any) -> float:
-    return rounded(max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, 1.0e-7))
-
-
-RULES: tuple[Rule, ...] = (
-    ("amplifier.gain", lambda t: rounded(t.amplifier.supply / t.amplifier.full_scale, 12)),
-    (
-        "amplifier.transconductance",
-        lambda t: rounded(t.amplifier.current / t.amplifier.full_scale, 12),
-    ),
-    ("encoder.pitch", _pitch),
-    ("timing.steps", _steps),
-    ("travel.low", _low),
-    (
-        "travel.high",
-        lambda t: rounded(t.load.stop_high - MARGIN * (t.load.stop_high - t.load.stop_low)),
-    ),
-    ("arrival.tolerance", _tolerance),
-    ("motion.velocity", _velocity),
-    ("motion.acceleration", _acceleration),
-    ("guard.effort", lambda t: t.amplifier.full_scale),
-    ("controller.limit", lambda t: t.guard.effort),
-    ("controller.velocity", lambda t: rounded(per_newton(t) * mass(t) * bandwidth(t))),
-    ("controller.integral", lambda t: rounded(OUTER * bandwidth(t))),
-    ("controller.position", lambda t: rounded(OUTER * bandwidth(t))),
-    ("controller.observer", lambda t: rounded(OBSERVER * bandwidth(t))),
-    ("controller.ahead_velocity", _ahead_velocity),
-    ("controller.ahead_acceleration", lambda t: rounded(per_newton(t) * mass(t))),
-    ("controller.ahead_friction", _friction_volts),
-    ("controller.ahead_gravity", lambda t: rounded(per_newton(t) * weight(t))),
-    ("controller.rest", lambda t: rounded(0.5 * t.arrival.tolerance)),
-    # Within the time in which the velocity loop follows.
-    ("motion.jerk", lambda t: rounded(0.25 * t.motion.acceleration * bandwidth(t))),
-    ("guard.low", lambda t: _soft(t, -1.0)),
-    ("guard.high", lambda t: _soft(t, 1.0)),
-    ("guard.speed", lambda t: rounded(1.5 * t.motion.velocity)),
-    ("guard.error", _following),
-    ("guard.push", lambda t: rounded(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
-)
 
 
 def plant(tree: Any, frequency: Array) -> npt.NDArray[np.complex128]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from macromicro.machines import feasible
-from macromicro.machines.sheets import rounded
+from macromicro.machines.rounding import rounded
 from macromicro.plant.flexure import stiffness
 
 DENSITY = 6450.0  # kg/m^3; Dynalloy, F1140, physical properties

@@ -1,0 +1,202 @@
+"""Settings of an axis that nobody has set: each a rule from the tree to its value.
+
+`RULES` lists them so that none depends on a later one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+from macromicro.machines import loops
+from macromicro.machines.parts import MOTOR
+from macromicro.machines.rounding import rounded as _round
+from macromicro.machines.sheets import (
+    constant,
+    fastest,
+    held,
+    lag,
+    left,
+    mass,
+    per_newton,
+    plant,
+    turning,
+    weight,
+)
+from macromicro.plant import transmission
+from macromicro.plant.power import CURRENT
+from macromicro.plant.transmission import LINEAR
+
+Rule = tuple[str, Callable[[Any], float]]
+BESIDE, BEYOND = 0.3, 0.2  # of a flexible mode, encoder on the motor or at the load
+MARGIN = 0.02  # of the way between the stops that stays free at either end
+FINEST = 50e-6  # s; longest step of the physics
+COUNTED = 0.15  # share of the effort that one count's step may take
+OUTER, OBSERVER = 0.25, 7.0  # position loop and observer, to the velocity loop's bandwidth
+ROOM = 0.33  # rad; phase that all delays may take at the velocity loop's bandwidth
+
+_TRIES = 40
+
+
+def _velocity(tree: Any) -> float:
+    """What the motor can at 0.7 of its supply, what the encoder can count, what the way allows."""
+    way = tree.travel.high - tree.travel.low
+    # The acceleration takes 0.6 of the force that is left: viscous friction may take 0.3.
+    by_force = 0.3 * left(tree) / max(tree.friction.viscous, 1e-12)
+    by_way = math.sqrt(max(way, 1e-9) * left(tree) / mass(tree))
+    by_counter = 0.8 * tree.encoder.rate * tree.encoder.pitch
+    return _round(min(0.9 * fastest(tree), by_counter, by_way, by_force))
+
+
+def _acceleration(tree: Any) -> float:
+    # At the greatest speed the back-EMF leaves less of the supply: half is for that.
+    return _round(0.6 * left(tree) / mass(tree))
+
+
+def bandwidth(tree: Any) -> float:
+    """Bandwidth of the velocity loop: what delays, flexibility and the encoder allow.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        rad/s.
+    """
+    by_lag = ROOM / lag(tree)
+    found = by_lag
+    if tree.drive.frequency > 0.0:
+        beyond = tree.encoder.at != MOTOR  # the mode lies between motor and encoder
+        share = BEYOND if beyond else BESIDE
+        found = min(found, share * 2.0 * math.pi * tree.drive.frequency)
+        found = _robust(tree._replace(controller=None, guard=None, motion=None), found)
+    # A count's step through observer and velocity gain stays below COUNTED of the effort:
+    # per_newton mass w (observer pitch) with the observer at OBSERVER w.
+    step = OBSERVER * per_newton(tree) * mass(tree) * tree.encoder.pitch
+    by_count = math.sqrt(COUNTED * tree.controller.limit / step)
+    return min(found, by_count)
+
+
+@lru_cache(maxsize=256)
+def _robust(tree: Any, most: float) -> float:
+    """The greatest bandwidth, at most so much, at which the linear loop stays away from -1."""
+    dt = tree.timing.period
+    frequency = loops.grid(dt, 1e-6 * most)
+    body, per_speed, w = plant(tree, frequency), per_newton(tree) * mass(tree), most
+    for _ in range(_TRIES):
+        found = loops.gains(w, per_speed, OUTER, OBSERVER)
+        if loops.modulus(body * loops.law(found, frequency, dt)) >= loops.MODULUS:
+            break
+        w *= 0.85
+    return w
+
+
+def _pitch(tree: Any) -> float:
+    if tree.encoder.at != MOTOR or tree.drive.kind == LINEAR:
+        return 1.0e-6
+    per_turn = 2.0 * math.pi / transmission.ratio(tree.drive)
+    return float(round(per_turn / (4.0 * tree.encoder.lines), 15))
+
+
+def _steps(tree: Any) -> float:
+    finest = FINEST
+    if tree.drive.frequency > 0.0:
+        stiff = (2.0 * math.pi * tree.drive.frequency) ** 2
+        moved = tree.load.mass + tree.load.payload
+        both = stiff * (1.0 + moved / max(turning(tree), 0.01 * moved))
+        finest = min(finest, 0.2 / math.sqrt(both))
+    return float(min(max(math.ceil(tree.timing.period / finest), 1), 20000))
+
+
+def _low(tree: Any) -> float:
+    way = tree.load.stop_high - tree.load.stop_low
+    return min(_round(tree.load.stop_low + MARGIN * way), 0.0)
+
+
+def _friction_volts(tree: Any) -> float:
+    return _round(per_newton(tree) * tree.friction.coulomb)
+
+
+def _loosen(tree: Any) -> float:
+    """As ahead; none where the motor swings on a flexible drive while its load sticks."""
+    return 0.0 if tree.drive.frequency > 0.0 else _friction_volts(tree)
+
+
+def _ahead_velocity(tree: Any) -> float:
+    emf = 0.0 if tree.amplifier.mode == CURRENT else constant(tree) / tree.amplifier.gain
+    return _round(emf + per_newton(tree) * tree.friction.viscous)
+
+
+def _soft(tree: Any, way: float) -> float:
+    """Half way from the travel's end to the stop."""
+    if way < 0.0:
+        return _round(0.5 * (tree.travel.low + tree.load.stop_low))
+    return _round(0.5 * (tree.travel.high + tree.load.stop_high))
+
+
+def _following(tree: Any) -> float:
+    """What the position loop lags by at the greatest speed, were nothing fed forward; or 20
+    tolerances."""
+    slow = tree.motion.velocity / max(tree.controller.position, 1e-9)
+    return _round(max(slow, 20.0 * tree.arrival.tolerance))
+
+
+def _tolerance(tree: Any) -> float:
+    """What is measured, and what the law can hold against friction."""
+    # Within a slack nothing holds the load that is measured.
+    slack = tree.drive.backlash if tree.encoder.at != MOTOR else 0.0
+    creep = 0.0
+    if tree.drive.frequency > 0.0:
+        # Error whose integral breaks the friction within a quarter of the patience.
+        p, quarter = tree.controller, 0.25 * tree.arrival.patience
+        breaks = per_newton(tree) * (tree.friction.coulomb + tree.friction.stribeck)
+        creep = breaks / max(p.velocity * p.integral * p.position * quarter, 1e-12)
+    return _round(max(4.0 * tree.encoder.pitch, 4.0 * tree.encoder.noise, slack, creep, 1.0e-7))
+
+
+def _jerk(tree: Any) -> float:
+    """The acceleration changes within the time in which the velocity loop follows, which with a
+    flexible mode is two of its periods at least."""
+    return _round(0.25 * tree.motion.acceleration * bandwidth(tree))
+
+
+RULES: tuple[Rule, ...] = (
+    ("amplifier.gain", lambda t: _round(t.amplifier.supply / t.amplifier.full_scale, 12)),
+    (
+        "amplifier.transconductance",
+        lambda t: _round(t.amplifier.current / t.amplifier.full_scale, 12),
+    ),
+    ("encoder.pitch", _pitch),
+    ("timing.steps", _steps),
+    ("travel.low", _low),
+    (
+        "travel.high",
+        lambda t: _round(t.load.stop_high - MARGIN * (t.load.stop_high - t.load.stop_low)),
+    ),
+    ("motion.velocity", _velocity),
+    ("motion.acceleration", _acceleration),
+    ("guard.effort", lambda t: t.amplifier.full_scale),
+    ("controller.limit", lambda t: t.guard.effort),
+    ("controller.velocity", lambda t: _round(per_newton(t) * mass(t) * bandwidth(t))),
+    ("controller.integral", lambda t: _round(OUTER * bandwidth(t))),
+    ("controller.position", lambda t: _round(OUTER * bandwidth(t))),
+    ("controller.observer", lambda t: _round(OBSERVER * bandwidth(t))),
+    ("controller.ahead_velocity", _ahead_velocity),
+    ("controller.ahead_acceleration", lambda t: _round(per_newton(t) * mass(t))),
+    ("controller.ahead_friction", _friction_volts),
+    ("controller.loosen", _loosen),
+    ("controller.ahead_gravity", lambda t: _round(per_newton(t) * weight(t))),
+    ("arrival.tolerance", _tolerance),
+    ("controller.rest", lambda t: _round(0.5 * t.arrival.tolerance)),
+    ("motion.jerk", _jerk),
+    ("guard.low", lambda t: _soft(t, -1.0)),
+    ("guard.high", lambda t: _soft(t, 1.0)),
+    ("guard.speed", lambda t: _round(1.5 * t.motion.velocity)),
+    ("guard.error", _following),
+    ("guard.push", lambda t: _round(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
+)

@@ -1,0 +1,107 @@
+"""The linear loop of an axis: its cascade over the frequency, whether it is stable, how robust."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.control.cascade import Cascade
+
+Complex = npt.NDArray[np.complex128]
+
+MODULUS = 0.5  # least distance of a good loop from -1
+_POINTS = 3000
+
+
+def law(p: Cascade, frequency: Array, dt: float) -> Complex:
+    """Effort per position error of the cascade, without its notch, limits and feed-forward.
+
+    Parameters
+    ----------
+    p : Cascade
+        Gains.
+    frequency : ndarray, shape (n,)
+        Hz.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        V/m.
+    """
+    z = np.exp(2j * math.pi * np.asarray(frequency) * dt)
+    back = 1.0 - 1.0 / z
+    pole = math.exp(-p.observer * dt)
+    place, rate = 1.0 - pole * pole, (1.0 - pole) ** 2 / dt
+    # The observer's corrected speed per position, from its two difference equations.
+    seen = rate / back / (1.0 + (place + dt * rate / back) / (z - 1.0))
+    found: Complex = p.velocity * (1.0 + p.integral * dt / back) * (p.position + seen)
+    return found
+
+
+def modulus(loop: Complex) -> float:
+    """Least distance of a loop from -1, with its sign below 0 where the closed loop is unstable.
+
+    By Nyquist: of a loop with two poles at 0 and none in the right half, 1 + L turns by half a turn
+    from the lowest frequency to the highest.
+
+    Parameters
+    ----------
+    loop : ndarray of complex, shape (n,)
+        Over frequencies that rise from far below all poles but those at 0 to half the loop's.
+
+    Returns
+    -------
+    float
+        Above 0: stable.
+    """
+    turned = np.unwrap(np.angle(1.0 + loop))
+    least = float(np.min(np.abs(1.0 + loop)))
+    return least if abs(turned[-1] - turned[0] - math.pi) < 0.5 * math.pi else -least
+
+
+@lru_cache(maxsize=1024)
+def grid(dt: float, slowest: float) -> Array:
+    """Frequencies for `modulus`.
+
+    Parameters
+    ----------
+    dt : float
+        Control period, s.
+    slowest : float
+        Frequency far below all poles but those at 0, Hz.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Hz.
+    """
+    return np.geomspace(slowest, 0.499 / dt, _POINTS)
+
+
+def gains(w: float, per_speed: float, outer: float, observer: float) -> Any:
+    """The cascade of a velocity loop's bandwidth.
+
+    Parameters
+    ----------
+    w : float
+        Bandwidth, rad/s.
+    per_speed : float
+        Effort per change of speed, V s/m: that of a mass.
+    outer, observer : float
+        Bandwidths of position loop and observer, to the velocity loop's.
+
+    Returns
+    -------
+    Any
+        A `Cascade`.
+    """
+    return Cascade(
+        position=outer * w, velocity=per_speed * w, integral=outer * w, observer=observer * w
+    )

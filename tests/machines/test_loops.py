@@ -1,0 +1,70 @@
+"""The linear loop: the cascade over the frequency against the law itself, stability by Nyquist."""
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro.control import cascade
+from macromicro.control.cascade import Cascade
+from macromicro.control.stage_law import Sample, Target
+from macromicro.machines import deriving, loops, sheets
+from macromicro.machines.axis import DEFAULT
+
+
+@pytest.mark.parametrize(("frequency", "dt"), [(5.0, 1e-3), (40.0, 1e-3), (150.0, 2.5e-4)])
+def test_the_cascade_is_that_of_the_law(frequency, dt):
+    p = Cascade(position=30.0, velocity=4.0, integral=50.0, observer=900.0, limit=1e9)
+    cycles = math.ceil(2.0 * frequency)
+    n = round(cycles / (frequency * dt))
+    w = 2.0 * math.pi * cycles / (n * dt)  # whole cycles in n periods
+    memory = cascade.start(p, Sample(0.0, 0.0))
+    efforts = []
+    for k in range(4 * n):
+        place = math.sin(w * k * dt)
+        memory, effort = cascade.step(p, memory, Target(0.0, 0.0, 0.0), Sample(k * dt, place), dt)
+        efforts.append(effort)
+    last = np.array(efforts[-n:])
+    t = np.arange(3 * n, 4 * n) * dt
+    line = np.polynomial.Polynomial.fit(t, last, 1)
+    phasor = 2.0 * np.mean((last - line(t)) * np.exp(-1j * w * t)) * 1j
+    truth = loops.law(p, np.array([w / (2.0 * math.pi)]), dt)[0]
+    assert -phasor == pytest.approx(truth, rel=2e-2)
+
+
+def test_nyquist_by_hand():
+    # k (1 + s) / s^2 (1 + s / 20)^2: stable for small k only.
+    f = np.geomspace(1e-4, 1e3, 4000)
+    s = 2j * math.pi * f
+    body = (1.0 + s) / (s * s * (1.0 + s / 20.0) ** 2)
+    poles = [np.roots([1 / 400, 0.1, 1.0, k, k]) for k in (2.0, 60.0)]
+    assert [bool(np.all(p.real < 0.0)) for p in poles] == [True, False]
+    assert loops.modulus(2.0 * body) == pytest.approx(np.abs(1.0 + 2.0 * body).min())
+    assert loops.modulus(2.0 * body) > 0.3
+    assert loops.modulus(60.0 * body) < 0.0
+
+
+def test_a_bandwidth_is_lowered_until_the_mode_leaves_the_loop_alone():
+    soft = DEFAULT.with_(
+        {
+            "drive.frequency": "30 Hz",
+            "drive.damping": 0.01,
+            "motor.inertia": "1e-4 kg*m^2",
+            "encoder.at": "load",
+            "encoder.pitch": "5 um",
+        }
+    )
+    w = deriving.bandwidth(soft)
+    dt = soft.timing.period
+    frequency = loops.grid(dt, 1e-6 * w)
+    loop = sheets.plant(soft, frequency) * loops.law(soft.controller, frequency, dt)
+    assert loops.modulus(loop) == pytest.approx(0.5, abs=0.15) and loops.modulus(loop) > 0.49
+    higher = soft.controller._replace(velocity=soft.controller.velocity * 1.5)
+    quick = sheets.plant(soft, frequency) * loops.law(higher, frequency, dt)
+    assert loops.modulus(quick) < 0.5
+    assert w < deriving.BEYOND * 2.0 * math.pi * 30.0
+
+
+def test_the_cascade_of_a_bandwidth():
+    made = loops.gains(100.0, 0.02, 0.25, 7.0)
+    assert made[:4] == (25.0, 2.0, 25.0, 700.0)
