@@ -364,6 +364,8 @@ BAD = [
     ("hysteresis rising.csv", "never reverses"),
     ("hysteresis few.csv --columns f=x_mm", "never reverses"),
     ("hysteresis constant.csv --columns f=x_mm", "constant at 2"),
+    ("plays constant.csv --columns f=x_mm", "constant at 2"),
+    ("plays columns.csv --plays 1 --columns u=b,f=c", "2 to 200"),
     ("thermal constant.csv", "--table"),
     ("thermal constant.csv --table nothing.h5", "no such file"),
     ("hall still.csv", "constant"),

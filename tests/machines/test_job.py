@@ -10,6 +10,7 @@ from macromicro.machines import job, machine, runs
 from macromicro.recording import Recording
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("*.toml"))
+LATE = {"axis": 0.05, "piezo": 0.5, "wire": 1.0}  # s after the profile's end
 PROGRAMME = '[[moves]]\nmacro = ["2 mm", "0 mm"]\nhold = "0.05 s"\n'
 
 
@@ -107,7 +108,7 @@ def test_the_examples_run_with_the_gains_that_follow_from_their_sheets(path):
     done = runs.record(made.machine, made.settings, made.programme)
     assert done.outcome.finished and done.outcome.fault is None
     for m in job.results.moves(done.recording, made.plan, made.settings.arrival):
-        assert m.arrived_s is not None and m.arrived_s < m.profile_s + 0.05
+        assert m.arrived_s is not None and m.arrived_s < m.profile_s + LATE[made.machine.name]
         assert abs(m.rest_error) <= made.settings.arrival.tolerance * 1e3
 
 

@@ -22,6 +22,18 @@ def test_every_row_names_parameters_of_the_axis():
     assert all(row.low < 1.0 < row.high and row.stage == "axis" for row in ROWS)
 
 
+@pytest.mark.parametrize("other", machine.MACHINES, ids=lambda m: m.name)
+def test_every_machine_has_a_table_that_its_law_does_not_know(other):
+    rows = stage.uncertain(other, other.settings)
+    paths = {e.path for e in entries(other.settings)}
+    assert rows and all(row.stage == other.name for row in rows)
+    assert all(path in paths for row in rows for path, _ in row.parts)
+    for tree in stage.machines(other.settings, rows, 10, 3)[1]:
+        other.kind.prepare(tree)
+        for name in stage.KEPT:
+            assert getattr(tree, name) == getattr(other.settings, name)
+
+
 def test_what_the_machine_has_not_is_not_varied():
     names = [r.name for r in stage.uncertain(AXIS, AXIS.settings)]
     assert "mode" not in names and "mass" in names

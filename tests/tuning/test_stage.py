@@ -38,16 +38,29 @@ def test_a_search_never_ends_worse_than_it_began():
     assert found.costs[1] <= found.costs[0] and found.evaluations <= 30
     assert len(found.before) == 2 and len(found.fresh[0]) == 3
     assert found.costs[0] == max(stage.cost(aim, t, AXIS.settings) for t in found.before)
-    own = {path.partition(".")[2] for path in stage.KNOBS}
+    own = {path.partition(".")[2] for path in stage.KNOBS["cascade"]}
     for name in AXIS.settings.controller._fields:
         same = getattr(found.tuned.controller, name) == getattr(found.start.controller, name)
         assert same or name in own
     assert found.tuned.load == found.start.load and found.tuned.together() == []
-    for path in stage.KNOBS:
+    for path in stage.KNOBS["cascade"]:
         before, after = found.start, found.tuned
         for part in path.split("."):
             before, after = getattr(before, part), getattr(after, part)
         assert 1.0 / 4.01 <= after / before <= 4.01
+
+
+@pytest.mark.parametrize("other", machine.MACHINES[1:], ids=lambda m: m.name)
+def test_the_gains_of_every_law_are_searched(other):
+    settings = other.settings
+    usual = planning.usual(settings)
+    first = {name: getattr(usual, name)[:1] for name in ("start", "stage", "target", "hold")}
+    plan = planning.plan(usual._replace(**first), settings)
+    found = stage.search(other, settings, plan, stage.named("error"), stage.Budget(6))
+    assert found.evaluations >= 5 and found.costs[1] <= found.costs[0] < stage.FAILED
+    names = [line[0] for line in stage.table(found)][: len(stage.KNOBS[other.law.name])]
+    assert names == list(stage.KNOBS[other.law.name])
+    assert machine.as_toml(found.tuned) and found.tuned.together() == []
 
 
 def test_gains_that_cannot_work_cost_more_than_any_run():

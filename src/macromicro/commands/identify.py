@@ -172,6 +172,23 @@ def hall(
     _identify("hall", options, files, columns, out, overwrite, as_json)
 
 
+@app.command()
+def plays(
+    files: Files,
+    columns: Columns = None,
+    count: Annotated[
+        int, typer.Option("--plays", help="Play operators, the one without a threshold included.")
+    ] = 16,
+    test: Annotated[list[str] | None, typer.Option(help="A recording to predict.")] = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Play operators of a loop without saturation, such as a piezo's (columns u, f over time)."""
+    options = {"plays": count, "tests": tuple(test or ())}
+    _identify("plays", options, files, columns, out, overwrite, as_json)
+
+
 def _identify(
     kind: str,
     options: dict[str, Any],

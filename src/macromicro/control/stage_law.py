@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
 from macromicro.columns import Quantity
+from macromicro.kernel import kernel
 
 
 class Sample(NamedTuple):
@@ -27,6 +28,23 @@ class Target(NamedTuple):
     ]
 
 
+@kernel
+def itself(memory: Any) -> Any:
+    """All of the memory.
+
+    Parameters
+    ----------
+    memory : Any
+        Of a law.
+
+    Returns
+    -------
+    Any
+        The same.
+    """
+    return memory
+
+
 class StageLaw(NamedTuple):
     """A law of one stage. `start` and `step` are kernels, valid for any control period.
 
@@ -37,13 +55,16 @@ class StageLaw(NamedTuple):
     gains : type
         A ``NamedTuple`` of floats with defaults, annotated with `Par`.
     memory : type
-        What the law remembers: a ``NamedTuple`` of floats; what is annotated with a `Quantity` is
-        recorded.
+        What the law remembers, or what `tell` shows of it: a ``NamedTuple`` of floats; what is
+        annotated with a `Quantity` is recorded.
     start : Callable[[Any, Sample], Any]
         From gains and the first sample to the memory.
     step : Callable[[Any, Any, Target, Sample, float], tuple[Any, float]]
         From gains, memory, target, sample and period (s) to a new memory and an effort (V at the
         D/A).
+    tell : Callable[[Any], Any]
+        Kernel: from the memory to what is recorded of it. Only a law whose memory holds more than
+        floats needs its own; its `start` need not be a kernel.
     """
 
     name: str
@@ -51,3 +72,4 @@ class StageLaw(NamedTuple):
     memory: Any
     start: Callable[[Any, Sample], Any]
     step: Callable[[Any, Any, Target, Sample, float], tuple[Any, float]]
+    tell: Callable[[Any], Any] = itself

@@ -1,4 +1,4 @@
-"""Preisach hysteresis (Section 2.4.1): an Everett table and a stack of reversals.
+"""Hysteresis: Preisach (Section 2.4.1), an Everett table and a stack of reversals; play operators.
 
 Relays are weighted by their thresholds; the output is the fraction of the weight that is
 up, 0 to 1. `everett` holds the weights, `memory` the past.
@@ -8,6 +8,9 @@ the model of a table, forward and inverse. `diagnostics` measures how far a reco
 any Preisach model. Files and pictures are imported from their own modules, because models
 and controllers import this package and open none: `forc` (MicroMag), `table_files` (HDF5,
 CSV), `pictures`.
+
+`prandtl` is the other model, for loops without saturation such as a piezo's, with its exact
+inverse (`prandtl_inverse`) and its fit to any recording (`prandtl_fit`).
 """
 
 from macromicro.hysteresis.curves import CurveWarning

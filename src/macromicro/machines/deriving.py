@@ -12,6 +12,7 @@ from typing import Any
 
 from macromicro.machines import loops
 from macromicro.machines.parts import MOTOR
+from macromicro.machines.rounding import rounded as _round
 from macromicro.machines.sheets import (
     constant,
     fastest,
@@ -37,11 +38,6 @@ OUTER, OBSERVER = 0.25, 7.0  # position loop and observer, to the velocity loop'
 ROOM = 0.33  # rad; phase that all delays may take at the velocity loop's bandwidth
 
 _TRIES = 40
-
-
-def _round(value: float, digits: int = 4) -> float:
-    """To some significant digits: a derived setting claims no more."""
-    return float(f"{value:.{digits}g}")
 
 
 def _velocity(tree: Any) -> float:

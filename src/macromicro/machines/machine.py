@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from macromicro.arrays import Array
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
-from macromicro.machines import axis, sheets
+from macromicro.machines import axis, piezo, sheets, wire
 from macromicro.machines.stage import Kind
 from macromicro.schema import config
 from macromicro.schema.keys import nearest
@@ -50,6 +50,8 @@ class Machine(NamedTuple):
 
 MACHINES: tuple[Machine, ...] = (
     Machine(axis.NAME, axis.TITLE, axis.DEFAULT, axis.KIND, axis.LAW, sheets.plant),
+    Machine(piezo.NAME, piezo.TITLE, piezo.DEFAULT, piezo.KIND, piezo.LAW),
+    Machine(wire.NAME, wire.TITLE, wire.DEFAULT, wire.KIND, wire.LAW),
 )
 NAMES = (TWO_STAGE, *(m.name for m in MACHINES))
 

@@ -154,6 +154,7 @@ def period(kind: Kind, law: StageLaw) -> Period:
         is the last written), with `out` of shape (columns, periods).
     """
     measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
+    tell = law.tell
     parts = layout(Sample, Target, Output, law.memory, Inside, kind.truth).parts
     sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
         part.rows for part in parts
@@ -177,7 +178,7 @@ def period(kind: Kind, law: StageLaw) -> Period:
             put(out, k, sample, sample_rows, sample_scales)
             put(out, k, target, target_rows, target_scales)
             put(out, k, Output(effort), output_rows, output_scales)
-            put(out, k, memory, memory_rows, memory_scales)
+            put(out, k, tell(memory), memory_rows, memory_scales)
             inside = Inside(phase, float(progress.move), float(progress.arrived))
             put(out, k, inside, inside_rows, inside_scales)
             put(out, k, show(params, stage), truth_rows, truth_scales)

@@ -32,6 +32,7 @@ HEADINGS = (
     "error at rest",
     "true error",
 )
+FINE = 1e-6  # m; with a tolerance below this, lengths are in nm
 _FOOTNOTE = (
     "Arrival runs from the move's start until the reading stays within the tolerance. Peak and "
     "rms error are the distance from the set point while the profile lasts. The error at rest is "
@@ -54,6 +55,8 @@ def table(ended: Ended) -> list[Line]:
         Text with units, in the order of `HEADINGS`.
     """
     lines = []
+    # Errors of a stage that is exact to nanometres would all read 0.00 um.
+    unit, scale = ("nm", 1e6) if ended.job.settings.arrival.tolerance < FINE else ("um", 1e3)
     for m in ended.moves:
         lost = "did not arrive" if m.complete else "cut short"
         cells = (
@@ -62,10 +65,10 @@ def table(ended: Ended) -> list[Line]:
             f"{m.target:.6g} mm",
             lost if m.arrived_s is None else f"{m.arrived_s:.3f} s",
             f"{m.profile_s:.3f} s",
-            amount(m.peak_error * 1e3, 1, "um"),
-            amount(m.rms_error * 1e3, 1, "um"),
+            amount(m.peak_error * scale, 1, unit),
+            amount(m.rms_error * scale, 1, unit),
             *(
-                amount(None if x is None else x * 1e3, 2, "um")
+                amount(None if x is None else x * scale, 2, unit)
                 for x in (m.overshoot, m.rest_error, m.true_error)
             ),
         )

@@ -10,7 +10,6 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.machines import feasible
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trials
@@ -19,12 +18,17 @@ from macromicro.schema.keys import nearest
 from macromicro.schema.par import replaced, value_at
 from macromicro.tuning.evolution import minimise
 
-KNOBS = (
-    "controller.position",
-    "controller.velocity",
-    "controller.integral",
-    "controller.observer",
-)
+# Gains that are searched, by law.
+KNOBS = {
+    "cascade": (
+        "controller.position",
+        "controller.velocity",
+        "controller.integral",
+        "controller.observer",
+    ),
+    "integral": ("controller.integral", "controller.drift", "controller.ahead_velocity"),
+    "pi": ("controller.kp", "controller.ki", "controller.kaw"),
+}
 WIDE = 4.0  # a gain is searched from a fourth of its value to four times as much
 FAILED = 1e6
 
@@ -176,7 +180,7 @@ def cost(objective: Objective, found: Trial, settings: Any) -> float:
         return FAILED * (1.0 + found.missed)
     tolerance = settings.arrival.tolerance * 1e6
     over = found.overshoot / tolerance
-    rough = 100.0 * found.rough / settings.controller.limit
+    rough = 100.0 * found.rough / settings.guard.effort
     return float(objective.value(found, tolerance) * (1.0 + OVERSHOOT * over + ROUGH * rough))
 
 
@@ -214,13 +218,14 @@ def search(
     rows = machines.uncertain(machine, settings) if others or fresh else ()
     drawn = machines.machines(settings, rows, others, seed)[1] if others else []
     bodies = [settings, *drawn]
-    start = np.array([value_at(settings, path) for path in KNOBS])
+    knobs = KNOBS[machine.law.name]
+    start = np.array([value_at(settings, path) for path in knobs])
 
     def gains(design: Array) -> Array:
         return start * WIDE ** (2.0 * design - 1.0)
 
     def on(design: Array, tree: Any) -> Any:
-        for path, value in zip(KNOBS, gains(design).tolist(), strict=True):
+        for path, value in zip(knobs, gains(design).tolist(), strict=True):
             tree = replaced(tree, path, value)
         return tree
 
@@ -236,12 +241,12 @@ def search(
     def costs(designs: Array) -> Array:
         return np.array(
             [
-                2.0 * FAILED if feasible.problems(on(d, settings)) else worst(tried(d, bodies))
+                2.0 * FAILED if on(d, settings).together() else worst(tried(d, bodies))
                 for d in designs
             ]
         )
 
-    middle = np.full(len(KNOBS), 0.5)
+    middle = np.full(len(knobs), 0.5)
     found = minimise(costs, middle, evaluations, seed, progress=progress)
     before, after = tried(middle, bodies), tried(found.design, bodies)
     paid = worst(before), worst(after)
@@ -253,7 +258,7 @@ def search(
         new_ones = machines.machines(settings, rows, fresh, seed + 1)[1]
         judged = tried(middle, new_ones), tried(design, new_ones)
     tuned = on(design, settings)
-    for path in KNOBS:  # a gain claims no more than four digits
+    for path in knobs:  # a gain claims no more than four digits
         tuned = replaced(tuned, path, float(f"{value_at(tuned, path):.4g}"))
     return Tuning(
         machine,

@@ -18,7 +18,7 @@ from macromicro.machines.machine import KEY
 from macromicro.machines.trial import Trial
 from macromicro.runs import folder
 from macromicro.schema import config
-from macromicro.schema.par import value_at
+from macromicro.schema.par import entries, value_at
 from macromicro.schema.text import plain
 from macromicro.tuning.stage import KNOBS, OVERSHOOT, ROUGH, Tuning
 
@@ -39,10 +39,10 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
     list[tuple[str, float, float, str]]
         Name, before, after, unit.
     """
-    units = ("1/s", "V s/m", "1/s", "1/s")
+    units = {e.path: e.par.unit.replace("*", " ") for e in entries(found.start)}
     lines = [
-        (path, value_at(found.start, path), value_at(found.tuned, path), unit)
-        for path, unit in zip(KNOBS, units, strict=True)
+        (path, value_at(found.start, path), value_at(found.tuned, path), units[path])
+        for path in KNOBS[found.machine.law.name]
     ]
     several = ", nominal" if len(found.before) > 1 else ""
     for name, about in quantities(Trial).items():
@@ -78,7 +78,7 @@ def as_toml(found: Tuning) -> str:
         f"# {found.machine.title}: {found.machine.law.name}, tuned for {found.objective.name}\n"
         f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
     )
-    body = config.changed_toml(found.tuned, found.machine.settings, KNOBS)
+    body = config.changed_toml(found.tuned, found.machine.settings, KNOBS[found.machine.law.name])
     return f'{head}{KEY} = "{found.machine.name}"\n\n{body}'
 
 

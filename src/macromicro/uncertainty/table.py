@@ -23,7 +23,7 @@ class Uncertain(NamedTuple):
     ----------
     name : str
         One word, unique in the table.
-    stage : {"macro", "micro", "axis"}
+    stage : {"macro", "micro", "axis", "piezo", "wire"}
         The stage, or the machine, that it belongs to.
     parts : tuple of (str, float)
         Dotted paths within the settings, each with its weight.
@@ -77,7 +77,10 @@ def _read(name: str) -> tuple[Uncertain, ...]:
 
 
 UNCERTAIN: tuple[Uncertain, ...] = _read("table.toml")
-AXIS: tuple[Uncertain, ...] = _read("axis.toml")  # of the machine `axis`
+# Of machines of one stage, by name.
+AXIS: tuple[Uncertain, ...] = _read("axis.toml")
+PIEZO: tuple[Uncertain, ...] = _read("piezo.toml")
+WIRE: tuple[Uncertain, ...] = _read("wire.toml")
 
 
 def of_stage(stage: str) -> tuple[Uncertain, ...]:

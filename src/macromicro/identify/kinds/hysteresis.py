@@ -104,7 +104,9 @@ def identify(picking: Picking, options: Options) -> Result:
     starts = np.array([u[np.isfinite(u)][:1].sum() for u, _ in pairs])
     if float(np.ptp(starts)) < 0.05 * (limits[1] - limits[0]):
         same = f"all {len(pairs)} curves reverse at {starts[0]:.4g}: the major loop alone"
-        accepted = "curves from different reversals, over most of the input's range"
+        accepted = (
+            "curves from different reversals, over most of the input's range (or `identify plays`)"
+        )
         raise InputError(printable(picking.files[0], 300), same, accepted)
     make = _Maker(found, options, limits)
     table = make(pairs)

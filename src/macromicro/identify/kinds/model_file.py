@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-Value = float | int | str | Sequence[float]
+Value = float | int | str | Sequence[float] | Sequence[str]
 
 
 def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
@@ -90,4 +90,4 @@ def _toml(value: Any) -> str:
                 else f"{value:.1f}"
             )
         return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
-    return "[" + ", ".join(_toml(float(v)) for v in value) + "]"
+    return "[" + ", ".join(_toml(v if isinstance(v, str) else float(v)) for v in value) + "]"

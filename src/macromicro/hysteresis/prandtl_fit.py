@@ -1,0 +1,174 @@
+"""Weights of a Prandtl-Ishlinskii operator from a recording, by non-negative least squares."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.hysteresis.prandtl import MOST_PLAYS, Prandtl, operator
+
+PLAYS = 16
+# The past before a recording began is forgotten once the input has been this near to both ends of
+# its range, in steps of the thresholds.
+_NEAR = 0.5
+
+
+class PrandtlFit(NamedTuple):
+    """An operator and how it fits.
+
+    Attributes
+    ----------
+    operator : Prandtl
+        Rate-independent.
+    outputs : ndarray, shape (n,)
+        What it gives along the recording's input.
+    known : int
+        First sample that counts: before it the output depends on a past that was not recorded.
+    fitted : int
+        First sample that was not fitted to.
+    rms : float
+        Residual from `known` to `fitted`, unit of the output.
+    held_rms : float
+        Residual from `fitted` on.
+    """
+
+    operator: Prandtl
+    outputs: Array
+    known: int
+    fitted: int
+    rms: float
+    held_rms: float
+
+
+def spaced(u: npt.ArrayLike, plays: int = PLAYS) -> Array:
+    """Thresholds at equal steps from 0 to below half the input's range.
+
+    A play of half the range or more never moves while the input stays within it.
+
+    Parameters
+    ----------
+    u : array_like, shape (n,)
+        Input.
+    plays : int, optional
+        How many, the one without a threshold included.
+
+    Returns
+    -------
+    ndarray, shape (plays,)
+        Unit of the input.
+    """
+    extent = float(np.ptp(np.asarray(u, dtype=np.float64)))
+    return np.asarray(0.5 * extent * np.arange(plays) / plays, dtype=np.float64)
+
+
+def moved(u: Array, thresholds: Array) -> Array:
+    """Where plays stand along an input that begins with no past.
+
+    Parameters
+    ----------
+    u : ndarray, shape (n,)
+        Input.
+    thresholds : ndarray, shape (k,)
+        Unit of the input.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        Unit of the input.
+    """
+    low, high = u[:, None] - thresholds, u[:, None] + thresholds
+    y = np.empty_like(low)
+    now = np.full(thresholds.size, u[0])
+    for k in range(u.size):
+        now = np.maximum(low[k], np.minimum(high[k], now))
+        y[k] = now
+    return y
+
+
+def fit(
+    u: npt.ArrayLike, f: npt.ArrayLike, plays: int = PLAYS, held_out: float = 0.3
+) -> PrandtlFit:
+    """Weights and offset that fit a recording; none below 0, so the fit can be inverted.
+
+    Parameters
+    ----------
+    u, f : array_like, shape (n,)
+        Input and output over time.
+    plays : int, optional
+        How many, 2 to 200.
+    held_out : float, optional
+        Share of the recording, at its end, that is predicted and not fitted to; 0 for none.
+
+    Returns
+    -------
+    PrandtlFit
+        The operator and its residuals.
+
+    Raises
+    ------
+    InputError
+        An option outside its range, unequal lengths, NaN, a constant input, an input that never
+        comes back from an end of its range, or an output that does not follow the input.
+    """
+    from scipy.optimize import nnls
+
+    inputs, outputs = _checked(u, f, plays, held_out)
+    n = inputs.size
+    known = _known(inputs, plays)
+    fitted = known + round((1.0 - held_out) * (n - known))
+    if fitted - known < 2 * plays or float(np.ptp(inputs[known:fitted])) < 0.1 * np.ptp(inputs):
+        found = f"{fitted - known} samples to fit after the first full stroke"
+        accepted = f"an input that goes to both ends of its range and back, {2 * plays} samples"
+        raise InputError("recording, input", found, f"{accepted} or more")
+    thresholds = spaced(inputs, plays)
+    y = moved(inputs, thresholds)
+    # Two more columns, for an offset of either sign. The triangle of the orthogonal factors has
+    # the same solution and a row a play instead of a row a sample.
+    ones = np.ones((fitted - known, 1))
+    scale = float(np.abs(inputs).max())
+    columns = np.hstack([y[known:fitted] / scale, ones, -ones])
+    q, r = np.linalg.qr(columns)
+    found, _ = nnls(r, q.T @ outputs[known:fitted], maxiter=100 * columns.shape[1])
+    weights, offset = found[:plays] / scale, float(found[plays] - found[plays + 1])
+    if not weights[0] > 0.0:
+        raise InputError(
+            "recording, output", "no part that follows the input at once", "an output that rises "
+            "whenever the input rises (turn the sign of one of them)",
+        )  # fmt: skip
+    found_operator = operator(thresholds, weights, offset)
+    predicted = offset + y @ weights
+    error = predicted - outputs
+    held = float(np.sqrt(np.mean(error[fitted:] ** 2))) if fitted < n else float("nan")
+    rms = float(np.sqrt(np.mean(error[known:fitted] ** 2)))
+    return PrandtlFit(found_operator, predicted, known, fitted, rms, held)
+
+
+def _known(u: Array, plays: int) -> int:
+    """First sample at which the input has been to both ends of its range."""
+    near = _NEAR * 0.5 * float(np.ptp(u)) / plays
+    top = int(np.argmax(u >= u.max() - near))
+    bottom = int(np.argmax(u <= u.min() + near))
+    return max(top, bottom)
+
+
+def _checked(
+    u: npt.ArrayLike, f: npt.ArrayLike, plays: int, held_out: float
+) -> tuple[Array, Array]:
+    """Input and output as vectors of one length; options within their range."""
+    if not 2 <= plays <= MOST_PLAYS:
+        raise InputError("Prandtl-Ishlinskii, plays", plays, f"2 to {MOST_PLAYS}")
+    if not 0.0 <= held_out <= 0.9:
+        raise InputError("Prandtl-Ishlinskii, held out", held_out, "a share of 0 to 0.9")
+    inputs, outputs = (np.asarray(v, dtype=np.float64) for v in (u, f))
+    if inputs.ndim != 1 or inputs.shape != outputs.shape or inputs.size < 4:
+        found = f"shapes {inputs.shape} and {outputs.shape}"
+        raise InputError("recording", found, "two equally long lists of numbers, 4 or more")
+    if not (np.all(np.isfinite(inputs)) and np.all(np.isfinite(outputs))):
+        raise InputError("recording", "NaN or infinity", "finite numbers")
+    if np.ptp(inputs) == 0.0:
+        raise InputError("recording, input", f"constant at {inputs[0]:g}", "an input that moves")
+    return inputs, outputs

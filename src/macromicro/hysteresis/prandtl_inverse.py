@@ -1,0 +1,60 @@
+"""The inverse of a rate-independent Prandtl-Ishlinskii operator, which is one itself.
+
+On the first rising branch the output is a polygon over the input with corners at the
+thresholds. Its mirror image about the diagonal is the first rising branch of the inverse, which
+has as many plays (Kuhnen 2003).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from macromicro.hysteresis.prandtl import Plays, Prandtl
+
+
+def inverse(p: Prandtl) -> Prandtl:
+    """The operator that undoes another one.
+
+    Its input is the other's output less its offset. Its weights beside the first are
+    0 or below, because a compensator must lead where the stage lags.
+
+    Parameters
+    ----------
+    p : Prandtl
+        From `prandtl.operator`; its widening is not inverted.
+
+    Returns
+    -------
+    Prandtl
+        Thresholds in the unit of the output, weights input per output, no offset.
+    """
+    total = np.cumsum(p.weights)
+    # r'_i = sum over j <= i of w_j (r_i - r_j).
+    thresholds = p.thresholds * total - np.cumsum(p.weights * p.thresholds)
+    # w'_0 = 1/w_0, w'_i = -w_i / (W_i W_(i-1)) with W the sum up to i.
+    weights = np.empty_like(p.weights)
+    weights[0] = 1.0 / p.weights[0]
+    weights[1:] = -p.weights[1:] / (total[1:] * total[:-1])
+    return Prandtl(thresholds, weights, 0.0, 0.0)
+
+
+def undone(p: Prandtl, s: Plays) -> Plays:
+    """The state of the inverse that belongs to a state of the operator.
+
+    Parameters
+    ----------
+    p : Prandtl
+        The operator, not its inverse.
+    s : Plays
+        Its state.
+
+    Returns
+    -------
+    Plays
+        State of `inverse(p)`; its array is its own.
+    """
+    # y'_i = sum over j <= i of w_j y_i + sum over j > i of w_j y_j.
+    below = np.cumsum(p.weights)
+    shares = p.weights * s.y
+    y = below * s.y + shares.sum() - np.cumsum(shares)
+    return Plays(y, float(y[0]))

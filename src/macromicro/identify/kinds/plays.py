@@ -1,0 +1,217 @@
+"""`identify plays`: Prandtl-Ishlinskii operators from any recording that goes both ways."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.hysteresis import prandtl, prandtl_loop
+from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
+from macromicro.identify.kinds import curves as cutting
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.hysteresis import ROLES
+from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.picking import pick
+from macromicro.identify.reading import read
+from macromicro.identify.result import Line, Result
+from macromicro.units import convert
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+HELD = "RMS over the end of the recording, which was held out"
+HEAD = """\
+Play operators: output = offset + sum of weights y, y = max(u - r, min(u + r, y)) for each
+threshold r. macromicro.hysteresis.prandtl.operator takes these lists."""
+
+
+class Options(NamedTuple):
+    """Options of `identify plays`.
+
+    Attributes
+    ----------
+    plays : int
+        How many, the one without a threshold included.
+    tests : tuple[str, ...]
+        Recordings to predict.
+    """
+
+    plays: int = PLAYS
+    tests: tuple[str, ...] = ()
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """Weights of play operators, their loop, and how they predict what was held out.
+
+    Parameters
+    ----------
+    picking : Picking
+        A file to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `Prandtl`.
+
+    Raises
+    ------
+    InputError
+        More than one file, curves instead of a recording, or what `prandtl_fit.fit` refuses.
+    """
+    if len(picking.files) > 1:
+        accepted = "one recording over time; others are predicted with --test"
+        raise InputError("FILE", f"{len(picking.files)} files", accepted)
+    table = loaded(picking, ROLES)[0]
+    if "curve" in table.values:
+        raise InputError(f"{table.file}, curve", "curves one by one", "a recording over time")
+    u, f = cutting.cleaned(table)
+    try:
+        found = fit(u, f, options.plays)
+    except InputError as error:
+        raise InputError(f"{table.file}: {error.where}", error.value, error.accepted) from None
+    u_unit, f_unit = table.units["u"] or "", table.units["f"] or ""
+    p = found.operator
+    extent, span = float(np.ptp(f)), float(np.ptp(u))
+    loop = prandtl_loop.measured(p.thresholds, p.weights, span)
+    share = 100.0 * loop.width / loop.stroke
+    per = f"{f_unit}/{u_unit}" if f_unit and u_unit else ""
+    lines = [
+        Line("input, from", float(u.min()), unit=u_unit),
+        Line("input, to", float(u.max()), unit=u_unit),
+        Line("stroke", loop.stroke, unit=f_unit, note="of a slow cycle over that input"),
+        Line("loop width", share, unit="% of stroke", note="in mid-input"),
+        Line("reversible gain", float(p.weights[0]), unit=per, note="right after a reversal"),
+        Line("mean gain", loop.stroke / span, unit=per, note="stroke over input"),
+        Line("misfit", 100.0 * found.rms / extent, unit="% of range", note="RMS where fitted"),
+        Line("prediction", 100.0 * found.held_rms / extent, unit="% of range", note=HELD),
+    ]
+    used = int(np.count_nonzero(p.weights))
+    began = f"the first {found.known} depend on what was before"
+    held = f"{u.size - found.fitted} held out"
+    remarks = [
+        ("plays", f"{options.plays}, {used} of them with a weight, none below 0"),
+        ("samples", f"{found.fitted - found.known} fitted, {held}; {began}"),
+    ]
+    remarks += [_tested(p, test, picking, extent) for test in options.tests]
+
+    def draw() -> dict[str, Figure]:
+        return drawn(u, f, found, (u_unit, f_unit))
+
+    toml = written(p, (u_unit, f_unit), (float(u.min()), float(u.max())))
+    data = {
+        "thresholds": p.thresholds.tolist(), "weights": p.weights.tolist(), "offset": p.offset,
+        "range": extent, "rms": found.rms, "holdout_rms": found.held_rms,
+        "stroke": loop.stroke, "loop_width": loop.width,
+    }  # fmt: skip
+    title = "Prandtl-Ishlinskii: f = offset + sum of w_i y_i, y_i a play of threshold r_i"
+    return Result("plays", title, p, lines, remarks, toml, draw, data)
+
+
+def written(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float]) -> str:
+    """The text of model.toml: settings of a piezo stage where volts move it, else notes.
+
+    Parameters
+    ----------
+    p : Prandtl
+        What was found.
+    units : tuple[str, str]
+        Of input and output.
+    ends : tuple[float, float]
+        Of the input.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    u, f = units
+    where = f"input from {ends[0]:g} to {ends[1]:g} {u}, output {p.offset:.6g} {f} at rest at 0"
+    try:
+        volts, metres = convert(1.0, u, "V"), convert(1.0, f, "m")
+    except ValueError:
+        table = {
+            "thresholds": (p.thresholds.tolist(), u or "unit of the input"),
+            "weights": (p.weights.tolist(), f"{f}/{u}" if f and u else "output per input"),
+            "offset": (p.offset, f or "unit of the output"),
+        }
+        return model_file.plain(f"{HEAD}\nHere: {where}.", {"hysteresis": table})
+    weights = 1e6 * metres / volts * p.weights
+    law = {
+        "loop_thresholds": ([f"{volts * r:.9g} V" for r in p.thresholds], "at the stack"),
+        "loop_weights": ([f"{w:.9g} um/V" for w in weights], "inverted by the law"),
+    }
+    head = f"For a machine of kind piezo: copy the table into its file. Here: {where}."
+    comment, _, body = model_file.plain(head, {"controller": law}).partition("\n\n")
+    return f'{comment}\nmachine = "piezo"\n\n{body}'
+
+
+def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict[str, Figure]:
+    """The loop, what is left over, and the weights.
+
+    Parameters
+    ----------
+    u, f : ndarray, shape (n,)
+        The recording.
+    found : PrandtlFit
+        What was fitted to it.
+    units : tuple[str, str]
+        Of input and output.
+
+    Returns
+    -------
+    dict[str, Figure]
+        By name.
+    """
+    from macromicro.identify.kinds import pictures
+
+    known, fitted = found.known, found.fitted
+    x, y = f"input [{units[0]}]", f"output [{units[1]}]"
+    error = f - found.outputs
+    index = np.arange(u.size, dtype=np.float64)
+    p = found.operator
+    return {
+        "curves": pictures.points(
+            "the loop",
+            x,
+            y,
+            [
+                ("measured", u[known:], f[known:], "-"),
+                ("play operators", u[known:], found.outputs[known:], "--"),
+            ],
+        ),
+        "residuals": pictures.points(
+            "measured less play operators",
+            "sample",
+            y,
+            [
+                ("fitted", index[known:fitted], error[known:fitted], "-"),
+                ("held out", index[fitted:], error[fitted:], "-"),
+            ],
+        ),
+        "thresholds": pictures.points(
+            "weights",
+            f"threshold [{units[0]}]",
+            f"weight [{units[1]}/{units[0]}]",
+            [("weights", p.thresholds, p.weights, "o")],
+        ),
+    }
+
+
+def _tested(p: prandtl.Prandtl, test: str, what: Picking, extent: float) -> tuple[str, str]:
+    """The prediction of another recording, from where its own past counts."""
+    picked = pick(read(Path(test)), ROLES, what.columns)
+    u, f = cutting.cleaned(picked)
+    outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
+    # The larger the swing so far, the fewer plays still depend on what was before.
+    low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)
+    counts = high - low >= min(2.0 * float(p.thresholds[-1]), 0.99 * float(np.ptp(u)))
+    rms = float(np.sqrt(np.mean((outputs - f)[counts] ** 2))) if counts.any() else math.nan
+    text = f"RMS {100.0 * rms / extent:.2f} % of range, over {int(counts.sum())} samples"
+    return f"prediction of {picked.file}", text

@@ -1,0 +1,438 @@
+"""What follows from a shape-memory wire's data sheet, and what a stage of it cannot do.
+
+Makers print diameter, resistance, pull, the current that contracts the wire within a second and
+the time in which it cools. Mass and latent heat follow from the alloy's density and heats, the
+resistance to the air from the cooling time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from macromicro.machines import feasible
+from macromicro.machines.rounding import rounded
+from macromicro.plant.flexure import stiffness
+
+DENSITY = 6450.0  # kg/m^3; Dynalloy, F1140, physical properties
+SPECIFIC = 837.0  # J/(kg K); the same: 0.2 cal/(g K)
+LATENT = 24.2e3  # J/kg; the same: 5.78 cal/g
+STIFFENING = 8e6  # Pa/K; Clausius-Clapeyron, literature: 6.5 to 10
+MARTENSITE, AUSTENITE = 30e9, 75e9  # Pa; literature: 28 to 41, 83 at most
+ROOM = 0.9  # share of the wire's way that targets may use
+SLOWER = 0.5  # share of what heating and cooling can that moves use
+QUICK = 60.0  # rad/s; bandwidth at most
+SLOW = 0.1  # of it, the integral: with more the loop hunts across the hysteresis
+
+
+class Heats(NamedTuple):
+    """What the wire takes up and gives off.
+
+    Attributes
+    ----------
+    capacity : float
+        J/K.
+    latent : float
+        Of the full transformation, J.
+    resistance : float
+        To the air, K/W.
+    """
+
+    capacity: float
+    latent: float
+    resistance: float
+
+
+class Shifted(NamedTuple):
+    """Transformation temperatures at a load, deg C; first and last heating, first and last cooling.
+
+    Attributes
+    ----------
+    heat_start : float
+        Austenite start.
+    heat_end : float
+        Austenite finish.
+    cool_start : float
+        Martensite start.
+    cool_end : float
+        Martensite finish.
+    """
+
+    heat_start: float
+    heat_end: float
+    cool_start: float
+    cool_end: float
+
+
+def area(tree: Any) -> float:
+    """Cross-section.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        m^2.
+    """
+    return float(0.25 * math.pi * tree.wire.diameter**2)
+
+
+def heats(tree: Any) -> Heats:
+    """Heat capacity, latent heat and resistance to the air.
+
+    The wire cools as C dT/dt = -(T - T_a)/R from austenite finish to martensite finish, with the
+    latent heat given off in the middle between martensite start and finish: R is such that this
+    takes the printed cooling time.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    Heats
+        SI.
+    """
+    alloy = tree.wire
+    mass = DENSITY * area(tree) * alloy.length
+    capacity, latent = mass * SPECIFIC, mass * LATENT
+    room = tree.air.printed
+    fall = capacity * math.log((alloy.heat_end - room) / (alloy.cool_end - room))
+    middle = 0.5 * (alloy.cool_start + alloy.cool_end) - room
+    return Heats(capacity, latent, alloy.cooling / (fall + latent / middle))
+
+
+def stroke(tree: Any) -> float:
+    """Contraction of the free wire.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    return float(tree.wire.strain * tree.wire.length)
+
+
+def rate(tree: Any) -> float:
+    """Rise of the load with the contraction: bias spring and guide.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        N/m.
+    """
+    return float(tree.bias.rate + stiffness(tree.flexure))
+
+
+def way(tree: Any) -> float:
+    """Contraction against the load: less the stretch of the stiffer, more loaded wire.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    scale = area(tree) / tree.wire.length
+    cold = tree.bias.preload / (MARTENSITE * scale)
+    hot = 1.0 / (AUSTENITE * scale)
+    return float((stroke(tree) + cold - hot * tree.bias.preload) / (1.0 + hot * rate(tree)))
+
+
+def pull(tree: Any, x: float) -> float:
+    """Load at a contraction.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+    x : float
+        m.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    return float(tree.bias.preload + rate(tree) * x)
+
+
+def shifted(tree: Any, load: float) -> Shifted:
+    """Transformation temperatures at a load; the printed ones hold at the printed pull.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+    load : float
+        N.
+
+    Returns
+    -------
+    Shifted
+        deg C.
+    """
+    alloy = tree.wire
+    off = (load - alloy.pull) / (STIFFENING * area(tree))
+    return Shifted(
+        alloy.heat_start + off, alloy.heat_end + off, alloy.cool_start + off, alloy.cool_end + off
+    )
+
+
+def power(tree: Any) -> float:
+    """Heat at full effort.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        W.
+    """
+    ohms = tree.wire.resistance * tree.wire.length
+    return float(tree.driver.current**2 * ohms)
+
+
+def per_joule(tree: Any) -> float:
+    """Contraction for heat, while the wire transforms.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        m/J.
+    """
+    found, alloy = heats(tree), tree.wire
+    rise = alloy.heat_end - alloy.heat_start + rate(tree) * way(tree) / (STIFFENING * area(tree))
+    return float(way(tree) / (found.latent + found.capacity * rise))
+
+
+def speeds(tree: Any) -> tuple[float, float]:
+    """Greatest speeds of contraction and extension, where either is slowest.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    up : float
+        By the heat that is left over at austenite finish, m/s; 0 or below: none.
+    down : float
+        By the heat lost at martensite finish, m/s.
+    """
+    found, room = heats(tree), tree.air.ambient
+    hot = shifted(tree, pull(tree, way(tree))).heat_end
+    cold = shifted(tree, tree.bias.preload).cool_end
+    lost = (hot - room) / found.resistance
+    return (
+        per_joule(tree) * (power(tree) - lost),
+        per_joule(tree) * (cold - room) / found.resistance,
+    )
+
+
+def bandwidth(tree: Any) -> float:
+    """Of the position loop: what period and driver's lag allow.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    float
+        rad/s.
+    """
+    return min(QUICK, 0.3 / float(tree.timing.period + tree.driver.lag))
+
+
+def _velocity(tree: Any) -> float:
+    return rounded(SLOWER * max(min(speeds(tree)), 1e-3 * way(tree)))
+
+
+def _gain(tree: Any) -> float:
+    return float(bandwidth(tree) * tree.driver.full_scale / (per_joule(tree) * power(tree)))
+
+
+RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
+    ("travel.high", lambda t: rounded(ROOM * way(t))),
+    ("arrival.tolerance", lambda t: rounded(max(4.0 * t.encoder.pitch, 6.0 * t.encoder.noise))),
+    ("motion.velocity", _velocity),
+    # Speed within a tenth of the way, its rise within a third of that time.
+    ("motion.acceleration", lambda t: rounded(t.motion.velocity**2 / (0.2 * way(t)))),
+    ("motion.jerk", lambda t: rounded(3.0 * t.motion.acceleration**2 / t.motion.velocity)),
+    ("controller.kp", lambda t: rounded(_gain(t))),
+    ("controller.ki", lambda t: rounded(SLOW * bandwidth(t) * t.controller.kp)),
+    ("controller.kaw", lambda t: rounded(bandwidth(t))),
+    ("controller.low", lambda t: 0.0),
+    ("controller.high", lambda t: t.driver.full_scale),
+    ("guard.effort", lambda t: t.controller.high),
+    ("guard.push", lambda t: t.guard.effort),  # a cold wire is driven and does not move yet
+    ("guard.low", lambda t: rounded(-0.1 * way(t))),
+    ("guard.high", lambda t: rounded(1.1 * way(t))),
+    ("guard.speed", lambda t: rounded(2.0 * per_joule(t) * power(t))),
+    ("guard.error", lambda t: rounded(1.1 * way(t))),  # it begins to move when it is warm
+)
+
+
+def problems(tree: Any) -> list[feasible.Problem]:
+    """What cannot work together in settings of a wire stage.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a wire stage.
+
+    Returns
+    -------
+    list[feasible.Problem]
+        Path, value, and what is accepted and why, of every rule that is broken.
+    """
+    every = (*_load(tree), *_heat(tree), *_way(tree), *_sensor(tree))
+    return [(path, value, words) for wrong, path, value, words in every if wrong]
+
+
+def _load(tree: Any) -> Iterator[feasible.Rule]:
+    """A spring that stretches the cold wire, and that the hot wire can pull."""
+    alloy, bias = tree.wire, tree.bias
+    yield (
+        bias.preload < alloy.stretch,
+        "bias.preload",
+        bias.preload,
+        "{wire.stretch} or more, or the cold wire is not stretched again",
+    )
+    most = pull(tree, way(tree))
+    yield (
+        most > alloy.pull,
+        "bias.rate",
+        bias.rate,
+        f"a load of at most {{wire.pull}} at full contraction; spring and guide make it "
+        f"{most:.4g} N",
+    )
+    for first, last in (("heat_start", "heat_end"), ("cool_end", "cool_start")):
+        value = getattr(alloy, last)
+        yield value <= getattr(alloy, first), f"wire.{last}", value, f"above {{wire.{first}}}"
+    yield (
+        alloy.cool_start >= alloy.heat_end,
+        "wire.cool_start",
+        alloy.cool_start,
+        "below {wire.heat_end}",
+    )
+
+
+def _heat(tree: Any) -> Iterator[feasible.Rule]:
+    """A wire that gets hot enough, and cold again."""
+    found = heats(tree)
+    hot = shifted(tree, pull(tree, way(tree))).heat_end
+    reached = tree.air.ambient + power(tree) * found.resistance
+    needed = math.sqrt(max(hot - tree.air.ambient, 0.0) / found.resistance)
+    ohms = tree.wire.resistance * tree.wire.length
+    yield (
+        reached <= hot,
+        "driver.current",
+        tree.driver.current,
+        f"above {needed / math.sqrt(ohms):.3g} A: the wire reaches {reached:.4g} degC, and is "
+        f"contracted at {hot:.4g} degC under its load",
+    )
+    cold = shifted(tree, tree.bias.preload).cool_end
+    yield (
+        tree.air.ambient >= cold,
+        "air.ambient",
+        tree.air.ambient,
+        f"below {cold:.4g} degC, or the wire never extends under {{bias.preload}}",
+    )
+    yield (
+        hot > 119.0,
+        "wire.heat_end",
+        tree.wire.heat_end,
+        f"at most 119 degC under load, where the relays' table ends; this is {hot:.4g} degC",
+    )
+
+
+def _way(tree: Any) -> Iterator[feasible.Rule]:
+    """Travel within what the wire contracts by, speed within what heat and air allow."""
+    travel, guard, most = tree.travel, tree.guard, way(tree)
+    yield travel.low < 0.0, "travel.low", travel.low, "0 mm or more: a wire only contracts"
+    yield travel.low > 0.0, "travel.low", travel.low, "0 mm, where every run begins"
+    yield (
+        not 0.0 < travel.high <= most,
+        "travel.high",
+        travel.high,
+        f"above 0 mm and at most {1e3 * most:.4g} mm, {{wire.strain}} of {{wire.length}} less the "
+        "wire's stretch",
+    )
+    yield travel.high > guard.high, "travel.high", travel.high, "at most {guard.high}"
+    yield guard.low > 0.0, "guard.low", guard.low, "at most 0 mm, where every run begins"
+    up, down = speeds(tree)
+    yield (
+        tree.motion.velocity > max(up, 0.0),
+        "motion.velocity",
+        tree.motion.velocity,
+        f"at most {1e3 * up:.3g} mm/s, which {{driver.current}} heat the wire for",
+    )
+    yield (
+        tree.motion.velocity > max(down, 0.0),
+        "motion.velocity",
+        tree.motion.velocity,
+        f"at most {1e3 * down:.3g} mm/s, at which the wire cools; {{wire.cooling}} is printed",
+    )
+
+
+def _sensor(tree: Any) -> Iterator[feasible.Rule]:
+    """A sensor that sees the travel finely enough, and a loop that is quick enough."""
+    encoder, tolerance, timing = tree.encoder, tree.arrival.tolerance, tree.timing
+    yield (
+        tree.travel.high > encoder.high,
+        "travel.high",
+        tree.travel.high,
+        "at most {encoder.high}, the end of what the sensor shows",
+    )
+    yield (
+        tolerance < max(3.0 * encoder.noise, encoder.pitch),
+        "arrival.tolerance",
+        tolerance,
+        f"{1e6 * max(3.0 * encoder.noise, encoder.pitch):.4g} um or more: three times "
+        "{encoder.noise}, and one step of {encoder.pitch}",
+    )
+    yield (
+        timing.period > 0.1 / bandwidth(tree),
+        "timing.period",
+        timing.period,
+        f"at most {100.0 / bandwidth(tree):.4g} ms for a loop of {bandwidth(tree):.3g} rad/s",
+    )
+    for name in ("silent", "stuck", "window"):
+        value = getattr(tree.guard, name)
+        yield (
+            value < timing.period,
+            f"guard.{name}",
+            value,
+            "{timing.period} or more: the guard looks once a period",
+        )

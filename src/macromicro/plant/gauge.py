@@ -1,0 +1,51 @@
+"""Absolute position sensor, such as a capacitive one: noise, range, resolution."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+_SHEET = "data sheet"
+
+
+class Gauge(NamedTuple):
+    """The sensor and its electronics; beyond its range it shows the end of the range."""
+
+    noise: Annotated[
+        float,
+        Par("m", "noise (standard deviation), at the control period", _SHEET, shown="nm", lo=0.0),
+    ] = 0.4e-9
+    low: Annotated[
+        float, Par("m", "lowest position that it shows", _SHEET, shown="um", hi=0.0)
+    ] = -25e-6
+    high: Annotated[
+        float, Par("m", "highest position that it shows", _SHEET, shown="um", lo=0.0)
+    ] = 125e-6
+    pitch: Annotated[
+        float, Par("m", "smallest step of the reading", _SHEET, shown="nm", positive=True)
+    ] = 0.1e-9
+
+
+@kernel
+def reading(p: Gauge, x: float, draw: float) -> float:
+    """What the sensor shows: noise added, limited to the range, rounded to a step.
+
+    Parameters
+    ----------
+    p : Gauge
+        Parameters of the sensor.
+    x : float
+        Position, m.
+    draw : float
+        Standard normal number.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    shown = min(max(x + p.noise * draw, p.low), p.high)
+    return math.floor(shown / p.pitch + 0.5) * p.pitch
