@@ -14,7 +14,7 @@ from macromicro.commands import identify, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
-from macromicro.commands.group import PNG, Figures, whole
+from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.latency import latency
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.robust import robust
@@ -115,6 +115,7 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             metavar="NAME", help="The twin, or replay:FILE for the sensors of a recording."
         ),
     ] = "twin",
+    law: Law = None,
     figures: Figures = PNG,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
@@ -133,7 +134,7 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     with Signals() as signals:
         try:
             kinds = formats(figures)
-            request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds)
+            request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
             _run(request, as_json, signals)
         except KeyboardInterrupt:
             _say("interrupted")
@@ -159,6 +160,7 @@ def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
     from macromicro.report.write import write
     from macromicro.runs import job as experiment
 
+    tell(job.settings.controller)
     if job.source is None:
         if not simulate.is_compiled():
             print("compiling the bench, once, about 10 s", file=sys.stderr)
@@ -197,20 +199,22 @@ def config_show(
     key: Annotated[
         str | None, typer.Argument(help="One set or parameter, such as bench.friction.")
     ] = None,
+    law: Law = None,
 ) -> None:
     """Print the default settings as TOML, with units, meaning and source.
 
+    With --law MODULE:LAW the gains of that law are there, as `controller.own`.
     `live` and `serve`, the tables that only the live machine has, are printed by their names.
     """
     from macromicro.schema.config import as_toml
-    from macromicro.settings import Settings
+    from macromicro.settings import Settings, chosen
 
     if key is not None and key.partition(".")[0] in ("live", "serve"):
         from macromicro.serve.settings import LiveSettings
 
-        print(as_toml(LiveSettings(), key), end="")
+        print(as_toml(chosen(LiveSettings(), None, law), key), end="")
         return
-    print(as_toml(Settings(), key), end="")
+    print(as_toml(chosen(Settings(), None, law), key), end="")
 
 
 @app.command()

@@ -28,8 +28,8 @@ from macromicro.rig.faults import Fault
 from macromicro.rig.opening import TWIN
 from macromicro.rig.replay import SCHEME, Replay, opened
 from macromicro.runs import folder, programmed
-from macromicro.schema import config, keys
-from macromicro.settings import Settings
+from macromicro.schema import keys
+from macromicro.settings import Settings, chosen
 
 DEFAULT = "thesis"
 # What a macro move usually takes until its arrival is declared [s]; only a progress bar
@@ -60,6 +60,8 @@ class Request(NamedTuple):
         The twin, or replay:FILE for its sensors.
     figures : tuple[str, ...]
         Formats of the figures.
+    law : str | None
+        The macro-stage's; None for that of the settings.
     """
 
     programme: str | None = None
@@ -71,6 +73,7 @@ class Request(NamedTuple):
     overwrite: bool = False
     rig: str = TWIN
     figures: tuple[str, ...] = files.DEFAULT
+    law: str | None = None
 
 
 class Job(NamedTuple):
@@ -202,9 +205,7 @@ def check(request: Request) -> Job:
     InputError
         Something in it is not accepted.
     """
-    settings = Settings()
-    if request.config is not None:
-        settings = config.load_overrides(request.config, settings)
+    settings = chosen(Settings(), request.config, request.law)
     source = None if request.rig == TWIN else opened(request.rig)
     if source is not None:
         Replay(source, request.rig.removeprefix(SCHEME))  # has it sensors?

@@ -308,7 +308,9 @@ def _on_rig(
     """`perform` on a rig; the sink has everything at the end."""
     _check(fixture, programme)
     table = fixture.calibrated() if np.any(programme.stage == MICRO) else fixture.table
-    control = control_settings.prepare(settings.controller, fan, table)
+    control = control_settings.prepare(
+        settings.controller, fan, table, settings.sensors.encoder.pitch
+    )
     limits = fixture.limits or settings.guard
     blocks, began = _Blocks(), time.perf_counter()
     with fixture.open(seed) as session:
@@ -318,7 +320,7 @@ def _on_rig(
         session.restart()
         rig = Guarded(session, watchdog(limits, control.calibration), PERIOD)
         longest = round(simulate.longest(settings, programme) / PERIOD)
-        plan, start = simulate.plan(programme), supervisor.begin(0.0)
+        plan, start = simulate.plan(programme), supervisor.begin(0.0, control.macro)
         last = loop.run(rig, TwoStage(control), plan, PERIOD, start, blocks.append, longest)
     rows = np.concatenate(blocks.blocks, axis=1)
     values = {c.name: row for c, row in zip(COLUMNS, rows, strict=True)}

@@ -407,7 +407,7 @@ def begin(
         DISABLED,
         0.0,
         p.control,
-        settings.prepare(p.control, False, p.calibration),
+        settings.prepare(p.control, False, p.calibration, p.settings.pitch),
         p.settings.limits,
         Seen(NAN, 0.0, 0.0, NAN, NAN),
         Frame(NAN, first, trusted and known, 0.0, known),

@@ -1,0 +1,60 @@
+"""What a control law of one stage is: in metres, of any control period, with derivatives ahead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
+
+from macromicro.columns import Quantity
+
+
+class Sample(NamedTuple):
+    """What a stage shows at one instant; NaN: no new value."""
+
+    t: Annotated[float, Quantity("s", "time since the start")]
+    position: Annotated[float, Quantity("mm", "measured position", scale=1e3)]
+
+
+class Target(NamedTuple):
+    """Where a stage is to be just now, and how that changes."""
+
+    position: Annotated[float, Quantity("mm", "set point", column="target", scale=1e3)]
+    velocity: Annotated[
+        float, Quantity("mm/s", "speed of the set point", column="target_speed", scale=1e3)
+    ]
+    acceleration: Annotated[
+        float, Quantity("m/s^2", "acceleration of the set point", column="target_acceleration")
+    ]
+
+
+class StageLaw(NamedTuple):
+    """A law of one stage. `start` and `step` are kernels, valid for any control period.
+
+    Attributes
+    ----------
+    name : str
+        For people.
+    gains : type
+        A ``NamedTuple`` of floats with defaults, annotated with `Par`.
+    memory : type
+        What the law remembers: a ``NamedTuple`` of floats; what is annotated with a `Quantity` is
+        recorded.
+    start : Callable[[Any, Sample], Any]
+        From gains and the first sample to the memory.
+    step : Callable[[Any, Any, Target, Sample, float], tuple[Any, float]]
+        From gains, memory, target, sample and period (s) to a new memory and an effort (V at the
+        D/A).
+    unit : str
+        "m", or "count" for a law of the macro-stage in its encoder's counts: of positions, their
+        derivatives included.
+    compensated : bool
+        Whether the macro-stage's dead-zone inverse is on "as designed".
+    """
+
+    name: str
+    gains: Any
+    memory: Any
+    start: Callable[[Any, Sample], Any]
+    step: Callable[[Any, Any, Target, Sample, float], tuple[Any, float]]
+    unit: str = "m"
+    compensated: bool = True
