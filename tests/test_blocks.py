@@ -68,6 +68,9 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/rigs.md": {
         "macromicro reproduce --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
         "macromicro collect --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
+        "macromicro run moves.toml --rig": TESTED + "tests/test_docs_rigs.py",
+        "macromicro serve --rig": TESTED + "tests/serve/test_alone.py",
+        "macromicro doctor --rig": TESTED + "tests/test_mylab.py",
         "macromicro run --rig replay:results/serve/live.h5": DATA,
         "macromicro run thesis --rig replay:": DATA,
     },
@@ -100,6 +103,7 @@ CANNOT: dict[str, dict[str, str]] = {
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
     "docs/laws.md": ("mine.toml",),
+    "docs/rigs.md": ("moves.toml",),
     "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
 }
 # Commands that a page needs before its blocks, as it says in words.

@@ -112,10 +112,15 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     rig: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help="The twin, or replay:FILE for the sensors of a recording."
+            metavar="NAME",
+            help="The twin, MODULE:FACTORY of your own rig (docs/rigs.md), or replay:FILE for the "
+            "sensors of a recording.",
         ),
     ] = "twin",
     law: Law = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Move a rig of your own without asking first.")
+    ] = False,
     figures: Figures = PNG,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
@@ -127,7 +132,8 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """Run a motion programme on the virtual bench.
 
     The thesis' integrated test (Chapter 6) runs if no programme is named. On replay:FILE nothing
-    moves: controller and guard see the sensors of that recording, to its end.
+    moves: controller and guard see the sensors of that recording, to its end. On a rig of your own
+    what will move is said and asked for first.
     """
     from macromicro.drawing.files import formats
 
@@ -135,18 +141,20 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         try:
             kinds = formats(figures)
             request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
-            _run(request, as_json, signals)
+            _run(request, as_json, yes, signals)
         except KeyboardInterrupt:
             _say("interrupted")
             raise typer.Exit(signals.status) from None
 
 
-def _run(given: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
+def _run(given: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
+    from macromicro.commands import asking
     from macromicro.runs import job as experiment
     from macromicro.runs.folder import held
 
     request = experiment.Request(*given)
     job = experiment.check(request)
+    asking.before(job, yes)
     with held(job.out, overwrite=request.overwrite):
         _run_job(job, as_json, signals)
 

@@ -1,0 +1,53 @@
+"""Before a rig of the user's moves: what will, how far and how hard, and whether it may."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.programme import MACRO, MICRO
+from macromicro.rig.session import Fixture
+from macromicro.runs.job import Job
+
+OPTION = "--yes"
+
+
+def before(job: Job, yes: bool) -> None:
+    """Say what a run on a rig will do; ask, unless `yes`.
+
+    Raises
+    ------
+    InputError
+        Nobody has agreed.
+    """
+    if not isinstance(job.source, Fixture):
+        return
+    print(*said(job, job.source), sep="\n", file=sys.stderr)
+    if yes:
+        return
+    where = f"--rig {job.source.name}"
+    if not sys.stdin.isatty():
+        raise InputError(where, "it would move, and nobody can be asked", OPTION)
+    print("move it? [y/N] ", end="", file=sys.stderr, flush=True)
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise InputError(where, "not agreed to", f"y, or {OPTION}")
+
+
+def said(job: Job, rig: Fixture) -> list[str]:
+    """What will move, how far and how hard."""
+    control, pitch = job.settings.controller, job.settings.sensors.encoder.pitch
+    stage, target = job.programme.stage, job.programme.target
+    lines = [f"{rig.name}, {job.programme.title or 'a programme'}, about {job.expected:.0f} s:"]
+    if rig.has("encoder"):
+        lines.append(f"  first the macro-stage to 0 counts, at up to {control.motor_limit:g} V")
+    for which, name, scale, limit in (
+        (MACRO, "macro", 1e3 * pitch, f"motor up to {control.motor_limit:g} V"),
+        (MICRO, "micro", 1e3, f"CTRL up to {control.ctrl_limit:g} V"),
+    ):
+        ways = target[stage == which] * scale
+        if len(ways):
+            reach = f"from {np.min(ways):.6g} to {np.max(ways):.6g} mm"
+            lines.append(f"  {name}-stage: {len(ways)} set points {reach}, {limit}")
+    return lines
