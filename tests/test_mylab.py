@@ -136,9 +136,7 @@ def test_a_compiled_law_on_the_bench(lab: Path) -> None:
 def test_served(lab: Path) -> None:
     """The loop's process finds law and rig; gains are changed live, by their own names."""
     mine = (lab / "mine.toml").read_text("utf-8")
-    mine = mine.replace(
-        "[controller]\n", '[controller]\ndead_zone = "1 V"\n'
-    )  # this rig's friction
+    mine = mine.replace("[controller]\n", '[controller]\ndead_zone = "1 V"\n')
     (lab / "live.toml").write_text(
         mine + "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\n", encoding="utf-8"
     )
