@@ -15,6 +15,7 @@ from macromicro.control.live.messages import Accepted, Refused
 from macromicro.control.live.parameters import STAGES, Live, prepare
 from macromicro.control.live.possible import possible
 from macromicro.control.live.state import begin, uncertainty
+from macromicro.control.live.transitions import untrusted
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 from macromicro.types import Sample
@@ -141,6 +142,7 @@ def test_without_homing_a_carriage_alone_goes_nowhere() -> None:
     machine.ask(m.Enable())
     reply = machine.ask(m.MoveTo(0.01))
     assert isinstance(reply, Refused) and reply.remedy == "home first"
+    assert untrusted(machine.s, "x") == (machine.s, ())  # it was not trusted before
     assert isinstance(machine.ask(m.Home()), Accepted)
 
 
