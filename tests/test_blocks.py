@@ -68,6 +68,9 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/rigs.md": {
         "macromicro reproduce --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
         "macromicro collect --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
+        "macromicro run moves.toml --rig": TESTED + "tests/test_docs_rigs.py",
+        "macromicro serve --rig": TESTED + "tests/serve/test_alone.py",
+        "macromicro doctor --rig": TESTED + "tests/test_mylab.py",
         "macromicro run --rig replay:results/serve/live.h5": DATA,
         "macromicro run thesis --rig replay:": DATA,
     },
@@ -99,11 +102,14 @@ CANNOT: dict[str, dict[str, str]] = {
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
+    "docs/laws.md": ("mine.toml",),
+    "docs/rigs.md": ("moves.toml",),
     "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
 }
 # Commands that a page needs before its blocks, as it says in words.
 BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
 BEHIND = {
+    "docs/laws.md": ("run staircase --config mine.toml --out results/mine",),
     "docs/programmes.md": ("run sequenced.toml", "run scheduled.csv", "run profiles.toml"),
 }
 
@@ -240,8 +246,9 @@ def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
     said = ""
     for block in blocks(page):
         if block.kind == "python" and not reason(page, block.text):
-            named = re.match(r"# (\w+\.py)\n", block.text)
+            named = re.match(r"# ([\w/]+\.py)\n", block.text)
             if named:
+                (tmp_path / named[1]).parent.mkdir(exist_ok=True)
                 (tmp_path / named[1]).write_text(block.text, encoding="utf-8")
             else:
                 said = python(block.text, tmp_path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import signal
 import subprocess
@@ -26,8 +27,9 @@ def lab(tmp_path: Path) -> Path:
 
 def run(lab: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, *words], cwd=lab, capture_output=True, text=True, check=False
-    )
+        [sys.executable, *words], cwd=lab, stdin=subprocess.DEVNULL, capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
 
 
 def test_the_page_s_rig_runs(lab: Path) -> None:
@@ -38,6 +40,27 @@ def test_the_page_s_rig_runs(lab: Path) -> None:
     assert channels == "('encoder',)"
     assert abs(float(first) - 400.0) <= 1.0
     assert float(last) - float(first) == pytest.approx(398.0, abs=1.0)
+
+
+MOVES = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[0]
+
+
+def test_the_programme_runs_on_it(lab: Path) -> None:
+    """Asked for first; nothing moves and nothing is written unless somebody agrees."""
+    (lab / "moves.toml").write_text(MOVES, encoding="utf-8")
+    words = ("-m", "macromicro", "run", "moves.toml", "--rig", "mylab:bench")
+    refused = run(lab, *words)
+    assert refused.returncode == 2 and not (lab / "results").exists()
+    assert "2 set points from 10 to 20 mm, motor up to 5 V" in refused.stderr
+    assert "nobody can be asked" in refused.stderr and "--yes" in refused.stderr
+    done = run(lab, *words, "--yes", "--json")
+    assert done.returncode == 0, done.stderr
+    found = Recording.load(lab / "results" / "moves" / "recording.h5")
+    assert found.attributes["rig"] == "mylab:bench" and "laser" not in found
+    moves = json.loads(done.stdout)["moves"]
+    assert [move["final_error"] for move in moves] == [pytest.approx(0.0, abs=0.15)] * 2
+    fine = run(lab, "-m", "macromicro", "run", "thesis", "--rig", "mylab:bench", "--yes")
+    assert fine.returncode == 2 and "needs hall" in fine.stderr
 
 
 def test_the_command_collects_on_it(lab: Path) -> None:

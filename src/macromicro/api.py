@@ -20,8 +20,9 @@ from macromicro.design.tracking import Tracking
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.rig import faults
+from macromicro.rig.opening import TWIN
 from macromicro.runs import judging, programmed
-from macromicro.runs.job import DEFAULT, load
+from macromicro.runs.job import DEFAULT, load, place
 from macromicro.schema import config, keys
 from macromicro.settings import Settings
 
@@ -56,8 +57,9 @@ def run(
     cycles: int = 1,
     fan: bool = False,
     settings: Settings | None = None,
+    rig: str = TWIN,
 ) -> Recording:
-    """Run a programme on the virtual bench, in memory.
+    """Run a programme on the virtual bench, or on a rig, in memory.
 
     The recording has the columns and numbers that ``macromicro run`` writes for the same arguments;
     save it with ``Recording.save``. The first run on a machine compiles the bench, which takes
@@ -75,6 +77,9 @@ def run(
         Whether the fan cools the wires.
     settings : Settings | None, optional
         Bench, sensors, controller and guard; default: the nominal machine.
+    rig : str, optional
+        "twin" for the virtual bench of the settings, "MODULE:FACTORY" of a rig, which moves at once
+        and is not asked for, or "replay:FILE" for the sensors of a recording.
 
     Returns
     -------
@@ -92,7 +97,8 @@ def run(
     config.check(settings, "settings")
     if not isinstance(programme, Programme):
         programme = load(programmes.find(os.fspath(programme)), settings)
-    done = programmed.record(programme, settings, seed=seed, fan=fan, cycles=cycles)
+    on = place(rig, seed)
+    done = programmed.record(programme, settings, on=on, seed=seed, fan=fan, cycles=cycles)
     fault = faults.describe(done.outcome.watch)
     if fault is not None:
         text = f"{fault.message} {fault.evidence}. {fault.remedy}"

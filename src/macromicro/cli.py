@@ -15,7 +15,7 @@ from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
-from macromicro.commands.group import PNG, Figures, whole
+from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.latency import latency
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
@@ -114,9 +114,15 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     rig: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help="The twin, or replay:FILE for the sensors of a recording."
+            metavar="NAME",
+            help="The twin, MODULE:FACTORY of your own rig (docs/rigs.md), or replay:FILE for the "
+            "sensors of a recording.",
         ),
     ] = "twin",
+    law: Law = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Move a rig of your own without asking first.")
+    ] = False,
     figures: Figures = PNG,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON, and nothing else.")
@@ -128,8 +134,9 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """Run a motion programme on the virtual bench, or on the machine that --config names.
 
     The thesis' integrated test (Chapter 6) runs if no programme is named. On replay:FILE nothing
-    moves: controller and guard see the sensors of that recording, to its end. A file of settings
-    that begins with machine = "axis" is that of one motor-driven axis (docs/machines.md).
+    moves: controller and guard see the sensors of that recording, to its end. On a rig of your own
+    what will move is said and asked for first. A file of settings that begins with
+    machine = "axis" is that of one motor-driven axis (docs/machines.md).
     """
     from macromicro.drawing.files import formats
 
@@ -137,23 +144,25 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         try:
             kinds = formats(figures)
             if config is not None and machine_run.other(config):
-                machine_run.refuse(fan=fan, rig=rig)
+                machine_run.refuse(fan=fan, rig=rig, law=law)
                 asked = (config, programme, out, cycles, seed, overwrite, kinds)
                 machine_run.run(asked, as_json, signals)
                 return
-            request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds)
-            _run(request, as_json, signals)
+            request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
+            _run(request, as_json, yes, signals)
         except KeyboardInterrupt:
             _say("interrupted")
             raise typer.Exit(signals.status) from None
 
 
-def _run(given: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
+def _run(given: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
+    from macromicro.commands import asking
     from macromicro.runs import job as experiment
     from macromicro.runs.folder import held
 
     request = experiment.Request(*given)
     job = experiment.check(request)
+    asking.before(job, yes)
     with held(job.out, overwrite=request.overwrite):
         _run_job(job, as_json, signals)
 
@@ -167,6 +176,7 @@ def _run_job(job: Job, as_json: bool, signals: Signals) -> None:
     from macromicro.report.write import write
     from macromicro.runs import job as experiment
 
+    tell(job.settings.controller)
     if job.source is None:
         if not simulate.is_compiled():
             print("compiling the bench, once, about 10 s", file=sys.stderr)
@@ -208,13 +218,15 @@ def config_show(
     machine: Annotated[
         str, typer.Option(metavar="NAME", help="Of this machine, such as axis.")
     ] = "two_stage",
+    law: Law = None,
 ) -> None:
     """Print the default settings as TOML, with units, meaning and source.
 
+    With --law MODULE:LAW the gains of that law are there, as `controller.own`.
     `live` and `serve`, the tables that only the live machine has, are printed by their names.
     """
     from macromicro.schema.config import as_toml
-    from macromicro.settings import Settings
+    from macromicro.settings import Settings, chosen
 
     if machine != "two_stage":
         machine_run.show(machine, key)
@@ -222,9 +234,9 @@ def config_show(
     if key is not None and key.partition(".")[0] in ("live", "serve"):
         from macromicro.serve.settings import LiveSettings
 
-        print(as_toml(LiveSettings(), key), end="")
+        print(as_toml(chosen(LiveSettings(), None, law), key), end="")
         return
-    print(as_toml(Settings(), key), end="")
+    print(as_toml(chosen(Settings(), None, law), key), end="")
 
 
 @app.command()

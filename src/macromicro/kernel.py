@@ -21,11 +21,15 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
+from weakref import WeakSet
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 _waiting: list[Callable[..., Any]] = []
+_marked: WeakSet[Callable[..., Any]] = WeakSet()
+_chosen: list[tuple[Callable[..., Any], Callable[..., Any]]] = []  # see `by_type`
+_joined: dict[str, str] = {}  # laws of other packages: name, digest of their sources
 _register: Callable[[Callable[..., Any]], Any] | None = None
 # What old caches may take: several checkouts and environments live side by side, each with a
 # folder of some megabytes that it renews at every start.
@@ -47,6 +51,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Callable[P, R]
         The same function, unchanged.
     """
+    _marked.add(function)
     if _register is None:
         _waiting.append(function)
     else:
@@ -54,13 +59,88 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
-def cache_folder() -> Path:
+def is_kernel(function: object) -> bool:
+    """Whether a function is marked as compilable.
+
+    Parameters
+    ----------
+    function : object
+        Anything.
+
+    Returns
+    -------
+    bool
+        True for what `kernel` was given.
+    """
+    return callable(function) and function in _marked
+
+
+def foreign() -> set[Path]:
+    """Files outside this package that hold kernels.
+
+    Returns
+    -------
+    set[Path]
+        Of those marked so far.
+    """
+    files = {Path(function.__code__.co_filename) for function in _marked}
+    package = Path(__file__).parent
+    return {file for file in files if package not in file.parents and file.is_file()}
+
+
+def by_type(choose: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorator of a function that kernels may call, and that is another one for each type.
+
+    Parameters
+    ----------
+    choose : Callable[..., Any]
+        From the compiler's types of the arguments (`instance_class` is the class of a
+        ``NamedTuple``'s) to the function that stands for it: a plain one with the same names of
+        arguments, which may call kernels.
+
+    Returns
+    -------
+    Callable[[Callable[P, R]], Callable[P, R]]
+        The decorator; interpreted, the function is what it is.
+    """
+
+    def marked(function: Callable[P, R]) -> Callable[P, R]:
+        _chosen.append((function, choose))
+        return function
+
+    return marked
+
+
+def admit(name: str, digest: str) -> None:
+    """Kernels of another package join: from now on what is compiled is kept beside theirs.
+
+    An edit of their sources makes another folder. The folder of this package's own kernels never
+    holds types of other packages, which other processes may be unable to import.
+
+    Parameters
+    ----------
+    name : str
+        What joins.
+    digest : str
+        Of the sources that it is compiled from.
+    """
+    _joined[name] = digest
+    if _register is not None:
+        _point(_numba())
+
+
+def cache_folder(joined: bool = True) -> Path:
     """Folder of the compiler's cache: one per state of this package's sources and compiler.
 
     numba notices a change only in the file of the outermost function. An edit or an
     upgrade of a kernel that it calls would leave stale machine code behind, and two
     versions of numba would overwrite each other's index for ever; so the folder's name is
     a digest of all sources and of what compiles them. ``MACROMICRO_CACHE`` moves its parent.
+
+    Parameters
+    ----------
+    joined : bool, optional
+        Whether kernels of other packages count (`admit`).
 
     Returns
     -------
@@ -78,6 +158,8 @@ def cache_folder() -> Path:
             digest.update(metadata.version(distribution).encode())
         except metadata.PackageNotFoundError:  # without a compiler nothing is cached either
             digest.update(b"none")
+    for name, sources in sorted(_joined.items()) if joined else ():
+        digest.update(f"{name} {sources}".encode())
     named = os.environ.get("MACROMICRO_CACHE")
     home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     parent = Path(named) if named else Path(home) / "macromicro"
@@ -122,8 +204,22 @@ def _numba() -> Any:
     """Import numba, point its cache at our folder, register all waiting kernels."""
     global _register
     import numba
-    from numba.extending import register_jitable
+    from numba.extending import overload, register_jitable
 
+    _point(numba)
+    # Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
+    # everywhere, a control period of the whole bench takes a third less time.
+    inlined = {"forceinline": True}
+    _register = register_jitable(**inlined)
+    while _waiting:
+        _register(_waiting.pop())
+    for function, choose in _chosen:
+        overload(function, jit_options=inlined, strict=False)(choose)
+    return numba
+
+
+def _point(numba: Any) -> None:
+    """Let what is compiled from now on be kept in our folder."""
     try:
         folder = cache_folder()
         new = not folder.exists()
@@ -135,15 +231,8 @@ def _numba() -> Any:
     except OSError:
         # A read-only home: numba then tries its own places, or compiles every time.
         pass
-    # Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
-    # everywhere, a control period of the whole bench takes a third less time.
-    _register = register_jitable(forceinline=True)
-    while _waiting:
-        _register(_waiting.pop())
-    return numba
 
 
-@cache
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """The compiled twin of a kernel: same arguments, same result, machine speed.
 
@@ -160,6 +249,12 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     Callable[P, R]
         The compiled function, or one that compiles at its first call.
     """
+    return _compiled(function, tuple(sorted(_joined)))
+
+
+@cache
+def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, R]:
+    """`compiled`, once for each set of laws that joined."""
     numba = _numba()
     # Kernels never allocate, so numba need not count references to their arrays: that halves
     # the micro-stage's period. `_nrt` is numba's own option; tests/test_kernel.py says what to

@@ -3,14 +3,59 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Self
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 from macromicro import derived, rules
 from macromicro.control.settings import Control
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig.limits import Limits
-from macromicro.schema import access
+from macromicro.schema import access, config
+
+Tree = TypeVar("Tree", bound="Controlled")
+
+
+class Controlled(Protocol):
+    """A tree of settings with a controller."""
+
+    @property
+    def controller(self) -> Control:
+        """Its laws."""
+
+    def _replace(self, *, controller: Control) -> Self: ...
+
+
+def chosen(tree: Tree, path: Path | None, law: str | None) -> Tree:
+    """Settings as the options ``--config`` and ``--law`` choose them.
+
+    Parameters
+    ----------
+    tree : Tree
+        The defaults.
+    path : Path | None
+        A settings file.
+    law : str | None
+        The macro-stage's law: one of this package, or "module:object" of another; None: that of
+        the settings.
+
+    Returns
+    -------
+    Tree
+        A changed copy.
+
+    Raises
+    ------
+    InputError
+        As of `config.load_overrides`, or there is no such law.
+    """
+
+    def under(before: Tree) -> Tree:
+        if law is None:
+            return before
+        return before._replace(controller=before.controller.joined(law, "--law"))
+
+    return under(tree if path is None else config.load_overrides(path, under(tree)))
 
 
 class Settings(NamedTuple):
@@ -45,6 +90,28 @@ class Settings(NamedTuple):
             Pairs of a path and the rule that computes its value from the tree.
         """
         return derived.DERIVED
+
+    def grown(self, table: Mapping[str, object], where: str) -> Self:
+        """These settings with the gains of a law of another package, where a table names one.
+
+        Parameters
+        ----------
+        table : Mapping[str, object]
+            As a settings file has it.
+        where : str
+            The file, for messages.
+
+        Returns
+        -------
+        Self
+            A changed copy.
+
+        Raises
+        ------
+        InputError
+            There is no such law.
+        """
+        return self._replace(controller=self.controller.grown(table, where))
 
     def together(self) -> list[rules.Problem]:
         """What cannot work together.

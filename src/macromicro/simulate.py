@@ -12,18 +12,20 @@ import numpy.typing as npt
 from macromicro import hall_table, loop, recorded
 from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
-from macromicro.control.supervisor import Plan, Supervisor
+from macromicro.control.supervisor import Plan, Progress, Supervisor
+from macromicro.control.two_stage import TwoStage
 from macromicro.kernel import cache_folder, compiled
 from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
-from macromicro.plant.bench import NOISES, Plant
+from macromicro.plant.bench import NOISES, Plant, Truth
 from macromicro.programme import Programme, moves
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
-from macromicro.rig.twin import noise_source
+from macromicro.rig.guarded import CompiledGuarded
+from macromicro.rig.twin import CompiledTwin, noise_source
 from macromicro.settings import Settings
-from macromicro.types import SAFE, Command
+from macromicro.types import SAFE, Command, Outputs, Sample
 
 CHUNK = 5000
 
@@ -134,13 +136,15 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
     """
     table = hall_table.of_bench(settings)
     plant = bench.prepare(settings.bench, settings.sensors)
-    control = control_settings.prepare(settings.controller, fan, table)
+    control = control_settings.prepare(
+        settings.controller, fan, table, settings.sensors.encoder.pitch
+    )
     return Rolled(
         plant,
         control,
         guard.prepare(settings.guard, control.calibration),
         plan(programme),
-        Run(0, bench.initial(plant), supervisor.begin(0.0), guard.fresh()),
+        Run(0, bench.initial(plant), supervisor.begin(0.0, control.macro), guard.fresh()),
     )
 
 
@@ -168,6 +172,9 @@ def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -
         Whether the fan cools the wires.
     """
     rolled = prepare(settings, programme, fan)
+    if not rolled.control.macro.compiles:
+        CompiledTwin(rolled.plant, 0)
+        return
     nothing, block = np.empty((0, NOISES)), np.empty((recorded.ROWS, 0))
     compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
@@ -197,17 +204,74 @@ def longest(settings: Settings, programme: Programme) -> float:
     return float(programme.hold.sum()) + waits + rounding + 1.0
 
 
-def _switched_off(rolled: Rolled, run: Run, random: np.random.Generator) -> npt.NDArray[np.float64]:
+def _switched_off(
+    rolled: Rolled, sample: Sample, progress: Progress, watch: Watch, real: Truth
+) -> npt.NDArray[np.float64]:
     """The period after a run that was ended from outside: measured, and all outputs safe."""
-    draw = bench.Noise(*random.standard_normal(NOISES).tolist())
-    sample = bench.measure(rolled.plant, run.bench, run.tick * PERIOD, draw)
     place = calibration.position(rolled.control.calibration, sample.hall)
-    command = Command(run.progress.macro_reference, 0.0, run.progress.micro_reference, 0.0, place)
+    command = Command(progress.macro_reference, 0.0, progress.micro_reference, 0.0, place)
     column = np.empty((recorded.ROWS, 1))
-    real = bench.truth(rolled.plant, run.bench)
-    shown = recorded.inside(run.progress, run.watch)
+    shown = recorded.inside(progress, watch)
     recorded.note(column, 0, sample, command, SAFE, shown, real)
     return column
+
+
+class _Remembering(TwoStage):
+    """The positioner's controller; `last` is the state that it returned last."""
+
+    last: Progress
+
+    def step(
+        self, state: Progress, reference: Plan, sample: Sample, dt: float
+    ) -> tuple[Progress, Command, Outputs]:
+        """One control period."""
+        self.last, command, outputs = super().step(state, reference, sample, dt)
+        return self.last, command, outputs
+
+
+def _interpreted(
+    rolled: Rolled,
+    sink: Sink,
+    seed: int,
+    progress: Callable[[float, int], None] | None,
+    seconds: float,
+) -> Outcome:
+    """`simulate` with a law that cannot be compiled: the control loop over the compiled bench."""
+    began = time.perf_counter()
+    twin = CompiledTwin(rolled.plant, seed)
+    rig = CompiledGuarded(twin, rolled.watchdog, PERIOD)
+    controller, rows, done = _Remembering(rolled.control), list[npt.NDArray[np.float64]](), 0
+
+    def flush() -> None:
+        nonlocal done
+        done += len(rows)
+        if rows:
+            sink.append(np.concatenate(rows, axis=1))
+        rows.clear()
+
+    def take(row: npt.NDArray[np.float64]) -> None:
+        rows.append(row)
+        if len(rows) < CHUNK:
+            return
+        flush()
+        if progress is not None:
+            try:
+                progress(done * PERIOD, controller.last.move)
+            except BaseException:
+                rig.stop()
+                rig.clock.wait(PERIOD)
+                sample, last = rig.read(), controller.last
+                sink.append(_switched_off(rolled, sample, last, rig.watch, twin.truth()))
+                raise
+
+    state = loop.run(
+        rig, controller, rolled.plan, PERIOD, rolled.run.progress, take, round(seconds / PERIOD)
+    )
+    flush()
+    if progress is not None:
+        progress(done * PERIOD, state.move)
+    finished = state.phase == supervisor.DONE
+    return Outcome(finished, rig.watch, done * PERIOD, time.perf_counter() - began)
 
 
 def simulate(
@@ -251,6 +315,8 @@ def simulate(
         The Hall sensor of these settings cannot be calibrated.
     """
     rolled = prepare(settings, programme, fan)
+    if not rolled.control.macro.compiles:
+        return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
     advance = compiled(loop.rollout)
     random = noise_source(seed)
     run = rolled.run
@@ -267,7 +333,10 @@ def simulate(
             try:
                 progress(run.tick * PERIOD, run.progress.move)
             except BaseException:
-                sink.append(_switched_off(rolled, run, random))
+                draw = bench.Noise(*random.standard_normal(NOISES).tolist())
+                sample = bench.measure(rolled.plant, run.bench, run.tick * PERIOD, draw)
+                truth = bench.truth(rolled.plant, run.bench)
+                sink.append(_switched_off(rolled, sample, run.progress, run.watch, truth))
                 raise
         if written < CHUNK or run.progress.phase == supervisor.DONE or run.watch.fault != OK:
             break

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.control.errors import by_error
 
 from macromicro import batch
 from macromicro.batch import Variants, course, lanes
@@ -64,7 +65,7 @@ def from_samples(loop: MacroLoop, x: np.ndarray) -> tuple[float, ...]:
     free = law._replace(limit=math.inf)
     asked = np.abs(
         [
-            control.step(free, control.rest(b), e, DT)[1]
+            by_error(free, control.rest(b), e, DT)[1]
             for b, e in zip(before.tolist(), errors.tolist(), strict=True)
         ][1:]
     )

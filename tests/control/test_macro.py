@@ -10,6 +10,7 @@ from macromicro.control import macro
 from macromicro.control.macro import LAWS, NAMES, MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pid import Pid
+from tests.control.errors import by_error
 
 REST = macro.rest(0.0)
 
@@ -30,7 +31,7 @@ def test_effort_never_leaves_the_converter_s_range(
     """Section 3.1: +-5 V."""
     s = REST
     for error in errors:
-        s, effort = macro.step(law(number, dead_zone), s, error, 1e-3)
+        s, effort = by_error(law(number, dead_zone), s, error, 1e-3)
         assert -5.0 <= effort <= 5.0
         assert s[number].error == error  # the law's own, and no other's
         assert all(m == r for m, r in zip(s, REST, strict=True) if m is not s[number])
@@ -42,11 +43,11 @@ def test_the_laws_are_the_thesis_in_its_order() -> None:
     assert [law.compensated for law in LAWS] == [False, True, True]
     error, before = 40.0, 41.0
     s = macro.rest(before)
-    _, one = macro.step(law(1), s, error, 1e-3)
+    _, one = by_error(law(1), s, error, 1e-3)
     assert one == pytest.approx(3.0 + 0.00245865 * error + 0.0000998447 * before)
-    _, two = macro.step(law(2), s, error, 1e-3)
+    _, two = by_error(law(2), s, error, 1e-3)
     assert two == pytest.approx(3.0 + 0.0124593 * error - 0.0112178 * before)
-    after, zero = macro.step(law(0, 0.0), s, error, 1e-3)
+    after, zero = by_error(law(0, 0.0), s, error, 1e-3)
     assert zero == pytest.approx(0.02 * error + 0.007e-3 * error - 2.5)
     assert macro.integral(after) == pytest.approx(0.007e-3 * error)
 
@@ -56,8 +57,8 @@ def test_uncompensated_effort_is_the_compensated_less_the_dead_zone(
     number: int, error: float
 ) -> None:
     """Figure 4.9."""
-    _, bare = macro.step(law(number, 0.0), macro.rest(error), error, 1e-3)
-    _, lifted = macro.step(law(number, 3.0), macro.rest(error), error, 1e-3)
+    _, bare = by_error(law(number, 0.0), macro.rest(error), error, 1e-3)
+    _, lifted = by_error(law(number, 3.0), macro.rest(error), error, 1e-3)
     lift = 3.0 if bare > 0.0 else -3.0 if bare < 0.0 else 0.0
     assert lifted == pytest.approx(bare + lift)
 

@@ -18,6 +18,7 @@ from macromicro.control.supervisor import (
     Progress,
 )
 from macromicro.types import Command, Outputs, Sample
+from tests.control.errors import by_error
 
 from .test_supervisor import DT, LEFT, NAN, made, plan
 
@@ -195,7 +196,7 @@ def test_what_the_motor_gets(phase: int, park: int, moves: bool, place: float) -
     """The law's effort for the error in counts, while the stage is under control."""
     what = plan((NAN, 1, 1e-3, 99.0))
     s, command, out = shown(what, at(0, phase, entered=10.9), 11.0, place, park=park)
-    memory, motor = macro.step(P.macro, LEFT, 40.0, DT)
+    memory, motor = by_error(P.macro, LEFT, 40.0, DT)
     if not moves or math.isnan(place):
         memory, motor = LEFT, 0.0
     assert (s.macro, out.motor) == (memory, motor)

@@ -25,6 +25,7 @@ class FakeStation:
     """Motions begin on request and end when the test says so (`end`)."""
 
     settings = LiveSettings()
+    stages = m.STAGES
 
     def __init__(self) -> None:
         self.lock = threading.RLock()

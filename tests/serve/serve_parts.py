@@ -220,7 +220,7 @@ class Driver:
         return View(self.mode, self.motion, 0.0, 0.0, 0.0, 1e-5, trusted, self.offset)
 
 
-def driver(settings: Any, table: Any) -> Driver:
+def driver(settings: Any, table: Any, stages: Any = ()) -> Driver:
     return Driver()
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.control.errors import by_error
 
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
@@ -28,7 +29,7 @@ def test_the_polynomials_are_the_loop_that_runs(name: str) -> None:
     memory, state, seen = control.rest(0.0), MacroModelState(0.0, 0.0), np.empty(count)
     for k in range(count):
         seen[k] = state.x
-        memory, volts = control.step(law, memory, math.sin(w * k * dt), dt)
+        memory, volts = by_error(law, memory, math.sin(w * k * dt), dt)
         state = step(model, state, volts)
     late = np.arange(count - 400, count)
     # The integrator of (4.4) keeps an offset, which whole periods tell from the sine.

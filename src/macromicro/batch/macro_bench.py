@@ -22,8 +22,9 @@ from macromicro.batch.variants import (
 from macromicro.control import macro as control
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
+from macromicro.control.stage_law import Sample, Target
 from macromicro.errors import InputError
-from macromicro.kernel import compiled, kernel
+from macromicro.kernel import kernel
 from macromicro.loop import PERIOD
 from macromicro.nominal import COUNTS
 from macromicro.plant import amplifier, bench, carriage, encoder
@@ -80,13 +81,14 @@ def run(
     """
     law = p.law
     so_far = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    memory = control.rest(0.0)
+    memory = control.begun(law)
     latched, error, before = 0.0, 0.0, 0.0
     for k in range(samples):
         seen = encoder.count(p.encoder, s.x)
         error = target - seen
-        _, asked = control.step(p.free, memory, error, dt)
-        now, sent = control.step(law, memory, error, dt)
+        aim, shown = Target(target, 0.0, 0.0), Sample(k * dt, seen)
+        _, asked = control.step(p.free, memory, aim, shown, dt)
+        now, sent = control.step(law, memory, aim, shown, dt)
         so_far = course.follow(judged, so_far, k + 1.0, seen, error, before, asked, sent)
         if k == 0:
             so_far = course.first(so_far)
@@ -112,7 +114,9 @@ def stage(settings: Settings) -> Stage:
     Stage
         What it alone needs, and its law.
     """
-    law = control_settings.prepare(settings.controller, table=shipped()).macro
+    law = control_settings.prepare(
+        settings.controller, table=shipped(), pitch=settings.sensors.encoder.pitch
+    ).macro
     return Stage(
         settings.bench.amplifier,
         bench.macro_stage(settings.bench),
@@ -187,7 +191,7 @@ class MacroBenchJob:
             With variant and key: an impossible value.
         """
         values = checked(self._known, variants, first, (REFERENCE,))
-        compiled(run)  # once, before threads ask for it
+        stage(self._settings).law.machine(run)  # once, before threads ask for it
         rows, errors, targets = np.empty((8, len(values))), *np.empty((2, len(values)))
         nothing = np.empty((2, 0))
         for k, row in enumerate(values):
@@ -206,7 +210,7 @@ class MacroBenchJob:
         p = stage(settings)
         rest = carriage.at_rest(0.5 * p.encoder.pitch)
         judged = course.task(target)
-        found, error = compiled(run)(p, judged, rest, target, self._samples, PERIOD, out)
+        found, error = p.law.machine(run)(p, judged, rest, target, self._samples, PERIOD, out)
         return found, error, target
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:

@@ -1,38 +1,71 @@
-"""Asking before a real machine moves."""
+"""Before a rig of the user's moves: what will, how far and how hard, and whether it may."""
 
 from __future__ import annotations
 
 import sys
 
-from macromicro.commands.signals import INTERRUPTED
+import numpy as np
+
 from macromicro.errors import InputError
+from macromicro.programme import MACRO, MICRO
+from macromicro.rig.session import Fixture
+from macromicro.runs.job import Job
 
-DECLINED = INTERRUPTED + 2  # as Ctrl-C: a person ended it
+OPTION = "--yes"
 
 
-def agreed(what: str, *, yes: bool) -> None:
-    """Say what is about to move, and wait for a person's yes.
+def agreed(lines: list[str], where: str, *, yes: bool) -> None:
+    """Say what is about to move; ask, unless `yes`.
 
     Parameters
     ----------
-    what : str
+    lines : list[str]
         What will move, how far and how hard.
+    where : str
+        The option that named it, for messages.
     yes : bool
-        Whether the person said so beforehand (``--yes``).
+        Whether the person agreed beforehand.
 
     Raises
     ------
     InputError
-        Nobody can be asked: standard input is no terminal.
-    SystemExit
-        The answer is no.
+        Nobody has agreed.
     """
-    print(what, file=sys.stderr, flush=True)
+    print(*lines, sep="\n", file=sys.stderr, flush=True)
     if yes:
         return
     if not sys.stdin.isatty():
-        raise InputError("standard input", "no terminal", "--yes, to go on without being asked")
-    print("Go on? [y/N] ", end="", file=sys.stderr, flush=True)
+        raise InputError(where, "it would move, and nobody can be asked", OPTION)
+    print("move it? [y/N] ", end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-        print("macromicro: nothing was moved", file=sys.stderr)
-        raise SystemExit(DECLINED)
+        raise InputError(where, "not agreed to", f"y, or {OPTION}")
+
+
+def before(job: Job, yes: bool) -> None:
+    """Say what a run on a rig will do; ask, unless `yes`.
+
+    Raises
+    ------
+    InputError
+        Nobody has agreed.
+    """
+    if isinstance(job.source, Fixture):
+        agreed(said(job, job.source), f"--rig {job.source.name}", yes=yes)
+
+
+def said(job: Job, rig: Fixture) -> list[str]:
+    """What will move, how far and how hard."""
+    control, pitch = job.settings.controller, job.settings.sensors.encoder.pitch
+    stage, target = job.programme.stage, job.programme.target
+    lines = [f"{rig.name}, {job.programme.title or 'a programme'}, about {job.expected:.0f} s:"]
+    if rig.has("encoder"):
+        lines.append(f"  first the macro-stage to 0 counts, at up to {control.motor_limit:g} V")
+    for which, name, scale, limit in (
+        (MACRO, "macro", 1e3 * pitch, f"motor up to {control.motor_limit:g} V"),
+        (MICRO, "micro", 1e3, f"CTRL up to {control.ctrl_limit:g} V"),
+    ):
+        ways = target[stage == which] * scale
+        if len(ways):
+            reach = f"from {np.min(ways):.6g} to {np.max(ways):.6g} mm"
+            lines.append(f"  {name}-stage: {len(ways)} set points {reach}, {limit}")
+    return lines

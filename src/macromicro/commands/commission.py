@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.asking import agreed
 from macromicro.commands.group import PNG, Figures, whole
 from macromicro.commands.signals import Signals
 
@@ -73,6 +72,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """
     from datetime import datetime
 
+    from macromicro.commands.asking import agreed
     from macromicro.commission import report
     from macromicro.commission.running import commission as perform
     from macromicro.drawing.files import formats
@@ -93,7 +93,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         signals.later("ending after this period; --resume goes on with this step")
 
         def ask(title: str, intent: str) -> None:
-            agreed(f"{title}: {intent}", yes=yes or not place.real)
+            agreed([f"{title}: {intent}"], f"--rig {rig}", yes=yes or not place.real)
 
         def ended() -> bool:
             return bool(signals.received)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from macromicro.serve.health import Finding
 
 
-def doctor(
+def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     rig: Annotated[
         str, typer.Option(metavar="NAME", help="The twin, or MODULE:FACTORY; it is not opened.")
     ] = "twin",
@@ -39,21 +39,35 @@ def doctor(
             metavar="N", min=1, max=65535, help="Look at these ports instead.", show_default=False
         ),
     ] = None,
+    law: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Check this law of your own instead, MODULE:LAW (docs/laws.md).",
+            show_default=False,
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")] = False,
 ) -> None:
     """Check whether `macromicro serve` with these options has what it needs, and what to do.
 
-    Exit status 1 if anything fails; a warning is none.
+    With --law a control law of your own is checked, and nothing else. Exit status 1 if anything
+    fails; a warning is none.
     """
     from json import dumps
 
+    from macromicro.commands import checking
     from macromicro.serve import health, preflight
     from macromicro.serve.settings import load
 
-    settings = load(config).serve
-    asked = preflight.Asked(rig, host, _ports(scpi, web, port or ()), state, record or FOLDER)
+    if law is None:
+        ports = _ports(scpi, web, port or ())
+        asked = preflight.Asked(rig, host, ports, state, record or FOLDER)
+        findings = preflight.findings(asked, load(config).serve)
+    else:
+        findings = checking.law(law)
     found = []
-    for each in preflight.findings(asked, settings):
+    for each in findings:
         found.append(each)
         if not json:
             _say(each)

@@ -3,13 +3,17 @@ the option --figures."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import BadParameter, Option
 from typer.core import TyperGroup
 
 from macromicro.errors import InputError
 from macromicro.schema.text import printable
+
+if TYPE_CHECKING:
+    from macromicro.control.settings import Control
 
 Figures = Annotated[
     str,
@@ -20,6 +24,24 @@ Figures = Annotated[
     ),
 ]
 PNG = "png"
+Law = Annotated[
+    str | None,
+    Option(
+        "--law",
+        metavar="NAME",
+        help="Control law of the macro-stage, or MODULE:LAW of your own (docs/laws.md).",
+        show_default="that of the settings",
+    ),
+]
+
+
+def tell(controller: Control) -> None:
+    """Say once, on the terminal, that a law of the user's runs interpreted."""
+    from macromicro.control import settings
+
+    if not settings.prepare(controller).macro.compiles:
+        words = "is plain Python: it runs interpreted, slower; `start` and `step` under @kernel"
+        print(f"{controller.macro_law} {words} are compiled", file=sys.stderr)
 
 
 class Group(TyperGroup):

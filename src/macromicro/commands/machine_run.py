@@ -19,12 +19,14 @@ def other(config: Path) -> bool:
     return chosen(config) is not None
 
 
-def refuse(*, fan: bool, rig: str) -> None:
+def refuse(*, fan: bool, rig: str, law: str | None = None) -> None:
     """InputError for options that only the two-stage machine has."""
     if fan:
         raise InputError("--fan", "", "nothing: this machine has no fan")
     if rig != "twin":
         raise InputError("--rig", rig, "twin for this machine")
+    if law is not None:
+        raise InputError("--law", law, "nothing: the law of this machine is its own")
 
 
 def run(asked: tuple[Any, ...], as_json: bool, signals: Signals) -> None:

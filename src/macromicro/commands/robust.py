@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro.commands import machine_run, machine_studies
-from macromicro.commands.group import PNG, Figures, whole
+from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default=False,
         ),
     ] = None,
+    law: Law = None,
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
     workers: Annotated[
         int | None,
@@ -87,7 +88,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.runs.folder import held
 
     kinds = formats(figures)
-    request, plan = _request(samples, seed, config, programme, requirements, workers)
+    request, plan = _request(samples, seed, (config, law), programme, requirements, workers)
     place = out or Path("results") / f"robust-{programmes.find(programme).stem}"
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):
@@ -97,7 +98,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 def _request(
     samples: int,
     seed: int,
-    config: Path | None,
+    chosen: tuple[Path | None, str | None],
     programme: str,
     requirements: Path | None,
     workers: int | None,
@@ -109,16 +110,16 @@ def _request(
     from macromicro.robustness import requirements as limits
     from macromicro.robustness.study import LEAST, MOST, Request
     from macromicro.runs.job import load
-    from macromicro.schema import config as configs
     from macromicro.schema import keys
     from macromicro.settings import Settings
+    from macromicro.settings import chosen as settings_of
 
     if not LEAST <= samples <= MOST:
         raise InputError("--samples", samples, f"a whole number from {LEAST} to {MOST}")
     keys.seed(seed, "--seed")
     if workers is not None and not 1 <= workers <= MAX_WORKERS:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
-    settings = Settings() if config is None else configs.load_overrides(config, Settings())
+    settings = settings_of(Settings(), *chosen)
     needed = limits.DEFAULTS if requirements is None else limits.load(requirements)
     plan = load(programmes.find(programme), settings)
     return Request(settings, needed, samples, seed, workers or cores()), plan
@@ -143,6 +144,7 @@ def _robust(
     programme, fan, kinds, as_json = asked
     if not is_compiled():
         print("compiling the bench, once, about 10 s", file=sys.stderr)
+    tell(request.settings.controller)
     job = RobustJob(programme, fan, request.settings)
     job.compile()
     started, began = datetime.now().astimezone(), time.perf_counter()

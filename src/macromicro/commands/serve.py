@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from macromicro.commands.group import Law, tell
 from macromicro.commands.signals import Signals
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
@@ -43,6 +44,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
             help="TOML file with units; also the tables [live] and [serve].", show_default=False
         ),
     ] = None,
+    law: Law = None,
     host: Annotated[
         str, typer.Option(help="Address to listen at, or a name; 0.0.0.0 or :: for all.")
     ] = HOST,
@@ -96,7 +98,8 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     _check(rig, scpi, web, seed)
     doors = _Doors(host, scpi, web, hosts.names(host, name or ()), _token(host))
-    chosen = settings.load(config)
+    chosen = settings.load(config, law)
+    tell(chosen.controller)
     if state is not None:
         storage.check_state(state)
     else:

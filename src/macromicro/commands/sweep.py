@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from macromicro.commands.group import PNG, Figures
+from macromicro.commands.group import PNG, Figures, Law, tell
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
     from macromicro.sweep.run import Outcome, Ready, Request
 
 
-def sweep(
+def sweep(  # noqa: PLR0913, PLR0917 - one for each option
     spec: Annotated[
         str | None,
         typer.Argument(
@@ -48,6 +48,7 @@ def sweep(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the sweep in that folder.")
     ] = False,
+    law: Law = None,
     figures: Figures = PNG,
     show: Annotated[
         bool, typer.Option("--show", help="Draw the figure of a finished sweep anew.")
@@ -74,7 +75,7 @@ def sweep(
     if show:
         _draw(Path(spec), kinds)
         return
-    request = Request(Path(spec), out, workers, scheduler, resume, overwrite)
+    request = Request(Path(spec), out, workers, scheduler, resume, overwrite, law=law)
     with Signals() as signals:
         try:
             _sweep(request, signals, kinds)
@@ -86,10 +87,15 @@ def sweep(
 def _sweep(request: Request, signals: Signals, kinds: Sequence[str] = (PNG,)) -> None:
     from macromicro.drawing.bar import progress
     from macromicro.report.provenance import software
+    from macromicro.settings import Settings
     from macromicro.sweep import run
     from macromicro.sweep.results import constant
+    from macromicro.sweep.work import factory
 
     ready = run.check(request)
+    base = factory(ready.task.factory)(ready.task.spec.job, **dict(ready.task.spec.options)).base()
+    if isinstance(base, Settings):
+        tell(base.controller)
     signals.later()
     with progress(ready.task.spec.job, "variants") as pace:
         outcome = run.execute(
@@ -124,6 +130,8 @@ def _interrupted(request: Request, ready: Ready, outcome: Outcome) -> None:
         words += ["--scheduler", request.scheduler]
     elif request.workers is not None:
         words += ["--workers", str(request.workers)]
+    if request.law is not None:
+        words += ["--law", request.law]
     count = ready.task.spec.variants
     print(
         f"macromicro: interrupted; {outcome.done} of {count} variants are finished and kept; "

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from macromicro.commands import machine_run, machine_studies
-from macromicro.commands.group import PNG, Figures, whole
+from macromicro.commands.group import PNG, Figures, tell, whole
 from macromicro.commands.signals import Signals
 
 if TYPE_CHECKING:
@@ -27,7 +27,11 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     ] = "settling",
     law: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Control law.", show_default="that of the settings"),
+        typer.Option(
+            metavar="NAME",
+            help="Control law, or MODULE:LAW of your own (docs/laws.md).",
+            show_default="that of the settings",
+        ),
     ] = None,
     evaluations: Annotated[
         int | None,
@@ -129,6 +133,7 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         held_out, _penalties(penalty or []),
     )  # fmt: skip
     plan = check(request)
+    tell(plan.start.controller)
     place = out if out is not None else Path("results") / f"tune-{stage}"
     files.check(place, overwrite=overwrite)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):

@@ -3,26 +3,33 @@
 Every law keeps its own memory. All gains and all memories travel together, because compiled
 code needs types that do not depend on the law that was chosen; `step` goes to the chosen one.
 The laws are put into a chain of closures, one link a law, in which gains and memory have
-constant places: that compiles to as many comparisons, and no function is passed around.
+constant places: that compiles to as many comparisons, and no function is passed around. They
+see the error alone. Gains and memory of a law of another package (`outside`), where the settings
+name one, stand behind those, and it sees target and reading.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
-from macromicro.control import deadzone
+from macromicro.control import deadzone, outside
 from macromicro.control.law import Law
-from macromicro.kernel import kernel
+from macromicro.control.stage_law import Sample, Target
+from macromicro.kernel import compiled, kernel
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 FILES = ("pid", "pd")  # modules of this folder, each with a tuple `LAWS`
 LAWS: tuple[Law, ...] = tuple(
     law for file in FILES for law in import_module(f"macromicro.control.{file}").LAWS
 )
 NAMES = tuple(law.name for law in LAWS)
+SHIPPED = len(LAWS)
 
-Memory = tuple[Any, ...]  # one of each law, in the order of `LAWS`
+Memory = tuple[Any, ...]  # one of each law, in the order of `LAWS`; that of one of `outside`
 
 
 class MacroLaw(NamedTuple):
@@ -31,19 +38,22 @@ class MacroLaw(NamedTuple):
     Attributes
     ----------
     law : int
-        Its place in `LAWS`.
+        Its place in `LAWS`; behind them: that of another package.
     dead_zone : float
         Dead zone of the inverse, V; 0 leaves the friction uncompensated.
     limit : float
         Limit of the effort, V.
     gains : tuple[Any, ...]
-        Gains of every law, in the order of `LAWS`.
+        Gains of every law, in the order of `LAWS`, then those of another package's.
+    scale : float
+        Unit of that law per count: 1, or m.
     """
 
     law: int
     dead_zone: float
     limit: float
     gains: tuple[Any, ...]
+    scale: float = 1.0
 
     @property
     def own(self) -> Any:
@@ -66,6 +76,26 @@ class MacroLaw(NamedTuple):
         every = list(self.gains)
         every[self.law] = gains
         return self._replace(gains=tuple(every))
+
+    def machine(self, function: Callable[P, R]) -> Callable[P, R]:
+        """A kernel that calls this law, at machine speed if the law can be compiled.
+
+        Parameters
+        ----------
+        function : Callable[P, R]
+            The kernel.
+
+        Returns
+        -------
+        Callable[P, R]
+            Compiled; or as it is, beside a law of plain Python.
+        """
+        return compiled(function) if self.compiles else function
+
+    @property
+    def compiles(self) -> bool:
+        """Whether all laws that it has gains of can be compiled."""
+        return all(outside.compiles(outside.having(gains)) for gains in self.gains[SHIPPED:])
 
 
 def _starts(k: int) -> Callable[[float], Memory]:
@@ -115,7 +145,7 @@ _started, _stepped = _starts(0), _steps(0)
 
 @kernel
 def rest(error: float) -> Memory:
-    """The memories of all laws before the first period.
+    """The memories of this package's laws before the first period.
 
     Parameters
     ----------
@@ -131,7 +161,41 @@ def rest(error: float) -> Memory:
 
 
 @kernel
-def step(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float]:
+def begun(p: MacroLaw) -> Memory:
+    """The memories before the first period of a run, each of the type that it will keep.
+
+    Parameters
+    ----------
+    p : MacroLaw
+        The law.
+
+    Returns
+    -------
+    Memory
+        Of all laws, without an error before.
+    """
+    return (*_started(0.0), *outside.begun(p.gains[SHIPPED:]))
+
+
+@kernel
+def again(s: Memory) -> Memory:
+    """Memories as before the first period.
+
+    Parameters
+    ----------
+    s : Memory
+        Of all laws.
+
+    Returns
+    -------
+    Memory
+        The same laws', without an error before.
+    """
+    return (*_started(0.0), *outside.again(s[SHIPPED:]))
+
+
+@kernel
+def step(p: MacroLaw, s: Memory, target: Target, sample: Sample, dt: float) -> tuple[Memory, float]:
     """One period of the chosen law.
 
     Parameters
@@ -140,8 +204,10 @@ def step(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float
         The law.
     s : Memory
         Memories of all laws.
-    error : float
-        Error, counts.
+    target : Target
+        Counts; of another package's law without memory yet, `s` may end before it.
+    sample : Sample
+        Counts.
     dt : float
         Control period, s.
 
@@ -152,8 +218,14 @@ def step(p: MacroLaw, s: Memory, error: float, dt: float) -> tuple[Memory, float
     effort : float
         Effort at the D/A, lifted over the dead zone and saturated, V.
     """
-    memory, effort = _stepped(p, s, error, dt)
-    return memory, sent(effort, p.dead_zone, p.limit)
+    if p.law < SHIPPED:
+        mine, effort = _stepped(p, s[:SHIPPED], target.position - sample.position, dt)
+        return (*mine, *s[SHIPPED:]), sent(effort, p.dead_zone, p.limit)
+    size = p.scale
+    aim = Target(target.position * size, target.velocity * size, target.acceleration * size)
+    seen = Sample(sample.t, sample.position * size)
+    own, effort = outside.step(p.gains[SHIPPED:], s[SHIPPED:], aim, seen, dt)
+    return (*s[:SHIPPED], *own), sent(effort, p.dead_zone, p.limit)
 
 
 def _integrals(k: int) -> Callable[[Memory], float]:
@@ -191,7 +263,7 @@ def integral(s: Memory) -> float:
     float
         V.
     """
-    return _integrated(s)
+    return _integrated(s) + outside.integral(s[SHIPPED:])
 
 
 @kernel

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple, Self
 
-from macromicro.control import calibration, macro
+from macromicro.control import calibration, macro, outside
 from macromicro.control.arrival import Sequence
 from macromicro.control.calibration import Calibration
-from macromicro.control.macro import LAWS, MacroLaw
+from macromicro.control.law import Law
+from macromicro.control.macro import LAWS, SHIPPED, MacroLaw
 from macromicro.control.pd import PdInitial, PdTuned
 from macromicro.control.pi import HIGHEST, Pi, PiAntiWindup, Proportional
 from macromicro.control.pid import Pid
+from macromicro.control.stage_law import StageLaw
 from macromicro.control.supervisor import Supervisor
-from macromicro.nominal import FULL_SCALE
+from macromicro.errors import InputError
+from macromicro.nominal import FULL_SCALE, PITCH
+from macromicro.schema.keys import nearest
 from macromicro.schema.par import Par, with_sets
+from macromicro.schema.text import printable
 
 MICRO_LAWS = ("p", "pi", "pi-antiwindup")
+_LAW = "controller.macro_law"
 SWITCH = ("as designed", "on", "off")
 
 
@@ -50,7 +57,72 @@ class Control(NamedTuple):
     p: Proportional = Proportional()
     pi: Pi = Pi()
     pi_antiwindup: PiAntiWindup = PiAntiWindup()
+    own: Any = outside.NoGains()  # of the law that `macro_law` names outside this package
     sequence: Sequence = Sequence()
+
+    def also(self) -> dict[str, tuple[str, ...]]:
+        """Words that parameters take beside those of their `Par`.
+
+        Returns
+        -------
+        dict[str, tuple[str, ...]]
+            The name of the law whose gains are there.
+        """
+        name = outside.of(self.own)
+        return {"macro_law": (name,)} if name else {}
+
+    def grown(self, table: Mapping[str, object], where: str) -> Self:
+        """These settings with the gains of the law that a table of settings names.
+
+        Parameters
+        ----------
+        table : Mapping[str, object]
+            Of all settings, as a file has it.
+        where : str
+            The file, for messages.
+
+        Returns
+        -------
+        Self
+            A copy `joined` by a law of another package; else the same.
+
+        Raises
+        ------
+        InputError
+            There is no such law.
+        """
+        mine = table.get("controller")
+        name = table.get(_LAW, mine.get("macro_law") if isinstance(mine, Mapping) else None)
+        if not isinstance(name, str) or name in macro.NAMES or not outside.is_name(name):
+            return self  # a wrong word is refused where the table is read
+        return self.joined(name, f"{where}, {_LAW}")
+
+    def joined(self, name: str, where: str) -> Self:
+        """These settings under a law of the macro-stage.
+
+        Parameters
+        ----------
+        name : str
+            One of this package, or one of another (`outside`), which joins with its default gains.
+        where : str
+            Option or file and key, for messages.
+
+        Returns
+        -------
+        Self
+            A changed copy.
+
+        Raises
+        ------
+        InputError
+            There is no such law.
+        """
+        if name in macro.NAMES or name in self.also().get("macro_law", ()):
+            return self._replace(macro_law=name)
+        if not outside.is_name(name):
+            accepted = nearest(name, (*macro.NAMES, *outside.offered())) + f"; or {outside.FORM}"
+            raise InputError(where, printable(name), accepted)
+        return self._replace(macro_law=name, own=outside.find(name, where).gains())
 
     def problems(self) -> list[tuple[str, Any, str]]:
         """What cannot work.
@@ -76,7 +148,9 @@ class Control(NamedTuple):
         return found
 
 
-def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) -> Supervisor:
+def prepare(
+    spec: Control, fan: bool = False, table: Calibration | None = None, pitch: float = PITCH
+) -> Supervisor:
     """The supervisor's runtime parameters.
 
     Parameters
@@ -87,23 +161,34 @@ def prepare(spec: Control, fan: bool = False, table: Calibration | None = None) 
         Whether the fan cools the wires.
     table : Calibration | None, optional
         Hall calibration; None for the shipped one.
+    pitch : float, optional
+        Travel per count of the encoder, m.
 
     Returns
     -------
     Supervisor
         For the kernels.
     """
-    law = macro.NAMES.index(spec.macro_law)
+    own = spec.macro_law not in macro.NAMES
+    chosen: Law | StageLaw
+    if own:  # found again by its name, in a process that was given these settings
+        chosen = outside.find(spec.macro_law, "macro_law")
+        law, scale = SHIPPED, pitch if chosen.unit == "m" else 1.0
+    else:
+        law, scale = macro.NAMES.index(spec.macro_law), 1.0
+        chosen = LAWS[law]
     lifted = spec.dead_zone_inverse == "on" or (
-        spec.dead_zone_inverse == "as designed" and LAWS[law].compensated
+        spec.dead_zone_inverse == "as designed" and chosen.compensated
     )
+    gains = tuple(getattr(spec, each.field) for each in LAWS)
     fine = getattr(spec, spec.micro_law.replace("-", "_"))
     return Supervisor(
         MacroLaw(
             law,
             spec.dead_zone if lifted else 0.0,
             spec.motor_limit,
-            tuple(getattr(spec, each.field) for each in LAWS),
+            (*gains, spec.own) if own else gains,
+            scale,
         ),
         PiAntiWindup(*fine),
         spec.sequence,

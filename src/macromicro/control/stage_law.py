@@ -65,6 +65,11 @@ class StageLaw(NamedTuple):
     tell : Callable[[Any], Any]
         Kernel: from the memory to what is recorded of it. Only a law whose memory holds more than
         floats needs its own; its `start` need not be a kernel.
+    unit : str
+        "m", or "count" for a law of the macro-stage in its encoder's counts: of positions, their
+        derivatives included.
+    compensated : bool
+        Whether the macro-stage's dead-zone inverse is on "as designed".
     """
 
     name: str
@@ -73,3 +78,5 @@ class StageLaw(NamedTuple):
     start: Callable[[Any, Sample], Any]
     step: Callable[[Any, Any, Target, Sample, float], tuple[Any, float]]
     tell: Callable[[Any], Any] = itself
+    unit: str = "m"
+    compensated: bool = True

@@ -18,6 +18,8 @@ from macromicro.control.arrival import TICK, Sequence
 from macromicro.control.calibration import Calibration
 from macromicro.control.macro import MacroLaw, Memory
 from macromicro.control.pi import PiAntiWindup
+from macromicro.control.stage_law import Sample as StageSample
+from macromicro.control.stage_law import Target
 from macromicro.kernel import kernel
 from macromicro.programme import moves
 from macromicro.types import Command, Outputs, Sample
@@ -112,20 +114,23 @@ class Progress(NamedTuple):
     integral: float
 
 
-def begin(position: float) -> Progress:
+def begin(position: float, law: MacroLaw | None = None) -> Progress:
     """The supervisor before the first move.
 
     Parameters
     ----------
     position : float
         Where the macro-stage stands, counts.
+    law : MacroLaw | None, optional
+        Of the macro-stage; None for any of this package.
 
     Returns
     -------
     Progress
         State.
     """
-    return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, macro.rest(0.0), 0.0)
+    memory = macro.rest(0.0) if law is None else macro.begun(law)
+    return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, memory, 0.0)
 
 
 @kernel
@@ -201,7 +206,7 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
         move, began, entered = move + 1, t, t
         if plan.stage[move] == moves.MACRO:
             if p.sequence.park == 1 and phase != MACRO:
-                memory = macro.rest(0.0)
+                memory = macro.again(memory)
             phase, inside = MACRO, math.nan
             macro_reference, micro_reference, integral = plan.target[move], 0.0, 0.0
         else:
@@ -261,7 +266,8 @@ def step(
     moving = s.phase == MACRO or (p.sequence.park == 0 and s.move >= 0 and s.phase != DONE)
     # A missing reading gives no effort and leaves the memory: the guard counts how long.
     if moving and not math.isnan(sample.encoder):
-        memory, motor = macro.step(p.macro, memory, s.macro_reference - sample.encoder, dt)
+        target = Target(s.macro_reference, 0.0, 0.0)
+        memory, motor = macro.step(p.macro, memory, target, StageSample(t, sample.encoder), dt)
     ctrl = 0.0
     if s.phase == MICRO and not math.isnan(sample.hall):
         integral, ctrl = pi.step(p.micro, integral, s.micro_reference - fine, dt)

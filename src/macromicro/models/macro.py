@@ -16,6 +16,7 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 from macromicro.control import macro as control
 from macromicro.control.macro import MacroLaw
+from macromicro.control.stage_law import Sample, Target
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import FULL_SCALE, PERIOD
@@ -373,7 +374,7 @@ def rollout(
     MacroModelState
         The state at the end.
     """
-    memory = control.rest(0.0)
+    memory, dt = control.begun(law), p.linear.dt
     seen = math.nan
     for k in range(len(reference)):
         if not counted:
@@ -381,7 +382,9 @@ def rollout(
         elif not seen <= s.x < seen + 1.0:
             # Only a new count: the next effort need not wait for the position's arithmetic.
             seen = whole(s.x)
-        memory, motor = control.step(law, memory, reference[k] - seen, p.linear.dt)
+        memory, motor = control.step(
+            law, memory, Target(reference[k], 0.0, 0.0), Sample(k * dt, seen), dt
+        )
         out[0, k], out[1, k] = seen, motor
         s = step(p, s, motor)
     return s
@@ -444,5 +447,5 @@ def closed_loop(
     """
     target = np.ascontiguousarray(reference, dtype=np.float64)
     out = np.empty((2, len(target)))
-    compiled(rollout)(p, law, MacroModelState(float(start), 0.0), target, counted, out)
+    law.machine(rollout)(p, law, MacroModelState(float(start), 0.0), target, counted, out)
     return out[0], out[1]

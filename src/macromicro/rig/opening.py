@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import math
-import os
-import sys
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -14,6 +11,7 @@ from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
+from macromicro.schema import plugins
 from macromicro.schema.text import printable
 
 T = TypeVar("T")
@@ -128,30 +126,16 @@ def named(name: str) -> Factory:
     InputError
         Another text.
     """
-    module, colon, function = name.partition(":")
-    parts = (*module.split("."), function)
-    if not colon or not all(part.isidentifier() for part in parts):
+    if not plugins.spelled(name):
         raise InputError(OPTION, printable(name) or "nothing", ACCEPTED)
+    module, _, function = name.partition(":")
     return Factory(module, function)
 
 
 def _found(module: str, function: str) -> Any:
     """The callable `function` of `module`."""
     where = f"{OPTION} {module}:{function}"
-    here = os.getcwd()
-    if here not in sys.path:  # an installed command does not look where the user stands
-        sys.path.insert(0, here)
-    try:
-        there = importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        itself = f"{module}.".startswith(f"{error.name}.")
-        found = f"no module {error.name}" + ("" if itself else f", which {module} imports")
-        raise InputError(where, found, "a module here or on PYTHONPATH") from None
-    made = getattr(there, function, None)
-    if made is None:
-        own = [n for n, v in inspect.getmembers(there, inspect.isfunction) if n[0] != "_"]
-        accepted = f"a function of {module}" + (f", such as {own[0]}" if own else "")
-        raise InputError(where, f"no {function} in {there.__file__}", accepted)
+    made = plugins.load(f"{module}:{function}", where, "a function", inspect.isfunction)
     if not callable(made) or not _takes_seed(made):
         raise InputError(where, printable(made), "a function that takes a seed")
     return made

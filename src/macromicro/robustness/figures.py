@@ -94,7 +94,7 @@ def _yields(study: Study) -> Drawn:
 
 
 def _tornado(study: Study) -> Drawn:
-    names = [n for n in words.MAIN if not math.isnan(study.nominal[NAMES.index(n)])]
+    names = [n for n in words.MAIN if math.isfinite(study.nominal[NAMES.index(n)])]
     rows = max(1, (len(names) + 1) // 2)
     height = 0.7 + 2.25 * rows
     figure, axes = style.new(height, rows, 2)

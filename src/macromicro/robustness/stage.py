@@ -20,12 +20,7 @@ from macromicro.uncertainty.table import AXIS, PIEZO, WIRE, Uncertain
 
 LEAST, MOST = 10, 100_000  # machines
 KEPT = ("controller", "guard", "motion", "arrival", "travel")
-<<<<<<< HEAD
-_TABLES = {"axis": AXIS}
-=======
 _TABLES = {"axis": AXIS, "piezo": PIEZO, "wire": WIRE}
-_LEVELS = (0.05, 0.5, 0.95)
->>>>>>> work-wC
 
 
 class Study(NamedTuple):

@@ -21,6 +21,8 @@ from macromicro.control import pi, settings
 from macromicro.control.macro import MacroLaw, Memory
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.settings import Control
+from macromicro.control.stage_law import Sample as StageSample
+from macromicro.control.stage_law import Target
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import PERIOD
@@ -62,11 +64,11 @@ def law(name: str) -> MacroLaw:
 
 @kernel
 def _motor(
-    p: MacroLaw, memory: Memory, closed: bool, target: float, x: float, dt: float
+    p: MacroLaw, memory: Memory, closed: bool, target: float, x: StageSample, dt: float
 ) -> tuple[Memory, float]:
     """Memory and volts [V]: by the law for `target` [counts] where `closed`, else `target` [V]."""
     if closed:
-        return control.step(p, memory, target - x, dt)
+        return control.step(p, memory, Target(target, 0.0, 0.0), x, dt)
     return memory, target
 
 
@@ -76,10 +78,10 @@ def _carriage(
 ) -> None:
     """Counts, D/A volts and integral effort into the rows of `out`."""
     latched = 0.0
-    memory = control.rest(0.0)
+    memory = control.begun(p)
     for k in range(len(targets)):
         x = encoder.count(plant.encoder, s.x)
-        memory, motor = _motor(p, memory, closed, targets[k], x, dt)
+        memory, motor = _motor(p, memory, closed, targets[k], StageSample(k * dt, x), dt)
         out[0, k], out[1, k], out[2, k] = x, motor, control.integral(memory)
         drive = amplifier.motor_volts(plant.amplifier, latched)
         s = carriage.advance(plant.macro, s, drive, dt, plant.macro_steps)
@@ -156,7 +158,7 @@ def _moved(
     else:
         out = np.empty((3, len(targets)))
         s = carriage.at_rest(start * machine.encoder.pitch)
-        compiled(_carriage)(machine, p, closed, s, targets, out, DT)
+        p.machine(_carriage)(machine, p, closed, s, targets, out, DT)
         rows = (np.arange(len(targets)) * DT, *out)
     names = ("t", "macro_position", "motor", "macro_integral")
     values = {"macro_reference": targets, **dict(zip(names, rows, strict=True))}
@@ -168,14 +170,16 @@ def _follow(
 ) -> tuple[Callable[[int, Sample], tuple[Command, Outputs]], Array]:
     """The same law for `play`, and where its integral effort goes. A missing reading gives no
     effort and leaves the memory: the guard counts how long."""
-    memory = control.rest(0.0)
+    memory = control.begun(p)
     integral = np.zeros_like(targets)
 
     def follow(k: int, sample: Sample) -> tuple[Command, Outputs]:
         nonlocal memory
         target, motor = float(targets[k]), 0.0
         if not (closed and math.isnan(sample.encoder)):
-            memory, motor = _motor(p, memory, closed, target, sample.encoder, DT)
+            memory, motor = _motor(
+                p, memory, closed, target, StageSample(k * DT, sample.encoder), DT
+            )
         integral[k] = control.integral(memory)
         command = Command(target, 1.0, 0.0, 0.0, 0.0) if closed else IDLE
         return command, Outputs(motor, 0.0, 0.0, 0.0)

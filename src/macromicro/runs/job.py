@@ -8,8 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro import hall_table, simulate
 from macromicro import programme as programmes
+from macromicro.columns import whole
 from macromicro.design.extension import Cycle, extension, per_cycle
 from macromicro.design.profiles import ProfileResult, profiles
 from macromicro.design.response import MoveResult, moves
@@ -25,11 +28,13 @@ from macromicro.recorded import COLUMNS
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig import faults
 from macromicro.rig.faults import Fault
-from macromicro.rig.opening import TWIN
+from macromicro.rig.opening import TWIN, open_rig
 from macromicro.rig.replay import SCHEME, Replay, opened
+from macromicro.rig.session import Fixture
 from macromicro.runs import folder, programmed
-from macromicro.schema import config, keys
-from macromicro.settings import Settings
+from macromicro.runs.programmed import Place
+from macromicro.schema import keys, plugins
+from macromicro.settings import Settings, chosen
 
 DEFAULT = "thesis"
 # What a macro move usually takes until its arrival is declared [s]; only a progress bar
@@ -57,9 +62,11 @@ class Request(NamedTuple):
     overwrite : bool
         Whether files may be replaced.
     rig : str
-        The twin, or replay:FILE for its sensors.
+        The twin, MODULE:FACTORY of a rig, or replay:FILE for its sensors.
     figures : tuple[str, ...]
         Formats of the figures.
+    law : str | None
+        The macro-stage's; None for that of the settings.
     """
 
     programme: str | None = None
@@ -71,6 +78,7 @@ class Request(NamedTuple):
     overwrite: bool = False
     rig: str = TWIN
     figures: tuple[str, ...] = files.DEFAULT
+    law: str | None = None
 
 
 class Job(NamedTuple):
@@ -94,8 +102,8 @@ class Job(NamedTuple):
         Simulated time, roughly, s.
     recalibrate : bool
         Whether the Hall sensor is not the one that was calibrated.
-    source : Recording | None
-        What is replayed; None for the twin.
+    source : Place
+        What it runs on: None for the twin, a rig, or a recording that is replayed.
     """
 
     request: Request
@@ -106,7 +114,7 @@ class Job(NamedTuple):
     out: Path
     expected: float
     recalibrate: bool
-    source: Recording | None = None
+    source: Place = None
 
 
 class Ended(NamedTuple):
@@ -202,13 +210,9 @@ def check(request: Request) -> Job:
     InputError
         Something in it is not accepted.
     """
-    settings = Settings()
-    if request.config is not None:
-        settings = config.load_overrides(request.config, settings)
-    source = None if request.rig == TWIN else opened(request.rig)
-    if source is not None:
-        Replay(source, request.rig.removeprefix(SCHEME))  # has it sensors?
-    if source is not None and request.programme is None:
+    settings = chosen(Settings(), request.config, request.law)
+    source = place(request.rig, request.seed)
+    if isinstance(source, Recording) and request.programme is None:
         single, name = timetable(source), Path(request.rig.removeprefix(SCHEME)).stem
     else:
         path = programmes.find(request.programme or DEFAULT)
@@ -218,7 +222,9 @@ def check(request: Request) -> Job:
         programme = single.repeated(request.cycles)
     except InputError as error:
         raise InputError("--cycles", error.value, error.accepted) from None
-    name = name if source is None else f"{name}-replay"
+    if isinstance(source, Fixture):
+        programmed.check(source, programme)
+    name = f"{name}-replay" if isinstance(source, Recording) else name
     out = request.out if request.out is not None else Path("results") / name
     needed = needed_bytes(COLUMNS, _capacity(settings, programme))
     folder.check(out, needed, overwrite=request.overwrite)
@@ -230,9 +236,38 @@ def check(request: Request) -> Job:
         overrides=programmed.overridden(settings),
         out=out,
         expected=_expected(settings, programme),
-        recalibrate=hall_table.needed(settings),
+        recalibrate=not isinstance(source, Fixture) and hall_table.needed(settings),
         source=source,
     )
+
+
+def place(rig: str, seed: int) -> Place:
+    """What ``--rig`` names, for a programme.
+
+    Parameters
+    ----------
+    rig : str
+        "twin", "MODULE:FACTORY" or "replay:FILE".
+    seed : int
+        Given to the factory.
+
+    Returns
+    -------
+    Place
+        None for the twin, a rig, or a recording with sensors.
+
+    Raises
+    ------
+    InputError
+        It is not to be had.
+    """
+    if rig == TWIN:
+        return None
+    if plugins.spelled(rig) and not rig.startswith(SCHEME):
+        return open_rig(rig, seed)
+    source = opened(rig)
+    Replay(source, rig.removeprefix(SCHEME))  # has it sensors?
+    return source
 
 
 def _capacity(settings: Settings, programme: Programme) -> int:
@@ -282,13 +317,13 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     )
     if job.source is not None:
         attributes["rig"] = request.rig
-    place = job.out / folder.RECORDING
+    file = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()
     rows = programmed.columns(job.source)
     with (
         Recorder(
-            place, rows, _capacity(job.settings, job.programme), PERIOD, attributes
+            file, rows, _capacity(job.settings, job.programme), PERIOD, attributes
         ) as recorder,
         contextlib.suppress(Stop),
     ):
@@ -302,7 +337,19 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
             progress=progress,
         )
     wall = time.perf_counter() - began
-    return measure(job, Recording.load(place), outcome, wall)
+    recording = Recording.load(file)
+    if isinstance(job.source, Fixture):
+        recording = _unmeasured(recording)
+    return measure(job, recording, outcome, wall)
+
+
+def _unmeasured(recording: Recording) -> Recording:
+    """A rig's recording with NaN where the rig measures nothing: measures and figures leave that
+    out."""
+    shown = tuple(c for c in COLUMNS if c.name in recording or not c.name.startswith("true_"))
+    nothing = np.full(len(recording), np.nan)
+    rows = np.array([recording[c.name] if c.name in recording else nothing for c in shown])  # noqa: SIM401
+    return Recording.from_arrays(shown, whole(rows, shown), recording.dt, recording.attributes)
 
 
 def measure(job: Job, recording: Recording, outcome: simulate.Outcome | None, wall: float) -> Ended:

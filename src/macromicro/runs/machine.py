@@ -13,6 +13,8 @@ from macromicro.columns import Column, quantities
 from macromicro.control import calibration, macro, settings
 from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
+from macromicro.control.stage_law import Sample as StageSample
+from macromicro.control.stage_law import Target
 from macromicro.errors import MacromicroError
 from macromicro.plant.bench import Plant
 from macromicro.plant.cycle import CyclePlant
@@ -114,7 +116,9 @@ def approach(fixture: Fixture, session: Session, place: float) -> None:
         if near:
             memory = macro.rest(place - x)
         elif not math.isnan(x):
-            memory, motor = macro.step(law, memory, place - x, dt)
+            memory, motor = macro.step(
+                law, memory, Target(place, 0.0, 0.0), StageSample(k * dt, x), dt
+            )
         rig.expect(Command(place, 1.0, 0.0, 0.0, 0.0))
         rig.write(Outputs(motor, 0.0, 0.0, 0.0))
         if rig.tripped:

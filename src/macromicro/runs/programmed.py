@@ -20,24 +20,29 @@ from macromicro import loop, simulate
 from macromicro.columns import Column
 from macromicro.control import settings as control_settings
 from macromicro.control import supervisor
+from macromicro.control.supervisor import Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.design import response
 from macromicro.design.response import MoveResult
 from macromicro.design.tracking import followed
+from macromicro.errors import InputError
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, MICRO, Programme
-from macromicro.recorded import COLUMNS
+from macromicro.recorded import COLUMNS, NAMES
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.rig.faults import describe
 from macromicro.rig.guarded import Guarded
-from macromicro.rig.session import Fixture
+from macromicro.rig.limits import Limits
+from macromicro.rig.session import BENCH, Fixture
 from macromicro.runs import replaying
 from macromicro.runs.machine import FLAGS, approach, known, seen, watchdog
 from macromicro.schema import config
 from macromicro.settings import Settings
 from macromicro.simulate import Outcome, Sink
 
+_MOVE = NAMES.index("move")
+_TOLD = round(1.0 / PERIOD)  # periods between two calls of `progress`
 # What a programme runs on: the virtual bench of its settings, a rig, or a recording's sensors.
 Place = Fixture | Recording | None
 
@@ -95,7 +100,8 @@ def perform(
     fan : bool, optional
         Whether the fan cools the wires.
     progress : Callable[[float, int], None] | None, optional
-        Called with the simulated time (s) and the index of the present move; not for a rig.
+        Called with the time (s) and the index of the present move, about once a second; an
+        exception from it ends the run.
 
     Returns
     -------
@@ -111,7 +117,7 @@ def perform(
         return simulate.simulate(settings, programme, sink, seed=seed, fan=fan, progress=progress)
     if isinstance(on, Recording):
         return replaying.replay(on, programme, settings, sink, fan=fan, progress=progress)
-    return _on_rig(on, programme, settings, sink, seed, fan)
+    return _on_rig(on, programme, settings, sink, (seed, fan), progress)
 
 
 def columns(on: Place = None) -> tuple[Column, ...]:
@@ -303,14 +309,49 @@ def on_rig(fixture: Fixture) -> Runner:
 
 
 def _on_rig(
-    fixture: Fixture, programme: Programme, settings: Settings, sink: Sink, seed: int, fan: bool
+    fixture: Fixture,
+    programme: Programme,
+    settings: Settings,
+    sink: Sink,
+    how: tuple[int, bool],
+    progress: Callable[[float, int], None] | None,
 ) -> Outcome:
-    """`perform` on a rig; the sink has everything at the end."""
-    _check(fixture, programme)
+    """`perform` on a rig, seed and fan given. The sink has everything at the end, however the run
+    ends: a file that is written meanwhile would cost periods."""
+    seed, fan = how
+    check(fixture, programme)
     table = fixture.calibrated() if np.any(programme.stage == MICRO) else fixture.table
-    control = control_settings.prepare(settings.controller, fan, table)
+    control = control_settings.prepare(
+        settings.controller, fan, table, settings.sensors.encoder.pitch
+    )
     limits = fixture.limits or settings.guard
     blocks, began = _Blocks(), time.perf_counter()
+
+    def take(row: npt.NDArray[np.float64]) -> None:
+        blocks.append(row)
+        if progress is not None and len(blocks.blocks) % _TOLD == 0:
+            progress(len(blocks.blocks) * PERIOD, int(row[_MOVE, 0]))
+
+    try:
+        last, rig = _driven(fixture, programme, settings, control, (seed, limits), take)
+    finally:
+        if blocks.blocks:
+            sink.append(_filled(fixture, np.concatenate(blocks.blocks, axis=1)))
+    finished = last.phase == supervisor.DONE
+    took = len(blocks.blocks) * PERIOD
+    return Outcome(finished, rig.watch, took, time.perf_counter() - began)
+
+
+def _driven(
+    fixture: Fixture,
+    programme: Programme,
+    settings: Settings,
+    control: Supervisor,
+    how: tuple[int, Limits],
+    take: Callable[[npt.NDArray[np.float64]], None],
+) -> tuple[Progress, Guarded]:
+    """From cold, the carriage at 0 counts, to the end: the supervisor's last state, the guard."""
+    seed, limits = how
     with fixture.open(seed) as session:
         session.cold(fixture.rest)
         if fixture.has("encoder"):
@@ -318,22 +359,41 @@ def _on_rig(
         session.restart()
         rig = Guarded(session, watchdog(limits, control.calibration), PERIOD)
         longest = round(simulate.longest(settings, programme) / PERIOD)
-        plan, start = simulate.plan(programme), supervisor.begin(0.0)
-        last = loop.run(rig, TwoStage(control), plan, PERIOD, start, blocks.append, longest)
-    rows = np.concatenate(blocks.blocks, axis=1)
+        plan, start = simulate.plan(programme), supervisor.begin(0.0, control.macro)
+        last = loop.run(rig, TwoStage(control), plan, PERIOD, start, take, longest)
+    return last, rig
+
+
+def _filled(fixture: Fixture, rows: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Of all columns those that a rig fills, its flags known in every row."""
     values = {c.name: row for c, row in zip(COLUMNS, rows, strict=True)}
     values |= {name: known(values[name]) for name in FLAGS}
-    sink.append(np.array([values[c.name] for c in seen(fixture)]))
-    finished = last.phase == supervisor.DONE
-    took = rows.shape[1] * PERIOD
-    return Outcome(finished, rig.watch, took, time.perf_counter() - began)
+    return np.array([values[c.name] for c in seen(fixture)])
 
 
-def _check(fixture: Fixture, programme: Programme) -> None:
-    """InputError unless the rig measures what the programme's stages are controlled by."""
+def check(fixture: Fixture, programme: Programme) -> None:
+    """Refuse a programme that a rig cannot run.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    programme : Programme
+        What it is to do.
+
+    Raises
+    ------
+    InputError
+        It is no bench, does not measure what the programme's stages are controlled by, or has no
+        table for its Hall sensor.
+    """
+    if fixture.kind != BENCH:
+        raise InputError(f"--rig {fixture.name}", f"a {fixture.kind}", "a bench, for a programme")
     for stage, name, channel in ((MACRO, "macro", "encoder"), (MICRO, "micro", "hall")):
         if np.any(programme.stage == stage):
             fixture.need(f"a programme with {name} moves", channel)
+    if np.any(programme.stage == MICRO):
+        fixture.calibrated()
 
 
 def moves_of(recording: Recording, programme: Programme, settings: Settings) -> list[MoveResult]:

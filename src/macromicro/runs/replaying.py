@@ -91,7 +91,9 @@ def replay(
     """
     if abs(source.dt - PERIOD) > 1e-9:
         raise InputError("replay, sample time of the recording", source.dt, f"{PERIOD:g} s")
-    control = control_settings.prepare(settings.controller, fan, hall_table.of_bench(settings))
+    control = control_settings.prepare(
+        settings.controller, fan, hall_table.of_bench(settings), settings.sensors.encoder.pitch
+    )
     player = Replay(source)
     rig = Guarded(player, watchdog(settings.guard, control.calibration), PERIOD)
     kept = [source[c.name] for c in source.columns if c.name in _BESIDE]
@@ -115,7 +117,7 @@ def replay(
             flush()
 
     began = time.perf_counter()
-    plan, state = simulate.plan(programme), supervisor.begin(0.0)
+    plan, state = simulate.plan(programme), supervisor.begin(0.0, control.macro)
     last: Any = loop.run(rig, TwoStage(control), plan, PERIOD, state, take, player.rows)
     flush()
     finished = last.phase == supervisor.DONE

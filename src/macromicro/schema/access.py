@@ -104,7 +104,8 @@ def told(tree: Any, default: Any) -> str:
     known = {e.path: e for e in entries(default)}
     differs = config.difference(tree, default)
     words = [
-        f"{e.path} = {e.par.spoken(e.value)} (default {e.par.spoken(known[e.path].value)})"
+        f"{e.path} = {e.par.spoken(e.value)}"
+        + (f" (default {e.par.spoken(known[e.path].value)})" if e.path in known else "")
         for e in entries(tree)
         if e.path in differs
     ]

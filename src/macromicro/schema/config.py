@@ -59,6 +59,7 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
             raise InputError(f"{file}, {MACHINE}", printable(named), f'"{mine()}" here')
         if not table:
             return tree
+    tree = _grown(tree, table, file)
     if not leaves(table, {e.path: e for e in entries(tree)}, f"{file}, ", _LIST):
         raise InputError(file, "sets nothing", f"one parameter or more ({_LIST})")
     return overridden(tree, table, file)
@@ -86,6 +87,7 @@ def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
     InputError
         As `load_overrides` says.
     """
+    tree = _grown(tree, table, where)
     known = {entry.path: entry for entry in entries(tree)}
     changes = {
         key: known[key].read(value, f"{where}, {key}")
@@ -94,6 +96,13 @@ def overridden(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
     tree = changed(tree, changes)
     check(tree, where)
     return tree
+
+
+def _grown(tree: Tree, table: Mapping[str, object], where: str) -> Tree:
+    """A tree with the sets that the table's own words call for: its method `grown`, if any."""
+    grow = getattr(tree, "grown", None)
+    grown: Tree = tree if grow is None else grow(table, where)
+    return grown
 
 
 def check(tree: Any, where: str, prefix: str = "", *, together: bool = True) -> None:
@@ -219,19 +228,16 @@ def difference(tree: Any, default: Any) -> dict[str, str]:
     tree : Any
         A set of parameters.
     default : Any
-        Another of the same type.
+        Another of the same type; what it lacks counts as set otherwise.
 
     Returns
     -------
     dict[str, str]
         Dotted path to text with unit.
     """
-    found = {}
-    for new, old in zip(entries(tree), entries(default), strict=True):
-        texts = [e.text or str(e.value) for e in (new, old)]
-        if texts[0] != texts[1]:
-            found[new.path] = texts[0]
-    return found
+    own = {e.path: e.text or str(e.value) for e in entries(default)}
+    new = {e.path: e.text or str(e.value) for e in entries(tree)}
+    return {path: text for path, text in new.items() if text != own.get(path)}
 
 
 def changed_toml(tree: Any, default: Any, also: Iterable[str] = ()) -> str:
@@ -258,7 +264,8 @@ def changed_toml(tree: Any, default: Any, also: Iterable[str] = ()) -> str:
         if entry.path not in shown:
             continue
         table, _, name = entry.path.rpartition(".")
-        was, text = own[entry.path], entry.text or entry.value
-        words = printable(f"{was.par.meaning}; default {was.text or was.value}", 1000)
+        was, text = own.get(entry.path), entry.text or entry.value
+        default_words = "" if was is None else f"; default {was.text or was.value}"
+        words = printable(f"{entry.par.meaning}{default_words}", 1000)
         lines.append((table, f"{name} = {text}  # {words}"))
     return _in_tables(lines) or "# nothing differs from the defaults\n"

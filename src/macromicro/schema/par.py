@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple, TypeGuard, TypeVar, cast, get_type_hints
 
@@ -329,6 +329,9 @@ def _hints(kind: type) -> dict[str, Any]:
 def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
     """All parameters of a (nested) parameter set, in order.
 
+    A set may have a method ``also() -> dict[field, words]``: what its text parameters accept
+    beside the choices of their `Par`.
+
     Parameters
     ----------
     tree : Any
@@ -343,6 +346,7 @@ def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
     """
     kind: Any = type(tree)
     hints = _hints(kind)
+    words: dict[str, tuple[str, ...]] = getattr(tree, "also", dict)()
     for name in tree._fields:
         value = getattr(tree, name)
         path = f"{prefix}{name}"
@@ -351,7 +355,9 @@ def entries(tree: Any, prefix: str = "") -> Iterator[Entry]:
             continue
         for note in getattr(hints[name], "__metadata__", ()):
             if isinstance(note, Par):
-                yield Entry(path, note, value)
+                more = words.get(name, ())
+                par = replace(note, choices=(*note.choices, *more)) if more else note
+                yield Entry(path, par, value)
 
 
 def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[S]]:

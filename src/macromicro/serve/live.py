@@ -8,7 +8,7 @@ from typing import Any
 from macromicro.control import macro
 from macromicro.control.calibration import Calibration
 from macromicro.control.live import accept, machine, state
-from macromicro.control.live.messages import Notice, Refused, Reply
+from macromicro.control.live.messages import STAGES, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters, prepare
 from macromicro.control.live.surveying import Surveying
 from macromicro.nominal import PERIOD
@@ -29,7 +29,7 @@ class Live:
 
     def begin(self, sample: Sample, restored: Restored) -> None:
         """The carriage stands at the coordinate that it was left at, if that is known."""
-        coordinate = sample.encoder - restored.offset
+        coordinate = sample.encoder - restored.offset  # NaN without a carriage
         known = coordinate if math.isfinite(coordinate) else None
         self._s = state.begin(self._p, known, trusted=restored.trusted)
 
@@ -91,6 +91,6 @@ class Live:
         )
 
 
-def make(settings: LiveSettings, table: Calibration) -> Live:
-    """The live machine of these settings, with this calibration of the Hall sensor."""
-    return Live(prepare(settings.live, settings.controller, table))
+def make(settings: LiveSettings, table: Calibration, stages: tuple[str, ...] = STAGES) -> Live:
+    """The live machine of these settings and stages, with this calibration of the Hall sensor."""
+    return Live(prepare(settings.live, settings.controller, table, stages))

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from macromicro.control.live import alone
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished, Reply
 from macromicro.errors import MacromicroError
@@ -51,6 +52,7 @@ class LoopConnection:
         self._leaving = False
         self._left: str | None = None  # what became of the rig's stop, by the loop process
         self._how = ""  # how a loop that did not end by itself was ended
+        self.stages: tuple[str, ...] = m.STAGES
         self._child: Child | None = None
         self._store: PositionStore | None = None
         self._lock: persist.Lock | None = None
@@ -79,7 +81,7 @@ class LoopConnection:
         lock.write(f"process {os.getpid()}, its loop is process {child.process.pid}")
         self.trouble, self.trust = None, "not known yet"
         self._leaving, self._left, self._how, self.switched_off = False, None, "", False
-        self.realtime = child.privileges.words
+        self.realtime, self.stages = child.privileges.words, alone.stages(child.channels)
         self._lock, self._child, self.shared = lock, child, shared
         self._store = PositionStore(self._path, self._rig, self._place, self._report)
         self._sender = Sender(

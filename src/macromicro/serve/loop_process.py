@@ -23,6 +23,8 @@ from typing import Any, NamedTuple
 
 from macromicro import hall_table
 from macromicro.control import calibration
+from macromicro.control.live import alone
+from macromicro.control.live.messages import MICRO, STAGES
 from macromicro.errors import InputError, MacromicroError
 from macromicro.rig import guard
 from macromicro.rig.guarded import CompiledGuarded
@@ -43,18 +45,18 @@ from macromicro.types import Sample
 
 _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
-NEEDED = ("encoder", "hall")
 
 
 class Opened(NamedTuple):
     """A rig to drive: the rig itself, its guard, the table of its Hall sensor, whether its own
-    clock waits, and whether its counter counts on while nothing runs."""
+    clock waits, whether its counter counts on while nothing runs, and the stages that it has."""
 
     rig: Any
     guard: guard.Guard
     table: calibration.Calibration
     paced: bool
     counted: bool
+    stages: tuple[str, ...] = STAGES
 
     def witness(self, sample: Sample) -> Evident:
         """What confirms a position that was kept."""
@@ -74,8 +76,8 @@ def main() -> None:
         opened = open_machine(spec)
         maker = importlib.import_module(spec.machine.partition(":")[0])
         make = getattr(maker, spec.machine.partition(":")[2])
-        machine: Machine = make(spec.settings, opened.table)
-        warm(lambda: make(spec.settings, opened.table), opened.guard, spec.settings)
+        machine: Machine = make(spec.settings, opened.table, opened.stages)
+        warm(lambda: make(spec.settings, opened.table, opened.stages), opened.guard, spec.settings)
     except InputError as error:
         outbox.send(("refused", error.where, printable(error.value, 300), error.accepted))
         sys.exit(1)
@@ -102,13 +104,17 @@ def open_machine(spec: Spec) -> Opened:
     fixture = open_rig(spec.rig, spec.seed)
     if fixture.kind != BENCH:
         found = f"a {fixture.kind}"
-        raise InputError(f"--rig {fixture.name}", found, "a bench with both stages")
-    fixture.need("the live machine", *NEEDED)
-    own = fixture.calibrated()
+        raise InputError(f"--rig {fixture.name}", found, "a bench")
+    stages = alone.stages(fixture.channels)
+    if not stages:
+        shown = ", ".join(fixture.channels) or "nothing"
+        accepted = "a rig that measures encoder (macro-stage), hall (micro-stage) or both"
+        raise InputError(f"--rig {fixture.name}, channels", shown, accepted)
+    own = fixture.calibrated() if MICRO in stages else calibration.shipped()  # of no use
     rig = fixture.make(spec.seed)
     limits = guard.prepare(fixture.limits or settings.guard, own)
     paced = not isinstance(rig.clock, VirtualClock)
-    return Opened(rig, limits, own, paced, fixture.counted)
+    return Opened(rig, limits, own, paced, fixture.counted, stages)
 
 
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:

@@ -37,6 +37,11 @@ class Observed:
         """The client that holds control, or ""."""
         return self._holders.holder
 
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """The stages that the rig has, of `messages.STAGES`."""
+        return self._connection.stages
+
     def snapshot(self) -> Snapshot:
         """The machine now."""
         connection = self._connection

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, Self
 
 from macromicro import derived, rules
 from macromicro.control.live.parameters import Live
@@ -13,8 +14,8 @@ from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
-from macromicro.schema.config import load_overrides
 from macromicro.schema.par import Par
+from macromicro.settings import chosen
 
 CHOICE = "service choice"
 STOP, HOLD, GO_ON = "stop", "hold", "go on"
@@ -151,6 +152,10 @@ class LiveSettings(NamedTuple):
         """What follows from other settings, unless it is set itself."""
         return derived.DERIVED + derived.LIVE
 
+    def grown(self, table: Mapping[str, object], where: str) -> Self:
+        """As of `macromicro.settings.Settings`."""
+        return self._replace(controller=self.controller.grown(table, where))
+
     def together(self) -> list[rules.Problem]:
         """What cannot work together."""
         serve = self.serve
@@ -159,6 +164,6 @@ class LiveSettings(NamedTuple):
         return [*rules.machine(self), *rules.live(self)]
 
 
-def load(path: Path | None) -> LiveSettings:
-    """The defaults, overridden by the TOML file at `path`; raises as `load_overrides` does."""
-    return LiveSettings() if path is None else load_overrides(path, LiveSettings())
+def load(path: Path | None, law: str | None = None) -> LiveSettings:
+    """The defaults, overridden by the TOML file at `path`, under `law`; raises as `chosen` does."""
+    return chosen(LiveSettings(), path, law)

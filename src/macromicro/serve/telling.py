@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from macromicro.control import outside
 from macromicro.control.live.messages import Event, MoveMicro, SetGains, SetLimits
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
@@ -14,7 +15,10 @@ _IN_MM = ("micro_low", "micro_high")
 
 
 def _pars() -> dict[str, Par]:
-    return {e.path: e.par for e in entries(Control())}
+    known = {e.path: e.par for e in entries(Control())}
+    for gains in outside.found():
+        known |= {e.path: e.par for e in entries(gains(), "own.")}
+    return known
 
 
 def millimetres(metres: Any) -> Any:

@@ -44,7 +44,7 @@ def code() -> Code:
         Version, digest and sampler.
     """
     package = Path(macromicro.__file__).parent
-    digest = hashlib.sha256(cache_folder().name.encode())  # of all Python sources
+    digest = hashlib.sha256(cache_folder(joined=False).name.encode())  # of all Python sources
     for path in sorted(package.rglob("*")):
         name = path.relative_to(package)
         if path.suffix in _DATA and not any(part.startswith(".") for part in name.parts):

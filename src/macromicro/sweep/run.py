@@ -45,6 +45,8 @@ class Request(NamedTuple):
         Go on with what is in `out`; replace it.
     factory : str
         Where jobs come from, "module:function".
+    law : str, optional
+        The macro-stage's; None for that of the settings.
     """
 
     spec: Path
@@ -54,6 +56,7 @@ class Request(NamedTuple):
     resume: bool = False
     overwrite: bool = False
     factory: str = FACTORY
+    law: str | None = None
 
 
 class Ready(NamedTuple):
@@ -128,7 +131,7 @@ def check(request: Request) -> Ready:
         raise InputError("--workers", workers, f"a whole number from 1 to {MAX_WORKERS}")
     results.require()
     make = factory(request.factory)
-    spec, text = load(request.spec, make)
+    spec, text = load(request.spec, make, request.law)
     metrics = make(spec.job, **dict(spec.options)).metrics
     out = Path("results") / request.spec.stem if request.out is None else request.out
     _check_place(out, spec, resume=request.resume)

@@ -100,7 +100,7 @@ class Spec(NamedTuple):
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def load(path: Path, factory: Factory) -> tuple[Spec, str]:
+def load(path: Path, factory: Factory, law: str | None = None) -> tuple[Spec, str]:
     """Read a sweep.
 
     Parameters
@@ -109,6 +109,8 @@ def load(path: Path, factory: Factory) -> tuple[Spec, str]:
         A TOML file.
     factory : callable
         Makes a job from its name and options, as `batch.job`.
+    law : str or None
+        The macro-stage's, as the option ``--law``; None: that of the settings.
 
     Returns
     -------
@@ -124,13 +126,13 @@ def load(path: Path, factory: Factory) -> tuple[Spec, str]:
         names), bad values and ranges, a sweep of no variants or of more than its method has.
     """
     raw = read_toml(path, WHAT)
-    return _checked(raw, path, factory), read_text(path, WHAT)
+    return _checked(raw, path, factory, law), read_text(path, WHAT)
 
 
-def _checked(raw: dict[str, Any], path: Path, factory: Factory) -> Spec:
+def _checked(raw: dict[str, Any], path: Path, factory: Factory, law: str | None) -> Spec:
     file = printable(path, 300)
     unknown(raw, _KEYS, f"{file}, ")
-    job, options, files, known = subject.read(raw, path, factory)
+    job, options, files, known = subject.read(raw, path, factory, law)
     method = raw.get("method", "grid" if "samples" not in raw else None)
     if method not in METHODS:
         raise InputError(f"{file}, method", found(method), f"one of {', '.join(METHODS)}")

@@ -8,11 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from macromicro.control import outside
+from macromicro.control.macro import NAMES
 from macromicro.errors import InputError
 from macromicro.schema.config import difference, load_overrides
 from macromicro.schema.keys import unknown
 from macromicro.schema.par import Entry, Par, entries
 from macromicro.schema.text import printable
+from macromicro.settings import Settings, chosen
 
 if TYPE_CHECKING:
     from macromicro.batch import Job
@@ -52,7 +55,7 @@ class Subject(NamedTuple):
     parameters: dict[str, Entry]
 
 
-def read(raw: dict[str, Any], path: Path, factory: Factory) -> Subject:
+def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = None) -> Subject:
     """Read what a spec says of its job.
 
     Parameters
@@ -63,6 +66,8 @@ def read(raw: dict[str, Any], path: Path, factory: Factory) -> Subject:
         Its file.
     factory : callable
         Makes a job from its name and options.
+    law : str or None
+        The macro-stage's, as the option ``--law``; None: that of the settings.
 
     Returns
     -------
@@ -88,14 +93,35 @@ def read(raw: dict[str, Any], path: Path, factory: Factory) -> Subject:
     options = _options(raw.get("options", {}), known, f"{file}, options")
     job = _made(factory, name, options, file)
     files = _contents(options)
-    if "config" in raw:
-        tree = _tree(raw["config"], path, job)
+    if "config" in raw or law is not None:
+        tree = _tree(raw.get("config"), path, job, law)
         changed = difference(tree, job.base()).items()
         files += tuple((f"config {key}", text) for key, text in sorted(changed))
         place = next(word for word in TREES if word in inspect.signature(type(job)).parameters)
         options = tuple(sorted((*options, (place, tree)), key=lambda pair: pair[0]))
         job = _made(factory, name, options, file)
-    return Subject(job, options, files, parameters(job))
+    return Subject(job, options, (*files, *laws(job)), parameters(job))
+
+
+def laws(job: Job) -> tuple[tuple[str, str], ...]:
+    """Tell what stands for a law of another package that a job runs under.
+
+    Parameters
+    ----------
+    job : Job
+        Any.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Its name and the digest of its sources: a law that changes is another sweep.
+    """
+    base = job.base()
+    if not isinstance(base, Settings) or base.controller.macro_law in NAMES:
+        return ()
+    name = base.controller.macro_law
+    outside.find(name, "controller.macro_law")
+    return ((f"law {name}", outside.digest(name)),)
 
 
 def plain_options(job: Job) -> dict[str, Any]:
@@ -166,9 +192,16 @@ def _made(factory: Factory, name: str, options: Options, file: str) -> Job:
         raise InputError(where, error.value, error.accepted) from None
 
 
-def _tree(raw: object, path: Path, job: Job) -> Any:
-    """The job's parameters with what the settings file beside the spec says."""
+def _tree(raw: object, path: Path, job: Job, law: str | None) -> Any:
+    """The job's parameters with what the settings file beside the spec says, under a law."""
+    base = job.base()
+    if law is not None:
+        if not isinstance(base, Settings):
+            raise InputError("--law", printable(law), f"a job on the bench; {job.name} is none")
+        if raw is None:
+            return chosen(base, None, law)
     if not isinstance(raw, str) or "\0" in raw:
         where = f"{printable(path, 300)}, config"
         raise InputError(where, printable(raw), "the name of a settings file (.toml)")
-    return load_overrides(path.parent / raw, job.base())
+    place = path.parent / raw
+    return load_overrides(place, base) if law is None else chosen(base, place, law)

@@ -15,7 +15,7 @@ from macromicro.sweep.journal import Block
 from macromicro.sweep.origin import Code
 from macromicro.sweep.sampling import Sampler
 from macromicro.sweep.spec import Spec
-from macromicro.sweep.subject import Factory
+from macromicro.sweep.subject import Factory, laws
 
 FACTORY = "macromicro.batch:job"
 PORTION = 0.1  # s of a core; blocks that are quicker are computed and journaled several at once
@@ -95,6 +95,10 @@ class Bench:
     def __init__(self, task: Task) -> None:
         self.spec = task.spec
         self.job = factory(task.factory)(task.spec.job, **dict(task.spec.options))
+        for law in laws(self.job):
+            if law not in task.spec.files:
+                words = f"a worker has another {law[0]} (sources {law[1]})"
+                raise SweepError(f"{words}; what is finished is kept, --resume goes on")
         self._sampler = Sampler(task.spec)
         self._columns = list(task.spec.columns)
         self._portion = self.job.block

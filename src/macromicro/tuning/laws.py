@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.control import outside
 from macromicro.control.macro import NAMES as MACRO_LAWS
 from macromicro.control.settings import MICRO_LAWS, Control
 from macromicro.design.margins import PdTaps
@@ -28,6 +29,7 @@ DECADE = 10.0
 LONGEST_DERIVATIVE = 0.05  # s; five times that of (4.10)
 DT = PERIOD
 _FIXED = ("low", "high")  # limits of the effort belong to the driver, not to the tuning
+OWN = "own"  # the set of a law of another package
 _PD = ("now", "before")
 
 
@@ -71,6 +73,8 @@ class Law(NamedTuple):
         The gains' names there.
     knobs : tuple of Knob
         What is searched.
+    sizes : tuple of float
+        How many stored units of each gain are one that a person reads.
     """
 
     name: str
@@ -78,6 +82,7 @@ class Law(NamedTuple):
     field: str
     gains: tuple[str, ...]
     knobs: tuple[Knob, ...]
+    sizes: tuple[float, ...]
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -106,15 +111,11 @@ class Law(NamedTuple):
             [scaled(designs[:, i], k.low, k.high, log=k.log) for i, k in enumerate(self.knobs)],
             axis=1,
         )
-        if self.gains != _PD:
-            return values * self._sizes()
+        if self.gains != _PD or self.field == OWN:
+            stored: Array = values * np.array(self.sizes)
+            return stored
         share = values[:, 1] / DT
         return np.stack((values[:, 0] * (1.0 + share), -values[:, 0] * share), axis=1)
-
-    def _sizes(self) -> Array:
-        """How many stored units of each gain are one that a person reads."""
-        pars = {e.path: e.par for e in entries(getattr(Control(), self.field))}
-        return np.array([convert(1.0, pars[g].read_in, pars[g].unit) for g in self.gains])
 
     def present(self) -> Array:
         """Give the design nearest to the gains that the law has.
@@ -167,17 +168,19 @@ def find(stage: str, name: str | None, control: Control) -> Law:
     """
     known = names(stage)
     chosen = name if name is not None else getattr(control, f"{stage}_law")
-    if chosen not in known:
+    own = stage == "macro" and chosen != "" and chosen == outside.of(control.own)
+    if chosen not in known and not own:
         raise InputError("--law", printable(chosen), f"one of {', '.join(known)}")
-    field = chosen.replace("-", "_")
+    field = OWN if own else chosen.replace("-", "_")
     mine = getattr(control, field)
     found = [e for e in entries(mine) if e.path not in _FIXED and e.par.lo < e.par.hi]
     gains = tuple(e.path for e in found)
-    if gains == _PD:
-        return Law(chosen, stage, field, gains, _pd_knobs(mine))
-    default = getattr(Control(), field)
+    sizes = tuple(convert(1.0, e.par.read_in, e.par.unit) for e in found)
+    if gains == _PD and not own:
+        return Law(chosen, stage, field, gains, _pd_knobs(mine), sizes)
+    default = type(mine)()
     knobs = tuple(_knob(e, getattr(default, e.path)) for e in found)
-    return Law(chosen, stage, field, gains, knobs)
+    return Law(chosen, stage, field, gains, knobs, sizes)
 
 
 def with_gains(control: Control, law: Law, gains: Array) -> Control:
@@ -235,6 +238,12 @@ def _pd_knobs(taps: Any) -> tuple[Knob, Knob]:
 
 def _knob(entry: Entry, default: float) -> Knob:
     par = entry.par
+    if not max(entry.value, default) > 0.0:
+        if not math.isfinite(par.lo) or not math.isfinite(par.hi):
+            accepted = "one above zero, or both bounds in its Par, to be searched between"
+            raise InputError(f"gain {entry.path}", f"{entry.value:g} by default", accepted)
+        low, high = par.given(par.lo), par.given(par.hi)
+        return Knob(entry.path, par.read_in, low, high, par.given(entry.value), False)
     present = par.given(entry.value if entry.value > 0.0 else default)
     low, high = max(present / DECADE, par.given(par.lo)), min(present * DECADE, par.given(par.hi))
     return Knob(entry.path, par.read_in, low, high, present, True)

@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.batch import micro_bench
+from macromicro.batch import macro_bench, micro_bench
 from macromicro.control import macro as control
-from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
+from macromicro.control.stage_law import Sample, Target
 from macromicro.design import steps
-from macromicro.kernel import compiled, kernel
+from macromicro.kernel import kernel
 from macromicro.nominal import COUNTS, PERIOD
 from macromicro.plant import bench
 from macromicro.recording import Recording
@@ -59,13 +59,13 @@ def macro(settings: Settings) -> Shown:
     Shown
         With the metrics of `batch.course`.
     """
-    law = control_settings.prepare(settings.controller).macro
+    law = macro_bench.stage(settings).law
     plant = bench.prepare(settings.bench, settings.sensors)
     aim = np.full(round(SECONDS / DT), STEP)
     recording = drives.closed_loop(plant, law, aim)
     x, errors = recording["macro_position"], aim - recording["macro_position"]
     asked = np.empty_like(errors)
-    compiled(_asked)(law._replace(limit=math.inf), errors, asked, DT)
+    law.machine(_asked)(law._replace(limit=math.inf), aim, x, asked, DT)
     size = np.abs(asked[1:])
     return Shown(
         {
@@ -83,10 +83,11 @@ def macro(settings: Settings) -> Shown:
 
 
 @kernel
-def _asked(law: MacroLaw, errors: Array, out: Array, dt: float) -> None:
-    memory = control.rest(0.0)
-    for k in range(len(errors)):
-        memory, out[k] = control.step(law, memory, errors[k], dt)
+def _asked(law: MacroLaw, aim: Array, x: Array, out: Array, dt: float) -> None:
+    memory = control.begun(law)
+    for k in range(len(x)):
+        target, sample = Target(aim[k], 0.0, 0.0), Sample(k * dt, x[k])
+        memory, out[k] = control.step(law, memory, target, sample, dt)
 
 
 def micro(settings: Settings, seed: int = 0) -> Shown:

@@ -43,7 +43,8 @@ def drawn(found: Tuning) -> Iterator[tuple[str, Figure]]:
     """
     if found.plan.request.stage == "macro":
         yield RESPONSE, _macro(found)
-        yield BODE, _bode(found)
+        if found.margins is not None:
+            yield BODE, _bode(found)
     else:
         yield RESPONSE, _micro(found)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from macromicro.control import outside
 from macromicro.errors import InputError
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
@@ -129,6 +130,9 @@ def check(request: Request) -> Plan:
         _one_of("--on", request.on, ENGINES)
     objective = objectives.find(stage, request.objective)
     weights = objectives.penalties(objective, dict(request.penalties))
+    if stage == "macro" and request.law is not None and outside.is_name(request.law):
+        joined = request.settings.controller.joined(request.law, "--law")
+        request = request._replace(settings=request.settings._replace(controller=joined))
     law = laws.find(stage, request.law, request.settings.controller)
     evaluations = EVALUATIONS if request.evaluations is None else request.evaluations
     seed = SEED if request.seed is None else request.seed

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from macromicro.schema.par import entries
+from macromicro.tuning.laws import OWN
 from macromicro.tuning.loops import LEAST, MOST
 from macromicro.tuning.objectives import described
 from macromicro.tuning.tune import Tuning
@@ -111,7 +112,8 @@ def bounds(found: Tuning) -> list[Line]:
         return [
             Line(words, getattr(first, k), getattr(last, k), unit) for k, words, unit in _MARGINS
         ]
-    assert found.ripple_margins is not None
+    if found.ripple_margins is None:
+        return []
     return [Line("ripple margin (factor)", *found.ripple_margins, "")]
 
 
@@ -158,6 +160,8 @@ def text(found: Tuning) -> Iterator[str]:
         ("margins", bounds(found)),
     )
     for title, lines in blocks:
+        if not lines:
+            continue
         yield f"{title:34}{'before':>14}{'after':>14}"
         for each in lines:
             yield f"  {each.name:32}{_number(each.before):>14}{_number(each.after):>14} {each.unit}"
@@ -192,6 +196,8 @@ def remarks(found: Tuning) -> Iterator[str]:
             "defined. Its ripple margin is the largest factor on all gains at which a hold at "
             f"2 mm stays within 10 um on the bench; {MOST:g} is the largest tried."
         )
+    if plan.law.field == OWN:
+        yield f"Nothing is known of a linear part of {plan.law.name}: it has no margins here."
     if found.rejected:
         yield (
             f"Cheaper designs passed over: {found.rejected}, whose ripple margin was below "

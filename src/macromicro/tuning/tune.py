@@ -73,7 +73,7 @@ class Tuning(NamedTuple):
     held_out : HeldOut or None
         Over fresh ones.
     margins : (Margins, Margins) or None
-        With the linear model (macro).
+        With the linear model (this package's macro laws).
     ripple_margins : (float, float) or None
         Measured (micro).
     history : tuple of float
@@ -291,7 +291,9 @@ def judge(found: Searched) -> Tuning:
     scale = _scale(plan, arrays[0])
     robust, held_out = _robust(plan, tuned)
     margins = ripples = None
-    if stage == "macro":
+    if plan.law.field == laws.OWN:
+        pass  # nothing is known of its linear part
+    elif stage == "macro":
         margins = (loops.macro_margins(start.controller), loops.macro_margins(tuned.controller))
     else:
         ripples = (loops.ripple_margin(start, plan.law), loops.ripple_margin(tuned, plan.law))

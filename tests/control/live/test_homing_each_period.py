@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from macromicro.control import macro
 from macromicro.control.live import edges, homing
 from macromicro.control.live import messages as m
 from macromicro.control.live.effort import Efforts
@@ -17,6 +16,7 @@ from macromicro.control.live.state import REST, Drive, Frame, LiveState, Search
 from macromicro.control.live.survey import NOTHING
 from macromicro.control.macro import Memory
 from macromicro.types import Sample
+from tests.control.errors import by_error
 
 from .bench import DT, HALL_OUT, PITCH
 from .follower import Follower
@@ -61,7 +61,7 @@ def one(
 def effort(s: LiveState, memory: Memory, error: float) -> float:
     """What the macro law wants [V] of an error [counts], within homing's volts."""
     most = SLOWLY.homing.volts
-    return min(max(macro.step(s.laws.macro, memory, error, DT)[1], -most), most)
+    return min(max(by_error(s.laws.macro, memory, error, DT)[1], -most), most)
 
 
 # Memories of all laws that are not empty.

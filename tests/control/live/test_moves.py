@@ -13,6 +13,7 @@ from macromicro.control.live import moves
 from macromicro.control.live.messages import Accepted
 from macromicro.control.settings import Control
 from macromicro.types import SAFE, Sample
+from tests.control.errors import by_error
 
 from .bench import DT, PITCH, homed
 from .follower import QUICK, QUICK_CONTROL, hall, ready
@@ -44,7 +45,7 @@ def test_the_effort_is_the_macro_laws() -> None:
     machine.ask(m.MoveMacro(100))
     memory = macro.rest(0.0)
     for encoder in (0.0, 3.0, 10.0, 30.0):
-        memory, volts = macro.step(machine.s.laws.macro, memory, 100.0 - encoder, 1e-3)
+        memory, volts = by_error(machine.s.laws.macro, memory, 100.0 - encoder, 1e-3)
         assert machine.see(encoder).motor == volts
         assert machine.command[:2] == (100.0, 1.0)
 

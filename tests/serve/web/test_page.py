@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from page_parts import Page
+from tests import browser
 from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, contrast, luminance
 from web_parts import until
 
@@ -44,6 +45,24 @@ def test_a_move_by_click_arrives(ready: Page) -> None:
     assert ready.text("#target") == f"{place:.4f} mm"
     told = ready.text("#uncertainty")  # by laser: homing has placed the encoder's edges
     assert told.endswith("mm either way") and 7e-3 < float(told.split()[1]) < 20e-3
+
+
+def test_a_machine_of_one_stage_shows_that_one(chromium: None, fake: Any, tmp_path: Path) -> None:
+    """Read-out, jog and kinds of moves of the other one are gone."""
+    fake.stages = (m.MACRO,)
+    shown = (
+        "return [...document.querySelectorAll('[data-of=%s]')]"
+        ".map(e => getComputedStyle(e).display)"
+    )
+    with WebServer(fake, port=0, folder=tmp_path) as server:
+        driver = browser.driver(tmp_path / "browser", "127.0.0.1")
+        try:
+            page = Page(driver, server, fake)
+            page.show()
+            until(lambda: set(page.run(shown % "micro")) == {"none"})
+            assert len(page.run(shown % "micro")) == 4 and "none" not in page.run(shown % "macro")
+        finally:
+            driver.quit()
 
 
 @pytest.mark.parametrize("how", ["click", "key"])

@@ -34,6 +34,7 @@ def test_hello_gets_all_that_is_to_be_shown(client: Make, fake: Station) -> None
     viewer = client({"span": 2.0, "columns": 100, "view": 5})
     about = viewer.welcome
     assert about["admitted"] and about["open"] and "thesis" in about["programmes"]
+    assert about["stages"] == ["macro", "micro"]
     assert about["limits"]["whole_high"] == fake.settings.live.limits.whole_high
     state = viewer.get("state")
     assert (state["mode"], state["position_m"]) == ("ready", 0.0421234)

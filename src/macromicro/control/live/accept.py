@@ -10,7 +10,17 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from macromicro.control.live import bounds, brake, gains, homing, jog, moves, programme, targets
+from macromicro.control.live import (
+    alone,
+    bounds,
+    brake,
+    gains,
+    homing,
+    jog,
+    moves,
+    programme,
+    targets,
+)
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
@@ -48,6 +58,9 @@ def accept(p: LiveParameters, s: LiveState, request: Any) -> Answer:
     handle = _HANDLERS.get(type(request))
     if handle is None:
         return s, Refused(f"{type(request).__name__} is no request", "see the messages"), ()
+    absent = alone.refusal(p.stages, request)
+    if absent:
+        return s, absent, ()
     return handle(p, s, request)
 
 

@@ -10,6 +10,8 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Fine
 from macromicro.control.live.state import EMPTY, Drive, LiveState, Window
+from macromicro.control.stage_law import Sample as StageSample
+from macromicro.control.stage_law import Target
 from macromicro.types import Sample
 
 
@@ -64,7 +66,9 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
     d = s.drive
     if math.isnan(encoder):
         return d._replace(macro_reference=reference), 0.0
-    memory, motor = macro.step(s.laws.macro, d.memory, reference - encoder, dt)
+    memory, motor = macro.step(
+        s.laws.macro, d.memory, Target(reference, 0.0, 0.0), StageSample(s.time, encoder), dt
+    )
     return d._replace(macro_reference=reference, memory=memory), motor
 
 

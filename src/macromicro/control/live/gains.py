@@ -72,7 +72,7 @@ def change(
 
 def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
     """Settings in force; the micro effort of this moment stays, where the law integrates."""
-    laws = settings.prepare(new, False, p.calibration)
+    laws = settings.prepare(new, False, p.calibration, p.settings.pitch)
     old = s.laws.micro
     integral = s.drive.integral
     if s.mode in (m.HOLDING, m.MOVING_MICRO):

@@ -81,6 +81,8 @@ def step(
         return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
     s, efforts = _work(p, s, sample, dt)
     motor, ctrl, macro_active, micro_active, notices = efforts
+    if m.MACRO not in p.stages:  # `sequence.park` = 0 would hold what is not there
+        motor, macro_active = 0.0, 0.0
     d = s.drive
     command = Command(d.macro_reference, macro_active, d.micro_reference, micro_active, s.seen.fine)
     if s.mode == m.FAULT:
@@ -128,6 +130,8 @@ def _look(
     p: LiveParameters, s: LiveState, sample: Sample, dt: float, look: Look
 ) -> tuple[LiveState, Sample]:
     """Readings, speed, standstill and position after this sample; what is no number is missing."""
+    if m.MACRO not in p.stages:  # nothing carries the micro-stage: it stands at 0
+        sample = sample._replace(encoder=0.0)
     encoder, hall = sample.encoder, sample.hall
     time, shift = _time(s, sample.t, dt)
     if math.isinf(encoder) or math.isinf(hall):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from macromicro.control.live import parameters
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.supervisor import Plan
 
@@ -46,8 +47,8 @@ LOST = "lost"
 SUPERSEDED = "superseded"
 OUTCOMES = (DONE, STOPPED_BY_REQUEST, EMERGENCY, FAULTED, LIMIT, STALLED, LOST, SUPERSEDED)
 
-MACRO, MICRO = "macro", "micro"
-STAGES = (MACRO, MICRO)
+STAGES = parameters.STAGES
+MACRO, MICRO = STAGES
 
 Evidence = dict[str, Any]  # numbers and words by name; the unit is in the name ("error_mm")
 

@@ -10,6 +10,7 @@ from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
 from macromicro.schema.par import Par
 
+STAGES = ("macro", "micro")
 CHOICE = "machine choice"
 M16 = "200 mm = 2800 counts (M16)"
 BELOW = 0.2  # V; by how much homing pushes less than `guard.push`
@@ -249,17 +250,21 @@ class LiveParameters(NamedTuple):
         The laws at the start.
     calibration : Calibration
         Calibration of the Hall sensor.
+    stages : tuple[str, ...]
+        Stages that the machine has.
     """
 
     settings: Live
     control: Control
     calibration: Calibration
+    stages: tuple[str, ...] = STAGES
 
 
 def prepare(
     settings: Live | None = None,
     control: Control | None = None,
     table: Calibration | None = None,
+    stages: tuple[str, ...] = STAGES,
 ) -> LiveParameters:
     """The parameters of a machine; what is not given has its default.
 
@@ -271,6 +276,8 @@ def prepare(
         The laws at the start.
     table : Calibration | None, optional
         Calibration of the Hall sensor.
+    stages : tuple[str, ...], optional
+        Stages that the machine has.
 
     Returns
     -------
@@ -281,4 +288,5 @@ def prepare(
         Live() if settings is None else settings,
         Control() if control is None else control,
         calibration.shipped() if table is None else table,
+        stages,
     )

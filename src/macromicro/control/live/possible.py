@@ -12,7 +12,14 @@ _ALWAYS = frozenset({m.Stop, m.EmergencyStop, m.Disable, m.SetGains})
 _MOTIONS = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Programme})
 
 
-def possible(mode: int, *, moving: bool, trusted: bool, supersede: bool = False) -> frozenset[type]:
+def possible(
+    mode: int,
+    *,
+    moving: bool,
+    trusted: bool,
+    supersede: bool = False,
+    stages: tuple[str, ...] = m.STAGES,
+) -> frozenset[type]:
     """Kinds of requests that a mode does not rule out.
 
     Parameters
@@ -25,6 +32,8 @@ def possible(mode: int, *, moving: bool, trusted: bool, supersede: bool = False)
         Whether the position is known.
     supersede : bool, optional
         Whether a new motion may replace one under way.
+    stages : tuple[str, ...], optional
+        Stages that the machine has.
 
     Returns
     -------
@@ -44,6 +53,8 @@ def possible(mode: int, *, moving: bool, trusted: bool, supersede: bool = False)
         found |= _MOTIONS if trusted else set()
     if not moving:
         found |= {m.Home}
-    if mode in (m.MOVING_MACRO, m.SETTLING):
+    if mode in (m.MOVING_MACRO, m.SETTLING) or m.MICRO not in stages:
         found -= {m.MoveMicro}
+    if m.MACRO not in stages:
+        found -= {m.MoveMacro, m.Home}
     return frozenset(found)

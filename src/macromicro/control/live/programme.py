@@ -50,7 +50,7 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
         The transition.
     """
     raw = _raw(plan, s.frame.offset)
-    progress = supervisor.begin(s.seen.encoder)
+    progress = supervisor.begin(s.seen.encoder, s.laws.macro)
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
     work = Running(raw, progress, s.time, EMPTY, NAN, None)
     s = s._replace(motion=motion, work=work, drive=drive, target=math.nan)

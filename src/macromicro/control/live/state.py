@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from macromicro.control import macro, settings
 from macromicro.control.live import survey
-from macromicro.control.live.messages import DISABLED, Evidence
+from macromicro.control.live.messages import DISABLED, MACRO, MICRO, Evidence
 from macromicro.control.live.parameters import LiveParameters, SoftLimits
 from macromicro.control.live.survey import NOTHING, Survey
 from macromicro.control.macro import Memory
@@ -56,6 +56,8 @@ class Frame(NamedTuple):
         Where the relative reading is zero, m.
     named : bool
         Whether the offset is that of a homing or of a kept position, trusted or not.
+    carriage : bool
+        Whether a carriage bears the micro-stage: without one the place cannot be lost.
     """
 
     offset: float
@@ -63,6 +65,7 @@ class Frame(NamedTuple):
     trusted: bool
     zero: float
     named: bool = False
+    carriage: bool = True
 
 
 class Drive(NamedTuple):
@@ -400,17 +403,18 @@ def begin(
     LiveState
         State.
     """
+    alone = MACRO not in p.stages
     kept = NAN if coordinate is None else float(coordinate)
-    known = math.isfinite(kept)
+    known = not alone and math.isfinite(kept)
     first = kept if known else 0.0
     return LiveState(
         DISABLED,
         0.0,
         p.control,
-        settings.prepare(p.control, False, p.calibration),
+        settings.prepare(p.control, False, p.calibration, p.settings.pitch),
         p.settings.limits,
-        Seen(NAN, 0.0, 0.0, NAN, NAN),
-        Frame(NAN, first, trusted and known, 0.0, known),
+        Seen(NAN, 0.0, 0.0, NAN if MICRO in p.stages else 0.0, NAN),
+        Frame(NAN, first, (trusted and known) or alone, 0.0, known, not alone),
         Drive(0.0, 0.0, REST, 0.0, False),
         None,
         None,

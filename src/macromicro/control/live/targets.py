@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from macromicro.control.live import alone
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
 from macromicro.control.live.parameters import Live, LiveParameters, SoftLimits
@@ -64,7 +65,8 @@ def whole(
 
     The micro-stage alone, if the carriage rests where the remaining contraction lies in the band.
     Otherwise the macro-stage goes to the highest count from which, with its whole tolerance to
-    either side, the rest is within the band; the rest is chosen on arrival.
+    either side, the rest is within the band; the rest is chosen on arrival. A carriage alone goes
+    to the nearest count, a micro-stage alone to that contraction.
 
     Parameters
     ----------
@@ -91,6 +93,12 @@ def whole(
     if refusal:
         return refusal
     target = float(target)
+    if m.MICRO not in p.stages:  # to the nearest count
+        found = coarse(s, alone.nearest(target, pitch))
+        return found if isinstance(found, Refused) else found._replace(kind=kind)
+    if m.MACRO not in p.stages:
+        found = contraction(s, target)
+        return found if isinstance(found, Refused) else found._replace(kind=kind, target=target)
     low = max(fine.bias_low, q.micro_low)
     high = min(fine.bias_high, q.micro_high)
     rest = target - carriage(p, s)

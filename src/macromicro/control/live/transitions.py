@@ -143,7 +143,7 @@ def untrusted(s: LiveState, why: str) -> tuple[LiveState, tuple[Event, ...]]:
     notices : tuple[Event, ...]
         One if it was known before.
     """
-    if not s.frame.trusted:
+    if not s.frame.trusted or not s.frame.carriage:  # what stands cannot be lost
         return s, ()
     s = s._replace(frame=s.frame._replace(trusted=False))
     return s, (reported(s, "trust", why, {"trusted": False}),)

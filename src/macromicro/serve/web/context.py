@@ -38,6 +38,7 @@ class Context:
             "version": __version__,
             "rig": station.rig,
             "open": token.open,
+            "stages": list(station.stages),
             "limits": reporting.limits(station.settings),
             "units": list(LENGTHS),
             "programmes": list(programme.shipped()),

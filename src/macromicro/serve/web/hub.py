@@ -43,7 +43,9 @@ class Hub:
         self._time = now.time_s
         self.follow()
         self._follow_heat()
-        state = reporting.state(now, self._instrument.target(now), self.settings.live)
+        state = reporting.state(
+            now, self._instrument.target(now), self.settings.live, self.station.stages
+        )
         state |= extra
         state["plane"] = self._plane.words()
         self.state = json.dumps({"state": state}, allow_nan=False)

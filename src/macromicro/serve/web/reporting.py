@@ -18,18 +18,24 @@ from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Snapshot
 
 
-def offered(now: Snapshot, supersede: bool) -> list[str]:
+def offered(now: Snapshot, supersede: bool, stages: tuple[str, ...] = m.STAGES) -> list[str]:
     """Orders that make sense just now, by their names on the page."""
     if not now.running or now.mode not in m.MODES:
         return []
     moving = now.motion != 0
     kinds = possible(
-        m.MODES.index(now.mode), moving=moving, trusted=now.trusted, supersede=supersede
+        m.MODES.index(now.mode),
+        moving=moving,
+        trusted=now.trusted,
+        supersede=supersede,
+        stages=stages,
     )
     return [kind.name for kind in REQUESTS if kind.access == CONTROL and kind.message in kinds]
 
 
-def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
+def state(
+    now: Snapshot, target: float, settings: Live, stages: tuple[str, ...] = m.STAGES
+) -> dict[str, Any]:
     """The snapshot, and what makes sense now; `target` [m], or NaN."""
     state: dict[str, Any] = {
         name: getattr(now, name)
@@ -41,7 +47,7 @@ def state(now: Snapshot, target: float, settings: Live) -> dict[str, Any]:
     state |= {name: getattr(now, name) for name in ("motion", "holder", "clients", "emergency_s")}
     state["limits"] = telling.limits(now.limits)
     state["target_m"] = target
-    state["possible"] = offered(now, settings.supersede == 1)
+    state["possible"] = offered(now, settings.supersede == 1, stages)
     state["fault"] = None if now.fault is None else now.fault._asdict()
     state["pace"] = now.pace._asdict()
     state["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}

@@ -55,6 +55,7 @@ function welcome(server) {
   points.open(server.rig);
   $("rig").textContent = server.rig === "twin" ? "(virtual bench)" : server.rig;
   $("login").hidden = server.admitted;
+  for (const part of document.querySelectorAll("[data-of]")) part.hidden = !server.stages.includes(part.dataset.of);
   if (lost) say("Connected again.");
   lost = false;
   replayed = false;

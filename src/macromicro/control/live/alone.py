@@ -1,0 +1,95 @@
+"""A machine of one stage: its rig's sensors decide, and what is asked of the other is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Refused
+from macromicro.control.live.plain import among
+from macromicro.control.settings import Control
+from macromicro.control.supervisor import Plan
+
+SENSORS = {m.MACRO: "encoder", m.MICRO: "hall"}
+_NEEDS: dict[type, str] = {m.Home: m.MACRO, m.MoveMacro: m.MACRO, m.MoveMicro: m.MICRO}
+# What of the controller's settings belongs to the micro-stage; all else is the macro-stage's.
+_FINE = ("micro_law", "ctrl_limit", "p", "pi", "pi_antiwindup")
+_ALL = Control._fields
+
+
+def stages(channels: Iterable[str]) -> tuple[str, ...]:
+    """The stages that a rig has a sensor for.
+
+    Parameters
+    ----------
+    channels : iterable of str
+        What it measures.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Of `messages.STAGES`.
+    """
+    there = tuple(channels)
+    return tuple(stage for stage in m.STAGES if SENSORS[stage] in there)
+
+
+def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
+    """Why a machine of these stages cannot do what is asked, whatever its mode.
+
+    Parameters
+    ----------
+    stages : tuple[str, ...]
+        Those that it has.
+    request : Any
+        One of `messages`.
+
+    Returns
+    -------
+    Refused | None
+        None where it has all that is needed.
+    """
+    for stage in m.STAGES:
+        if stage not in stages and stage in _needed(request):
+            sensor = SENSORS[stage]
+            return Refused(
+                f"this machine has no {stage}-stage: its rig measures no {sensor}",
+                "ask for the stage that it has",
+            )
+    return None
+
+
+def _needed(request: Any) -> frozenset[str]:
+    """Stages that a request names."""
+    kind = type(request)
+    if kind in _NEEDS:
+        return frozenset({_NEEDS[kind]})
+    if kind is m.Jog and among(request.stage, m.STAGES):
+        return frozenset({request.stage})
+    if kind is m.Programme and isinstance(request.plan, Plan):
+        return frozenset(s for k, s in enumerate(m.STAGES) if (request.plan.stage == k).any())
+    if kind is m.SetGains and isinstance(request.changes, tuple):
+        named = [pair[0] for pair in request.changes if isinstance(pair, tuple) and pair]
+        sets = [path.partition(".")[0] for path in named if isinstance(path, str)]
+        return frozenset(m.MICRO if s in _FINE else m.MACRO for s in sets if s in _ALL)
+    return frozenset()
+
+
+def nearest(position: float, pitch: float) -> float:
+    """The count of a carriage alone that is nearest to a position.
+
+    Parameters
+    ----------
+    position : float
+        m.
+    pitch : float
+        Travel per count, m.
+
+    Returns
+    -------
+    float
+        counts of the homed frame, a whole number.
+    """
+    return float(math.floor(position / pitch + 0.5))

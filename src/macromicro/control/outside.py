@@ -1,0 +1,417 @@
+"""Control laws of other packages: named in the settings, found when they are asked for.
+
+A law is known by the type of its gains, so that compiled code, whose types are decided by the
+gains in the settings, calls the right one, and no list of laws needs an edit. Its memory
+travels behind those of this package's laws (`macro.Memory`), with a mark whether it has begun.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from macromicro import kernel
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.errors import InputError
+from macromicro.kernel import by_type, is_kernel
+from macromicro.schema import plugins
+from macromicro.schema.par import Par, entries
+from macromicro.schema.text import printable
+
+GROUP = "macromicro.laws"
+FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
+UNITS = ("m", "count")
+_NEEDED = ("gains", "memory", "start", "step")
+_SHAPE = (
+    "a macromicro.control.stage_law.StageLaw, or a class with its gains, memory, start and step "
+    "(docs/laws.md)"
+)
+
+
+class NoGains(NamedTuple):
+    """The gains of no law of another package."""
+
+
+class Held(NamedTuple):
+    """A law's memory.
+
+    Attributes
+    ----------
+    fresh : float
+        1 before the law's first period, when its `start` is due; then 0.
+    memory : Any
+        Of the law; of no meaning while it is fresh.
+    """
+
+    fresh: float
+    memory: Any
+
+
+Kept = tuple[Held, ...]  # none or one
+
+_laws: dict[str, StageLaw] = {}
+_by_gains: dict[type, str] = {}
+
+
+def is_name(name: str) -> bool:
+    """Whether a text may name a law of another package.
+
+    Parameters
+    ----------
+    name : str
+        As in the settings.
+
+    Returns
+    -------
+    bool
+        "module:object", or the name of an installed entry point of the group `GROUP`.
+    """
+    return bool(name) and (plugins.spelled(name) or name in offered())
+
+
+def offered() -> tuple[str, ...]:
+    """Names of the laws that installed packages offer.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Entry points of the group `GROUP`.
+    """
+    return tuple(plugins.registered(GROUP))
+
+
+def find(name: str, where: str) -> StageLaw:
+    """The law of a name, imported at the first call.
+
+    Parameters
+    ----------
+    name : str
+        "module:object", or that of an entry point.
+    where : str
+        Option or file and key, for messages.
+
+    Returns
+    -------
+    StageLaw
+        The law.
+
+    Raises
+    ------
+    InputError
+        It is not to be had, or is no law.
+    """
+    if name not in _laws:
+        law = checked(imported(name, where), name, where)
+        other = _by_gains.setdefault(law.gains, name)
+        if other != name and _laws[other] != law:
+            found = f"{printable(name)} has the gains of {other}, {law.gains.__name__}"
+            raise InputError(where, found, "a type of gains of its own for each law")
+        _laws[name] = law
+        if compiles(law):
+            kernel.admit(name, digest(name))
+    return _laws[name]
+
+
+def imported(name: str, where: str) -> Any:
+    """What a user's module has under a law's name.
+
+    Parameters
+    ----------
+    name : str
+        "module:object", or that of an entry point.
+    where : str
+        Option or file and key, for messages.
+
+    Returns
+    -------
+    Any
+        Not checked.
+
+    Raises
+    ------
+    InputError
+        It is not to be had.
+    """
+    place = name if plugins.spelled(name) else plugins.registered(GROUP)[name]
+    return plugins.load(place, where, "a law", _suits)
+
+
+def _suits(made: Any) -> bool:
+    return isinstance(made, StageLaw) or all(hasattr(made, part) for part in _NEEDED)
+
+
+def checked(made: Any, name: str, where: str) -> StageLaw:
+    """What a user's module has under a law's name, as a law.
+
+    Parameters
+    ----------
+    made : Any
+        A `StageLaw`, or a class or an object with its four parts as attributes.
+    name : str
+        Of it.
+    where : str
+        Option or file and key, for messages.
+
+    Returns
+    -------
+    StageLaw
+        The law.
+
+    Raises
+    ------
+    InputError
+        It has not the shape of a law.
+    """
+    if isinstance(made, StageLaw):
+        law = made
+    else:
+        missing = [part for part in _NEEDED if not hasattr(made, part)]
+        if missing:
+            kind = made.__name__ if isinstance(made, type) else type(made).__name__
+            raise InputError(where, f"{name}, {kind} without {', '.join(missing)}", _SHAPE)
+        it = made() if isinstance(made, type) else made
+        rest = {n: getattr(it, n) for n in ("unit", "compensated") if hasattr(it, n)}
+        law = StageLaw(name, it.gains, it.memory, it.start, it.step, **rest)
+    for part, accepted in _wrong(law):
+        raise InputError(f"{where}, {part} of {name}", printable(getattr(law, part)), accepted)
+    return law
+
+
+def _wrong(law: StageLaw) -> list[tuple[str, str]]:
+    """Parts that cannot be a law's, with what is accepted there."""
+    floats = "a NamedTuple of floats"
+    found = []
+    if not (_tuple_class(law.gains) and _defaults(law.gains)):
+        found.append(("gains", f"{floats} with defaults"))
+    elif len(list(entries(law.gains()))) < len(law.gains._fields):
+        found.append(("gains", f"{floats}, each annotated with a {Par.__module__}.Par"))
+    if not _tuple_class(law.memory):
+        found.append(("memory", f"a class, {floats}"))
+    found += [(p, "a function") for p in ("start", "step") if not callable(getattr(law, p))]
+    if law.unit not in UNITS:
+        found.append(("unit", " or ".join(map(repr, UNITS))))
+    return found
+
+
+def _tuple_class(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
+def _defaults(kind: Any) -> bool:
+    return len(kind._field_defaults) == len(kind._fields) > 0
+
+
+def compiles(law: StageLaw) -> bool:
+    """Whether a law is meant to be compiled.
+
+    Parameters
+    ----------
+    law : StageLaw
+        The law.
+
+    Returns
+    -------
+    bool
+        True if its `start` and `step` are kernels.
+    """
+    return is_kernel(law.start) and is_kernel(law.step)
+
+
+def digest(name: str) -> str:
+    """What the sources of a law are: an edit of it makes another digest.
+
+    Parameters
+    ----------
+    name : str
+        Of a law that was found.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
+    """
+    found = hashlib.sha256()
+    for source in _sources(_laws[name]):
+        found.update(source.read_bytes())
+    return found.hexdigest()[:16]
+
+
+def _sources(law: StageLaw) -> list[Path]:
+    """Files whose edit changes what the law compiles to: its module and package, other kernels."""
+    files = kernel.foreign() if compiles(law) else set()
+    for function in (law.start, law.step):
+        files.add(Path(inspect.getfile(function)))
+        top = sys.modules.get(function.__module__.partition(".")[0])
+        for folder in getattr(top, "__path__", ()):
+            files |= set(Path(folder).rglob("*.py"))
+    return sorted(files)
+
+
+def of(gains: Any) -> str:
+    """The name of the law that has these gains.
+
+    Parameters
+    ----------
+    gains : Any
+        The set `controller.own` of the settings.
+
+    Returns
+    -------
+    str
+        As in the settings; "" for `NoGains`.
+    """
+    return _by_gains.get(type(gains), "")
+
+
+def having(gains: Any) -> StageLaw:
+    """The law that has these gains.
+
+    Parameters
+    ----------
+    gains : Any
+        Of a law that was found.
+
+    Returns
+    -------
+    StageLaw
+        The law.
+    """
+    return _laws[_by_gains[type(gains)]]
+
+
+def found() -> tuple[Any, ...]:
+    """Types of gains of the laws that this process has found.
+
+    Returns
+    -------
+    tuple[Any, ...]
+        Classes.
+    """
+    return tuple(_by_gains)
+
+
+def _begun(gains: Any) -> Callable[..., Any]:
+    if len(gains) == 0:
+        return lambda gains: ()
+    kind = _laws[_by_gains[gains[0].instance_class]].memory
+    zeros = (0.0,) * len(kind._fields)
+    return lambda gains: (Held(1.0, kind(*zeros)),)
+
+
+@by_type(_begun)
+def begun(gains: tuple[Any, ...]) -> Kept:
+    """The memory before a law's first period, of the type that it will have.
+
+    Parameters
+    ----------
+    gains : tuple[Any, ...]
+        None, or those of one law.
+
+    Returns
+    -------
+    Kept
+        Of that law; empty without one.
+    """
+    kinds = [having(each).memory for each in gains]
+    return tuple(Held(1.0, kind(*[0.0] * len(kind._fields))) for kind in kinds)
+
+
+def _again(kept: Any) -> Callable[..., Any]:
+    if len(kept) == 0:
+        return lambda kept: ()
+    return lambda kept: (Held(1.0, kept[0].memory),)
+
+
+@by_type(_again)
+def again(kept: Kept) -> Kept:
+    """The same memory, as before its law's first period.
+
+    Parameters
+    ----------
+    kept : Kept
+        Of a law; empty without one.
+
+    Returns
+    -------
+    Kept
+        Fresh.
+    """
+    return tuple(Held(1.0, held.memory) for held in kept)
+
+
+def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[..., Any]:
+    if len(gains) == 0:
+        return lambda gains, kept, target, sample, dt: ((), 0.0)
+    law = _laws[_by_gains[gains[0].instance_class]]
+    start, one = law.start, law.step
+
+    def chosen(
+        gains: tuple[Any, ...], kept: Kept, target: Target, sample: Sample, dt: float
+    ) -> tuple[Kept, float]:
+        memory = kept[0].memory
+        if kept[0].fresh > 0.5:
+            memory = start(gains[0], sample)
+        memory, effort = one(gains[0], memory, target, sample, dt)
+        return (Held(0.0, memory),), effort
+
+    return chosen
+
+
+@by_type(_step)
+def step(
+    gains: tuple[Any, ...], kept: Kept, target: Target, sample: Sample, dt: float
+) -> tuple[Kept, float]:
+    """One period of a law of another package.
+
+    Parameters
+    ----------
+    gains : tuple[Any, ...]
+        Of one law.
+    kept : Kept
+        Its memory; empty before its first period.
+    target : Target
+        In the law's unit.
+    sample : Sample
+        In the law's unit.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    kept : Kept
+        New memory.
+    effort : float
+        V.
+    """
+    law = having(gains[0])
+    fresh = not kept or kept[0].fresh > 0.5
+    memory = law.start(gains[0], sample) if fresh else kept[0].memory
+    memory, effort = law.step(gains[0], memory, target, sample, dt)
+    return (Held(0.0, memory),), effort
+
+
+def _integral(kept: Any) -> Callable[..., Any]:
+    if len(kept) == 0 or "integral" not in kept[0].types[1].fields:
+        return lambda kept: 0.0
+    return lambda kept: kept[0].memory.integral
+
+
+@by_type(_integral)
+def integral(kept: Kept) -> float:
+    """Integral effort, of a law whose memory has a field `integral`.
+
+    Parameters
+    ----------
+    kept : Kept
+        Its memory; empty without a law.
+
+    Returns
+    -------
+    float
+        V; 0 without such a field.
+    """
+    return float(getattr(kept[0].memory, "integral", 0.0)) if kept else 0.0

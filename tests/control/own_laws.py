@@ -1,0 +1,96 @@
+"""Laws as a user writes them, for tests; named "tests.control.own_laws:NAME"."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+HERE = "tests.control.own_laws"
+
+
+def gain(unit: str) -> Par:
+    return Par(unit, "a gain", "a test", positive=True, hi=1e3)
+
+
+class Gains(NamedTuple):
+    slope: Annotated[float, gain("1/s")] = 50.0
+    reach: Annotated[float, gain("V")] = 2.0
+
+
+class Memory(NamedTuple):
+    place: float
+    speed: float
+
+
+def begin(gains: Gains, sample: Sample) -> Memory:
+    return Memory(sample.position, 0.0)
+
+
+def slide(
+    gains: Gains, memory: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[Memory, float]:
+    """Towards the line e' + slope e = 0, the speed filtered: two states."""
+    rate = (sample.position - memory.place) / dt
+    speed = memory.speed + (rate - memory.speed) * dt / (0.003 + dt)
+    off = gains.slope * (target.position - sample.position) + target.velocity - speed
+    return Memory(sample.position, speed), gains.reach * min(max(off / 0.1, -1.0), 1.0)
+
+
+class PlainGains(NamedTuple):
+    slope: Annotated[float, gain("1/s")] = 50.0
+    reach: Annotated[float, gain("V")] = 2.0
+
+
+plain = StageLaw("plain", PlainGains, Memory, begin, slide)
+
+
+@kernel
+def start(gains: Gains, sample: Sample) -> Memory:
+    return Memory(sample.position, 0.0)
+
+
+@kernel
+def step(
+    gains: Gains, memory: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[Memory, float]:
+    """As `slide`."""
+    rate = (sample.position - memory.place) / dt
+    speed = memory.speed + (rate - memory.speed) * dt / (0.003 + dt)
+    off = gains.slope * (target.position - sample.position) + target.velocity - speed
+    return Memory(sample.position, speed), gains.reach * min(max(off / 0.1, -1.0), 1.0)
+
+
+sliding = StageLaw("sliding mode", Gains, Memory, start, step)
+
+
+class CountGains(NamedTuple):
+    now: Annotated[float, gain("V/count")] = 0.02
+
+
+class CountMemory(NamedTuple):
+    integral: float
+
+
+class InCounts:
+    """A class; it sees counts, and has an integral."""
+
+    gains, memory, unit, compensated = CountGains, CountMemory, "count", False
+
+    @staticmethod
+    def start(gains: CountGains, sample: Sample) -> CountMemory:
+        return CountMemory(sample.position)
+
+    @staticmethod
+    def step(
+        gains: CountGains, memory: CountMemory, target: Target, sample: Sample, dt: float
+    ) -> tuple[CountMemory, float]:
+        effort = gains.now * (target.position - sample.position)
+        return CountMemory(memory.integral + dt), effort
+
+
+twin = StageLaw("the same gains", Gains, Memory, begin, slide)
+bare = StageLaw("no gains", CountMemory, Memory, begin, slide)
+number = 5
