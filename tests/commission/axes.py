@@ -52,7 +52,9 @@ class Virtual:
     def wait(self, dt: float) -> None:
         assert dt == self.dt
         self.queue.append(abs(self.effort) if self.magnitude else self.effort)
-        pull = self.queue.pop(0) - self.axis.offset
+        emf = self.axis.viscous * self.v
+        given = min(max(self.queue.pop(0), emf - self.axis.limit), emf + self.axis.limit)
+        pull = given - self.axis.offset
         level = self.axis.coulomb + self.ripple * math.sin(self.x / 0.004)
         self.v, gone = step(self.axis._replace(coulomb=level), self.v, pull, dt)
         self.x += gone

@@ -74,7 +74,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     motor and supply.
     """
     if config is not None and machine_run.other(config):
-        options: dict[str, object] = {"--requirements": requirements, "--fan": fan}
+        options: dict[str, object] = {"--requirements": requirements, "--fan": fan, "--law": law}
         machine_studies.only(options, machine_studies.name_of(config))
         place = out or Path("results") / f"robust-{config.stem}"
         asked = machine_studies.Asked(config, place, overwrite, figures, as_json, seed)

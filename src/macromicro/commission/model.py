@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -182,8 +183,10 @@ def _limited(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float
     except CommissionError:
         gentle = start
     best, least = free, _LIMITED * plain
-    for part in _LIMITS:
-        tried = gentle._replace(stribeck_speed=start.stribeck_speed, limit=part * push)
+    gentle = gentle._replace(stribeck_speed=start.stribeck_speed)
+    # A late force and a limited one look alike: begin on both sides.
+    for part, lag in product(_LIMITS, {gentle.lag, 0.1 * dt}):
+        tried = gentle._replace(lag=lag, limit=part * push)
         found = _search(strokes, tried, breakaway, dt)
         error = _rms(_missed(strokes, found, dt))
         if error < least and found.limit < push:

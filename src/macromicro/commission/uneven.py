@@ -21,7 +21,8 @@ from macromicro.identify.axis import Axis, late, step
 from macromicro.kernel import compiled, kernel
 
 KNOTS = 20
-_ROUNDS = 4
+_ROUNDS, _HALVED = 8, 3
+_SETTLED = 0.99  # a round that lowers the mean square by less is the last
 _WITNESSES = 5.0  # values that a stroke counts for when data and prior are weighed
 _COMPARED = 150  # samples of each stroke
 _STEP = 0.01  # of a parameter, for differences
@@ -214,11 +215,16 @@ def fitted(
     for _ in range(_ROUNDS):
         jacobian = _slopes(errors, by, steps)
         normal = jacobian.T @ jacobian + weight * np.diag(prior)
-        change = np.linalg.pinv(normal, hermitian=True) @ (jacobian.T @ error - weight * prior * by)
-        tried = errors(by + change)
-        if np.mean(tried**2) >= np.mean(error**2):
+        slope = jacobian.T @ error - weight * prior * by
+        change, before = np.linalg.pinv(normal, hermitian=True) @ slope, np.mean(error**2)
+        for _ in range(_HALVED):
+            tried = errors(by + change)
+            if np.mean(tried**2) < before:
+                by, error = by + change, tried
+                break
+            change = 0.5 * change
+        if np.mean(error**2) > _SETTLED * before:
             break
-        by, error = by + change, tried
     jacobian = _slopes(errors, by, steps)
     weight = np.mean(error**2) * len(error) / (_WITNESSES * len(strokes))
     bread = np.linalg.pinv(jacobian.T @ jacobian + weight * np.diag(prior), hermitian=True)

@@ -1,0 +1,160 @@
+"""A whole commissioning: steps, resuming, verification, page and machine file."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.commission.axes import PLAIN, Virtual, session
+
+from macromicro.commission import procedure, report, store
+from macromicro.commission.procedure import Options, Work
+from macromicro.commission.running import EXCHANGE, Commissioned, Place, commission
+from macromicro.commission.stand import Stand
+from macromicro.errors import InputError
+from macromicro.machines import machine
+
+OPTIONS = Options(effort=8.0, speed=1.0, creep=0.04, travel=0.3)
+STARTED = "2026-01-01 12:00:00"
+
+
+def place(made: list[Virtual] | None = None, **how: Any) -> Place:
+    def make(seed: int) -> Virtual:
+        rig = Virtual(PLAIN, late=1, ripple=0.02, **how)
+        if made is not None:
+            made.append(rig)
+        return rig
+
+    return Place("an axis <b>", make, 1e-3, 1e-5, 8.0, False)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Commissioned, Path, list[str]]:
+    out = tmp_path_factory.mktemp("commission")
+    said: list[str] = []
+    found = commission(
+        place(sign=-1.0),
+        OPTIONS,
+        out,
+        ask=lambda title, intent: said.append(f"{title}: {intent}"),
+        done=lambda title: said.append(f"{title} done"),
+    )
+    report.write(out, found, place(), STARTED)
+    return found, out, said
+
+
+def test_every_step_says_what_it_will_do_before_it_does_it(
+    done: tuple[Commissioned, Path, list[str]],
+) -> None:
+    said = done[2]
+    assert [s.endswith(" done") for s in said] == [False, True] * 5
+    assert "0 to at most 8 V" in said[0]
+    assert "40 mm/s" in said[2] and "300 mm" in said[2]
+    assert "7 places" in said[4]
+    assert "40 strokes" in said[6] and "1 m/s" in said[6]
+    assert "makes 7 moves" in said[8]
+
+
+def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str]]) -> None:
+    found = done[0]
+    assert found.verified.met
+    assert report.why(found) == ""
+    assert found.work.direction.sign == -1.0
+    assert found.model.axis.mass == pytest.approx(PLAIN.mass, rel=0.02)
+    assert found.settings.travel.high == pytest.approx(0.1, rel=0.06)
+    worst = max(abs(m.rest_error or 0.0) for m in found.verified.moves)
+    assert worst < found.settings.arrival.tolerance * 1e3
+
+
+def test_the_machine_s_file_runs(done: tuple[Commissioned, Path, list[str]]) -> None:
+    found, out, _ = done
+    kind, tree = machine.load(out / report.MACHINE)
+    assert kind.name == "axis"
+    assert tree == found.settings
+    text = (out / report.MACHINE).read_text()
+    assert EXCHANGE in text
+    assert f"mass = {found.model.axis.mass:.4g} +- {found.model.half_width('mass'):.2g}" in text
+
+
+def test_the_page_tells_all_and_escapes(done: tuple[Commissioned, Path, list[str]]) -> None:
+    _, out, _ = done
+    page = (out / report.PAGE).read_text()
+    assert "an axis &lt;b&gt;" in page
+    assert "Verified: all 7 moves arrived" in page
+    assert page.count("data:image/png;base64,") == 3
+    assert "counts down" in page
+    kept = json.loads((out / report.JSON).read_text())
+    assert kept["verification"]["met"]
+    assert kept["model"]["mass"]["unit"] == "V*s^2/m"
+    assert sorted(p.name for p in out.iterdir()) == sorted(
+        n for n in report.names() if not n.endswith((".svg", ".pdf"))
+    )
+
+
+def test_a_commissioning_is_resumed_after_its_last_step(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    for name in (f"{store.FOLDER}-direction.json", f"{store.FOLDER}-ends.json"):
+        shutil.copy(done[1] / name, tmp_path)
+    made: list[Virtual] = []
+    said: list[str] = []
+
+    def ended() -> bool:
+        return "friction over position" in said
+
+    rig = place(made, sign=-1.0)
+    with pytest.raises(KeyboardInterrupt):
+        commission(rig, OPTIONS, tmp_path, ask=lambda title, _: said.append(title), ended=ended)
+    # The ends again, since the encoder's zero is new; and nothing is left on.
+    assert said == ["end stops and travel", "friction over position"]
+    assert made[0].effort == 0.0
+    assert not (tmp_path / f"{store.FOLDER}-friction.json").exists()
+
+
+def test_what_was_kept_is_read_back(
+    done: tuple[Commissioned, Path, list[str]], tmp_path: Path
+) -> None:
+    found, out, _ = done
+    asked = place().asked(OPTIONS)
+    kept = store.read(out, asked)
+    assert kept[procedure.DIRECTION] == found.work.direction
+    assert kept[procedure.FRICTION] == found.work.friction
+    for one, other in zip(kept[procedure.STROKES], found.work.strokes, strict=True):
+        assert (one.x == other.x).all() and (one.u == other.u).all()
+    with pytest.raises(InputError, match="effort"):
+        store.read(out, place().asked(OPTIONS._replace(effort=7.0)))
+    (tmp_path / f"{store.FOLDER}-direction.json").write_text("{")
+    with pytest.raises(InputError, match="damaged"):
+        store.read(tmp_path, asked)
+    assert store.read(tmp_path / "none", asked) == {}
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        (OPTIONS._replace(effort=0.0), "--effort"),
+        (OPTIONS._replace(speed=float("nan")), "--speed"),
+        (OPTIONS._replace(creep=2.0), "--creep"),
+        (OPTIONS._replace(low=-0.01), "both, or none"),
+        (OPTIONS._replace(low=0.01, high=0.02), "around where the axis stands"),
+    ],
+)
+def test_options_are_checked_before_anything_moves(options: Options, match: str) -> None:
+    made: list[Virtual] = []
+    with pytest.raises(InputError, match=match):
+        commission(place(made), options)
+    assert not made
+
+
+def test_a_named_window_is_not_left() -> None:
+    made: list[Virtual] = []
+    rig = place(made).make(0)
+    options = OPTIONS._replace(low=-0.02, high=0.05)
+    work = Work(Stand(session(rig), 1e-3, 1e-5), options)
+    procedure.perform(work, lambda step, intent: None, lambda step, found: None)
+    assert not work.ends.found
+    low, high = made[0].reached
+    assert low > -0.0205 and high < 0.0505
