@@ -75,6 +75,10 @@ def test_the_greatest_speed_leaves_the_reserve():
     assert DEFAULT.motion.acceleration == pytest.approx(
         0.6 * (0.7 * sheets.force(DEFAULT) - 3.0) / sheets.mass(DEFAULT), rel=1e-3
     )
+    short = DEFAULT.with_({"travel.high": "2 mm", "travel.low": "-1 mm"})
+    assert short.motion.velocity == pytest.approx(
+        math.sqrt(0.003 * sheets.left(short) / sheets.mass(short)), rel=1e-3
+    )
     slow = DEFAULT.with_("encoder.rate", "10000 counts/s")
     assert slow.motion.velocity == pytest.approx(8000.0 * DEFAULT.encoder.pitch, rel=1e-3)
 
@@ -139,6 +143,8 @@ def test_the_guard_follows_the_motion():
 def test_steps_of_the_physics_follow_period_and_mode():
     assert DEFAULT.timing.steps == 20
     assert DEFAULT.with_("timing.period", "0.2 ms").timing.steps == 4
+    quick = DEFAULT.with_({"timing.period": "0.04 ms", "timing.delay": "0.02 ms"})
+    assert quick.timing.steps == 1
     soft = DEFAULT.with_(
         {
             "drive.frequency": "90 Hz",
@@ -182,6 +188,18 @@ def test_the_plant_of_two_masses_has_its_zero_and_its_pole():
     assert abs(beside[0]) > 10.0 * abs(sheets.plant(soft, np.array([40.0])))[0]
     stiff = sheets.plant(DEFAULT, np.array([2.0]))[0]
     assert sheets.plant(soft, np.array([2.0]))[0] == pytest.approx(stiff, rel=0.02)
+
+
+def test_the_tolerance_follows_counts_noise_and_slack():
+    def tolerance(**changes):
+        return DEFAULT.with_({k.replace("_", ".", 1): v for k, v in changes.items()}).arrival
+
+    pitch = DEFAULT.encoder.pitch
+    assert DEFAULT.arrival.tolerance == pytest.approx(4.0 * pitch, rel=1e-3)
+    assert tolerance(encoder_noise="50 um").tolerance == pytest.approx(200e-6)
+    soft = {"drive_frequency": "95 Hz", "drive_backlash": "400 um", "friction_coulomb": "0.5 N"}
+    assert tolerance(**soft).tolerance < 300e-6
+    assert tolerance(**soft, encoder_at="load", encoder_pitch="5 um").tolerance == 400e-6
 
 
 def test_every_derived_setting_is_a_parameter():

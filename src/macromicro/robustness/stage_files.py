@@ -160,7 +160,9 @@ def draw_figure(found: Study) -> Any:
             ax.hist(values, bins=30, color=BLUE)
             ax.axvline(np.quantile(values, 0.95), color=RED, label="95 %")
         ax.axvline(getattr(found.nominal, name), color=GREEN, linestyle="--", label="nominal")
-        finish(ax, about.meaning, f"[{about.unit}]", "machines", legend=True)
+        finish(
+            ax, name.replace("_", " "), f"{about.meaning} [{about.unit}]", "machines", legend=True
+        )
     figure.subplots_adjust(hspace=0.6)
     return figure
 

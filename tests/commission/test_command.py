@@ -1,0 +1,77 @@
+"""`macromicro commission` as a person calls it, on a rig of one's own, in processes."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+RIG = f"""
+import sys
+sys.path.insert(0, {str(ROOT)!r})
+from tests.commission.axes import PLAIN, Virtual
+
+def bench(seed):
+    return Virtual(PLAIN, late=1, pitch=1e-4)
+"""
+
+
+def command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    line = [sys.executable, "-m", "macromicro", "commission", *words]
+    return subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "mylab.py").write_text(RIG)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("words", "match"),
+    [
+        (("--pitch", "5 um"), "--pitch"),
+        (("--rig", "mylab:bench"), "travel per encoder count"),
+        (("--rig", "mylab:bench", "--pitch", "5 V"), "--pitch"),
+        (("--rig", "mylab:bench", "--pitch", "100 um"), "--effort"),
+        (("--rig", "mylab:bench", "--config", "x.toml"), "--config"),
+        (("--creep", "9 m/s"), "--creep"),
+        (("--from", "-5 mm"), "both, or none"),
+        (("--rig", "mylab:bench", "--pitch", "100 um", "--effort", "8 V"), "nobody can be asked"),
+    ],
+)
+def test_what_is_missing_or_wrong_is_said(folder: Path, words: tuple[str, ...], match: str) -> None:
+    done = command(folder, *words, "--out", "out")
+    assert done.returncode == 2
+    assert match in done.stderr
+    assert not (folder / "out").exists()
+
+
+def test_an_interrupted_commissioning_is_resumed(folder: Path) -> None:
+    words = ("--rig", "mylab:bench", "--pitch", "100 um", "--effort", "8 V", "--speed", "1 m/s",
+             "--yes", "--out", "out")  # fmt: skip
+    line = [sys.executable, "-m", "macromicro", "commission", *words]
+    with subprocess.Popen(line, cwd=folder, stderr=subprocess.PIPE, text=True) as run:
+        kept = folder / "out" / "steps-direction.json"
+        until = time.monotonic() + 60.0
+        while not kept.exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        run.send_signal(signal.SIGINT)
+        said = run.communicate()[1]
+    assert run.returncode == 130, said
+    assert "--resume goes on" in said
+    before = kept.read_text()
+    again = command(folder, *words)
+    assert again.returncode == 2
+    done = command(folder, *words, "--resume")
+    assert done.returncode == 0, done.stderr
+    assert "sign and breakaway" not in done.stderr
+    assert "7 of 7 moves arrived" in done.stdout
+    assert kept.read_text() == before
+    assert json.loads((folder / "out" / "commission.json").read_text())["verification"]["met"]
