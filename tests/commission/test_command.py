@@ -53,6 +53,7 @@ def test_what_is_missing_or_wrong_is_said(folder: Path, words: tuple[str, ...], 
     assert not (folder / "out").exists()
 
 
+@pytest.mark.slow
 def test_an_interrupted_commissioning_is_resumed(folder: Path) -> None:
     words = ("--rig", "mylab:bench", "--pitch", "100 um", "--effort", "8 V", "--speed", "1 m/s",
              "--yes", "--out", "out")  # fmt: skip
