@@ -68,3 +68,21 @@ def test_a_bandwidth_is_lowered_until_the_mode_leaves_the_loop_alone():
 def test_the_cascade_of_a_bandwidth():
     made = loops.gains(100.0, 0.02, 0.25, 7.0)
     assert made[:4] == (25.0, 2.0, 25.0, 700.0)
+
+
+def test_margins_of_a_loop_known_in_closed_form():
+    # 20 / (s (1 + s/10) (1 + s/100)): crossover where |L| = 1, gain margin 110 / 20.
+    f = np.geomspace(0.05, 100.0, 4000)
+    s = 2j * math.pi * f
+    found = loops.margins(f, 20.0 / (s * (1.0 + s / 10.0) * (1.0 + s / 100.0)))
+    assert found.gain == pytest.approx(5.5, rel=1e-3)
+    w = 2.0 * math.pi * found.crossover
+    assert 20.0 / (w * abs((1 + 1j * w / 10) * (1 + 1j * w / 100))) == pytest.approx(1.0, rel=1e-4)
+    assert found.phase == pytest.approx(
+        90.0 - math.degrees(math.atan(w / 10.0) + math.atan(w / 100.0)), abs=0.01
+    )
+    assert found.modulus < 2.0 * math.sin(math.radians(found.phase) / 2.0) + 1e-6
+    none = loops.margins(f, 1e-3 / (1.0 + s))
+    assert math.isnan(none.crossover) and math.isnan(none.phase) and math.isnan(none.gain)
+    double = loops.margins(f, 100.0 * (1.0 + s / 5.0) / s**2)  # from -180 deg on
+    assert 0.0 < double.phase < 90.0

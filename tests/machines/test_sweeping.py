@@ -1,7 +1,6 @@
 """The measured frequency response, against the linear model and by hand."""
 
 import json
-import math
 
 import numpy as np
 import pytest
@@ -62,24 +61,6 @@ def test_a_loop_that_is_not_stable_is_said_to_be_so():
     wild = FINE._replace(controller=gains)
     with pytest.raises(InputError, match=r"response at 50 Hz.*the effort reaches its limit"):
         sweeping.measured(AXIS, wild, np.array([50.0]), model(wild))
-
-
-def test_margins_of_a_loop_known_in_closed_form():
-    # 20 / (s (1 + s/10) (1 + s/100)): crossover where |L| = 1, gain margin 110 / 20.
-    f = np.geomspace(0.05, 100.0, 4000)
-    s = 2j * math.pi * f
-    found = sweeping.margins(f, 20.0 / (s * (1.0 + s / 10.0) * (1.0 + s / 100.0)))
-    assert found.gain == pytest.approx(5.5, rel=1e-3)
-    w = 2.0 * math.pi * found.crossover
-    assert 20.0 / (w * abs((1 + 1j * w / 10) * (1 + 1j * w / 100))) == pytest.approx(1.0, rel=1e-4)
-    assert found.phase == pytest.approx(
-        90.0 - math.degrees(math.atan(w / 10.0) + math.atan(w / 100.0)), abs=0.01
-    )
-    assert found.modulus < 2.0 * math.sin(math.radians(found.phase) / 2.0) + 1e-6
-    none = sweeping.margins(f, 1e-3 / (1.0 + s))
-    assert math.isnan(none.crossover) and math.isnan(none.phase) and math.isnan(none.gain)
-    double = sweeping.margins(f, 100.0 * (1.0 + s / 5.0) / s**2)  # from -180 deg on
-    assert 0.0 < double.phase < 90.0
 
 
 def test_the_command_writes_numbers_and_a_bode_plot(tmp_path, monkeypatch, capsys):

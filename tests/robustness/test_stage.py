@@ -8,7 +8,7 @@ import pytest
 from macromicro import cli
 from macromicro.errors import InputError
 from macromicro.machines import machine, planning
-from macromicro.robustness import stage
+from macromicro.robustness import stage, stage_files
 from macromicro.schema.par import entries
 from macromicro.uncertainty.table import AXIS as ROWS
 
@@ -55,14 +55,14 @@ def test_the_plant_changes_and_the_law_does_not():
 def test_a_study_tells_the_share_and_what_the_errors_go_with():
     found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
     assert found.arrives.total == 12 and found.arrives.passed >= 11
-    told = stage.content(found)
+    told = stage_files.content(found)
     assert told["done"] == 12 and len(told["machines"]) == 12
     m = told["metrics"]["rms_error"]
     values = [t.rms_error for t in found.found]
     assert m["nominal"] == found.nominal.rms_error and m["worst"] == max(values)
     assert m["quantiles"]["0.5"] == pytest.approx(np.median(values))
     assert m["goes_with"] in [r.name for r in found.rows] and abs(m["rank_correlation"]) <= 1.0
-    assert f"{found.arrives.passed} of 12 machines" in stage.lines(found)[0]
+    assert f"{found.arrives.passed} of 12 machines" in stage_files.lines(found)[0]
     assert stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 1).found == found.found
 
 

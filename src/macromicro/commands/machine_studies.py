@@ -52,6 +52,7 @@ def tune(
     from macromicro.runs import folder
     from macromicro.schema import keys
     from macromicro.tuning import stage as tuning
+    from macromicro.tuning import stage_files as told
 
     kinds = formats(asked.figures)
     machine, settings = load(asked.config)
@@ -61,10 +62,10 @@ def tune(
     keys.seed(asked.seed, "--seed")
     keys.whole(evaluations, 10, 1_000_000, "--evaluations")
     plan = planning.plan(planning.usual(settings), settings)
-    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=tuning.FILES)
+    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
-        folder.held(asked.out, overwrite=asked.overwrite, names=tuning.FILES),
+        folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
         progress(f"tuning the {machine.name}, objective {aim.name}", "designs at most") as pace,
     ):
         pace.begin(evaluations)
@@ -81,13 +82,13 @@ def tune(
             tell,
         )
         signals.later()
-        tuning.write(asked.out, found, kinds)
+        told.write(asked.out, found, kinds)
     if asked.as_json:
-        print(to_json(tuning.content(found)), end="")
+        print(to_json(told.content(found)), end="")
         return
-    for name, before, after, unit in tuning.table(found):
+    for name, before, after, unit in told.table(found):
         print(f"{name:66} {before:12.5g} {after:12.5g} {unit}".rstrip())
-    print(f"results: {asked.out}; try: macromicro run --config {asked.out / tuning.SETTINGS}")
+    print(f"results: {asked.out}; try: macromicro run --config {asked.out / told.SETTINGS}")
 
 
 def robust(asked: Asked, programme: str | None, samples: int, workers: int | None) -> None:
@@ -100,6 +101,7 @@ def robust(asked: Asked, programme: str | None, samples: int, workers: int | Non
     from macromicro.machines.machine import load
     from macromicro.report.summary import as_json as to_json
     from macromicro.robustness import stage as robustness
+    from macromicro.robustness import stage_files as told
     from macromicro.runs import folder
     from macromicro.schema import keys
 
@@ -111,10 +113,10 @@ def robust(asked: Asked, programme: str | None, samples: int, workers: int | Non
     else:
         moves = planning.load(programmes.find(programme), settings)
     plan = planning.plan(moves, settings)
-    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=robustness.FILES)
+    folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
-        folder.held(asked.out, overwrite=asked.overwrite, names=robustness.FILES),
+        folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
     ):
         signals.later()
         with progress(moves.title, "runs") as pace:
@@ -130,11 +132,11 @@ def robust(asked: Asked, programme: str | None, samples: int, workers: int | Non
         if not found.found:
             print("macromicro: interrupted; nothing written", file=sys.stderr)
             raise typer.Exit(signals.status)
-        robustness.write(asked.out, found, kinds)
+        told.write(asked.out, found, kinds)
     if asked.as_json:
-        print(to_json(robustness.content(found)), end="")
+        print(to_json(told.content(found)), end="")
     else:
-        print("\n".join(robustness.lines(found)))
+        print("\n".join(told.lines(found)))
         print(f"results: {asked.out}")
     if len(found.found) < samples:
         said = f"interrupted after {len(found.found)} of {samples} machines"

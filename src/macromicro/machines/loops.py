@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -105,3 +105,55 @@ def gains(w: float, per_speed: float, outer: float, observer: float) -> Any:
     return Cascade(
         position=outer * w, velocity=per_speed * w, integral=outer * w, observer=observer * w
     )
+
+
+class Margins(NamedTuple):
+    """Margins of a loop that is known at some frequencies; NaN: not within them.
+
+    Attributes
+    ----------
+    crossover : float
+        Lowest frequency where the gain falls through 1, Hz.
+    phase : float
+        Phase margin there, deg.
+    gain : float
+        Factor by which the gain may grow.
+    modulus : float
+        Least distance from -1: the inverse of the largest sensitivity.
+    """
+
+    crossover: float
+    phase: float
+    gain: float
+    modulus: float
+
+
+def margins(frequency: Array, loop: Complex) -> Margins:
+    """Margins, between the frequencies by straight lines over the logarithm of the frequency.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Hz, rising.
+    loop : ndarray of complex, shape (n,)
+        Open loop.
+
+    Returns
+    -------
+    Margins
+        Of it.
+    """
+    x, gain = np.log(frequency), np.log(np.abs(loop))
+    phase = np.unwrap(np.angle(loop))
+    phase -= 2.0 * math.pi * math.ceil(phase[0] / (2.0 * math.pi))  # a loop lags at first
+    nan = math.nan
+    crossover = margin = grow = nan
+    for k in range(len(x) - 1):
+        if math.isnan(crossover) and gain[k] >= 0.0 > gain[k + 1]:
+            share = gain[k] / (gain[k] - gain[k + 1])
+            crossover = math.exp(x[k] + share * (x[k + 1] - x[k]))
+            margin = 180.0 + math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
+        if math.isnan(grow) and phase[k] > -math.pi >= phase[k + 1] and gain[k + 1] < 0.0:
+            share = (phase[k] + math.pi) / (phase[k] - phase[k + 1])
+            grow = math.exp(-(gain[k] + share * (gain[k + 1] - gain[k])))
+    return Margins(crossover, margin, grow, float(np.min(np.abs(1.0 + loop))))

@@ -13,8 +13,9 @@ import numpy.typing as npt
 import macromicro
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, new
+from macromicro.machines.loops import Complex, Margins, margins
 from macromicro.machines.machine import Machine, as_toml
-from macromicro.machines.sweeping import Complex, Margins, Response, margins
+from macromicro.machines.sweeping import Response
 from macromicro.runs import folder
 from macromicro.schema.text import plain
 

@@ -2,30 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-import macromicro
 from macromicro.arrays import Array
-from macromicro.columns import quantities
-from macromicro.drawing import files as drawings
-from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.errors import InputError
-from macromicro.machines import runs
-from macromicro.machines.machine import KEY, Machine
+from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trials
 from macromicro.robustness import stage as machines
-from macromicro.runs import folder
-from macromicro.schema import config
 from macromicro.schema.keys import nearest
-from macromicro.schema.par import entries, replaced, value_at
-from macromicro.schema.text import plain
+from macromicro.schema.par import replaced, value_at
 from macromicro.tuning.evolution import minimise
 
 # Gains that are searched, by law.
@@ -41,8 +31,6 @@ KNOBS = {
 }
 WIDE = 4.0  # a gain is searched from a fourth of its value to four times as much
 FAILED = 1e6
-SETTINGS, NUMBERS, FIGURE = "tuned.toml", "tuning.json", "response"
-FILES = (SETTINGS, NUMBERS, *drawings.names((FIGURE,)))
 
 
 class Objective(NamedTuple):
@@ -285,130 +273,3 @@ def search(
         judged,
         seed,
     )
-
-
-def table(found: Tuning) -> list[tuple[str, float, float, str]]:
-    """Gains and measures before and after.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    list[tuple[str, float, float, str]]
-        Name, before, after, unit.
-    """
-    units = {e.path: e.par.unit.replace("*", " ") for e in entries(found.start)}
-    lines = [
-        (path, value_at(found.start, path), value_at(found.tuned, path), units[path])
-        for path in KNOBS[found.machine.law.name]
-    ]
-    several = ", nominal" if len(found.before) > 1 else ""
-    for name, about in quantities(Trial).items():
-        unit = "" if about.unit == "1" else about.unit
-        now = [getattr(t[0], name) for t in (found.before, found.after)]
-        lines.append((about.meaning + several, now[0], now[1], unit))
-    which = f", worst of {len(found.before)} machines" if several else ""
-    first, last = found.costs
-    lines.append((f"cost ({found.objective.name}){which}", first, last, found.objective.unit))
-    if found.fresh[0]:
-        late = [sum(t.fault != 0.0 or t.missed > 0.0 for t in group) for group in found.fresh]
-        of = f"of {len(found.fresh[0])} fresh machines, those that fault or do not arrive"
-        lines.append((of, float(late[0]), float(late[1]), ""))
-        middle = [float(np.nanmedian([t.rms_error for t in group])) for group in found.fresh]
-        lines.append(("on them, median rms error on the way", middle[0], middle[1], "um"))
-    return lines
-
-
-def as_toml(found: Tuning) -> str:
-    """Settings for ``macromicro run --config``.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    str
-        The machine, the gains, and whatever else the start set.
-    """
-    head = (
-        f"# {found.machine.title}: {found.machine.law.name}, tuned for {found.objective.name}\n"
-        f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
-    )
-    body = config.changed_toml(found.tuned, found.machine.settings, KNOBS[found.machine.law.name])
-    return f'{head}{KEY} = "{found.machine.name}"\n\n{body}'
-
-
-def content(found: Tuning) -> dict[str, Any]:
-    """The content of tuning.json.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    dict[str, Any]
-        Objective, gains and measures.
-    """
-    return {
-        "machine": found.machine.name,
-        "law": found.machine.law.name,
-        "objective": {"name": found.objective.name, "meaning": found.objective.meaning},
-        "penalties": {"overshoot": OVERSHOOT, "rough": ROUGH},
-        "evaluations": found.evaluations,
-        "seed": found.seed,
-        "version": macromicro.__version__,
-        "machines": len(found.before),
-        "table": [{"name": n, "before": b, "after": a, "unit": u} for n, b, a, u in table(found)],
-    }
-
-
-def draw_figure(found: Tuning) -> Any:
-    """Errors before and after, over the same moves.
-
-    Parameters
-    ----------
-    found : Tuning
-        What was found.
-
-    Returns
-    -------
-    Any
-        A figure of matplotlib.
-    """
-    figure, axes = new(5.2, 2, sharex=True)
-    for tree, color, label in ((found.start, RED, "before"), (found.tuned, BLUE, "after")):
-        run = runs.record(found.machine, tree, found.plan, seed=found.seed).recording
-        line(axes[0, 0], run["t"], (run["target"] - run["position"]) * 1e3, color, label)
-        line(axes[1, 0], run["t"], run["effort"], color, label)
-    band = found.start.arrival.tolerance * 1e6
-    for edge in (-band, band):
-        axes[0, 0].axhline(edge, color=BLACK, linewidth=0.8, linestyle=":")
-    finish(axes[0, 0], "Set point minus position; dotted: tolerance", "", "[um]", legend=True)
-    finish(axes[1, 0], "Effort at the D/A", y="[V]", legend=True)
-    return figure
-
-
-def write(out: Path, found: Tuning, kinds: Sequence[str]) -> None:
-    """Write all files, or none.
-
-    Parameters
-    ----------
-    out : Path
-        The folder.
-    found : Tuning
-        What was found.
-    kinds : Sequence[str]
-        Formats of the figure.
-    """
-    with folder.staged(out, remove=FILES) as place:
-        (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
-        text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
-        (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
-        drawings.save(draw_figure(found), place, FIGURE, kinds)
