@@ -88,9 +88,9 @@ def test_gains_follow_from_heat_and_way():
     shift = wire_sheets.rate(DEFAULT) * wire_sheets.way(DEFAULT) / (8e6 * wire_sheets.area(DEFAULT))
     per_joule = wire_sheets.way(DEFAULT) / (found.latent + found.capacity * (10.0 + shift))
     assert wire_sheets.per_joule(DEFAULT) == pytest.approx(per_joule)
-    assert law.kp == pytest.approx(60.0 * 10.0 / (per_joule * 1.05**2 * 1.85), rel=1e-3)
-    assert law.ki == pytest.approx(6.0 * law.kp, rel=1e-3)
-    assert (law.kaw, law.low, law.high) == (60.0, 0.0, 10.0)
+    assert law.kp == pytest.approx(100.0 * 10.0 / (per_joule * 1.05**2 * 1.85), rel=1e-3)
+    assert law.ki == pytest.approx(5.0 * law.kp, rel=1e-3)
+    assert (law.kaw, law.low, law.high) == (100.0, 0.0, 10.0)
     up, down = wire_sheets.speeds(DEFAULT)
     assert down == pytest.approx(per_joule * (49.17 - 22.0) / found.resistance, rel=1e-3)
     assert up > 5.0 * down
@@ -98,7 +98,7 @@ def test_gains_follow_from_heat_and_way():
     assert DEFAULT.travel.high == pytest.approx(0.9 * wire_sheets.way(DEFAULT), rel=1e-3)
     assert DEFAULT.arrival.tolerance == pytest.approx(3e-6)
     slow = DEFAULT.with_("driver.lag", "20 ms")
-    assert slow.controller.kaw == pytest.approx(0.3 / 0.021, rel=1e-3)
+    assert slow.controller.kaw == pytest.approx(0.6 / 0.021, rel=1e-3)
 
 
 def test_nothing_that_no_sheet_prints_is_known():

@@ -9,7 +9,7 @@ from macromicro import cli
 from macromicro.errors import InputError
 from macromicro.machines import machine, planning
 from macromicro.machines.trial import Trial
-from macromicro.tuning import stage
+from macromicro.tuning import stage, stage_files
 
 AXIS = machine.MACHINES[0]
 PLAN = planning.plan(planning.usual(AXIS.settings), AXIS.settings)
@@ -58,7 +58,7 @@ def test_the_gains_of_every_law_are_searched(other):
     plan = planning.plan(usual._replace(**first), settings)
     found = stage.search(other, settings, plan, stage.named("error"), stage.Budget(6))
     assert found.evaluations >= 5 and found.costs[1] <= found.costs[0] < stage.FAILED
-    names = [line[0] for line in stage.table(found)][: len(stage.KNOBS[other.law.name])]
+    names = [line[0] for line in stage_files.table(found)][: len(stage.KNOBS[other.law.name])]
     assert names == list(stage.KNOBS[other.law.name])
     assert machine.as_toml(found.tuned) and found.tuned.together() == []
 

@@ -22,8 +22,9 @@ STIFFENING = 8e6  # Pa/K; Clausius-Clapeyron, literature: 6.5 to 10
 MARTENSITE, AUSTENITE = 30e9, 75e9  # Pa; literature: 28 to 41, 83 at most
 ROOM = 0.9  # share of the wire's way that targets may use
 SLOWER = 0.5  # share of what heating and cooling can that moves use
-QUICK = 60.0  # rad/s; bandwidth at most
-SLOW = 0.1  # of it, the integral: with more the loop hunts across the hysteresis
+QUICK = 100.0  # rad/s; bandwidth at most
+LATE = 0.6  # rad; phase that period and driver may take there
+SLOW = 0.05  # of it, the integral: with more the loop hunts across the hysteresis
 
 
 class Heats(NamedTuple):
@@ -271,7 +272,7 @@ def bandwidth(tree: Any) -> float:
     float
         rad/s.
     """
-    return min(QUICK, 0.3 / float(tree.timing.period + tree.driver.lag))
+    return min(QUICK, LATE / float(tree.timing.period + tree.driver.lag))
 
 
 def _velocity(tree: Any) -> float:
