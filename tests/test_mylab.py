@@ -94,7 +94,9 @@ def test_a_plain_law_runs_at_once(lab: Path) -> None:
     done = command(lab, "run", "moves.toml", "--law", PLAINLY, "--out", "plain", "--json")
     assert "it runs interpreted" in done.stderr
     assert [abs(m["final_error"]) < 0.2 for m in json.loads(done.stdout)["moves"]] == [True, True]
-    about = Recording.load(lab / "plain" / "recording.h5").attributes
+    found = Recording.load(lab / "plain" / "recording.h5")
+    assert 50.0 < found["law_speed"].max() < 2e3  # mm/s
+    about = found.attributes
     told = json.loads(str(about["overrides"]))
     assert told == {
         "controller.macro_law": PLAINLY, "controller.own.kp": "100 V/m",
@@ -106,6 +108,7 @@ def test_a_law_on_a_rig(lab: Path) -> None:
     """Both of one's own."""
     done = command(lab, "run", "moves.toml", "--rig", "mylab:bench", "--config", "mine.toml",
                    "--yes", "--json", "--out", "both")  # fmt: skip
+    assert "law_speed" in Recording.load(lab / "both" / "recording.h5")
     assert "interpreted" not in done.stderr and "from 10 to 20 mm" in done.stderr
     assert [abs(m["final_error"]) < 0.2 for m in json.loads(done.stdout)["moves"]] == [True, True]
 
@@ -128,6 +131,8 @@ def test_a_sweep_and_a_search(lab: Path) -> None:
 @pytest.mark.slow  # it compiles the whole bench with this law, about 10 s
 def test_a_compiled_law_on_the_bench(lab: Path) -> None:
     command(lab, "run", "moves.toml", "--config", "mine.toml", "--out", "compiled")
+    found = Recording.load(lab / "compiled" / "recording.h5")
+    assert 50.0 < found["law_speed"].max() < 2e3 and "mm/s" in str(found.columns)
     done = command(lab, "robust", "--samples", "10", "--config", "mine.toml", "--programme",
                    "moves.toml", "--out", "robust", "--json")  # fmt: skip
     assert SLIDING in done.stdout

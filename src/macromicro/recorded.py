@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Column, Quantity, layout, put
-from macromicro.control import macro
+from macromicro.control import macro, outside
+from macromicro.control.macro import MacroLaw
 from macromicro.control.supervisor import FAULT, Progress
 from macromicro.kernel import kernel
 from macromicro.plant.bench import Truth
@@ -57,6 +58,22 @@ def named(*names: str) -> tuple[Column, ...]:
     """
     known = {column.name: column for column in COLUMNS}
     return tuple(known[name] for name in names)
+
+
+def columns(law: MacroLaw) -> tuple[Column, ...]:
+    """What a run records each control period under a law of the macro-stage.
+
+    Parameters
+    ----------
+    law : MacroLaw
+        The law.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        `COLUMNS`, and what a law of another package has recorded of its memory.
+    """
+    return (*COLUMNS, *outside.columns(law.gains[macro.SHIPPED :]))
 
 
 @kernel

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import hall_table, loop, recorded
-from macromicro.control import calibration, supervisor
+from macromicro.control import calibration, outside, supervisor
 from macromicro.control import settings as control_settings
+from macromicro.control.macro import SHIPPED
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.kernel import cache_folder, compiled
@@ -175,7 +176,8 @@ def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -
     if not rolled.control.macro.compiles:
         CompiledTwin(rolled.plant, 0)
         return
-    nothing, block = np.empty((0, NOISES)), np.empty((recorded.ROWS, 0))
+    rows = len(recorded.columns(rolled.control.macro))
+    nothing, block = np.empty((0, NOISES)), np.empty((rows, 0))
     compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
 
@@ -210,7 +212,8 @@ def _switched_off(
     """The period after a run that was ended from outside: measured, and all outputs safe."""
     place = calibration.position(rolled.control.calibration, sample.hall)
     command = Command(progress.macro_reference, 0.0, progress.micro_reference, 0.0, place)
-    column = np.empty((recorded.ROWS, 1))
+    column = np.empty((len(recorded.columns(rolled.control.macro)), 1))
+    outside.note(column, 0, progress.macro[SHIPPED:], recorded.ROWS)
     shown = recorded.inside(progress, watch)
     recorded.note(column, 0, sample, command, SAFE, shown, real)
     return column
@@ -317,14 +320,14 @@ def simulate(
     rolled = prepare(settings, programme, fan)
     if not rolled.control.macro.compiles:
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
-    advance = compiled(loop.rollout)
+    advance, rows = compiled(loop.rollout), len(recorded.columns(rolled.control.macro))
     random = noise_source(seed)
     run = rolled.run
     limit = round(longest(settings, programme) / PERIOD)
     began = time.perf_counter()
     while run.tick < limit:
         noise = random.standard_normal((CHUNK, NOISES))
-        block = np.empty((recorded.ROWS, CHUNK))
+        block = np.empty((rows, CHUNK))
         run, written = advance(
             rolled.plant, rolled.control, rolled.watchdog, rolled.plan, run, noise, block, PERIOD
         )

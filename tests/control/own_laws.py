@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from macromicro.columns import Quantity
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.kernel import kernel
 from macromicro.schema.par import Par
@@ -22,7 +23,7 @@ class Gains(NamedTuple):
 
 class Memory(NamedTuple):
     place: float
-    speed: float
+    speed: Annotated[float, Quantity("mm/s", "filtered speed", scale=1e3)]
 
 
 def begin(gains: Gains, sample: Sample) -> Memory:
@@ -89,6 +90,28 @@ class InCounts:
     ) -> tuple[CountMemory, float]:
         effort = gains.now * (target.position - sample.position)
         return CountMemory(memory.integral + dt), effort
+
+
+class ToldGains(NamedTuple):
+    share: Annotated[float, gain("V")] = 1.0
+
+
+class Told:
+    """Its effort [V] tells what it is shown beside the positions."""
+
+    gains, memory, unit, compensated = ToldGains, CountMemory, "count", False
+
+    @staticmethod
+    def start(gains: ToldGains, sample: Sample) -> CountMemory:
+        return CountMemory(0.0)
+
+    @staticmethod
+    def step(
+        gains: ToldGains, memory: CountMemory, target: Target, sample: Sample, dt: float
+    ) -> tuple[CountMemory, float]:
+        return memory, gains.share * (
+            sample.t + 10.0 * target.velocity + 100.0 * target.acceleration
+        )
 
 
 twin = StageLaw("the same gains", Gains, Memory, begin, slide)

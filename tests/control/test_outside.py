@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -198,6 +199,26 @@ def test_its_sources_decide_where_it_is_compiled(monkeypatch: pytest.MonkeyPatch
     one = kernel.cache_folder()
     kernel.admit("x", "2")
     assert kernel.cache_folder() != one != ours
+
+
+def _noted(out: np.ndarray, k: int, kept: Any, first: int) -> None:
+    outside.note(out, k, kept, first)
+
+
+def test_what_a_law_has_recorded() -> None:
+    """Fields of its memory that are annotated with a `Quantity`, compiled and interpreted."""
+    for name in (SLIDING, COUNTS):
+        Control().joined(name, "a test")
+    (column,) = outside.columns((Gains(),))
+    assert column[:3] == ("law_speed", "mm/s", "filtered speed")
+    assert outside.columns(()) == outside.columns((InCounts.gains(),)) == ()
+    kept = (Held(0.0, Memory(3.0, 0.25)),)
+    for way in (_noted, kernel.compiled(_noted)):
+        out = np.zeros((4, 3))
+        way(out, 1, kept, 2)
+        assert out[2, 1] == 250.0 and np.count_nonzero(out) == 1
+        way(out, 0, (), 2)
+        assert np.count_nonzero(out) == 1
 
 
 def test_gains_not_a_number_are_not_taken() -> None:

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro import kernel
+from macromicro.arrays import Array
+from macromicro.columns import Column, layout
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.errors import InputError
 from macromicro.kernel import by_type, is_kernel
@@ -392,6 +394,60 @@ def step(
     memory = law.start(gains[0], sample) if fresh else kept[0].memory
     memory, effort = law.step(gains[0], memory, target, sample, dt)
     return (Held(0.0, memory),), effort
+
+
+def columns(gains: tuple[Any, ...]) -> tuple[Column, ...]:
+    """What is recorded of a law's memory: its fields that are annotated with a `Quantity`.
+
+    Parameters
+    ----------
+    gains : tuple[Any, ...]
+        Of one law; none without one.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        Named "law_" and the field.
+    """
+    found = [c for each in gains for c in layout(having(each).memory).columns]
+    return tuple(c._replace(name=f"law_{c.name}", dtype="f8") for c in found)
+
+
+def _note(out: Any, k: Any, kept: Any, first: Any) -> Callable[..., Any]:
+    if len(kept) == 0:
+        return lambda out, k, kept, first: None
+    (part,) = layout(kept[0].types[1].instance_class).parts
+    rows, scales = part
+
+    def noted(out: Array, k: int, kept: Kept, first: int) -> None:
+        memory = kept[0].memory
+        for j in range(len(memory)):
+            if rows[j] >= 0:
+                out[first + rows[j], k] = scales[j] * memory[j]
+
+    return noted
+
+
+@by_type(_note)
+def note(out: Array, k: int, kept: Kept, first: int) -> None:
+    """Write what is recorded of a law's memory into a block.
+
+    Parameters
+    ----------
+    out : ndarray, shape (rows, periods)
+        The block.
+    k : int
+        Column of the block.
+    kept : Kept
+        Of a law; empty without one.
+    first : int
+        Row of the first of `columns`.
+    """
+    for held in kept:
+        (part,) = layout(type(held.memory)).parts
+        for row, scale, value in zip(*part, held.memory, strict=True):
+            if row >= 0:
+                out[first + row, k] = scale * value
 
 
 def _integral(kept: Any) -> Callable[..., Any]:

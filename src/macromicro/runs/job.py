@@ -320,7 +320,7 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     file = job.out / folder.RECORDING
     outcome = None
     began = time.perf_counter()
-    rows = programmed.columns(job.source)
+    rows = programmed.columns(job.source, job.settings)
     with (
         Recorder(
             file, rows, _capacity(job.settings, job.programme), PERIOD, attributes

@@ -16,10 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 import macromicro
-from macromicro import loop, simulate
+from macromicro import loop, recorded, simulate
 from macromicro.columns import Column
 from macromicro.control import settings as control_settings
 from macromicro.control import supervisor
+from macromicro.control.settings import Control
 from macromicro.control.supervisor import Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.design import response
@@ -28,7 +29,7 @@ from macromicro.design.tracking import followed
 from macromicro.errors import InputError
 from macromicro.loop import PERIOD
 from macromicro.programme import MACRO, MICRO, Programme
-from macromicro.recorded import COLUMNS, NAMES
+from macromicro.recorded import NAMES
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
 from macromicro.rig.faults import describe
@@ -120,22 +121,26 @@ def perform(
     return _on_rig(on, programme, settings, sink, (seed, fan), progress)
 
 
-def columns(on: Place = None) -> tuple[Column, ...]:
+def columns(on: Place = None, settings: Settings | None = None) -> tuple[Column, ...]:
     """What a run on a machine records: of a rig what it measures, and nothing true.
 
     Parameters
     ----------
     on : Place, optional
         As for `perform`.
+    settings : Settings | None, optional
+        Of the run, whose law may have columns of its own; default: a law of this package.
 
     Returns
     -------
     tuple[Column, ...]
         In the order of the rows.
     """
+    control = Control() if settings is None else settings.controller
+    every = recorded.columns(control_settings.prepare(control).macro)
     if on is None:
-        return COLUMNS
-    return replaying.columns(on) if isinstance(on, Recording) else seen(on)
+        return every
+    return replaying.columns(on) if isinstance(on, Recording) else seen(on, every)
 
 
 def record(
@@ -188,7 +193,7 @@ def record(
     if fault is not None:
         attributes["fault"] = f"{fault.message} {fault.evidence}"
     rows = np.concatenate(blocks.blocks, axis=1)
-    return Done(Recording.from_arrays(columns(on), rows, PERIOD, attributes), outcome)
+    return Done(Recording.from_arrays(columns(on, settings), rows, PERIOD, attributes), outcome)
 
 
 def about(
@@ -336,7 +341,8 @@ def _on_rig(
         last, rig = _driven(fixture, programme, settings, control, (seed, limits), take)
     finally:
         if blocks.blocks:
-            sink.append(_filled(fixture, np.concatenate(blocks.blocks, axis=1)))
+            every = recorded.columns(control.macro)
+            sink.append(_filled(fixture, np.concatenate(blocks.blocks, axis=1), every))
     finished = last.phase == supervisor.DONE
     took = len(blocks.blocks) * PERIOD
     return Outcome(finished, rig.watch, took, time.perf_counter() - began)
@@ -364,11 +370,13 @@ def _driven(
     return last, rig
 
 
-def _filled(fixture: Fixture, rows: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Of all columns those that a rig fills, its flags known in every row."""
-    values = {c.name: row for c, row in zip(COLUMNS, rows, strict=True)}
+def _filled(
+    fixture: Fixture, rows: npt.NDArray[np.float64], every: tuple[Column, ...]
+) -> npt.NDArray[np.float64]:
+    """Of `every` column those that a rig fills, its flags known in every row."""
+    values = {c.name: row for c, row in zip(every, rows, strict=True)}
     values |= {name: known(values[name]) for name in FLAGS}
-    return np.array([values[c.name] for c in seen(fixture)])
+    return np.array([values[c.name] for c in seen(fixture, every)])
 
 
 def check(fixture: Fixture, programme: Programme) -> None:

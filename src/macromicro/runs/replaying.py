@@ -112,7 +112,7 @@ def replay(
             progress(done * PERIOD, int(block[_MOVE, -1]))
 
     def take(row: NDArray[np.float64]) -> None:
-        rows.append(row)
+        rows.append(row[: len(COLUMNS)])  # of a law of another package nothing is kept beside
         if len(rows) >= _BLOCK:
             flush()
 

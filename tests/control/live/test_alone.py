@@ -153,6 +153,7 @@ def test_a_micro_stage_alone_is_where_it_is(kind: Any) -> None:
     machine = made(STAGE, coordinate=7.0, trusted=False)
     show(machine, hall=volts(0.2e-3))
     assert machine.s.seen.position == pytest.approx(0.2e-3, abs=1e-8)
+    assert (machine.s.seen.encoder, machine.s.frame.offset) == (0.0, 0.0)
     assert math.isfinite(uncertainty(machine.p, machine.s))
     machine.ask(m.Enable())
     assert isinstance(machine.ask(kind(1e-3)), Accepted)

@@ -6,9 +6,13 @@ import math
 
 import pytest
 
-from macromicro.control.live.effort import observe
+from macromicro.control.live.effort import macro_effort, observe
 from macromicro.control.live.parameters import Fine
 from macromicro.control.live.state import EMPTY, Window
+from macromicro.control.settings import Control
+from tests.control.own_laws import HERE
+
+from .bench import Machine
 
 DT = 1e-3
 FOUR = Fine(window=0.004, band=10e-6)
@@ -48,3 +52,11 @@ def test_the_band_has_two_sides(error: float, counts: bool) -> None:
     w = seen(FOUR, [1.0, 2.0, 1.0, 2.0], error, EMPTY._replace(held=0.1))
     assert w.held == (pytest.approx(0.104) if counts else 0.0)
     assert w.mean == pytest.approx(error)
+
+
+def test_a_law_is_told_the_time_and_that_a_target_stands() -> None:
+    """A law of another package sees more than the error."""
+    machine = Machine(control=Control().joined(f"{HERE}:Told", "a test"))
+    s = machine.s._replace(time=0.25)
+    drive, motor = macro_effort(s, 3.0, 9.0, 1e-3)
+    assert (drive.macro_reference, motor) == (9.0, 0.25)
