@@ -59,10 +59,16 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/guard.md": {" allowed error": "a drawing"},
     "docs/identify.md": {
         "macromicro identify drive own.csv": DATA,
+        "macromicro identify plays own.csv": DATA,
         "macromicro identify drive DATA_EMPS.mat": "not part of the repository",
         "macromicro identify hysteresis curves.csv": DATA,
         "M dv/dt": "an equation",
         "mass        93.8": "an output",
+    },
+    "docs/machines.md": {
+        "macromicro run moves.toml": TESTED + "tests/machines/test_job.py",
+        "macromicro tune axis": TESTED + "tests/tuning/test_stage.py",
+        "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
     },
     "docs/recording.md": {"n = double(h5read": "MATLAB"},
     "docs/reproduce.md": {
@@ -106,6 +112,7 @@ CANNOT: dict[str, dict[str, str]] = {
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
     "docs/laws.md": ("mine.toml",),
+    "docs/machines.md": ("machine.toml",),
     "docs/rigs.md": ("moves.toml",),
     "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
 }
@@ -240,6 +247,7 @@ def command(words: str, folder: Path) -> None:
 def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
     """Files that a page shows are there under the names it uses for them."""
     shutil.copy(ROOT / "tests" / "data" / "forc" / "hchb_forc", tmp_path)
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
     # A page may show a file behind the command that takes it.
     shown = [b for b in blocks(page) if b.kind in ("toml", "csv") and not reason(page, b.text)]
     for name, block in zip(FILES.get(page, ()), shown, strict=True):
