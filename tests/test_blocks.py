@@ -61,6 +61,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify drive own.csv": DATA,
         "macromicro identify plays own.csv": DATA,
         "macromicro identify drive DATA_EMPS.mat": "not part of the repository",
+        "macromicro run --config emps/model.toml": TESTED + "tests/identify/test_axis_settings.py",
+        "macromicro tune axis --config emps": TESTED + "tests/tuning/test_stage.py",
         "macromicro identify hysteresis curves.csv": DATA,
         "M dv/dt": "an equation",
         "mass        93.8": "an output",

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from macromicro.identify import Axis, simulate
 from macromicro.identify import axis as model
+from macromicro.identify.axis import late
 
 forces = st.lists(st.floats(-60.0, 60.0), min_size=5, max_size=60)
 axes = st.builds(
@@ -22,6 +23,8 @@ axes = st.builds(
     asymmetry=st.floats(-4.0, 4.0),
     stribeck=st.floats(0.0, 10.0),
     stribeck_speed=st.floats(0.01, 1.0),
+    lag=st.just(0.0),  # `simulate` shifts the force, `free_run` takes it as it comes
+    limit=st.floats(5.0, 100.0) | st.just(math.inf),
 )
 
 
@@ -160,3 +163,27 @@ def test_a_free_run_begins_where_it_is_told_with_the_offset_taken_off() -> None:
     x = simulate(p, np.full(4, 5.0), 0.5, x=7.0, v=-1.0)
     t = 0.5 * np.arange(4)
     np.testing.assert_allclose(x, 7.0 - t + t**2)
+
+
+def test_a_late_force_acts_parts_of_a_sample_later() -> None:
+    force = np.array([1.0, 2.0, 4.0, 8.0])
+    assert late(force, 0.0).tolist() == force.tolist()
+    assert late(force, 1e12).tolist() == [1.0] * 4
+    assert late(force, 1.25).tolist() == [1.0, 1.0, 1.75, 3.5]
+    axis = Axis(2.0, 3.0, lag=2.5e-3)
+    u = np.sin(np.arange(200) * 0.05)
+    prompt = simulate(axis._replace(lag=0.0), late(u, 2.5), 1e-3)
+    assert simulate(axis, u, 1e-3).tolist() == prompt.tolist()
+
+
+def test_a_force_is_limited_less_the_back_emf() -> None:
+    """At rest at most `limit`; at a speed v, Fv v more may be asked for."""
+    axis = Axis(2.0, 3.0, limit=5.0)
+    free = axis._replace(limit=np.inf)
+    push = np.full(500, 9.0)
+    x = simulate(axis, push, 1e-3)
+    # Limited, the force less friction is 5 N: constant acceleration, until Fv v makes up the rest.
+    t = np.arange(500) * 1e-3
+    assert x == pytest.approx(0.5 * 2.5 * t**2, rel=0.01, abs=1e-5)
+    assert simulate(axis, -push, 1e-3) == pytest.approx(-x)
+    assert simulate(axis, 0.5 * push, 1e-3).tolist() == simulate(free, 0.5 * push, 1e-3).tolist()

@@ -40,6 +40,9 @@ _FINER = 2  # times that the best speed's neighbours are halved
 # Standard deviation of what this model leaves out (bristles, the current's rise), as a part of the
 # value: seen on 12 random axes of docs/make_commissioning.py, and checked on 100 others there.
 _LEFT_OUT = {"mass": 0.002, "viscous": 0.003, "coulomb": 0.006, "offset": 0.0, "lag": 0.0}
+# Part of lag Fv by which the mass is expected to be larger, and its standard deviation: the
+# product of two shares between 0 and 1 of which nothing is known.
+_ELECTRICAL = 0.25
 _SHARE = 0.95
 
 
@@ -157,6 +160,11 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
         w * one.covariance[:count, :count] for w, one in zip(weights, every, strict=True)
     )
     covariance += np.einsum("k,ki,kj->ij", weights, away, away)
+    # An inductance shows as a lag, and its back-EMF as less mass: by lag Fv, if all of the lag is
+    # electrical and all of the slope back-EMF. How much of either is so, no stroke shows.
+    hidden = _ELECTRICAL * mean[FITTED.index("lag")] * mean[FITTED.index("viscous")]
+    mean[FITTED.index("mass")] += hidden
+    covariance[FITTED.index("mass"), FITTED.index("mass")] += hidden**2
     left_out = np.array([_LEFT_OUT[n] for n in FITTED]) * mean
     covariance += np.diag(left_out**2)
     stribeck, speed = weights @ drops

@@ -152,7 +152,7 @@ def commission(
         model = work.fitted()
         machine = machines.named("axis", "machine")
         assert machine is not None
-        first = _settings(place, options, work, model, work.ends)[1]
+        first = _settings(place, work, model, work.ends)[1]
         motion, effort = first.motion, first.controller.limit
         ask(
             VERIFY,
@@ -162,24 +162,15 @@ def commission(
         )
         creep = options.caution(options.creep)
         ends = verifying.home(work.stand, work.direction, work.ends, creep)
-        toml, tree = _settings(place, options, work, model, ends)
+        toml, tree = _settings(place, work, model, ends)
         verified = verifying.verify(work.stand, machine, tree)
         done(VERIFY)
     return Commissioned(work, model, toml, tree, verified)
 
 
-def _settings(
-    place: Place, options: Options, work: Work, model: Model, ends: Ends
-) -> tuple[str, Any]:
+def _settings(place: Place, work: Work, model: Model, ends: Ends) -> tuple[str, Any]:
     """The machine's file, and what it says."""
-    values = found_settings.settings(
-        model,
-        ends,
-        work.friction,
-        effort=options.effort,
-        pitch=place.pitch,
-        dt=place.dt,
-    )
+    values = found_settings.settings(model, work, ends, place.pitch)
     toml = found_settings.as_toml(values, model, _head(place, work))
     table = tomllib.loads(toml)
     table.pop(config.MACHINE)

@@ -178,6 +178,7 @@ def late(force: Array, samples: float) -> Array:
     """
     if samples == 0.0:
         return force
+    samples = min(samples, float(len(force)))  # later, nothing of it is seen
     whole = math.floor(samples)
     part = samples - whole
     first = np.full(whole + 1, force[0])

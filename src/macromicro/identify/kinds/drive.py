@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import RUN, Role, railed, runs
 from macromicro.identify.result import Line, Result, rounded
-from macromicro.identify.runs import checked
+from macromicro.identify.runs import Run, checked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +32,7 @@ X = Role(
     ("m", "rad", "counts"),
 )
 ROLES = (T, U, X, RUN)
+_FINEST = 1e-9  # of the travel; smaller steps are rounding, not counts
 GAINS = ("gain", "gtau")
 MEANINGS = {
     "mass": "inertia",
@@ -156,7 +159,7 @@ def identify(picking: Picking, options: Options) -> Result:
         }
 
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
-    toml = settings(fit, force, x_unit, units)
+    toml = settings(fit, records, force, x_unit, units)
     return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
 
 
@@ -207,13 +210,16 @@ def structure(fit: DriveFit) -> str:
     return f"{fit.structure}; force error on held-out data: {tried}"
 
 
-def settings(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
-    """Settings of the bench for an axis in counts and volts, else the parameters as they are.
+def settings(fit: DriveFit, records: list[Run], force: str, x: str, units: dict[str, str]) -> str:
+    """Settings of the bench for an axis in counts and volts, of the machine `axis` for one in
+    metres, else the parameters as they are.
 
     Parameters
     ----------
     fit : DriveFit
         What was found.
+    records : list[Run]
+        In what.
     force : str
         Unit of the force.
     x : str
@@ -229,6 +235,8 @@ def settings(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
     errors = dict(zip(fit.refined.names, fit.refined.std, strict=True))
     if (force, x) == ("V", "counts"):
         return bench(fit, errors)
+    if force in ("V", "N") and x == "m":
+        return machine(fit, records, units, errors)
     head = "A motor-driven axis: parameters by output error, for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is another axis."
     values = {
@@ -236,6 +244,58 @@ def settings(fit: DriveFit, force: str, x: str, units: dict[str, str]) -> str:
         for n, v in zip(fit.refined.names, fit.refined.values, strict=True)
     }
     return model_file.plain(head, {"axis": values})
+
+
+def machine(
+    fit: DriveFit, records: list[Run], units: dict[str, str], errors: dict[str, float]
+) -> str:
+    """The machine `axis` that follows from a drive in metres.
+
+    Its travel, its largest effort and its period are those of the records, its count is the
+    smallest step of the position in them.
+
+    Parameters
+    ----------
+    fit : DriveFit
+        In m, and in N or V.
+    records : list[Run]
+        What it was found in.
+    units : dict[str, str]
+        By name of the parameter.
+    errors : dict[str, float]
+        Standard error by name of the parameter.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    from macromicro.identify import axis_settings
+    from macromicro.identify.axis_settings import Around
+
+    places = np.concatenate([r.x for r in records])
+    travel, dt = float(np.ptp(places)), records[0].dt
+    steps = np.abs(np.concatenate([np.diff(r.x) for r in records]))
+    least = float(steps[steps > _FINEST * travel].min())
+    around = Around(
+        gain=fit.gain,
+        effort=max(float(np.abs(r.u).max()) for r in records),
+        pitch=float(f"{least:.4g}"),
+        period=float(f"{dt:.6g}"),
+        travel=travel,
+        speed=float(steps.max()) / dt,
+    )
+    axis = fit.axis._replace(lag=fit.delay * dt + fit.axis.lag)
+    head = [
+        "A motor-driven axis as a machine: macromicro run --config model.toml",
+        "Its 0 mm is the lowest position in the records, its largest effort the largest there.",
+    ]
+    if fit.gain == 1.0:
+        head.append("No gain was known: one newton below stands for one unit of the effort.")
+    head += ["", "As found, by output error, with standard errors:"]
+    for name, value in zip(fit.refined.names, fit.refined.values, strict=True):
+        head.append(f"  {name} = {float(value):.5g} +- {errors[name]:.2g} {units[name]}")
+    return axis_settings.as_toml(axis_settings.values(axis, around), "\n".join(head))
 
 
 def bench(fit: DriveFit, errors: dict[str, float]) -> str:

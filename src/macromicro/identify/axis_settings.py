@@ -1,0 +1,136 @@
+"""An identified axis as settings of the machine `axis`, which `run`, `tune` and `robust` take.
+
+What was identified is a force per volt, a mass, frictions and a lag; motor and amplifier are not
+known one by one. A linear motor with a force constant of k N/A on a resistance of k / g ohm gives g
+newtons per volt, and its back-EMF is a viscous friction of k g N s/m. With k g the identified
+viscous slope, effort and motion are those of the model, whatever part of it is back-EMF in truth.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.identify.axis import Axis
+
+GRAVITY = 9.80665  # m/s^2
+_LEAST = 1e-3  # N/A, where no viscous slope was found
+_QUICK = 1e-5  # s, least rise of the current
+_SPARE = 0.02  # of the travel, between its ends and the stops
+_NEAR = 1e-5  # of the travel: what counts as arrived, where counts are finer
+_COUNTED = 10.0  # the counter is so many times faster than the fastest that was seen
+
+
+class Around(NamedTuple):
+    """What is known of an axis beside its model.
+
+    Attributes
+    ----------
+    gain : float
+        Force per effort, N/V; 1 where one newton stands for one volt.
+    effort : float
+        Largest effort, V.
+    pitch : float
+        Way per count, m.
+    period : float
+        Control period, s.
+    travel : float
+        From its low end, which becomes 0, to its high end, m.
+    speed : float
+        Greatest speed that was seen, m/s.
+    ripple : float
+        Greatest change of the friction along the travel, N.
+    """
+
+    gain: float
+    effort: float
+    pitch: float
+    period: float
+    travel: float
+    speed: float
+    ripple: float = 0.0
+
+
+def values(axis: Axis, around: Around) -> dict[str, str]:
+    """Settings of the machine by their paths.
+
+    Parameters
+    ----------
+    axis : Axis
+        Parameters in N, m and s; its lag is all by which efforts act late.
+    around : Around
+        What is known beside.
+
+    Returns
+    -------
+    dict[str, str]
+        Path to a TOML value with its unit.
+    """
+    gain, effort = around.gain, around.effort
+    k = max(axis.viscous / gain, _LEAST)
+    spare = max(_SPARE * around.travel, 10.0 * around.pitch)
+    # An effort acts within its period; what the lag is longer, the current's rise takes.
+    delay = min(max(axis.lag, 0.0), around.period)
+    rise = max(axis.lag - delay, _QUICK)
+    ripple = min(around.ripple, 0.5 * (axis.coulomb + axis.stribeck))
+    figures = {
+        "amplifier.full_scale": (effort, "V"),
+        "amplifier.supply": (effort, "V"),
+        "amplifier.current": (min(effort * gain, axis.limit) / k, "A"),
+        "motor.force": (k, "N/A"),
+        "motor.resistance": (k / gain, "ohm"),
+        "motor.inductance": (k / gain * rise, "H"),
+        "load.mass": (axis.mass, "kg"),
+        "load.incline": (_incline(axis.offset, axis.mass), "rad"),
+        "load.stop_low": (-spare, "m"),
+        "load.stop_high": (around.travel + spare, "m"),
+        "friction.coulomb": (axis.coulomb, "N"),
+        "friction.stribeck": (axis.stribeck, "N"),
+        "friction.stribeck_speed": (max(axis.stribeck_speed, 1e-4), "m/s"),
+        "friction.viscous": (0.0, "N*s/m"),
+        "friction.ripple": (ripple, "N"),
+        "encoder.pitch": (around.pitch, "m"),
+        "encoder.rate": (_COUNTED * around.speed / around.pitch, "counts/s"),
+        "timing.period": (around.period, "s"),
+        "timing.delay": (delay, "s"),
+        "arrival.tolerance": (max(4.0 * around.pitch, _NEAR * around.travel), "m"),
+        "travel.low": (0.0, "m"),
+        "travel.high": (around.travel, "m"),
+    }
+    words = {
+        "amplifier.mode": '"voltage"',
+        "amplifier.gain": "1.0",
+        "drive.kind": '"linear"',
+        "encoder.at": '"load"',
+    }
+    return {**words, **{path: f'"{float(v)!r} {unit}"' for path, (v, unit) in figures.items()}}
+
+
+def _incline(offset: float, mass: float) -> float:
+    """The incline whose weight along the way is a constant force, as far as the mass has it."""
+    return math.asin(min(max(offset / (mass * GRAVITY), -0.99), 0.99))
+
+
+def as_toml(settings: dict[str, str], head: str) -> str:
+    """A machine's file.
+
+    Parameters
+    ----------
+    settings : dict[str, str]
+        From `values`.
+    head : str
+        First lines, as a comment.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    tables: dict[str, list[str]] = {}
+    for path, value in settings.items():
+        table, _, name = path.rpartition(".")
+        tables.setdefault(table, []).append(f"{name} = {value}")
+    lines = [*(f"# {line}".rstrip() for line in head.splitlines()), "", 'machine = "axis"']
+    for table, own in tables.items():
+        lines += ["", f"[{table}]", *own]
+    return "\n".join(lines) + "\n"
