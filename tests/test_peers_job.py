@@ -17,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from macromicro.control import macro as control
+from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import compiled
 from macromicro.models import macro
 
@@ -117,7 +118,8 @@ def test_without_an_encoder_the_law_sees_the_position_itself(peers: dict[str, Mo
     error = aim - x
     for k in (0, 1, 500, 1999):
         memory = control.rest(error[k - 1] if k else 0.0)
-        assert control.step(law, memory, error[k], job.dt)[1] == volts[k]
+        target, sample = Target(aim[k], 0.0, 0.0), Sample(k * job.dt, x[k])
+        assert control.step(law, memory, target, sample, job.dt)[1] == volts[k]
     assert not np.array_equal(x, np.floor(x))
 
 

@@ -284,10 +284,7 @@ def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResul
     # The reading at a reset still counts from the reset before.
     resets = np.flatnonzero(recording["laser_reset"][rows])
     first = int(resets[-1]) + 1 if len(resets) else 0
-    reading = recording["laser"][span.a + first : span.b]
-    if np.isnan(reading).all():  # a rig without one
-        reading = 1e3 * recording["hall_position"][span.a + first : span.b]
-    error = target - reading
+    error = target - recording["laser"][span.a + first : span.b]
     start = _time(recording, span.a)
     row, beyond = None, None
     if len(error):
@@ -300,7 +297,6 @@ def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResul
         last = slice(span.b - tail(span.b - span.a, dt), span.b)
         final = _mean_error(recording, "laser", target, last)
         hall = _mean_error(recording, "hall_position", target * 1e-3, last)
-        final = None if final is not None and math.isnan(final) else final
         true = _mean_error(recording, "true_micro", target * 1e-3, last)
     return MoveResult(
         move=span.move,
