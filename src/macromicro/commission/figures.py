@@ -68,11 +68,12 @@ def strokes(records: Sequence[Record], model: Model, dt: float) -> Figure:
     """
     picked = [records[k] for k in np.linspace(0, len(records) - 1, _SHOWN).round().astype(int)]
     figure, axes = new(5.2, 3, _SHOWN)
+    figure.subplots_adjust(wspace=0.4)
     for k, one in enumerate(picked):
         free = simulate(model.axis, one.u, dt, float(one.x[0]))
         line(axes[0, k], one.t, (one.x - one.x[0]) * 1e3, BLUE, "measured")
         line(axes[0, k], one.t, (free - one.x[0]) * 1e3, RED, "model", linestyle="--")
-        line(axes[1, k], one.t, (one.x - free) * 1e3, BLACK, "")
+        line(axes[1, k], one.t, (one.x - free) * 1e6, BLACK, "")
         line(axes[2, k], one.t, one.u, BLUE, "")
         finish(
             axes[0, k],
@@ -81,7 +82,7 @@ def strokes(records: Sequence[Record], model: Model, dt: float) -> Figure:
             "way [mm]" if not k else "",
             legend=k == _SHOWN - 1,
         )
-        finish(axes[1, k], "" if k else "measured less model", "", "[mm]" if not k else "")
+        finish(axes[1, k], "" if k else "measured less model", "", "[um]" if not k else "")
         finish(axes[2, k], "" if k else "effort", "time [s]", "[V]" if not k else "")
     return figure
 

@@ -38,7 +38,7 @@ _LIMITS = (0.1, 0.2, 0.4, 0.7)  # of the largest effort: limits of the force to 
 _LIMITED = 0.7  # a limit must lower the error to that part
 _FINER = 2  # times that the best speed's neighbours are halved
 # Standard deviation of what this model leaves out (bristles, the current's rise), as a part of the
-# value: seen on 12 random axes of docs/make_commissioning.py, and checked on 100 others there.
+# value: seen on 12 random axes of docs/make_commissioning.py, and checked on 40 others there.
 _LEFT_OUT = {"mass": 0.002, "viscous": 0.003, "coulomb": 0.006, "offset": 0.0, "lag": 0.0}
 # Part of lag Fv by which the mass is expected to be larger, and its standard deviation: the
 # product of two shares between 0 and 1 of which nothing is known.
