@@ -6,6 +6,8 @@ import math
 from pathlib import Path
 
 from macromicro.commission.running import Place
+from macromicro.errors import InputError
+from macromicro.machines import axis
 from macromicro.machines import machine as machines
 from macromicro.machines import rig as rigs
 from macromicro.nominal import PERIOD
@@ -13,6 +15,7 @@ from macromicro.plant import bench
 from macromicro.rig.opening import open_rig
 from macromicro.rig.twin import CompiledTwin
 from macromicro.schema import config
+from macromicro.schema.text import printable
 from macromicro.settings import Settings
 
 
@@ -48,6 +51,9 @@ def virtual(path: Path | None) -> Place:
             False,
         )
     assert path is not None
+    if machine.name != axis.NAME:
+        where = f"--config {printable(path, 300)}, {machines.KEY}"
+        raise InputError(where, machine.name, f"{axis.NAME}: an axis with an encoder")
     kind, tree = machine.kind, machines.load(path)[1]
     return Place(
         f"the machine of {path.name}",
