@@ -80,7 +80,7 @@ def test_a_gain_gives_the_jump(file: Path) -> None:
 
 @pytest.mark.parametrize("pause", [0.0, -1.0])
 def test_a_pause_is_above_zero(file: Path, pause: float) -> None:
-    with pytest.raises(InputError, match="--pause: .*a time above 0 s"):
+    with pytest.raises(InputError, match=r"--pause: .*a time above 0 s"):
         deadzone.identify(given(file), Options(pause=pause))
 
 

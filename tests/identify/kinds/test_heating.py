@@ -36,7 +36,7 @@ def step(volts: float, n: int = 60, before: int = 0, after: int = 0) -> tuple[np
 
 
 def test_steps_are_sorted_by_voltage_and_begin_where_it_does() -> None:
-    with pytest.warns(DataWarning, match="^3 runs are no steps .a constant voltage from a cold"):
+    with pytest.warns(DataWarning, match=r"^3 runs are no steps .a constant voltage from a cold"):
         found = heating.steps(
             [
                 picked(step(2.0, before=7), step(1.0), step(2.0 + 1e-11)),
@@ -211,7 +211,7 @@ def test_nrmse_is_of_the_range_that_was_fitted() -> None:
 
 @pytest.mark.parametrize("tau", [60.0, 0.3])
 def test_a_fall_that_ends_too_early_or_is_too_quick_is_refused(tau: float) -> None:
-    with pytest.raises(InputError, match="cooling record: .a fall from 80 to .* 63 % of the way"):
+    with pytest.raises(InputError, match=r"cooling record: .a fall from 80 to .* 63 % of the way"):
         heating.fall([cooled(tau)], MEASURED)
 
 
@@ -232,3 +232,14 @@ def test_a_position_s_fall_by_the_table(law: FodTable) -> None:
     found = heating.fall([one], Source(law, None))
     assert found.time == pytest.approx(1.0, abs=0.15)
     assert heating.fall([one], Source(law, 20.0)).time > found.time + 0.1
+
+
+def test_a_dip_at_once_is_no_fall() -> None:
+    one = cooled(3.0)
+    one.x[33] = 20.0
+    with pytest.raises(InputError, match="cooling record"):
+        heating.fall([one], MEASURED)
+
+
+def test_a_voltage_of_one_sample_is_a_fall() -> None:
+    assert list(heating.steps([picked(step(2.0, 1, after=60))], "T").cooled) == [2.0]

@@ -152,7 +152,9 @@ def test_the_dead_zone_is_taken_off_the_size_of_the_input() -> None:
     del values["y"]
     assert linear.measured([Picked("f", values, {}, {}, {})], 1.0)[0].x[1] == 1.0
     del values["x"]
-    with pytest.raises(InputError, match="f: 'neither an output y nor a position x'.*--columns y="):
+    with pytest.raises(
+        InputError, match=r"f: 'neither an output y nor a position x'.*--columns y="
+    ):
         linear.measured([Picked("f", values, {}, {}, {})], 1.0)
 
 

@@ -20,17 +20,17 @@ def file(tmp_path: Path) -> Path:
 def test_an_argument_with_an_equals_sign_is_a_column_after_columns(file: Path) -> None:
     found = loading.picking(["u=volts", str(file)], ["t=time"])
     assert found == loading.Picking([file], {"t": "time", "u": "volts"})
-    with pytest.raises(InputError, match="u=volts.*no such file"):
+    with pytest.raises(InputError, match=r"u=volts.*no such file"):
         loading.picking(["u=volts", str(file)], [])
     odd = file.rename(file.with_name("u=volts"))
     assert loading.picking([str(odd)], ["t=time"]) == loading.Picking([odd], {"t": "time"})
 
 
 def test_none_too_many_or_a_missing_file_is_refused(file: Path) -> None:
-    with pytest.raises(InputError, match="FILE: .none.*one file or more to identify from"):
+    with pytest.raises(InputError, match=r"FILE: .none.*one file or more to identify from"):
         loading.there([])
     assert loading.there([file] * 500) == [file] * 500
-    with pytest.raises(InputError, match="501 files.*at most 500"):
+    with pytest.raises(InputError, match=r"501 files.*at most 500"):
         loading.there([file] * 501)
     with pytest.raises(InputError, match=r"gone\.csv.*no such file.*a file that is there"):
         loading.there([file, "gone.csv"])
@@ -50,14 +50,14 @@ def test_units_of_all_files_agree(file: Path, tmp_path: Path) -> None:
 def test_curves_of_a_magnetometer_are_no_columns(tmp_path: Path) -> None:
     place = tmp_path / "forc"
     place.write_text("MicroMag 2900/3900 Data File\n")
-    with pytest.raises(InputError, match="forc: .first-order reversal curves.*identify hyster"):
+    with pytest.raises(InputError, match=r"forc: .first-order reversal curves.*identify hyster"):
         loading.loaded(given(place), ROLES)
 
 
 def test_kinds_and_their_options_are_named_in_a_refusal(file: Path) -> None:
-    with pytest.raises(InputError, match="kind: .no.*one of drive, linear, deadzone, hysteresis"):
+    with pytest.raises(InputError, match=r"kind: .no.*one of drive, linear, deadzone, hysteresis"):
         from_files("no", file)
-    with pytest.raises(InputError, match="linear, option: .gain.*method, order, start, width"):
+    with pytest.raises(InputError, match=r"linear, option: .gain.*method, order, start, width"):
         from_files("linear", file, gain=1.0)
 
 

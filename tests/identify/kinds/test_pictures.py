@@ -106,4 +106,5 @@ def test_points_take_three_colours_in_turn_and_a_legend_for_several() -> None:
     assert lines[0].get_marker() == "o" and lines[0].get_linestyle() == "-"
     assert lines[0].get_linewidth() == pytest.approx(1.1)
     assert lines[0].get_markersize() == pytest.approx(4)
+    assert plots(pictures.points("t", "a", "b", [("s", x, x, ".")] * 2))[0].legend
     assert not plots(pictures.points("t", "a", "b", [("s", x, x, ".")]))[0].legend
