@@ -131,3 +131,19 @@ def test_beyond_the_board_there_is_no_setting() -> None:
     assert "Not for the bench, whose D/A board ends at" in text
     assert "dead_zone = " in deadzone.settings(zone(positive=0.99 * deadzone.FULL_SCALE))
     assert Options() == (None, 0.05, None, None)
+
+
+def test_without_a_width_the_one_found_is_taken(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[float] = []
+    monkeypatch.setattr(deadzone, "jump", lambda runs, gain, width, said: seen.append(width) or [])
+    deadzone.identify(given(file), Options(travel=(0.0, 1000.0), gain=500.0))
+    assert seen == [3.0]
+
+
+def test_a_single_sample_is_a_stretch_too_short() -> None:
+    u = np.r_[np.full(20, 1.0), 2.0, np.full(20, -1.0)]
+    t = np.arange(41.0)
+    with pytest.warns(DataWarning, match="f: 1 stretches"):
+        assert len(deadzone.constant(Picked("f", {"t": t, "u": u, "x": t}, {}, {}, {}))) == 2
