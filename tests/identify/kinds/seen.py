@@ -1,0 +1,56 @@
+"""What tests of the kinds share: a table in a file, and what a figure shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.identify.kinds.loading import Picking
+from macromicro.identify.result import Line
+
+
+class Plot(NamedTuple):
+    """One pair of axes: title, labels, and (label, x, y) of each line."""
+
+    title: str
+    x: str
+    y: str
+    lines: list[tuple[str, Array, Array]]
+    legend: bool
+
+
+def plots(figure: Any) -> list[Plot]:
+    """What the axes of a figure show."""
+    return [
+        Plot(
+            ax.get_title(loc="left"),
+            ax.get_xlabel(),
+            ax.get_ylabel(),
+            [(str(x.get_label()), *map(np.asarray, x.get_data())) for x in ax.lines],
+            ax.get_legend() is not None,
+        )
+        for ax in figure.axes
+    ]
+
+
+def table(path: Path, head: str, *columns: npt.ArrayLike) -> Path:
+    """A CSV file with a heading, exact to 15 digits."""
+    rows = np.column_stack([np.asarray(c, np.float64) for c in columns])
+    np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.15g")
+    return path
+
+
+def given(*files: Path, **columns: str) -> Picking:
+    """Files as a command line names them."""
+    return Picking(list(files), columns)
+
+
+def facts(lines: list[Line]) -> dict[str, Line]:
+    """Lines by name; each name once."""
+    found = {line.name: line for line in lines}
+    assert len(found) == len(lines)
+    return found

@@ -1,0 +1,149 @@
+"""`identify deadzone` on runs of known speeds."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.identify.kinds.seen import facts, given, plots, table
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify.deadzone import DeadZone, Trial
+from macromicro.identify.kinds import deadzone
+from macromicro.identify.kinds.deadzone import Options
+from macromicro.identify.notices import DataWarning
+from macromicro.identify.picking import Picked
+
+DT, N = 0.01, 100
+
+
+def moved(volts: float) -> Array:
+    """Still below 2 V forwards and 3 V backwards; 10 (|V| - 1) counts per sample else."""
+    least = 2.0 if volts > 0.0 else 3.0
+    speed = 10.0 * (abs(volts) - 1.0) if abs(volts) >= least else 0.0
+    return (0.0 if volts > 0.0 else 1000.0) + np.sign(volts) * speed * np.arange(N)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    volts = [1.5, 2.0, 4.0, -2.5, -3.0, -5.0]
+    u = np.concatenate([np.r_[np.full(N, v), np.zeros(30)] for v in volts])
+    x = np.concatenate([np.r_[moved(v), np.full(30, moved(v)[-1])] for v in volts])
+    return table(tmp_path / "a.csv", "t_s,u_V,x_counts", np.arange(len(u)) * DT, u, x)
+
+
+def test_thresholds_of_both_directions(file: Path) -> None:
+    found = deadzone.identify(given(file), Options(travel=(0.0, 1000.0)))
+    lines = facts(found.lines)
+    assert list(lines) == ["positive", "negative", "width"]
+    assert lines["positive"] == ("positive", 2.0, 0.5, "V", "lowest with steady motion")
+    assert lines["negative"] == ("negative", -3.0, 0.5, "V", "lowest with steady motion")
+    assert lines["width"][:2] == ("width", 3.0) and math.isnan(lines["width"].error)
+    assert lines["width"][3:] == ("V", "the greater one: what an inverse adds")
+    said = dict(found.remarks)
+    assert said["runs"] == "6 at 6 voltages, 4 moved without a pause"
+    assert said["by place"] == (
+        "forwards 2 V from 0 counts to 2 V from 0 counts; "
+        "backwards 3 V from 1000 counts to 3 V from 1000 counts"
+    )
+    assert (found.data["positive"], found.data["negative"], found.data["width"]) == (2.0, 3.0, 3.0)
+    assert tomllib.loads(found.toml) == {"controller": {"dead_zone": "3 V"}}
+    assert "# forwards 2 V, backwards 3 V" in found.toml
+    drawn = found.plot()
+    only = plots(drawn["thresholds"])[0]
+    assert (only.x, only.y) == ("start [counts]", "voltage [V]")
+    assert [x[0] for x in only.lines] == ["forwards", "backwards"]
+    assert [list(x[1]) for x in only.lines] == [[0.0], [1000.0]]
+    assert [list(x[2]) for x in only.lines] == [[2.0], [3.0]]
+    speeds = plots(drawn["speeds"])[0]
+    assert [x[0] for x in speeds.lines] == ["-5 V", "-3 V", "-2.5 V", "1.5 V", "2 V", "4 V"]
+    assert (speeds.x, speeds.y) == ("place [counts]", "speed [counts/s]")
+    assert np.nanmean(speeds.lines[4][2]) == pytest.approx(1000.0)
+
+
+def test_a_gain_gives_the_jump(file: Path) -> None:
+    # 1000 (|V| - 1) counts/s over 500 counts/s/V is 2 V' + 1.5 V, V' = |V| - 1.75 V.
+    found = deadzone.identify(given(file), Options(travel=(0.0, 1000.0), gain=500.0, width=1.75))
+    assert [x.name for x in found.lines[3:]] == [
+        "a0 forwards", "delta forwards", "a0 backwards", "delta backwards", "a0", "delta",
+    ]  # fmt: skip
+    assert dict(found.remarks)["(4.5)"].startswith("Vout = a0 + delta |V|, V beyond 1.75 V, ")
+    forwards = facts(found.lines)
+    assert forwards["a0 forwards"].value == pytest.approx(1.5)
+    assert forwards["delta forwards"].value == pytest.approx(2.0)
+    assert forwards["a0"].unit == "V" and forwards["delta"].unit == ""
+
+
+@pytest.mark.parametrize("pause", [0.0, -1.0])
+def test_a_pause_is_above_zero(file: Path, pause: float) -> None:
+    with pytest.raises(InputError, match=r"--pause: .*a time above 0 s"):
+        deadzone.identify(given(file), Options(pause=pause))
+
+
+def test_no_voltage_no_dead_zone(tmp_path: Path) -> None:
+    t = np.arange(50.0)
+    still = table(tmp_path / "0.csv", "t_s,u_V,x_m", t, 0 * t, t)
+    with pytest.raises(
+        InputError, match=r"0\.csv: 'no stretch at a constant voltage other than 0'"
+    ):
+        deadzone.identify(given(still), Options())
+
+
+def test_stretches_of_twenty_samples_count() -> None:
+    u = np.r_[np.full(20, 1.0), np.full(19, 2.0), np.zeros(25), np.full(21, -1.0)]
+    t = np.arange(len(u)) * DT
+    part = Picked("f", {"t": t, "u": u, "x": 2.0 * t}, {}, {}, {})
+    with pytest.warns(DataWarning, match="f: 1 stretches of constant voltage under 20 samples"):
+        runs = deadzone.constant(part)
+    assert [(r.u[0], len(r.u)) for r in runs] == [(1.0, 20), (-1.0, 21)]
+    np.testing.assert_allclose(runs[1].x, 2.0 * t[64:])
+
+
+def zone(
+    *trials: tuple[float, float, bool], positive: float = 2.0, negative: float = 3.0
+) -> DeadZone:
+    made = tuple(Trial(v, start, 9.0, 0.0, ok, True) for v, start, ok in trials)
+    return DeadZone(
+        positive, negative, max(positive, negative), made, *(np.zeros(1),) * 2, np.zeros((1, 1))
+    )
+
+
+def test_the_step_below_and_the_words_by_place() -> None:
+    one = zone(
+        (1.0, 0.0, False), (1.5, 5.0, True), (2.0, 0.0, True), (-2.6, 7.0, True), (-3.0, 7.0, True)
+    )
+    assert deadzone.step_below(one, 1.0) == 0.5
+    assert deadzone.step_below(one, -1.0) == pytest.approx(0.4)
+    assert math.isnan(deadzone.step_below(one._replace(positive=1.0), 1.0))
+    assert deadzone.spread(one, "mm") == (
+        "forwards 1.5 V from 5 mm to 2 V from 0 mm; backwards 2.6 V from 7 mm to 2.6 V from 7 mm"
+    )
+    assert deadzone.spread(zone((1.0, 0.0, False)), "mm") == ""
+
+
+def test_beyond_the_board_there_is_no_setting() -> None:
+    text = deadzone.settings(zone(positive=deadzone.FULL_SCALE))
+    assert tomllib.loads(text) == {"dead_zone": {"width": deadzone.FULL_SCALE}}
+    assert "Not for the bench, whose D/A board ends at" in text
+    assert "dead_zone = " in deadzone.settings(zone(positive=0.99 * deadzone.FULL_SCALE))
+    assert Options() == (None, 0.05, None, None)
+
+
+def test_without_a_width_the_one_found_is_taken(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[float] = []
+    monkeypatch.setattr(deadzone, "jump", lambda runs, gain, width, said: seen.append(width) or [])
+    deadzone.identify(given(file), Options(travel=(0.0, 1000.0), gain=500.0))
+    assert seen == [3.0]
+
+
+def test_a_single_sample_is_a_stretch_too_short() -> None:
+    u = np.r_[np.full(20, 1.0), 2.0, np.full(20, -1.0)]
+    t = np.arange(41.0)
+    with pytest.warns(DataWarning, match="f: 1 stretches"):
+        assert len(deadzone.constant(Picked("f", {"t": t, "u": u, "x": t}, {}, {}, {}))) == 2

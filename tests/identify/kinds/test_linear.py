@@ -1,0 +1,195 @@
+"""`identify linear` on data of a known model: lines, remarks, text and figures."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.identify.kinds.seen import facts, given, plots, table
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify.kinds import linear
+from macromicro.identify.kinds.linear import Options
+from macromicro.identify.linear_fit import LinearFit, Whiteness
+from macromicro.identify.picking import Picked
+from macromicro.identify.runs import Run
+
+DT, N = 0.02, 300
+T = np.arange(N) * DT
+
+
+def excited(seed: int = 1) -> Array:
+    return np.repeat(np.random.default_rng(seed).uniform(-5.0, 5.0, N // 10), 10)
+
+
+def answered(u: Array, a: float = -0.9, b: float = 0.5, delay: int = 1) -> Array:
+    y = np.zeros(len(u))
+    for k in range(1, len(u)):
+        y[k] = -a * y[k - 1] + (b * u[k - delay] if k >= delay else 0.0)
+    return y + 1e-3 * np.random.default_rng(9).standard_normal(len(u))
+
+
+def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
+    u = excited()
+    y = answered(u)
+    found = linear.identify(given(table(tmp_path / "a.csv", "t_s,u_V,y_mm", T, u, y)), Options())
+    fit = found.model
+    lines = facts(found.lines)
+    assert list(lines) == ["a1", "b1", "gain", "pole"]
+    assert lines["a1"].value == pytest.approx(-0.9, abs=1e-3) and lines["a1"].unit == ""
+    assert lines["b1"].value == pytest.approx(0.5, abs=1e-3) and lines["b1"].unit == "mm/V"
+    assert lines["gain"].value == pytest.approx(5.0, abs=0.01)
+    assert lines["gain"][2:] == (fit.gain_std, "mm/V", "at standstill")
+    assert (lines["a1"].error, lines["b1"].error) == tuple(fit.std)
+    pole = math.log(-fit.a[0]) / DT
+    assert lines["pole"].value == pytest.approx(pole)
+    assert lines["pole"].error == pytest.approx(fit.std[0] / abs(fit.a[0]) / DT)
+    assert lines["pole"][3:] == ("rad/s", f"time constant {-1.0 / pole:.4g} s")
+    said = dict(found.remarks)
+    assert list(said) == ["fit", "residuals", "method"]
+    assert said["fit"] == f"free run {fit.fit:.2f} %, 300 samples of 0.02 s"
+    words = "white" if fit.whiteness.white else "not white"
+    assert said["residuals"] == f"{words} (p = {fit.whiteness.p_value:.2g})"
+    assert said["method"] == f"{fit.method}, {fit.iterations} iterations, start at rest"
+    assert found.title == "y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u"
+    toml = tomllib.loads(found.toml)["linear"]
+    assert toml["a"] == pytest.approx(list(fit.a)) and toml["b"] == pytest.approx(list(fit.b))
+    assert (toml["delay"], toml["dt"], toml["method"]) == (1, DT, fit.method)
+    assert "# mm per V" in found.toml and "# samples from u to y" in found.toml
+    assert f"# free-run fit {fit.fit:.2f} %" in found.toml
+    assert found.data["gain"] == fit.gain and found.data["fit_percent"] == fit.fit
+    assert found.data["delay"] == 1 and found.data["white"] == fit.whiteness.white
+    shown = found.plot()
+    run = plots(shown["free_run"])
+    assert run[0].y == "output [mm]"
+    np.testing.assert_allclose(run[0].lines[0][1], T)
+    np.testing.assert_allclose(run[0].lines[0][2], y, atol=1e-12)
+    np.testing.assert_allclose(run[0].lines[1][2], fit.free_run[0])
+    rest = plots(shown["residuals"])
+    assert rest[0].y == "output [mm]"
+    np.testing.assert_allclose(rest[0].lines[0][1][:3], [0.0, DT, 2.0 * DT])
+
+
+def test_positions_are_differentiated_and_shown_as_positions(tmp_path: Path) -> None:
+    u = excited()
+    x = np.cumsum(answered(np.sign(u) * np.maximum(np.abs(u) - 0.5, 0.0))) * DT
+    one, two = (table(tmp_path / f"{n}.csv", "t_s,u_V,x_mm", T, u, x) for n in "ab")
+    found = linear.identify(given(one, two), Options(width=0.5))
+    said = dict(found.remarks)
+    assert said["records"] == "2 of one input, averaged"
+    assert said["dead zone"] == "0.5 V taken off the input"
+    assert said["output"].startswith("speed: the position differentiated; its own fit ")
+    lines = facts(found.lines)
+    assert lines["b1"].unit == "mm/s/V"
+    run = plots(found.plot()["free_run"])
+    assert run[0].y == "position from the start [mm]"
+    assert plots(found.plot()["residuals"])[0].y == "output [mm/s]"
+    travel = run[0].lines[0][2]
+    assert travel[-1] - travel[0] == pytest.approx(x[-1] - x[0], abs=0.5)
+    fitted_to = run[0].lines[1][2]
+    np.testing.assert_allclose(fitted_to, np.cumsum(found.model.free_run[0]) * DT)
+
+
+def test_outputs_of_two_files_are_fitted_together_with_a_delay(tmp_path: Path) -> None:
+    files = []
+    for k in (1, 2):
+        u = excited(k)
+        y = answered(u, delay=3)
+        files.append(table(tmp_path / f"{k}.csv", "t_s,u,y", T, u, y))
+    found = linear.identify(given(*files), Options(order="1,1,3", start="free"))
+    assert dict(found.remarks)["records"] == "2, fitted together"
+    assert dict(found.remarks)["method"].endswith("start at free")
+    assert dict(found.remarks)["fit"].endswith("600 samples of 0.02 s")
+    assert found.title.endswith(" u, 2 samples later")
+    assert facts(found.lines)["b1"].unit == "y/u"
+    assert facts(found.lines)["b1"].value == pytest.approx(0.5, abs=0.01)
+    assert found.data["delay"] == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (Options(method="x"), "--method: 'x'; accepted: output_error, mls, sriv, gls, least_sq"),
+        (Options(start="x"), "--start: 'x'; accepted: rest or free"),
+        (Options(order="1"), "--order: '1'; accepted: na,nb or na,nb,delay, such as 1,1"),
+        (Options(order="1,2,3,4"), "--order"),
+        (Options(order="a,b"), "--order: 'a,b'"),
+    ],
+)
+def test_options_are_checked(options: Options, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        linear.identify(given(), options)
+
+
+def test_orders_and_defaults() -> None:
+    assert linear.order("2,1") == (2, 1, 1)
+    assert linear.order("2,1,3") == (2, 1, 3)
+    assert Options() == ("output_error", "1,1", "rest", 0.0)
+
+
+def test_files_of_two_sample_times_are_refused(tmp_path: Path) -> None:
+    u = excited()
+    y = answered(u)
+    for factor, fails in ((1.0005, False), (1.002, True), (0.99, True)):
+        files = [table(tmp_path / f"{k}.csv", "t_s,u,y", T * k, u, y) for k in (1.0, factor)]
+        if not fails:
+            assert linear.identify(given(*files), Options()).data["dt"] == pytest.approx(DT)
+            continue
+        with pytest.raises(InputError, match=r"records: 'sample times \[.*one sample time in all"):
+            linear.identify(given(*files), Options())
+
+
+def test_the_dead_zone_is_taken_off_the_size_of_the_input() -> None:
+    u = np.tile([3.0, -3.0, 0.5, -0.5, 0.0], 10)
+    values = {"t": np.arange(50.0), "u": u, "x": np.arange(50.0), "y": u**2}
+    found = linear.measured([Picked("f", values, {}, {}, {})], 1.0)
+    np.testing.assert_array_equal(found[0].u[:5], [2.0, -2.0, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(found[0].x[:2], [9.0, 9.0])
+    del values["y"]
+    assert linear.measured([Picked("f", values, {}, {}, {})], 1.0)[0].x[1] == 1.0
+    del values["x"]
+    with pytest.raises(
+        InputError, match=r"f: 'neither an output y nor a position x'.*--columns y="
+    ):
+        linear.measured([Picked("f", values, {}, {}, {})], 1.0)
+
+
+def test_positions_under_one_input_are_averaged_in_both_directions() -> None:
+    t = np.arange(30.0)
+    u = np.sin(t)
+    runs = [Run(t, u, t), Run(t, -u, -3.0 * t), Run(t, 2.0 * u, t), Run(t[:9], u[:9], t[:9])]
+    made, said = linear.joined(runs, True)
+    assert said == ["2 of one input, 1 of one input, 1 of one input, averaged"]
+    np.testing.assert_allclose(np.diff(made[0].x), 2.0)
+    assert [len(r.t) for r in made] == [30, 30, 9]
+    assert linear.joined(runs[1:], True)[1] == ["fitted together"]
+    assert linear.joined(runs[:2], False) == (runs[:2], ["2, fitted together"])
+    assert linear.joined(runs[:1], True) == (runs[:1], [])
+
+
+def fit(a: list[float], b: list[float]) -> LinearFit:
+    n = len(a) + len(b)
+    white = Whiteness(np.zeros(1), 0.0, 1.0, True)
+    cov = np.diag(np.arange(1.0, n + 1) ** 2 * 1e-4)
+    return LinearFit("m", np.array(a), np.array(b), 0.1, 1, cov, (), (), 99.0, white)
+
+
+def test_lines_of_second_order_models() -> None:
+    # Poles 0.8 and 0.5 at 0.1 s, and a pair.
+    lines = linear.coefficients(fit([-1.3, 0.4], [1.0, 2.0]), "m", "V")
+    assert [x.name for x in lines] == ["a1", "a2", "b1", "b2", "gain", "pole 1", "pole 2"]
+    np.testing.assert_allclose([x.error for x in lines[:4]], [0.01, 0.02, 0.03, 0.04])
+    poles = sorted(x.value for x in lines[5:])
+    assert poles == pytest.approx([10 * math.log(0.5), 10 * math.log(0.8)])
+    assert all(math.isnan(x.error) for x in lines[5:])
+    r, angle = 0.9, 0.3
+    pair = linear.coefficients(fit([-2 * r * math.cos(angle), r * r], [1.0]), "m", "m")
+    assert len(pair) == 5 and pair[2].unit == pair[3].unit == ""
+    size = 10 * math.hypot(math.log(r), angle)
+    assert pair[4].value == pytest.approx(size) and math.isnan(pair[4].error)
+    assert pair[4].note == f"a pair, damping {-10 * math.log(r) / size:.3g}"
+    assert linear.coefficients(fit([-1.1], [1.0]), "m", "V")[3].note == "unstable"

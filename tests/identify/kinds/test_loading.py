@@ -1,0 +1,74 @@
+"""Files and columns of a command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.identify.kinds.seen import given, table
+
+from macromicro.errors import InputError
+from macromicro.identify.kinds import fitted, from_files, loading
+from macromicro.identify.kinds.linear import ROLES
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return table(tmp_path / "a.csv", "t_s,u_V,x_mm", [0, 1], [1, 2], [3, 4])
+
+
+def test_an_argument_with_an_equals_sign_is_a_column_after_columns(file: Path) -> None:
+    found = loading.picking(["u=volts", str(file)], ["t=time"])
+    assert found == loading.Picking([file], {"t": "time", "u": "volts"})
+    with pytest.raises(InputError, match=r"u=volts.*no such file"):
+        loading.picking(["u=volts", str(file)], [])
+    odd = file.rename(file.with_name("u=volts"))
+    assert loading.picking([str(odd)], ["t=time"]) == loading.Picking([odd], {"t": "time"})
+
+
+def test_none_too_many_or_a_missing_file_is_refused(file: Path) -> None:
+    with pytest.raises(InputError, match=r"FILE: .none.*one file or more to identify from"):
+        loading.there([])
+    assert loading.there([file] * 500) == [file] * 500
+    with pytest.raises(InputError, match=r"501 files.*at most 500"):
+        loading.there([file] * 501)
+    with pytest.raises(InputError, match=r"gone\.csv.*no such file.*a file that is there"):
+        loading.there([file, "gone.csv"])
+    with pytest.raises(InputError, match="no such file"):
+        loading.there(["a\0b"])
+    with pytest.raises(InputError, match="no such file"):
+        loading.there(["a" * 5000])
+
+
+def test_units_of_all_files_agree(file: Path, tmp_path: Path) -> None:
+    other = table(tmp_path / "b.csv", "t_s,u_V,x_um", [0, 1], [1, 2], [3, 4])
+    assert [t.units["x"] for t in loading.loaded(given(file, file), ROLES)] == ["mm", "mm"]
+    with pytest.raises(InputError, match=r"b\.csv: .units .*'um'.*those of .*a\.csv: .*'mm'"):
+        loading.loaded(given(file, other), ROLES)
+
+
+def test_curves_of_a_magnetometer_are_no_columns(tmp_path: Path) -> None:
+    place = tmp_path / "forc"
+    place.write_text("MicroMag 2900/3900 Data File\n")
+    with pytest.raises(InputError, match=r"forc: .first-order reversal curves.*identify hyster"):
+        loading.loaded(given(place), ROLES)
+
+
+def test_kinds_and_their_options_are_named_in_a_refusal(file: Path) -> None:
+    with pytest.raises(InputError, match=r"kind: .no.*one of drive, linear, deadzone, hysteresis"):
+        from_files("no", file)
+    with pytest.raises(InputError, match=r"linear, option: .gain.*method, order, start, width"):
+        from_files("linear", file, gain=1.0)
+
+
+def test_what_nobody_foresaw_in_the_data_is_bad_input(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from macromicro.identify.kinds import linear
+
+    def broken(picking: object, options: object) -> None:
+        raise ZeroDivisionError("by nothing")
+
+    monkeypatch.setattr(linear, "identify", broken)
+    with pytest.raises(InputError, match=r"a\.csv: .cannot be fitted: by nothing.*identify\.md"):
+        fitted("linear", given(file))
