@@ -69,7 +69,10 @@ def test_the_model_finds_the_axis(late: int) -> None:
     for name in ("mass", "viscous", "coulomb", "offset"):
         error = getattr(found.axis, name) - getattr(truth, name)
         assert abs(error) <= 1.2 * found.half_width(name), name
-    assert found.axis.mass == pytest.approx(0.1, rel=0.01)
+    # A fourth of lag Fv is added for an inductance that nobody knows; here there is none.
+    added = 0.25 * found.axis.lag * found.axis.viscous
+    assert found.axis.mass - added == pytest.approx(0.1, rel=0.01)
+    assert found.half_width("mass") > 2.0 * added
     assert found.axis.lag == pytest.approx(truth.lag, abs=2e-4)
     assert math.isinf(found.axis.limit)
     # The friction along the way, as far as hats of a twentieth of the travel can follow it.
