@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.commission.stand import Record
-from macromicro.identify.axis import Axis, late, step
+from macromicro.identify.axis import Axis, given, late, step
 from macromicro.kernel import compiled, kernel
 
 KNOTS = 20
@@ -106,9 +106,7 @@ def free_run(
             p.lag,
             p.limit,
         )
-        emf = p.viscous * v
-        given = min(max(force[k], emf - p.limit), emf + p.limit)
-        v, gone = step(here, v, given - p.offset, h)
+        v, gone = step(here, v, given(p, force[k], v) - p.offset, h)
         x += gone
 
 

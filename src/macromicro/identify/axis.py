@@ -133,6 +133,28 @@ def step(p: Axis, v: float, pull: float, h: float) -> tuple[float, float]:
 
 
 @kernel
+def given(p: Axis, force: float, v: float) -> float:
+    """What the drive gives of a force that is asked for: its current and back-EMF limit it.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    force : float
+        Asked for, N.
+    v : float
+        Speed, m/s.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    emf = p.viscous * v
+    return min(max(force, emf - p.limit), emf + p.limit)
+
+
+@kernel
 def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) -> None:
     """Positions from a state under a force, as a kernel.
 
@@ -153,9 +175,7 @@ def free_run(p: Axis, force: Array, x: float, v: float, h: float, out: Array) ->
     """
     for k in range(len(out)):
         out[k] = x
-        emf = p.viscous * v
-        given = min(max(force[k], emf - p.limit), emf + p.limit)
-        v, gone = step(p, v, given - p.offset, h)
+        v, gone = step(p, v, given(p, force[k], v) - p.offset, h)
         x += gone
 
 
