@@ -61,8 +61,15 @@ def tools() -> list[Line]:
     return list(tools.lines(timed, Line))
 
 
+def live() -> list[Line]:
+    """The live loop."""
+    import live
+
+    return list(live.lines(Line))
+
+
 GROUPS: dict[str, Callable[[], list[Line]]] = {
-    f.__name__: f for f in (single, many, sweeping, tuning, tools)
+    f.__name__: f for f in (single, many, sweeping, tuning, tools, live)
 }
 
 

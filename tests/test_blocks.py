@@ -71,6 +71,9 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro run moves.toml": TESTED + "tests/machines/test_job.py",
         "macromicro tune axis": TESTED + "tests/tuning/test_stage.py",
         "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
+        "macromicro serve": TESTED + "tests/serve/stage",
+        "$ nc": TESTED + "tests/serve/stage/test_served.py, such",
+        "macromicro sweep examples": TESTED + "tests/sweep/test_command.py",
     },
     "docs/recording.md": {"n = double(h5read": "MATLAB"},
     "docs/reproduce.md": {
@@ -113,8 +116,9 @@ CANNOT: dict[str, dict[str, str]] = {
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
-    "docs/laws.md": ("mine.toml",),
+    "docs/laws.md": ("mine.toml", "axis.toml"),
     "docs/machines.md": ("machine.toml",),
+    "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml",),
     "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
 }
@@ -253,6 +257,7 @@ def test_blocks_run_as_printed(page: str, tmp_path: Path) -> None:
     # A page may show a file behind the command that takes it.
     shown = [b for b in blocks(page) if b.kind in ("toml", "csv") and not reason(page, b.text)]
     for name, block in zip(FILES.get(page, ()), shown, strict=True):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(block.text, encoding="utf-8")
     for words in BEFORE.get(page, ()):
         command(words, tmp_path)

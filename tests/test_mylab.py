@@ -9,8 +9,11 @@ import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from macromicro.recording import Recording
@@ -36,6 +39,11 @@ class Plain:
         effort = gains.kp * (target.position - sample.position) - gains.kd * speed
         return Memory(sample.position, speed), effort
 '''
+MACHINE = (DOCS / "own-machines.md").read_text("utf-8")
+PARTS = re.findall(r"```python\n(.*?)```", MACHINE, re.DOTALL)[0]
+COIL, SPREAD = re.findall(r"```toml\n(.*?)```", MACHINE, re.DOTALL)
+LAB = (DOCS / "own-procedures.md").read_text("utf-8")
+PROCEDURE = re.findall(r"```python\n(.*?)```", LAB, re.DOTALL)[0]
 MOVES = '[[moves]]\nmacro = ["10 mm", "20 mm"]\nhold = "0.2 s"\n'
 SWEEP = """
 job = "macro-bench"
@@ -48,6 +56,7 @@ high = "60 1/s"
 steps = 3
 """
 SLIDING, PLAINLY = "mylab.laws:sliding_mode", "mylab.laws:Plain"
+FLEXURE = "mylab.machines:flexure"
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +66,10 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "mylab").mkdir()
     (place / "mylab" / "__init__.py").write_text(RIG, encoding="utf-8")
     (place / "mylab" / "laws.py").write_text(LAW + PLAIN, encoding="utf-8")
+    (place / "mylab" / "machines.py").write_text(PARTS, encoding="utf-8")
+    (place / "mylab" / "flexure.toml").write_text(SPREAD, encoding="utf-8")
+    (place / "mylab" / "procedures.py").write_text(PROCEDURE, encoding="utf-8")
+    (place / "coil.toml").write_text(COIL, encoding="utf-8")
     (place / "moves.toml").write_text(MOVES, encoding="utf-8")
     (place / "sweep.toml").write_text(SWEEP, encoding="utf-8")
     (place / "mine.toml").write_text(
@@ -66,14 +79,39 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def command(lab: Path, *words: str) -> subprocess.CompletedProcess[str]:
+def command(lab: Path, *words: str, check: bool = True) -> subprocess.CompletedProcess[str]:
     done = subprocess.run(
         [sys.executable, "-m", "macromicro", *words], cwd=lab, stdin=subprocess.DEVNULL,
         env={**os.environ, "XDG_STATE_HOME": str(lab)}, capture_output=True, text=True,
         timeout=300, check=False,
     )  # fmt: skip
-    assert done.returncode == 0, f"{words}: {done.stdout}{done.stderr}"
+    assert not check or done.returncode == 0, f"{words}: {done.stdout}{done.stderr}"
     return done
+
+
+@contextmanager
+def serving(lab: Path, *words: str) -> Iterator[Callable[[str], str]]:
+    """A server of the lab's, and what asks it over SCPI."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "macromicro", "serve", "--scpi", "0", "--web", "-1", *words],
+        cwd=lab, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        env={**os.environ, "MACROMICRO_TOKEN": ""},
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        ports = (re.match(r"SCPI: \S+ port (\d+)", line) for line in process.stdout)
+        port = next(int(found[1]) for found in ports if found)
+        with socket.create_connection(("127.0.0.1", port), timeout=60.0) as line:
+            answers = line.makefile()
+
+            def ask(words: str) -> str:
+                line.sendall(f"{words}\n".encode())
+                return answers.readline().strip()
+
+            yield ask
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60.0)
 
 
 def test_its_gains_are_settings(lab: Path) -> None:
@@ -138,6 +176,105 @@ def test_a_compiled_law_on_the_bench(lab: Path) -> None:
     assert SLIDING in done.stdout
 
 
+def test_a_procedure_on_ones_own_rig(lab: Path) -> None:
+    """It moves beyond 1 V there, so every push does."""
+    done = command(lab, "collect", "mylab.procedures:pushes", "--rig", "mylab:bench", "--out", "p")
+    assert (
+        "28 runs" in done.stdout and "then: macromicro identify deadzone p/pushes.h5" in done.stdout
+    )
+    found = Recording.load(lab / "p" / "pushes.h5")
+    assert found.attributes["from"] == "the middle"
+    for run in (1, 28):
+        rows = found["run"] == run
+        moved = np.ptp(found["macro_position"][rows])
+        assert moved > 1000.0
+    refused = command(lab, "collect", "mylab.procedures:pushs", check=False)
+    assert refused.returncode == 2 and "such as pushes" in refused.stderr
+
+
+def test_a_machine_with_parts_of_ones_own(lab: Path) -> None:
+    """Compiled, with its own table of what is not known."""
+    found = json.loads(command(lab, "doctor", "--machine", FLEXURE, "--json").stdout)
+    assert {each["state"] for each in found} == {"ok"} and found[-1]["what"] == "model"
+    (lab / "steps.toml").write_text('[[moves]]\nmacro = ["1 mm", "2.5 mm"]\nhold = "0.1 s"\n')
+    done = command(lab, "run", "steps.toml", "--config", "coil.toml", "--out", "coil", "--json")
+    told = json.loads(done.stdout)
+    assert told["machine"] == FLEXURE and [m["arrived_s"] is not None for m in told["moves"]]
+    assert told["overrides"]["blade.mass"] == "0.3 kg"
+    assert "true_position" in Recording.load(lab / "coil" / "recording.h5")
+
+
+COILS = """
+job = "mylab.machines:flexure"
+config = "coil.toml"
+[parameters."blade.stiffness"]
+low = "1500 N/m"
+high = "2500 N/m"
+steps = 2
+"""
+
+
+@pytest.mark.slow  # a compiled loop of it for each command
+def test_studies_of_a_machine_of_ones_own(lab: Path) -> None:
+    """They find its law's gains and its table; its settings are read back."""
+    command(lab, "tune", "flexure", "--config", "coil.toml", "--evaluations", "10",
+            "--out", "gains")  # fmt: skip
+    tuned = (lab / "gains" / "tuned.toml").read_text("utf-8")
+    assert f'machine = "{FLEXURE}"' in tuned and "[controller]" in tuned
+    again = command(lab, "run", "--config", "gains/tuned.toml", "--out", "again", "--json")
+    assert len(json.loads(again.stdout)["moves"]) == 4
+    study = command(lab, "robust", "--config", "coil.toml", "--samples", "10", "--out", "spread",
+                    "--json")  # fmt: skip
+    assert json.loads(study.stdout)["machine"] == FLEXURE
+    assert {"mass", "spring"} <= {q["name"] for q in json.loads(study.stdout)["varied"]}
+    command(lab, "response", "--config", "coil.toml", "--count", "4", "--out", "bode")
+    (lab / "coils.toml").write_text(COILS, encoding="utf-8")
+    command(lab, "sweep", "coils.toml", "--workers", "1", "--out", "coils")
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(lab / "coils" / "results.parquet")
+    assert table["missed"].to_pylist() == [0.0, 0.0] and len(set(table["effort"].to_pylist())) == 2
+
+
+def test_a_law_of_ones_own_on_a_machine_of_one_stage(lab: Path) -> None:
+    """Compiled and in plain Python, on the package's axis and on one's own machine."""
+    (lab / "axis.toml").write_text(
+        f'machine = "axis"\nlaw = "{SLIDING}"\n[own]\nreach = "4 V"\nslope = "140 1/s"\n'
+        'layer = "60 mm/s"\nsmooth = "1 ms"\n'
+    )
+    done = command(lab, "run", "moves.toml", "--config", "axis.toml", "--out", "axis", "--json")
+    told = json.loads(done.stdout)
+    assert all(m["arrived_s"] is not None for m in told["moves"])
+    assert told["overrides"]["law"] == SLIDING and told["overrides"]["own.slope"] == "140 1/s"
+    found = Recording.load(lab / "axis" / "recording.h5")
+    assert "law_speed" in found and "integral" not in found
+    shown = command(lab, "config", "show", "--machine", "axis", "--law", PLAINLY).stdout
+    assert f'law = "{PLAINLY}"' in shown and 'kp = "100 V/m"' in shown
+    plain = command(lab, "run", "--config", "coil.toml", "--law", PLAINLY, "--out", "pl", "--json",
+                    check=False)  # fmt: skip
+    assert json.loads(plain.stdout)["overrides"]["own.kp"] == "100 V/m"
+    tuned = command(lab, "tune", "axis", "--config", "axis.toml", "--evaluations", "10", "--out",
+                    "axis-gains", "--json")  # fmt: skip
+    names = [line["name"] for line in json.loads(tuned.stdout)["table"]]
+    assert names[:4] == ["own.slope", "own.reach", "own.layer", "own.smooth"]
+    refused = command(lab, "run", "--config", "coil.toml", "--law", "slidng", "--out", "no",
+                      check=False)  # fmt: skip
+    assert refused.returncode == 2 and "--law: 'slidng'; accepted:" in refused.stderr
+
+
+@pytest.mark.slow  # compiled with its live loop
+def test_a_machine_of_ones_own_is_served(lab: Path) -> None:
+    (lab / "live-coil.toml").write_text(
+        COIL + "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\n", encoding="utf-8"
+    )
+    with serving(lab, "--config", "live-coil.toml", "--state", "coil.json") as ask:
+        assert f"{FLEXURE} live-coil" in ask("*IDN?")
+        assert ask("SYST:LOCK:REQ?;:ENAB;MOVE:ABS 1.5 MM;*OPC?;:SYST:ERR?") == '1;1;0,"No error"'
+        place, width, trusted = map(float, ask("POS?").split(","))
+        assert abs(place - 1.5) < 1e-3 and width < 0.1 and trusted == 1.0
+        assert "absolute" in ask("HOME;:SYST:ERR?")
+
+
 def test_served(lab: Path) -> None:
     """The loop's process finds law and rig; gains are changed live, by their own names."""
     mine = (lab / "mine.toml").read_text("utf-8")
@@ -145,32 +282,15 @@ def test_served(lab: Path) -> None:
     (lab / "live.toml").write_text(
         mine + "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\n", encoding="utf-8"
     )
-    process = subprocess.Popen(
-        [sys.executable, "-m", "macromicro", "serve", "--rig", "mylab:bench", "--scpi", "0",
-         "--web", "-1", "--config", "live.toml", "--state", "position.json"],
-        cwd=lab, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-        env={**os.environ, "MACROMICRO_TOKEN": ""},
-    )  # fmt: skip
-    try:
-        assert process.stdout is not None
-        ports = (re.match(r"SCPI: \S+ port (\d+)", line) for line in process.stdout)
-        port = next(int(found[1]) for found in ports if found)
-        with socket.create_connection(("127.0.0.1", port), timeout=60.0) as line:
-            answers = line.makefile()
-
-            def ask(words: str) -> str:
-                line.sendall(f"{words}\n".encode())
-                return answers.readline().strip()
-
-            assert ask("SYST:LOCK:REQ?;:ENAB;HOME;*OPC?") == "1;1"
-            assert ask("MOVE:MACR 200;*OPC?;:SYST:ERR?") == '1;0,"No error"'
-            assert ask('GAIN? "own.slope"') == "45"
-            assert ask('GAIN "own.slope",60;:SYST:ERR?') == '0,"No error"'
-            assert ask('GAIN? "own.slope"') == "60"
-            assert ask('GAIN? "macro_law"') == f'"{SLIDING}"'
-            refused = ask('GAIN "macro_law","os.path:join";:SYST:ERR?')
-            assert refused.startswith("-224") and SLIDING in refused
-            assert "no micro-stage" in ask("MOVE:MICR 1 MM;:SYST:ERR?")
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60.0)
+    with serving(
+        lab, "--rig", "mylab:bench", "--config", "live.toml", "--state", "position.json"
+    ) as ask:
+        assert ask("SYST:LOCK:REQ?;:ENAB;HOME;*OPC?") == "1;1"
+        assert ask("MOVE:MACR 200;*OPC?;:SYST:ERR?") == '1;0,"No error"'
+        assert ask('GAIN? "own.slope"') == "45"
+        assert ask('GAIN "own.slope",60;:SYST:ERR?') == '0,"No error"'
+        assert ask('GAIN? "own.slope"') == "60"
+        assert ask('GAIN? "macro_law"') == f'"{SLIDING}"'
+        refused = ask('GAIN "macro_law","os.path:join";:SYST:ERR?')
+        assert refused.startswith("-224") and SLIDING in refused
+        assert "no micro-stage" in ask("MOVE:MICR 1 MM;:SYST:ERR?")

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="macromicro",
-    help="Design, simulate, identify, tune and run a two-stage linear positioner.",
+    help="Design, simulate, identify, tune and run positioners: two-stage, axis, piezo, wire.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -86,7 +86,7 @@ def options(
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """Design, simulate, identify, tune and run a two-stage linear positioner."""
+    """Design, simulate, identify, tune and run positioners: two-stage, axis, piezo, wire."""
 
 
 @app.command()
@@ -144,8 +144,8 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         try:
             kinds = formats(figures)
             if config is not None and machine_run.other(config):
-                machine_run.refuse(fan=fan, rig=rig, law=law)
-                asked = (config, programme, out, cycles, seed, overwrite, kinds)
+                machine_run.refuse(fan=fan, rig=rig)
+                asked = (config, programme, out, cycles, seed, overwrite, kinds, law)
                 machine_run.run(asked, as_json, signals)
                 return
             request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
@@ -229,7 +229,7 @@ def config_show(
     from macromicro.settings import Settings, chosen
 
     if machine != "two_stage":
-        machine_run.show(machine, key)
+        machine_run.show(machine, key, law)
         return
     if key is not None and key.partition(".")[0] in ("live", "serve"):
         from macromicro.serve.settings import LiveSettings

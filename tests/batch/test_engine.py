@@ -14,6 +14,7 @@ from macromicro import batch
 from macromicro.arrays import Array
 from macromicro.batch import Metric, Trajectories, Variants
 from macromicro.errors import InputError
+from macromicro.machines.machine import MACHINES
 
 
 class Slow:
@@ -106,7 +107,8 @@ def test_nothing_to_do() -> None:
 
 
 def test_names() -> None:
-    assert set(batch.JOBS) == {"macro-model", "macro-bench", "micro-bench", "programme"}
+    benches = {"macro-model", "macro-bench", "micro-bench", "programme"}
+    assert set(batch.JOBS) == benches | {machine.name for machine in MACHINES}
     for name in batch.JOBS:
         job = batch.job(name)
         assert job.name == name

@@ -218,11 +218,16 @@ def test_the_end_of_its_terminal_is_an_orderly_end(tmp_path: Path) -> None:
     (tmp_path / "live.toml").write_text("[serve]\nmiss_share = 1.0\n")
     master, slave = os.openpty()
     options = ("--scpi", "0", "--web", "-1", "--state", "position.json", "--record", "made")
+
+    def attached() -> None:
+        os.login_tty(slave)
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # these tests may run under nohup
+
     process = subprocess.Popen(
         [*RUN, *options, "--config", "live.toml"],
         cwd=tmp_path,
         start_new_session=True,
-        preexec_fn=lambda: os.login_tty(slave),  # noqa: PLW1509 - no threads here
+        preexec_fn=attached,  # noqa: PLW1509 - no threads here
     )
     os.close(slave)
     try:

@@ -10,8 +10,8 @@ from tests.commission.axes import PLAIN, Virtual, session
 
 from macromicro.commission import exciting, model, uneven
 from macromicro.commission.exciting import Stroke, excite
-from macromicro.commission.probing import CommissionError, Direction, Ends
-from macromicro.commission.stand import Caution, Record, Stand
+from macromicro.commission.probing import Direction, Ends
+from macromicro.commission.stand import Caution, CommissionError, Record, Stand
 from macromicro.identify.axis import Axis, simulate
 
 FOUND = Direction(1.0, 1.2, 1.2, 0.01, 0.0)

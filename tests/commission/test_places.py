@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from macromicro.commission import places
+from macromicro.commission import kinds, places
 from macromicro.errors import InputError
 from macromicro.machines import machine
 from macromicro.settings import Settings
@@ -35,7 +35,19 @@ def test_a_virtual_machine_is_known_by_pitch_period_and_range_alone() -> None:
     assert not place.real
 
 
-def test_other_stages_are_refused() -> None:
+def test_every_kind_of_stage_has_its_own_steps() -> None:
+    for name in ("piezo-100um.toml", "wire-100um.toml"):
+        path = ROOT / "examples" / "machines" / name
+        place, (chosen, tree) = places.virtual(path), machine.load(path)
+        assert place.kind.name == chosen.name
+        # What a person knows: the range of the D/A. Nothing of it is below zero for a wire.
+        assert (place.lowest, place.effort) == (tree.controller.low, tree.controller.high)
+    assert {m.name for m in machine.MACHINES} == set(kinds.NAMES)
+    assert kinds.named("crane") is None
+
+
+def test_a_kind_that_cannot_be_commissioned_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kinds, "KINDS", kinds.KINDS[:1])
     with pytest.raises(InputError, match="piezo"):
         places.virtual(ROOT / "examples" / "machines" / "piezo-100um.toml")
 
@@ -52,5 +64,13 @@ def test_a_rig_of_one_s_own_may_not_say_its_largest_effort(
     place = places.own("minelab:bench", 5e-6, 0)
     assert place.real and place.pitch == 5e-6
     assert math.isnan(place.effort)
+    assert place.kind.name == "axis" and place.lowest is None
+    other = places.own("minelab:bench", 5e-6, 0, "piezo", -2.0)
+    assert other.kind.name == "piezo" and other.lowest == -2.0
+    assert places.own("minelab:bench", 5e-6, 0, "wire").lowest == 0.0
     with pytest.raises(InputError, match="encoder"):
         places.own("minelab:blind", 5e-6, 0)
+    with pytest.raises(InputError, match="--kind"):
+        places.own("minelab:bench", 5e-6, 0, "crane")
+    with pytest.raises(InputError, match="--lowest"):
+        places.own("minelab:bench", 5e-6, 0, "axis", -2.0)

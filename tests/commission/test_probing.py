@@ -7,8 +7,8 @@ import math
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission.probing import CommissionError, Creep, Direction, direction, ends, go
-from macromicro.commission.stand import SENSOR, SPEED, WINDOW, Caution, Stand
+from macromicro.commission.probing import Creep, Direction, direction, ends, go
+from macromicro.commission.stand import SENSOR, SPEED, WINDOW, Caution, CommissionError, Stand
 from macromicro.identify.axis import Axis
 
 FREE = Caution(10.0, math.inf)

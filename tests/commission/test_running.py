@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from tests.commission.axes import PLAIN, Virtual, session
 
-from macromicro.commission import procedure, report, store
+from macromicro.commission import axis, procedure, report, store
 from macromicro.commission.procedure import Options, Work
-from macromicro.commission.running import EXCHANGE, Commissioned, Place, commission
+from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import Stand
 from macromicro.errors import InputError
 from macromicro.machines import machine
@@ -42,7 +42,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Commissioned, Path, 
         ask=lambda title, intent: said.append(f"{title}: {intent}"),
         done=lambda title: said.append(f"{title} done"),
     )
-    report.write(out, found, place(), STARTED)
+    report.write(out, found, place(sign=-1.0), STARTED)
     return found, out, said
 
 
@@ -50,19 +50,20 @@ def test_every_step_says_what_it_will_do_before_it_does_it(
     done: tuple[Commissioned, Path, list[str]],
 ) -> None:
     said = done[2]
-    assert [s.endswith(" done") for s in said] == [False, True] * 5
-    assert "0 to at most 8 V" in said[0]
-    assert "40 mm/s" in said[2] and "300 mm" in said[2]
-    assert "7 places" in said[4]
-    assert "40 strokes" in said[6] and "1 m/s" in said[6]
-    assert "makes 7 moves" in said[8]
+    assert [s.endswith(" done") for s in said] == [False, True] * 6
+    assert "20 s" in said[0] and "at most 8 V" in said[0]
+    assert "0 to at most 8 V" in said[2]
+    assert "40 mm/s" in said[4] and "300 mm" in said[4]
+    assert "7 places" in said[6]
+    assert "40 strokes" in said[8] and "1 m/s" in said[8]
+    assert "makes 7 moves" in said[10]
 
 
 def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str]]) -> None:
     found = done[0]
     assert found.verified.met
     assert report.why(found) == ""
-    assert found.work.direction.sign == -1.0
+    assert found.work[axis.DIRECTION].sign == -1.0
     assert found.model.axis.mass == pytest.approx(PLAIN.mass, rel=0.02)
     assert found.settings.travel.high == pytest.approx(0.1, rel=0.06)
     worst = max(abs(m.rest_error or 0.0) for m in found.verified.moves)
@@ -75,7 +76,7 @@ def test_the_machine_s_file_runs(done: tuple[Commissioned, Path, list[str]]) -> 
     assert kind.name == "axis"
     assert tree == found.settings
     text = (out / report.MACHINE).read_text()
-    assert EXCHANGE in text
+    assert axis.KIND.turned in text
     assert f"mass = {found.model.axis.mass:.4g} +- {found.model.half_width('mass'):.2g}" in text
 
 
@@ -90,15 +91,15 @@ def test_the_page_tells_all_and_escapes(done: tuple[Commissioned, Path, list[str
     assert kept["verification"]["met"]
     assert kept["model"]["mass"]["unit"] == "V*s^2/m"
     assert sorted(p.name for p in out.iterdir()) == sorted(
-        n for n in report.names() if not n.endswith((".svg", ".pdf"))
+        n for n in report.names(axis.KIND) if not n.endswith((".svg", ".pdf"))
     )
 
 
 def test_a_commissioning_is_resumed_after_its_last_step(
     done: tuple[Commissioned, Path, list[str]], tmp_path: Path
 ) -> None:
-    for name in (f"{store.FOLDER}-direction.json", f"{store.FOLDER}-ends.json"):
-        shutil.copy(done[1] / name, tmp_path)
+    for name in ("weight", "direction", "ends"):
+        shutil.copy(done[1] / f"{store.FOLDER}-{name}.json", tmp_path)
     made: list[Virtual] = []
     said: list[str] = []
 
@@ -119,17 +120,17 @@ def test_what_was_kept_is_read_back(
 ) -> None:
     found, out, _ = done
     asked = place().asked(OPTIONS)
-    kept = store.read(out, asked)
-    assert kept[procedure.DIRECTION] == found.work.direction
-    assert kept[procedure.FRICTION] == found.work.friction
-    for one, other in zip(kept[procedure.STROKES], found.work.strokes, strict=True):
+    kept = store.read(out, axis.KIND, asked)
+    assert kept[axis.DIRECTION] == found.work[axis.DIRECTION]
+    assert kept[axis.FRICTION] == found.work[axis.FRICTION]
+    for one, other in zip(kept[axis.STROKES], found.work[axis.STROKES], strict=True):
         assert (one.x == other.x).all() and (one.u == other.u).all()
     with pytest.raises(InputError, match="effort"):
-        store.read(out, place().asked(OPTIONS._replace(effort=7.0)))
-    (tmp_path / f"{store.FOLDER}-direction.json").write_text("{")
+        store.read(out, axis.KIND, place().asked(OPTIONS._replace(effort=7.0)))
+    (tmp_path / f"{store.FOLDER}-weight.json").write_text("{")
     with pytest.raises(InputError, match="damaged"):
-        store.read(tmp_path, asked)
-    assert store.read(tmp_path / "none", asked) == {}
+        store.read(tmp_path, axis.KIND, asked)
+    assert store.read(tmp_path / "none", axis.KIND, asked) == {}
 
 
 @pytest.mark.parametrize(
@@ -154,7 +155,7 @@ def test_a_named_window_is_not_left() -> None:
     rig = place(made).make(0)
     options = OPTIONS._replace(low=-0.02, high=0.05)
     work = Work(Stand(session(rig), 1e-3, 1e-5), options)
-    procedure.perform(work, lambda step, intent: None, lambda step, found: None)
-    assert not work.ends.found
+    procedure.perform(axis.KIND, work, lambda step, intent: None, lambda step, found: None)
+    assert not work[axis.ENDS].found
     low, high = made[0].reached
     assert low > -0.0205 and high < 0.0505

@@ -21,7 +21,7 @@ REST = Target(0.0, 0.0, 0.0)
 
 def run(p, targets, places, dt=DT):
     """Memories and efforts along targets and readings."""
-    s, found = LAW.start(p, Sample(0.0, places[0])), []
+    s, found = LAW.start(p, Sample(0.0, 0.0)), []
     for k, (target, place) in enumerate(zip(targets, places, strict=True)):
         s, effort = LAW.step(p, s, target, Sample(k * dt, place), dt)
         found.append((s, effort))
@@ -55,6 +55,18 @@ def test_the_correction_integrates_the_error():
     extra = [1e-10, 3e-10, 6e-10]
     wanted = [a + b for a, b in zip([2e-8, 4e-8, 6e-8], extra, strict=True)]
     assert [s.correction for s, _ in twice] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("place", [7e-6, -3e-6])
+def test_it_starts_from_0_v_wherever_the_stage_rests(place):
+    """What hysteresis has left is taken off what the inverse is given."""
+    s = LAW.start(PLAIN, Sample(0.0, place))
+    there = Target(place, 0.0, 0.0)
+    s, effort = LAW.step(PLAIN, s, there, Sample(0.0, place), DT)
+    assert effort == 0.0 and s.offset == place and LAW.tell(s).correction == 0.0
+    _, effort = LAW.step(PLAIN, s, Target(place + 1.2e-6, 0.0, 0.0), Sample(DT, place + 1.2e-6), DT)
+    assert effort == pytest.approx(1.2e-6 / 0.6e-6 / 10.0)
+    assert LAW.start(PLAIN, Sample(0.0, math.nan)).offset == 0.0
 
 
 def test_the_notch_filters_the_correction_alone():

@@ -95,7 +95,8 @@ def test_a_run_stopped_from_outside_keeps_its_recording(files):
 def test_its_settings_are_shown(monkeypatch, capsys):
     assert called(monkeypatch, "config", "show", "--machine", "axis") == 0
     shown = capsys.readouterr().out
-    assert shown == machine.as_toml(machine.MACHINES[0].settings) and "[motor]" in shown
+    axis = machine.MACHINES[0]
+    assert shown == machine.as_toml(axis, axis.settings) and "[motor]" in shown
     assert called(monkeypatch, "config", "show", "motor", "--machine", "axis") == 0
     assert capsys.readouterr().out.startswith("[motor]")
     assert called(monkeypatch, "config", "show", "--machine", "axle") == 2

@@ -169,5 +169,5 @@ def test_interpreted_and_compiled_agree():
 def test_all_settings_are_read_back_bit_for_bit(tmp_path):
     tree = DEFAULT.with_({"wire.length": "0.1234 m", "bias.rate": "321 N/m"})
     path = tmp_path / "m.toml"
-    path.write_text(machine.as_toml(tree), encoding="utf-8")
+    path.write_text(machine.as_toml(machine.MACHINES[2], tree), encoding="utf-8")
     assert machine.load(path)[1] == tree

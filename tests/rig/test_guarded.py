@@ -267,3 +267,36 @@ def fine_without_any() -> CompiledGuarded:
     for _ in range(100):
         watched.write(SAFE._replace(ctrl=1.0))
     return watched
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.usefixtures("interpreted")
+def test_renewed_it_keeps_the_heat_and_the_last_count_alone(kind: type[Guarded]) -> None:
+    watched = kind(counting(), LIMITS, 1e-3)
+    fresh = guard.fresh()
+    seen = fresh.seen._replace(encoder=5.0, encoder_age=0.25, time=3.0, hall=2.5, against=7.0)
+    heat = guard.Heat(Heating(30.0, 1.0, 2.0), 0.5, 4.0)
+    watched.watch = fresh._replace(fault=codes.STUCK, value=1.0, limit=2.0, seen=seen, heat=heat)
+    assert watched.tripped
+    watched.renew()
+    assert not watched.tripped
+    kept = fresh.seen._replace(encoder=5.0, encoder_age=0.25, time=3.0)
+    cold = heat._replace(idle=0.0)
+    assert repr(watched.watch) == repr(fresh._replace(seen=kept, heat=cold))
+
+
+@pytest.mark.parametrize(
+    ("age", "jump", "words"),
+    [
+        (0.0, 3.0, ""),
+        (0.0, 2.0, ""),
+        (1e-3, 2.0, "no reading of the encoder while a fault was latched"),
+        (0.0, 4.0, "the encoder jumped while a fault was latched"),
+    ],
+)
+@pytest.mark.usefixtures("interpreted")
+def test_counts_may_be_missed_while_a_fault_is_latched(age: float, jump: float, words: str) -> None:
+    watched = Guarded(counting(), LIMITS, 1e-3)
+    seen = guard.fresh().seen._replace(encoder_age=age, jump=jump, possible=3.0)
+    watched.watch = guard.fresh()._replace(fault=codes.STUCK, seen=seen)
+    assert watched.overlooked() == words

@@ -11,6 +11,7 @@ import pytest
 
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
+from macromicro.plant.kiln import KilnBench
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import open_rig
 from macromicro.types import Sample
@@ -62,10 +63,32 @@ coarse = changed(dt=0.01)
 unrested = changed(rest=-1.0)
 uncalibrated = changed(calibration=[1.0])
 clockless = changed(clock=3)
+counting = changed(counted=True)
+unsure = changed(counted=1)
+mixed = changed(channels=("encoder", 5))
+single = changed(channels=5)
+kinds = changed(kind=["bench"])
+hasty = changed(kind="kiln", channels=["encoder"], dt=0)
+whole = changed(kind="kiln", channels=["encoder"], dt=1)
+true = changed(kind="kiln", channels=["encoder"], dt=True)
+restless = changed(rest=math.inf)
+tired = changed(rest="600 s")
+flat = changed(pitch=0.0)
 number = 5
 
 def nothing(seed): return None
 def seedless(): return Rig()
+def two(seed, more): return Rig()
+
+class Bare(Rig):
+    def __init__(self): pass
+
+def timeless(seed): return Bare()
+
+class Deaf(Rig):
+    channels = property()
+
+def deaf(seed): return Deaf()
 """
 
 
@@ -89,6 +112,7 @@ def test_a_bench_is_what_it_says(module: object) -> None:
     assert found.name == "my_rigs:bench" and found.kind == "bench"
     assert found.channels == ("encoder", "hall")
     assert (found.dt, found.rest, found.table) == (1e-3, 0.0, None)
+    assert found.counted is False and found.pitch == KilnBench().encoder.pitch
     found.make(9)
     assert sys.modules["my_rigs"].seeds == [7, 9]
     sample = found.open(1).read()
@@ -105,6 +129,10 @@ def test_its_own_calibration_and_limits_are_kept(module: object) -> None:
     assert isinstance(open_rig("my_rigs:calibrated").table, Calibration)
     assert open_rig("my_rigs:bench").limits is None
     assert open_rig("my_rigs:limited").limits == Limits(hottest=120.0)
+    assert open_rig("my_rigs:counting").counted is True
+    assert open_rig("my_rigs:whole").dt == 1.0
+    open_rig("my_rigs:bench")
+    assert sys.modules["my_rigs"].seeds[-1] == 0
 
 
 def test_another_process_may_have_it(module: object) -> None:
@@ -127,11 +155,23 @@ def test_another_process_may_have_it(module: object) -> None:
         ("my_rigs:absent", "a function of my_rigs, such as bench"),
         ("my_rigs:number", "a function that takes a seed"),
         ("my_rigs:seedless", "a function that takes a seed"),
+        ("my_rigs:two", "a function that takes a seed"),
         ("my_rigs:nothing", "NoneType without read, write, stop"),
         ("my_rigs:clockless", "without clock.now, clock.wait"),
+        ("my_rigs:timeless", "returned Bare without clock'"),
+        ("my_rigs:deaf", "returned Deaf without channels'"),
+        ("my_rigs:kinds", "bench or kiln or cycle"),
         ("my_rigs:toaster", "bench or kiln or cycle"),
         ("my_rigs:strange", "smell"),
         ("my_rigs:text", "a tuple of names"),
+        ("my_rigs:mixed", "a tuple of names"),
+        ("my_rigs:single", "a tuple of names"),
+        ("my_rigs:hasty", "dt: '0'; accepted: a number above 0"),
+        ("my_rigs:true", "dt: 'True'; accepted: a number above 0"),
+        ("my_rigs:restless", "rest: 'inf'; accepted: a number, 0 or more"),
+        ("my_rigs:tired", "rest: '600 s'; accepted: a number, 0 or more"),
+        ("my_rigs:flat", "pitch: '0.0'; accepted: a number above 0"),
+        ("my_rigs:unsure", "a builtins.bool"),
         ("my_rigs:coarse", "0.001 s for a bench"),
         ("my_rigs:unrested", "0 or more"),
         ("my_rigs:uncalibrated", "Calibration"),

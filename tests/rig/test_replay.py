@@ -48,6 +48,18 @@ def test_sensors_are_those_of_the_file() -> None:
         assert (second.t, second.hall) == (pytest.approx(1e-3), 2.1)
         assert math.isnan(second.encoder) and math.isnan(second.extend)
         assert rig.read().laser == pytest.approx(3e-6) and math.isnan(rig.read().hall)
+    with rig:
+        assert rig.read().hall == 2.0
+
+
+def test_it_begins_at_the_first_row_and_0_is_a_signal() -> None:
+    columns = [Column(name, "-", name) for name in ("t", "macro_position", "extend", "contract")]
+    rows = [[0.0, 1e-3], [7.0, 8.0], [0, 1], [1, -1]]
+    rig = Replay(Recording.from_arrays(columns, rows, 1e-3, {}))
+    assert rig.channels == ("encoder", "extend", "contract") and rig.rows == 2
+    assert rig.read()[:2] == (0.0, 7.0) and rig.read()[4:] == (0.0, 1.0)
+    rig.wait(1e-3)
+    assert rig.read().extend == 1.0 and math.isnan(rig.read().contract)
 
 
 def replayed(folder: Path, out: str, rig: str = "", **rest: object) -> job.Ended:
@@ -107,3 +119,10 @@ def test_a_recording_without_sensors_is_bad_input() -> None:
     recording = Recording.from_arrays([Column("t", "s", "time")], [[0.0]], 1e-3, {})
     with pytest.raises(InputError, match="no sensors"):
         Replay(recording)
+    empty = Recording.from_arrays([Column(n, "s", n) for n in ("t", "laser")], [[], []], 1e-3, {})
+    with pytest.raises(InputError, match=r"replay:mine\.h5: 'no sensors'"):
+        Replay(empty, "mine.h5")
+    hall = Column("hall_voltage", "V", "hall")
+    empty = Recording.from_arrays([Column("t", "s", "t"), hall], [[], []], 1e-3, {})
+    with pytest.raises(InputError, match="no sensors"):
+        Replay(empty)

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from macromicro import cli
+from macromicro.batch.stage_job import METRICS
 from macromicro.errors import InputError
 from macromicro.machines import machine, planning
-from macromicro.robustness import stage, stage_files
+from macromicro.robustness import requirements, stage, stage_files
 from macromicro.schema.par import entries
-from macromicro.uncertainty.table import AXIS as ROWS
+from macromicro.uncertainty.table import read
 
 AXIS = machine.MACHINES[0]
+ROWS = read(AXIS.spread)
 PLAN = planning.plan(planning.usual(AXIS.settings), AXIS.settings)
 
 
@@ -64,6 +66,31 @@ def test_a_study_tells_the_share_and_what_the_errors_go_with():
     assert m["goes_with"] in [r.name for r in found.rows] and abs(m["rank_correlation"]) <= 1.0
     assert f"{found.arrives.passed} of 12 machines" in stage_files.lines(found)[0]
     assert stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 1).found == found.found
+
+
+def test_requirements_are_met_by_some(tmp_path):
+    found = stage.study(AXIS, AXIS.settings, PLAN, 12, 2, 2)
+    middle = float(np.median([t.rms_error for t in found.found]))
+    path = tmp_path / "limits.toml"
+    path.write_text(f'rms_error = "{middle} um"\nfault = 0\nsettling = "0.1 ms"\n')
+    required = requirements.load(path, METRICS, ())
+    assert [r.metric.name for r in required] == ["fault", "settling", "rms_error"]
+    none, quick, near = required
+    found = found._replace(required=required)
+    assert found.met(none).passed == 12 and found.met(quick).passed < 12
+    assert found.met(near).passed == 6 and found.met().passed == 12
+    assert found.met(*required).passed <= min(6, found.met(quick).passed)
+    lost = found.found[0]._replace(rms_error=float("nan"), settling=float("inf"))
+    assert found._replace(found=[lost]).met(near).passed == 0
+    told = stage_files.content(found)["requirements"]
+    assert told[2]["metric"] == "rms_error" and told[2]["passed"] == 6
+    assert told[2]["limit"] == pytest.approx(middle) and told[2]["unit"] == "um"
+    said = stage_files.lines(found)
+    assert said[3].startswith("required: rms_error at most") and "met on 6 of 12, 50.0 %" in said[3]
+    assert said[4].startswith("required: all of them: met on ")
+    path.write_text('macro_settling = "1 s"\n')
+    with pytest.raises(InputError, match="unknown metric"):
+        requirements.load(path, METRICS, ())
 
 
 @pytest.mark.parametrize("samples", [9, 100_001])

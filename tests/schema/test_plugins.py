@@ -70,3 +70,10 @@ def test_errors_while_it_is_imported_are_told(module: str, text: str, said: str)
 def test_entry_points_are_listed_by_group() -> None:
     assert plugins.registered("macromicro.laws") == {}
     assert plugins.registered("console_scripts")["macromicro"] == "macromicro.cli:main"
+
+
+def test_a_name_stands_for_a_place() -> None:
+    assert plugins.place("mylab.laws:it", "console_scripts") == "mylab.laws:it"
+    assert plugins.place("macromicro", "console_scripts") == "macromicro.cli:main"
+    assert plugins.place("macromicro", "macromicro.laws") is None
+    assert plugins.place("", "console_scripts") is None

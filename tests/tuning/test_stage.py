@@ -60,7 +60,7 @@ def test_the_gains_of_every_law_are_searched(other):
     assert found.evaluations >= 5 and found.costs[1] <= found.costs[0] < stage.FAILED
     names = [line[0] for line in stage_files.table(found)][: len(stage.KNOBS[other.law.name])]
     assert names == list(stage.KNOBS[other.law.name])
-    assert machine.as_toml(found.tuned) and found.tuned.together() == []
+    assert machine.as_toml(found.machine, found.tuned) and found.tuned.together() == []
 
 
 def test_gains_that_cannot_work_cost_more_than_any_run():

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from macromicro.errors import InputError
 from macromicro.schema.par import entries
 from macromicro.settings import Settings
 from macromicro.uncertainty import table
@@ -83,3 +84,50 @@ def test_only_factors_reach_the_model() -> None:
     amounts[1, [u.name for u in rows].index("mass")] = 2.0
     assert on_model(rows, amounts, table.GAIN).tolist() == [1.0, 0.5]
     assert on_model(rows, amounts, table.WIDTH).tolist() == [1.0, 1.0]
+
+
+ROW = """
+[[quantity]]
+name = "mass"
+kind = "factor"
+paths = ["blade.mass", "load.mass"]
+range = [0.9, 1.1]
+meaning = "moving mass"
+"""
+
+
+def test_a_table_of_ones_own_is_read(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(ROW + 'weights = [1, 2.0]\nunit = "kg"\nsource = "a scale"\n')
+    (row,) = table.read(path)
+    assert row.parts == (("blade.mass", 1), ("load.mass", 2.0)) and row.kind == FACTOR
+    assert (row.low, row.high, row.unit, row.source) == (0.9, 1.1, "kg", "a scale")
+    assert row.stage == "" and row.model == ()
+    path.write_text(ROW)
+    assert table.read(path)[0].parts == (("blade.mass", 1.0), ("load.mass", 1.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("[[quantity]]", "[quantity]"), "own.toml, quantity: "),
+        ((ROW, "quantity = []"), "own.toml, quantity: '[]'; accepted: one table"),
+        (("[0.9, 1.1]", '[0.9, "1.1"]'), "quantity 1, range: "),
+        (("[0.9, 1.1]", "2.0"), "quantity 1, range: '2.0'"),
+        (("[[quantity]]", "[[other]]"), "own.toml, quantity: 'None'; accepted: one table"),
+        (('name = "mass"\n', ""), "quantity 1, name: 'None'; accepted: text"),
+        (('"factor"', '"product"'), "quantity 1, kind: 'product'; accepted: factor, shift"),
+        (("[0.9, 1.1]", "[1.1, 0.9]"), "quantity 1, range: '[1.1, 0.9]'"),
+        (("[0.9, 1.1]", "[0.9, 1.0, 1.1]"), "quantity 1, range"),
+        (("[0.9, 1.1]", '"wide"'), "quantity 1, range: 'wide'; accepted: the lower"),
+        (('["blade.mass", "load.mass"]', "[]"), "quantity 1, paths: '[]'"),
+        (("meaning", "meanin"), "quantity 1, meanin: 'unknown key'; accepted: one of name"),
+        (("range =", "weights = [1.0]\nrange ="), "quantity 1, weights: 1; accepted: 2, one"),
+    ],
+)
+def test_a_slip_in_a_table_is_named(tmp_path, change, words):
+    path = tmp_path / "own.toml"
+    path.write_text(ROW.replace(*change))
+    with pytest.raises(InputError) as refused:
+        table.read(path)
+    assert words in str(refused.value)

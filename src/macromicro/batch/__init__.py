@@ -17,6 +17,7 @@ from typing import Any
 from macromicro.batch.engine import cores, run, trajectories
 from macromicro.batch.variants import SEED, Job, Metric, Trajectories, Variants
 from macromicro.errors import InputError
+from macromicro.schema import plugins
 
 __all__ = [
     "JOBS",
@@ -56,11 +57,21 @@ def _programme(**options: Any) -> Job:
     return ProgrammeJob(**options)
 
 
+def _stage(machine: str) -> Callable[..., Job]:
+    def make(**options: Any) -> Job:
+        from macromicro.batch.stage_job import StageJob
+
+        return StageJob(machine, **options)
+
+    return make
+
+
 JOBS: dict[str, Callable[..., Job]] = {
     "macro-model": _macro_model,
     "macro-bench": _macro_bench,
     "micro-bench": _micro_bench,
     "programme": _programme,
+    **{machine: _stage(machine) for machine in ("axis", "piezo", "wire")},
 }
 
 
@@ -70,7 +81,7 @@ def job(name: str, **options: Any) -> Job:
     Parameters
     ----------
     name : str
-        Of `JOBS`.
+        Of `JOBS`, or the machine of another package, as "module:machine".
     **options : Any
         Of the job.
 
@@ -84,6 +95,8 @@ def job(name: str, **options: Any) -> Job:
     InputError
         An unknown name, or what the job refuses of its options.
     """
-    if name not in JOBS:
-        raise InputError("job", name, " or ".join(JOBS))
-    return JOBS[name](**options)
+    if name in JOBS:
+        return JOBS[name](**options)
+    if plugins.spelled(name):
+        return _stage(name)(**options)
+    raise InputError("job", name, f"{' or '.join(JOBS)}; or MODULE:MACHINE of your own")

@@ -10,6 +10,8 @@ from macromicro.control import contract, outside
 from macromicro.control.settings import Control
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.errors import InputError
+from macromicro.machines import contract as machine_contract
+from macromicro.machines import machine as machines
 from macromicro.nominal import PERIOD
 from macromicro.schema import plugins
 from macromicro.serve.health import FAIL, OK, Finding
@@ -30,6 +32,15 @@ def law(name: str) -> Iterator[Finding]:
         yield Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
     if whole:
         yield Finding("speed", OK, _speed(outside.checked(made, name, OPTION)))
+
+
+def machine(name: str) -> Iterator[Finding]:
+    """What a machine keeps and what not, and how fast it runs."""
+    made = machines.named(name, "--machine")
+    if made is None:
+        raise InputError("--machine", name, "a machine of one stage")
+    for each in machine_contract.check(made):
+        yield Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
 
 
 def _speed(law: StageLaw) -> str:

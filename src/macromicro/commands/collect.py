@@ -13,7 +13,12 @@ from macromicro.commands.signals import Signals
 
 def collect(
     experiment: Annotated[
-        str | None, typer.Argument(help="One of those that --list names.", show_default=False)
+        str | None,
+        typer.Argument(
+            help="One of those that --list names, or MODULE:PROCEDURE of your own "
+            "(docs/own-procedures.md).",
+            show_default=False,
+        ),
     ] = None,
     rig: Annotated[
         str,
@@ -21,6 +26,13 @@ def collect(
             metavar="NAME", help="Where to run it: the twin, or MODULE:FACTORY of your own rig."
         ),
     ] = "twin",
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            help="Settings file of a machine of one stage: its own experiments (docs/machines.md).",
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensors' noise.")] = 0,
     out: Annotated[
         Path | None,
@@ -39,9 +51,15 @@ def collect(
     from macromicro.thesis import collecting
     from macromicro.thesis.procedure import Lab
 
+    if config is not None:
+        from macromicro.commands import machine_records
+
+        asked = machine_records.Asked(config, rig, seed, out, overwrite)
+        machine_records.listed(config) if listed else machine_records.collect(experiment, asked)
+        return
     if listed:
         for one in collecting.PROCEDURES:
-            then = one.then.format(out=Path("results") / one.name)
+            then = one.then.replace("{out}", str(Path("results") / one.name))
             print(f"{one.name:16}{one.gives}\n{'':16}needs: {one.needs}\n{'':16}then: {then}")
         return
     procedure = collecting.find(experiment or "")
@@ -53,15 +71,16 @@ def collect(
     where = "the twin" if rig == TWIN else rig
     print(f"collecting {procedure.name} on {where}", file=sys.stderr)
     with Signals() as signals, held(place, overwrite=overwrite, names=()):
-        recordings = procedure.collect(lab)
+        recordings = collecting.checked(procedure.collect(lab), procedure.name)
         signals.later()
         with folder.staged(place) as stage:
             for name, recording in recordings.items():
                 recording.save(stage / f"{name}.h5")
     for name, recording in recordings.items():
-        count = int(recording["run"][-1])
+        count = int(recording["run"][-1]) if "run" in recording else 1
         runs = "1 run" if count == 1 else f"{count} runs"
         print(f"{place / name}.h5: {runs}, {len(recording)} rows of {recording.dt:g} s")
-    print(f"then: {procedure.then.format(out=place)}")
+    if procedure.then:
+        print(f"then: {procedure.then.replace('{out}', str(place))}")
     if signals.received:
         raise typer.Exit(signals.status)

@@ -1,4 +1,4 @@
-"""``macromicro commission``: an axis that nobody knows, step by step to settings that run it."""
+"""``macromicro commission``: a stage that nobody knows, step by step to settings that run it."""
 
 from __future__ import annotations
 
@@ -36,8 +36,18 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     pitch: Annotated[
         str, typer.Option(help="Travel per encoder count of your own rig, such as '5 um'.")
     ] = "",
+    kind: Annotated[
+        str, typer.Option(metavar="NAME", help="What your own rig is: axis, piezo or wire.")
+    ] = "axis",
     effort: Annotated[
         str, typer.Option(help="Largest effort, such as '8 V'.", show_default="all there is")
+    ] = "",
+    lowest: Annotated[
+        str,
+        typer.Option(
+            help="Lowest effort of your own rig that is no axis, such as '-2 V'.",
+            show_default="0 V",
+        ),
     ] = "",
     speed: Annotated[str, typer.Option(help="Greatest speed.")] = SPEED,
     creep: Annotated[
@@ -64,7 +74,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = False,
     figures: Figures = PNG,
 ) -> None:
-    """Find an axis' direction, ends, friction, model and gains, and verify them on it.
+    """Find what a stage does, its model and its gains, and verify them on it.
 
     Every step says before it moves what it will do, how far and how hard; on your own rig it asks
     as well. Each is kept when it is done: after Ctrl-C, --resume goes on. At the end there are a
@@ -81,9 +91,9 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     kinds = formats(figures)
     keys.seed(seed, "--seed")
-    place = _place(config, rig, pitch, seed)
+    place = _place(config, rig, (pitch, kind, lowest), seed)
     options = _options(place, (effort, speed, creep, travel, low, high))
-    names, replace = report.names(), overwrite or resume
+    names, replace = report.names(place.kind), overwrite or resume
     folder.check(out, report.BYTES, overwrite=replace, names=names)
     with Signals() as signals, folder.held(out, overwrite=replace, names=names):
         if overwrite and not resume:
@@ -115,27 +125,30 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
             print(f"macromicro: interrupted; --resume goes on, in {out}", file=sys.stderr)
             raise typer.Exit(signals.status) from None
         report.write(out, found, place, started, kinds)
-    _show(found, out)
+    _show(found, place, out)
     if not found.verified.met:
         print(f"macromicro: not verified: {report.why(found)}", file=sys.stderr)
         raise typer.Exit(1)
 
 
-def _place(config: Path | None, rig: str, pitch: str, seed: int) -> Place:
+def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
     from macromicro.commission import places
     from macromicro.errors import InputError
     from macromicro.rig.opening import TWIN
     from macromicro.units import quantity
 
+    pitch, kind, lowest = own
     if rig == TWIN:
-        if pitch:
-            raise InputError("--pitch", pitch, "only with --rig: a virtual machine has its own")
+        for name, value in (("--pitch", pitch), ("--lowest", lowest)):
+            if value:
+                raise InputError(name, value, "only with --rig: a virtual machine has its own")
         return places.virtual(config)
     if config is not None:
         raise InputError("--config", str(config), "not with --rig, whose settings are to be found")
     if not pitch:
         raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
-    return places.own(rig, quantity(pitch, "m", "--pitch", "um"), seed)
+    below = quantity(lowest, "V", "--lowest") if lowest else None
+    return places.own(rig, quantity(pitch, "m", "--pitch", "um"), seed, kind, below)
 
 
 def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Options:
@@ -154,15 +167,16 @@ def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Option
         quantity(travel, "m", "--travel", "mm"),
         quantity(low, "m", "--from", "mm") if low else None,
         quantity(high, "m", "--to", "mm") if high else None,
+        place.lowest,
     ).checked()
 
 
-def _show(found: Commissioned, out: Path) -> None:
+def _show(found: Commissioned, place: Place, out: Path) -> None:
     from macromicro.commission import report
 
-    for name, value, half, unit in report.rows(found):
+    for name, value, half, unit in report.rows(found, place):
         print(f"{name:28}{value:>12} {half:>10} {unit}")
-    for doubt in report.doubts(found):
+    for doubt in report.doubts(found, place):
         print(f"doubtful: {doubt}")
     arrived = sum(m.arrived_s is not None for m in found.verified.moves)
     print(f"verification: {arrived} of {found.verified.asked} moves arrived")

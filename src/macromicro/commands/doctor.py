@@ -47,12 +47,20 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
             show_default=False,
         ),
     ] = None,
+    machine: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Check this machine of your own instead, MODULE:MACHINE (docs/own-machines.md).",
+            show_default=False,
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")] = False,
 ) -> None:
     """Check whether `macromicro serve` with these options has what it needs, and what to do.
 
-    With --law a control law of your own is checked, and nothing else. Exit status 1 if anything
-    fails; a warning is none.
+    With --law a control law of your own is checked, with --machine a machine, and nothing else.
+    Exit status 1 if anything fails; a warning is none.
     """
     from json import dumps
 
@@ -60,7 +68,9 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     from macromicro.serve import health, preflight
     from macromicro.serve.settings import load
 
-    if law is None:
+    if machine is not None:
+        findings = checking.machine(machine)
+    elif law is None:
         ports = _ports(scpi, web, port or ())
         asked = preflight.Asked(rig, host, ports, state, record or FOLDER)
         findings = preflight.findings(asked, load(config).serve)

@@ -19,14 +19,12 @@ def other(config: Path) -> bool:
     return chosen(config) is not None
 
 
-def refuse(*, fan: bool, rig: str, law: str | None = None) -> None:
+def refuse(*, fan: bool, rig: str) -> None:
     """InputError for options that only the two-stage machine has."""
     if fan:
         raise InputError("--fan", "", "nothing: this machine has no fan")
     if rig != "twin":
         raise InputError("--rig", rig, "twin for this machine")
-    if law is not None:
-        raise InputError("--law", law, "nothing: the law of this machine is its own")
 
 
 def run(asked: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
@@ -80,10 +78,12 @@ def _run(job: Any, as_json: bool, signals: Signals) -> None:
         raise typer.Exit(signals.status or 1)
 
 
-def show(name: str, key: str | None) -> None:
+def show(name: str, key: str | None, law: str | None) -> None:
     """Print a machine's default settings."""
     from macromicro.machines.machine import as_toml, named
+    from macromicro.machines.tree import joined
 
     machine = named(name, "--machine")
     assert machine is not None  # the two-stage machine is shown elsewhere
-    print(as_toml(machine.settings, key), end="")
+    settings = machine.settings if law is None else joined(machine.settings, law, "--law")
+    print(as_toml(machine, settings, key), end="")

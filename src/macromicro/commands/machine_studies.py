@@ -15,9 +15,10 @@ OTHERS, FRESH = 8, 50  # machines of a robust search, and to judge it by
 
 
 class Asked(NamedTuple):
-    """What both commands are given: the results' folder, and how they are told."""
+    """What both commands are given: settings, law, the results' folder, how they are told."""
 
     config: Path
+    law: str | None
     out: Path
     overwrite: bool
     figures: str
@@ -34,9 +35,11 @@ def only(given: dict[str, object], name: str) -> None:
 
 def name_of(config: Path) -> str:
     """The machine that a file names, which is one of one stage."""
-    from macromicro.machines.machine import load
+    from macromicro.machines.machine import chosen
 
-    return load(config)[0].name
+    machine = chosen(config)
+    assert machine is not None  # the two-stage machine has commands of its own
+    return machine.name
 
 
 def tune(
@@ -55,9 +58,9 @@ def tune(
     from macromicro.tuning import stage_files as told
 
     kinds = formats(asked.figures)
-    machine, settings = load(asked.config)
-    if stage not in (machine.name, "macro"):
-        raise InputError("stage", stage, f"{machine.name} for this machine")
+    machine, settings = load(asked.config, asked.law)
+    if stage not in (machine.kind.name, machine.name, "macro"):
+        raise InputError("stage", stage, f"{machine.kind.name} for this machine")
     aim = tuning.named(objective)
     keys.seed(asked.seed, "--seed")
     keys.whole(evaluations, 10, 1_000_000, "--evaluations")
@@ -66,7 +69,7 @@ def tune(
     with (
         Signals() as signals,
         folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
-        progress(f"tuning the {machine.name}, objective {aim.name}", "designs at most") as pace,
+        progress(f"{machine.kind.name}, objective {aim.name}", "designs at most") as pace,
     ):
         pace.begin(evaluations)
 
@@ -91,23 +94,30 @@ def tune(
     print(f"results: {asked.out}; try: macromicro run --config {asked.out / told.SETTINGS}")
 
 
-def robust(asked: Asked, programme: str | None, samples: int, workers: int | None) -> None:
-    """Try machines that differ from their sheets under the nominal law."""
+def robust(
+    asked: Asked, programme: str | None, samples: int, how: tuple[int | None, Path | None]
+) -> None:
+    """Try machines that differ from their sheets under the nominal law; `how`: threads, and a file
+    of requirements."""
     from macromicro import programme as programmes
     from macromicro.batch import cores
+    from macromicro.batch.stage_job import METRICS
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
     from macromicro.machines import planning
     from macromicro.machines.machine import load
     from macromicro.report.summary import as_json as to_json
+    from macromicro.robustness import requirements
     from macromicro.robustness import stage as robustness
     from macromicro.robustness import stage_files as told
     from macromicro.runs import folder
     from macromicro.schema import keys
 
     kinds = formats(asked.figures)
-    machine, settings = load(asked.config)
+    machine, settings = load(asked.config, asked.law)
     keys.seed(asked.seed, "--seed")
+    workers, limits = how
+    required = () if limits is None else requirements.load(limits, METRICS, ())
     if programme is None:
         moves = planning.usual(settings)
     else:
@@ -132,6 +142,7 @@ def robust(asked: Asked, programme: str | None, samples: int, workers: int | Non
         if not found.found:
             print("macromicro: interrupted; nothing written", file=sys.stderr)
             raise typer.Exit(signals.status)
+        found = found._replace(required=required)
         told.write(asked.out, found, kinds)
     if asked.as_json:
         print(to_json(told.content(found)), end="")

@@ -75,7 +75,7 @@ def response(
     with (
         Signals() as signals,
         folder.held(place, overwrite=overwrite, names=bode.FILES),
-        progress(f"response of the {machine.name}", "frequencies") as pace,
+        progress(f"response of the {machine.kind.name}", "frequencies") as pace,
     ):
         found = sweeping.measured(
             machine,

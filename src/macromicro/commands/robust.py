@@ -74,11 +74,11 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     motor and supply.
     """
     if config is not None and machine_run.other(config):
-        options: dict[str, object] = {"--requirements": requirements, "--fan": fan, "--law": law}
+        options: dict[str, object] = {"--fan": fan}
         machine_studies.only(options, machine_studies.name_of(config))
         place = out or Path("results") / f"robust-{config.stem}"
-        asked = machine_studies.Asked(config, place, overwrite, figures, as_json, seed)
-        machine_studies.robust(asked, programme, samples, workers)
+        asked = machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed)
+        machine_studies.robust(asked, programme, samples, (workers, requirements))
         return
     programme = programme or "thesis"
     from macromicro import programme as programmes

@@ -91,19 +91,24 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     A token in the environment variable MACROMICRO_TOKEN is asked of whoever gives orders; it
     is needed where others than this computer can connect. Nothing moves at the start.
     """
-    from macromicro.serve import hosts, persist, settings, storage
+    from macromicro.control.settings import Control
+    from macromicro.serve import hosts, persist, storage
+    from macromicro.serve.choosing import load
     from macromicro.serve.log import Log
 
     sys.setswitchinterval(SWITCH_S)
 
     _check(rig, scpi, web, seed)
     doors = _Doors(host, scpi, web, hosts.names(host, name or ()), _token(host))
-    chosen = settings.load(config, law)
-    tell(chosen.controller)
+    chosen = load(config, law)
+    if isinstance(chosen.controller, Control):
+        tell(chosen.controller)
     if state is not None:
         storage.check_state(state)
     else:
-        storage.check_state(persist.default_path(rig), "state folder (--state, XDG_STATE_HOME):")
+        storage.check_state(
+            persist.default_path(chosen.place(rig)), "state folder (--state, XDG_STATE_HOME):"
+        )
     if record is not None:
         storage.make_folder(record, chosen.serve.recorder_capacity)
     with Log(log), Signals() as signals:

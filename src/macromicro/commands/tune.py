@@ -98,11 +98,10 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     """Find better gains for a control law, and say what they are worth on the bench.
 
     With a --config file of a machine of one stage (docs/machines.md) the gains are those of its
-    cascade, and --objective is settling, error or rest.
+    law, and --objective is settling, error or rest.
     """
     if config is not None and machine_run.other(config):
         options: dict[str, object] = {
-            "--law": law,
             "--on": on,
             "--aggregate": aggregate,
             "--penalty": penalty,
@@ -111,9 +110,8 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
         if not robust:
             options |= {"--benches": benches, "--held-out": held_out}
         machine_studies.only(options, machine_studies.name_of(config))
-        asked = machine_studies.Asked(
-            config, out or Path(f"results/tune-{stage}"), overwrite, figures, as_json, seed or 0
-        )
+        place = out or Path(f"results/tune-{stage}")
+        asked = machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed or 0)
         several = (benches or machine_studies.OTHERS, held_out or machine_studies.FRESH)
         machine_studies.tune(
             asked, stage, objective, evaluations or 300, several if robust else (0, 0)

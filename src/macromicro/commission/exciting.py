@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from macromicro.commission.probing import CommissionError, Direction, Ends, go
-from macromicro.commission.stand import Caution, Record, Stand
+from macromicro.commission.probing import Direction, Ends, go
+from macromicro.commission.stand import Caution, CommissionError, Record, Stand
 
 LEVELS = (0.05, 0.12, 0.25, 0.5, 0.8)  # parts of what is left of the effort above breakaway
 STROKES = 8  # of each level

@@ -17,8 +17,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.commission import uneven
-from macromicro.commission.probing import CommissionError
-from macromicro.commission.stand import Record
+from macromicro.commission.stand import CommissionError, Record
 from macromicro.commission.uneven import Fit, Level, held
 from macromicro.identify.axis import Axis, late, simulate
 
@@ -63,6 +62,8 @@ class Model(NamedTuple):
         Degrees of freedom of the intervals: strokes less all that was fitted.
     rms : float
         Of the free runs' positions, m.
+    hold : float, optional
+        Effort that was beside the strokes' all the time, V: a weight's.
     """
 
     axis: Axis
@@ -71,6 +72,12 @@ class Model(NamedTuple):
     covariance: Array
     freedom: float
     rms: float
+    hold: float = 0.0
+
+    @property
+    def whole(self) -> Axis:
+        """The parameters with all of the constant force."""
+        return self.axis._replace(offset=self.axis.offset + self.hold)
 
     def half_width(self, name: str) -> float:
         """Half of a parameter's 95 % interval.

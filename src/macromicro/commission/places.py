@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from macromicro.commission import axis, kinds
 from macromicro.commission.running import Place
 from macromicro.errors import InputError
-from macromicro.machines import axis
 from macromicro.machines import machine as machines
 from macromicro.machines import rig as rigs
 from macromicro.nominal import PERIOD
@@ -36,7 +36,7 @@ def virtual(path: Path | None) -> Place:
     Raises
     ------
     InputError
-        The file is not accepted, or names a machine that is no axis.
+        The file is not accepted, or names a machine that cannot be commissioned.
     """
     machine = None if path is None else machines.chosen(path)
     if machine is None:
@@ -51,21 +51,28 @@ def virtual(path: Path | None) -> Place:
             False,
         )
     assert path is not None
-    if machine.name != axis.NAME:
+    kind = kinds.named(machine.name)
+    if kind is None:
         where = f"--config {printable(path, 300)}, {machines.KEY}"
-        raise InputError(where, machine.name, f"{axis.NAME}: an axis with an encoder")
-    kind, tree = machine.kind, machines.load(path)[1]
+        raise InputError(where, machine.name, f"one of {', '.join(kinds.NAMES)}")
+    stage, tree = machine.kind, machines.load(path)[1]
+    gains = tree.controller
+    one_way = kind.name != axis.KIND.name
     return Place(
         f"the machine of {path.name}",
-        lambda seed: rigs.CompiledTwin(kind, tree, seed),
+        lambda seed: rigs.CompiledTwin(stage, tree, seed),
         tree.timing.period,
         tree.encoder.pitch,
-        tree.controller.limit,
+        gains.high if one_way else gains.limit,
         False,
+        kind,
+        gains.low if one_way else None,
     )
 
 
-def own(name: str, pitch: float, seed: int) -> Place:
+def own(
+    name: str, pitch: float, seed: int, kind: str = "axis", lowest: float | None = None
+) -> Place:
     """A rig of one's own.
 
     Parameters
@@ -76,6 +83,10 @@ def own(name: str, pitch: float, seed: int) -> Place:
         Travel per encoder count, m.
     seed : int
         Given to the factory.
+    kind : str, optional
+        One of `kinds.NAMES`.
+    lowest : float | None, optional
+        Lowest effort of a kind that is no axis, V; None for 0.
 
     Returns
     -------
@@ -85,9 +96,17 @@ def own(name: str, pitch: float, seed: int) -> Place:
     Raises
     ------
     InputError
-        There is no such rig, or it measures no encoder.
+        There is no such rig or kind, or it measures no encoder.
     """
+    found = kinds.named(kind)
+    if found is None:
+        raise InputError("--kind", printable(kind), f"one of {', '.join(kinds.NAMES)}")
+    one_way = found.name != axis.KIND.name
+    if lowest is not None and not one_way:
+        accepted = f"only with --kind other than {kind}, whose efforts are as large both ways"
+        raise InputError("--lowest", f"{lowest:g} V", accepted)
     fixture = open_rig(name, seed)
     fixture.need("commission", "encoder")
     limit = math.nan if fixture.limits is None else fixture.limits.motor
-    return Place(name, fixture.make, fixture.dt, pitch, limit, True)
+    below = (lowest or 0.0) if one_way else None
+    return Place(name, fixture.make, fixture.dt, pitch, limit, True, found, below)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from macromicro.commission.stand import SENSOR, Caution, Stand
-from macromicro.errors import MacromicroError
+from macromicro.commission.stand import SENSOR, Caution, CommissionError, Stand
 
 _PATIENCE = 120.0  # s, for a ramp with all its holds
 _HOLD = 0.04  # s that an effort is held to see whether the axis slides
@@ -21,10 +20,6 @@ _BELOW, _SLOWER = 0.7, 8.0  # a second ramp begins at that part of the first, an
 _RISE = 0.4  # s in which the effort of `Creep` rises from nothing to breakaway
 PUSH = 1.6  # breakaways that a stop must hold against
 _HELD = 0.4  # s without motion under that push: an end
-
-
-class CommissionError(MacromicroError):
-    """The axis does not do what the step needs; says what was seen and what to try."""
 
 
 class Direction(NamedTuple):

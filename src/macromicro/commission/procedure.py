@@ -2,23 +2,23 @@
 
 What a step found is written when it is done, so that an interrupted commissioning can be resumed.
 Positions count from where the encoder stood at the start of a session; a new session therefore
-looks for the ends again before it moves on, unless only computing is left.
+does a step that finds places again before it moves on, unless only computing is left.
+
+What is commissioned is a `Kind`: its steps, the model of what they found, the machine that follows
+from that, and what a page shows of it. `kinds` lists them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from macromicro.commission import exciting, friction, model, probing
-from macromicro.commission.friction import FrictionMap
-from macromicro.commission.model import Model
-from macromicro.commission.probing import Direction, Ends
-from macromicro.commission.stand import Caution, Record, Stand
+from macromicro.commission.stand import Caution, Stand
 from macromicro.errors import InputError
 
-DIRECTION, ENDS, FRICTION, STROKES = "direction", "ends", "friction", "strokes"
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Options(NamedTuple):
@@ -36,6 +36,8 @@ class Options(NamedTuple):
         Longest way on which an end is looked for, m.
     low, high : float | None
         The window, m from where the axis stands at the start; None: its ends are felt for.
+    lowest : float | None
+        Lowest effort, V; None: as far below zero as `effort` is above.
     """
 
     effort: float
@@ -44,6 +46,7 @@ class Options(NamedTuple):
     travel: float
     low: float | None = None
     high: float | None = None
+    lowest: float | None = None
 
     def checked(self) -> Options:
         """These options.
@@ -70,7 +73,14 @@ class Options(NamedTuple):
         if self.low is not None and self.high is not None and not self.low <= 0.0 <= self.high:
             found = f"{self.low:g} m to {self.high:g} m"
             raise InputError("--from and --to", found, "a window around where the axis stands, 0")
+        if self.lowest is not None and not -float("inf") < self.lowest <= 0.0:
+            raise InputError("--lowest", f"{self.lowest:g} V", "a finite value, at most 0 V")
         return self
+
+    @property
+    def bottom(self) -> float:
+        """Lowest effort, V."""
+        return -self.effort if self.lowest is None else self.lowest
 
     def caution(self, speed: float) -> Caution:
         """What may not be passed.
@@ -85,7 +95,7 @@ class Options(NamedTuple):
         Caution
             Within the window, where there is one.
         """
-        every = Caution(self.effort, speed)
+        every = Caution(self.effort, speed, lowest=self.bottom)
         if self.low is None or self.high is None:
             return every
         return every._replace(low=self.low, high=self.high)
@@ -98,13 +108,13 @@ class Work:
     Attributes
     ----------
     stand : Stand
-        The axis.
+        The stage.
     options : Options
         What may be done.
     found : dict[str, Any]
         What each step has found, by its name.
     placed : bool
-        Whether the ends were found since the encoder's zero was set.
+        Whether places were found since the encoder's zero was set.
     """
 
     stand: Stand
@@ -112,49 +122,13 @@ class Work:
     found: dict[str, Any] = field(default_factory=dict)
     placed: bool = False
 
-    @property
-    def direction(self) -> Direction:
-        """What starts the axis."""
-        found: Direction = self.found[DIRECTION]
-        return found
-
-    @property
-    def ends(self) -> Ends:
-        """Where it may go."""
-        found: Ends = self.found[ENDS]
-        return found
-
-    @property
-    def friction(self) -> FrictionMap:
-        """What starts it along the travel."""
-        found: FrictionMap = self.found[FRICTION]
-        return found
-
-    @property
-    def strokes(self) -> list[Record]:
-        """Its strokes."""
-        found: list[Record] = self.found[STROKES]
-        return found
-
-    def fitted(self) -> Model:
-        """The model of the strokes.
-
-        Returns
-        -------
-        Model
-            With its covariance.
-
-        Raises
-        ------
-        CommissionError
-            The strokes do not tell mass and friction apart.
-        """
-        found = self.friction
-        return model.fitted(self.strokes, self.stand.dt, found.mean, found.spread)
+    def __getitem__(self, name: str) -> Any:
+        """What a step has found."""
+        return self.found[name]
 
 
 class Step(NamedTuple):
-    """A step that moves the axis.
+    """A step that moves the stage.
 
     Attributes
     ----------
@@ -166,107 +140,150 @@ class Step(NamedTuple):
         What it will do, how far and how hard.
     run : Callable[[Work], Any]
         Does it; gives what it found.
+    result : Any
+        Type of that, a NamedTuple of numbers and tuples of them; None: a list of records.
+    places : bool
+        Whether it finds places, which a new session has to find again.
     """
 
     name: str
     title: str
     intent: Callable[[Work], str]
     run: Callable[[Work], Any]
+    result: Any
+    places: bool = False
 
 
-def _direction_intent(work: Work) -> str:
-    o = work.options
-    return (
-        f"Effort rises from 0 to at most {o.effort:.3g} V, three times each way, and is taken away "
-        f"when the encoder moves by {probing.MOVED:.0f} counts. The axis may jump a little."
-    )
+class Estimate(NamedTuple):
+    """A quantity that was found, and how sure it is.
+
+    Attributes
+    ----------
+    meaning : str
+        In words.
+    value : float
+        In `unit`.
+    half : float
+        Half of its 95 % interval.
+    unit : str
+        For people.
+    """
+
+    meaning: str
+    value: float
+    half: float
+    unit: str
 
 
-def _direction(work: Work) -> Direction:
-    return probing.direction(work.stand, work.options.caution(float("inf")))
+class Drawn(NamedTuple):
+    """A figure of a page.
+
+    Attributes
+    ----------
+    title, caption : str
+        For people.
+    figure : Callable[[Work, Any], Figure]
+        Draws it of a commissioning's steps and model.
+    """
+
+    title: str
+    caption: str
+    figure: Callable[[Work, Any], Figure]
 
 
-def _ends_intent(work: Work) -> str:
-    o = work.options
-    push = probing.PUSH * work.direction.surely(o.effort)
-    if o.low is not None and o.high is not None:
-        return (
-            f"The window that was named is used, {o.low * 1e3:.4g} to {o.high * 1e3:.4g} mm from "
-            "where the axis stands now. Nothing moves."
-        )
-    return (
-        f"The axis creeps at {o.creep * 1e3:.3g} mm/s to one end and to the other, at most "
-        f"{o.travel * 1e3:.4g} mm each way, until a stop holds it against {push:.3g} V."
-    )
+class Kind(NamedTuple):
+    """What can be commissioned.
+
+    Attributes
+    ----------
+    name : str
+        Of the machine that it gives.
+    steps : Sequence[Step]
+        In their order; what one of the first found has a `sign`.
+    turned : str
+        What a person should do where that sign is -1.
+    note : str
+        What units the results are in, for the page.
+    prepare : Callable[[Work], None]
+        Makes the stand ready for the steps that are left, by what was found before.
+    model : Callable[[Work], Any]
+        The model of what the steps found.
+    settings : Callable[[Work, Any, Any], dict[str, str]]
+        The machine of steps, model and what `home` found (None before): paths and TOML values.
+    head : str
+        First lines of the machine's file, beside the estimates.
+    homing : str
+        What the stage does before it is verified.
+    home : Callable[[Work, Any], Any]
+        Brings it to the machine's 0; gives what `settings` takes.
+    rows : Callable[[Work], list[tuple[str, ...]]]
+        What the steps found: quantity, value, half interval, unit.
+    estimates : Callable[[Any], dict[str, Estimate]]
+        What the model says, by short names.
+    doubts : Callable[[Work, Any], list[str]]
+        What a person should look at.
+    figures : Mapping[str, Drawn]
+        By the name of the file.
+    """
+
+    name: str
+    steps: Sequence[Step]
+    turned: str
+    note: str
+    prepare: Callable[[Work], None]
+    model: Callable[[Work], Any]
+    settings: Callable[[Work, Any, Any], dict[str, str]]
+    head: str
+    homing: str
+    home: Callable[[Work, Any], Any]
+    rows: Callable[[Work], list[tuple[str, ...]]]
+    estimates: Callable[[Any], dict[str, Estimate]]
+    doubts: Callable[[Work, Any], list[str]]
+    figures: Mapping[str, Drawn]
 
 
-def _ends(work: Work) -> Ends:
-    o = work.options
-    if o.low is not None and o.high is not None:
-        return Ends(o.low, o.high, False)
-    caution = o.caution(o.creep)
-    return probing.ends(work.stand, work.direction, caution, o.travel)
-
-
-def _friction_intent(work: Work) -> str:
-    ends = work.ends
-    return (
-        f"The axis creeps to {friction.PLACES} places between {ends.low * 1e3:.4g} and "
-        f"{ends.high * 1e3:.4g} mm; at each, effort rises until it moves, both ways."
-    )
-
-
-def _friction(work: Work) -> FrictionMap:
-    caution = work.options.caution(work.options.creep)
-    return friction.mapped(work.stand, work.direction, work.ends, caution)
-
-
-def _strokes_intent(work: Work) -> str:
-    o, ends = work.options, work.ends
-    least = work.direction.surely(o.effort)
-    most = least + exciting.LEVELS[-1] * (o.effort - least)
-    return (
-        f"{len(exciting.LEVELS) * exciting.STROKES} strokes with efforts up to {most:.3g} V and "
-        f"speeds up to {o.speed:.3g} m/s, within {ends.low * 1e3:.4g} and {ends.high * 1e3:.4g} mm."
-    )
-
-
-def _strokes(work: Work) -> list[Record]:
-    o = work.options
-    caution = o.caution(o.speed)
-    return exciting.excite(work.stand, work.direction, work.ends, caution, o.creep)
-
-
-STEPS: Sequence[Step] = (
-    Step(DIRECTION, "sign and breakaway", _direction_intent, _direction),
-    Step(ENDS, "end stops and travel", _ends_intent, _ends),
-    Step(FRICTION, "friction over position", _friction_intent, _friction),
-    Step(STROKES, "strokes for the model", _strokes_intent, _strokes),
-)
-
-
-def left(work: Work) -> list[Step]:
+def left(kind: Kind, work: Work) -> list[Step]:
     """The steps that a session has to do.
 
     Parameters
     ----------
+    kind : Kind
+        What is commissioned.
     work : Work
         With what earlier sessions found.
 
     Returns
     -------
     list[Step]
-        Those that are not done; before others that need them the ends again, where the encoder's
+        Those that are not done; before others that need them the places again, where the encoder's
         zero is new.
     """
-    todo = [s for s in STEPS if s.name not in work.found]
-    known = ENDS in work.found
-    if known and not work.placed:
-        todo.insert(0, STEPS[1])
-    return todo
+    todo = [s for s in kind.steps if s.name not in work.found]
+    again = [s for s in kind.steps if s.places and s.name in work.found and not work.placed]
+    return [*again, *todo]
+
+
+def sign(kind: Kind, work: Work) -> float:
+    """Which way it counts.
+
+    Parameters
+    ----------
+    kind : Kind
+        What is commissioned.
+    work : Work
+        With the step done that found it.
+
+    Returns
+    -------
+    float
+        1, or -1 where a positive effort made the encoder count down.
+    """
+    signs = (getattr(work.found.get(step.name), "sign", None) for step in kind.steps)
+    return float(next(s for s in signs if s is not None))
 
 
 def perform(
+    kind: Kind,
     work: Work,
     ask: Callable[[Step, str], None],
     done: Callable[[Step, Any], None],
@@ -275,6 +292,8 @@ def perform(
 
     Parameters
     ----------
+    kind : Kind
+        What is commissioned.
     work : Work
         Options, and what was found before.
     ask : Callable[[Step, str], None]
@@ -287,10 +306,10 @@ def perform(
     CommissionError
         A step cannot do its work; says why.
     """
-    if DIRECTION in work.found:
-        work.stand.sign = work.direction.sign
-    for step in left(work):
+    if kind.steps[0].name in work.found:
+        kind.prepare(work)
+    for step in left(kind, work):
         ask(step, step.intent(work))
         work.found[step.name] = step.run(work)
-        work.placed = work.placed or step.name == ENDS
+        work.placed = work.placed or step.places
         done(step, work.found[step.name])

@@ -8,24 +8,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro import __version__
-from macromicro.commission import procedure, store, verifying
-from macromicro.commission import settings as found_settings
-from macromicro.commission.model import Model
-from macromicro.commission.probing import Ends
-from macromicro.commission.procedure import Options, Step, Work
+from macromicro.commission import axis, procedure, store, verifying
+from macromicro.commission.procedure import Kind, Options, Step, Work
 from macromicro.commission.stand import Stand
 from macromicro.commission.verifying import Verified
-from macromicro.machines import axis
+from macromicro.identify import axis_settings
 from macromicro.machines import machine as machines
 from macromicro.rig.session import Session
 from macromicro.schema import config
 from macromicro.schema.text import printable
 
 VERIFY = "verification"
-EXCHANGE = (
-    "A positive effort made the encoder count down: exchange the motor's leads, or the encoder's "
-    "channels A and B, before this file is used."
-)
 
 
 class Place(NamedTuple):
@@ -45,6 +38,10 @@ class Place(NamedTuple):
         Largest effort that its drive takes, V; NaN where nobody has said it.
     real : bool
         Whether something moves in the world.
+    kind : Kind, optional
+        What it is.
+    lowest : float | None, optional
+        Lowest effort that its drive takes, V; None: as far below zero as `effort` is above.
     """
 
     name: str
@@ -53,6 +50,8 @@ class Place(NamedTuple):
     pitch: float
     effort: float
     real: bool
+    kind: Kind = axis.KIND
+    lowest: float | None = None
 
     def asked(self, options: Options) -> dict[str, Any]:
         """What a resumed session must share with the one that it resumes.
@@ -67,7 +66,8 @@ class Place(NamedTuple):
         dict[str, Any]
             By name.
         """
-        return {"of": self.name, "dt": self.dt, "pitch": self.pitch, **options._asdict()}
+        here = {"of": self.name, "kind": self.kind.name, "dt": self.dt, "pitch": self.pitch}
+        return {**here, **options._asdict()}
 
 
 class Commissioned(NamedTuple):
@@ -77,18 +77,18 @@ class Commissioned(NamedTuple):
     ----------
     work : Work
         Each step's result.
-    model : Model
-        Of the strokes.
+    model : Any
+        Of what they found; of the kind's type.
     toml : str
         The machine's file.
     settings : Any
         What it says, and what follows from it.
     verified : Verified
-        How the machine's gains did on the axis.
+        How the machine's gains did on the stage.
     """
 
     work: Work
-    model: Model
+    model: Any
     toml: str
     settings: Any
     verified: Verified
@@ -104,12 +104,12 @@ def commission(
     done: Callable[[str], None] = lambda title: None,
     ended: Callable[[], bool] = lambda: False,
 ) -> Commissioned:
-    """Commission an axis.
+    """Commission a stage.
 
     Parameters
     ----------
     place : Place
-        The axis.
+        The stage.
     options : Options
         What may be done.
     out : Path | None, optional
@@ -138,47 +138,51 @@ def commission(
         Somebody wanted it to end; all outputs are safe, and completed steps are kept.
     """
     options = options.checked()
-    asked = place.asked(options)
-    before = {} if out is None else store.read(out, asked)
+    kind, asked = place.kind, place.asked(options)
+    before = {} if out is None else store.read(out, kind, asked)
 
     def kept(step: Step, found: Any) -> None:
         if out is not None:
-            store.keep(out, step.name, found, place.dt, asked)
+            store.keep(out, step, found, place.dt, asked)
         done(step.title)
 
     with Session(place.make(seed), place.dt) as session:
         work = Work(Stand(session, place.dt, place.pitch, ended), options, before)
-        procedure.perform(work, lambda step, intent: ask(step.title, intent), kept)
-        model = work.fitted()
-        machine = machines.named("axis", "machine")
+        procedure.perform(kind, work, lambda step, intent: ask(step.title, intent), kept)
+        model = kind.model(work)
+        machine = machines.named(kind.name, "machine")
         assert machine is not None
-        first = _settings(place, work, model, work.ends)[1]
-        motion, effort = first.motion, first.controller.limit
+        tree = _settings(place, work, model, None)[1]
         ask(
             VERIFY,
-            f"The axis creeps to its low end and makes {len(verifying.SHARES)} moves within its "
-            f"travel by the gains found, at up to {motion.velocity:.3g} m/s, "
-            f"{motion.acceleration:.3g} m/s^2 and {effort:.3g} V.",
+            f"{kind.homing} and makes {len(verifying.SHARES)} moves within its travel by the gains "
+            f"found, at up to {tree.motion.velocity:.3g} m/s, {tree.motion.acceleration:.3g} m/s^2 "
+            f"and {tree.guard.effort:.3g} V.",
         )
-        creep = options.caution(options.creep)
-        ends = verifying.home(work.stand, work.direction, work.ends, creep)
-        toml, tree = _settings(place, work, model, ends)
+        toml, tree = _settings(place, work, model, kind.home(work, model))
         verified = verifying.verify(work.stand, machine, tree)
         done(VERIFY)
     return Commissioned(work, model, toml, tree, verified)
 
 
-def _settings(place: Place, work: Work, model: Model, ends: Ends) -> tuple[str, Any]:
+def _settings(place: Place, work: Work, model: Any, home: Any) -> tuple[str, Any]:
     """The machine's file, and what it says."""
-    values = found_settings.settings(model, work, ends, place.pitch)
-    toml = found_settings.as_toml(values, model, _head(place, work))
+    kind = place.kind
+    machine = machines.named(kind.name, "machine")
+    assert machine is not None
+    values = kind.settings(work, model, home)
+    toml = axis_settings.as_toml(values, _head(place, work, model), kind.name)
     table = tomllib.loads(toml)
     table.pop(config.MACHINE)
-    return toml, config.overridden(axis.DEFAULT, table, "the machine that was found")
+    return toml, config.overridden(machine.settings, table, "the machine that was found")
 
 
-def _head(place: Place, work: Work) -> str:
+def _head(place: Place, work: Work, model: Any) -> str:
+    kind = place.kind
     lines = [f"Found by commissioning {printable(place.name, 200)} with macromicro {__version__}."]
-    if work.direction.sign < 0.0:
-        lines.append(EXCHANGE)
-    return "\n".join(lines)
+    if procedure.sign(kind, work) < 0.0:
+        lines.append(kind.turned)
+    lines += ["", "As found, in volts and metres, with 95 % intervals:"]
+    for name, one in kind.estimates(model).items():
+        lines.append(f"  {name} = {one.value:.4g} +- {one.half:.2g} {one.unit}")
+    return "\n".join([*lines, kind.head])

@@ -5,69 +5,59 @@ The model is in volts and metres; one newton stands for one volt at the D/A.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from macromicro.commission.model import UNITS, Model
+from macromicro.commission.friction import FrictionMap
+from macromicro.commission.model import Model
 from macromicro.commission.probing import Ends
-from macromicro.commission.procedure import Work
+from macromicro.commission.stand import Record, Stand
 from macromicro.identify import axis_settings
 from macromicro.identify.axis_settings import Around
 
 
-def settings(model: Model, work: Work, ends: Ends, pitch: float) -> dict[str, str]:
+def settings(
+    model: Model,
+    ends: Ends,
+    *,
+    friction: FrictionMap,
+    strokes: Sequence[Record],
+    effort: float,
+    stand: Stand,
+) -> dict[str, str]:
     """Settings by their paths, as text with units; 0 mm is the low end of the travel.
 
     Parameters
     ----------
     model : Model
         Of the strokes.
-    work : Work
-        What the steps found.
     ends : Ends
         Travel.
-    pitch : float
-        Travel per count, m.
+    friction : FrictionMap
+        Along the travel.
+    strokes : Sequence[Record]
+        They show the greatest speed.
+    effort : float
+        Largest, V.
+    stand : Stand
+        With the control period and the travel per count.
 
     Returns
     -------
     dict[str, str]
         Path to a TOML value.
     """
-    friction, dt = work.friction, work.stand.dt
-    fastest = max(float(np.abs(np.gradient(one.x, dt)).max()) for one in work.strokes)
+    dt = stand.dt
+    fastest = max(float(np.abs(np.gradient(one.x, dt)).max()) for one in strokes)
     around = Around(
         gain=1.0,
-        effort=work.options.effort,
-        pitch=pitch,
+        effort=effort,
+        pitch=stand.pitch,
         period=dt,
         travel=ends.travel,
         speed=fastest,
         ripple=max(friction.largest - friction.mean, 0.0),
     )
     started = max(friction.mean - model.axis.coulomb, 0.0)
-    return axis_settings.values(model.axis._replace(stribeck=started), around)
-
-
-def as_toml(values: dict[str, str], model: Model, head: str) -> str:
-    """A machine's file.
-
-    Parameters
-    ----------
-    values : dict[str, str]
-        From `settings`.
-    model : Model
-        For the intervals in the comments.
-    head : str
-        First lines, as a comment.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
-    lines = [head, "", "As found, in volts and metres, with 95 % intervals:"]
-    for name in model.names:
-        value, half = getattr(model.axis, name), model.half_width(name)
-        lines.append(f"  {name} = {value:.4g} +- {half:.2g} {UNITS[name]}")
-    lines.append("One newton below stands for one volt at the D/A.")
-    return axis_settings.as_toml(values, "\n".join(lines))
+    return axis_settings.values(model.whole._replace(stribeck=started), around)

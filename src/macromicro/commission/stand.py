@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.errors import MacromicroError
 from macromicro.rig.session import Session
 from macromicro.types import SAFE
 
@@ -18,6 +19,10 @@ _ESTIMATE = 5  # periods over which speed is taken
 
 # From the time since the start [s], position [m] and speed [m/s] to an effort [V], or None: ended.
 Law = Callable[[float, float, float], float | None]
+
+
+class CommissionError(MacromicroError):
+    """The stage does not do what the step needs; says what was seen and what to try."""
 
 
 class Caution(NamedTuple):
@@ -31,12 +36,15 @@ class Caution(NamedTuple):
         Greatest speed, m/s.
     low, high : float
         The window, m from where commissioning began.
+    lowest : float
+        Lowest effort, V; none is below -`effort`.
     """
 
     effort: float
     speed: float
     low: float = -math.inf
     high: float = math.inf
+    lowest: float = -math.inf
 
 
 class Record(NamedTuple):
@@ -78,6 +86,11 @@ class Stand:
     ----------
     sign : float
         -1 where a positive effort makes the encoder count down; efforts are turned round.
+    facing : float
+        -1 where positions are turned round in place of efforts, of which there are one way only.
+    hold : float
+        Effort at the D/A that holds a weight, V; a law's efforts are added to it, and what a record
+        shows is without it. Where a drive ends it stays; where somebody interrupts, nothing does.
     zero : float
         Encoder count that is position 0: that of the first reading.
     """
@@ -86,7 +99,8 @@ class Stand:
         self, rig: Session, dt: float, pitch: float, ended: Callable[[], bool] = lambda: False
     ) -> None:
         self.rig, self.dt, self.pitch, self._ended = rig, dt, pitch, ended
-        self.sign, self.zero = 1.0, math.nan
+        self.sign, self.facing, self.zero = 1.0, 1.0, math.nan
+        self.hold = 0.0
 
     def check(self) -> None:
         """Leave all outputs safe where somebody wants it to end.
@@ -101,7 +115,7 @@ class Stand:
             raise KeyboardInterrupt
 
     def drive(self, law: Law, seconds: float, caution: Caution) -> Record:
-        """Let a law drive the axis for a time; then, or where it passes a limit, no effort.
+        """Let a law drive the axis for a time; then, or where it passes a limit, only `hold`.
 
         Parameters
         ----------
@@ -124,20 +138,22 @@ class Stand:
         """
         rows, ended = [], ""
         recent: list[float] = []
+        least = max(-caution.effort, caution.lowest)
         for k in range(max(round(seconds / self.dt), 1)):
             x = self.position()
             recent = [*recent[-_ESTIMATE:], x]
             v = (recent[-1] - recent[0]) / (self.dt * max(len(recent) - 1, 1))
             ended = _passed(x, v, caution)
             wanted = None if ended else law(k * self.dt, x, v)
-            u = 0.0 if wanted is None else min(max(wanted, -caution.effort), caution.effort)
+            held = self.sign * self.hold
+            u = 0.0 if wanted is None else min(max(wanted + held, least), caution.effort) - held
             rows.append((k * self.dt, u, x))
             self.check()
-            self.rig.write(SAFE._replace(motor=self.sign * u))
+            self.rig.write(SAFE._replace(motor=self.sign * u + self.hold))
             self.rig.wait(self.dt)
             if wanted is None:
                 break
-        self.rig.write(SAFE)
+        self.rig.write(SAFE._replace(motor=self.hold))
         t, u, x = np.array(rows).T
         return Record(t, u, x, ended)
 
@@ -152,7 +168,7 @@ class Stand:
         count = float(self.rig.read().encoder)
         if math.isnan(self.zero):
             self.zero = count
-        return (count - self.zero) * self.pitch
+        return self.facing * (count - self.zero) * self.pitch
 
     def rest(self, caution: Caution, longest: float = 10.0) -> bool:
         """Wait without effort until the axis stands.

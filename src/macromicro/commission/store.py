@@ -1,4 +1,4 @@
-"""What steps found, on disk: a JSON file a step, the strokes as a recording."""
+"""What steps found, on disk: a JSON file a step, or a recording of its records."""
 
 from __future__ import annotations
 
@@ -12,45 +12,46 @@ import numpy as np
 
 import macromicro
 from macromicro.columns import Column
-from macromicro.commission.friction import FrictionMap
-from macromicro.commission.probing import Direction, Ends
-from macromicro.commission.procedure import DIRECTION, ENDS, FRICTION, STROKES
+from macromicro.commission.procedure import Kind, Step
 from macromicro.commission.stand import Record
 from macromicro.errors import InputError
 from macromicro.recording import Recording
 from macromicro.schema.text import printable
 
 FOLDER = "steps"
-STROKES_FILE = "strokes.h5"
-TYPES: dict[str, Any] = {DIRECTION: Direction, ENDS: Ends, FRICTION: FrictionMap}
 COLUMNS = (
-    Column("t", "s", "time since the stroke began"),
+    Column("t", "s", "time since the record began"),
     Column("u", "V", "effort"),
     Column("x", "m", "position by the encoder"),
-    Column("stroke", "1", "number of the stroke", "i4"),
+    Column("stroke", "1", "number of the record", "i4"),
 )
 
 
-def names() -> tuple[str, ...]:
-    """Files that may be there.
+def file(step: Step) -> str:
+    """The file of a step.
+
+    Parameters
+    ----------
+    step : Step
+        A step.
 
     Returns
     -------
-    tuple[str, ...]
-        Names, from the folder of results.
+    str
+        Its name, in the folder of results.
     """
-    return (*(f"{FOLDER}-{name}.json" for name in TYPES), STROKES_FILE)
+    return f"{step.name}.h5" if step.result is None else f"{FOLDER}-{step.name}.json"
 
 
-def keep(folder: Path, name: str, found: Any, dt: float, asked: dict[str, Any]) -> None:
+def keep(folder: Path, step: Step, found: Any, dt: float, asked: dict[str, Any]) -> None:
     """Write what a step found, whole or not at all.
 
     Parameters
     ----------
     folder : Path
         The folder of results.
-    name : str
-        Name of the step.
+    step : Step
+        The step.
     found : Any
         Its result.
     dt : float
@@ -58,8 +59,8 @@ def keep(folder: Path, name: str, found: Any, dt: float, asked: dict[str, Any]) 
     asked : dict[str, Any]
         The options, which a resumed session must share.
     """
-    if name == STROKES:
-        place = folder / STROKES_FILE
+    place = folder / file(step)
+    if step.result is None:
         rows = np.concatenate(
             [np.array([r.t, r.u, r.x, np.full(len(r.t), k)]) for k, r in enumerate(found)], axis=1
         )
@@ -67,19 +68,20 @@ def keep(folder: Path, name: str, found: Any, dt: float, asked: dict[str, Any]) 
         Recording.from_arrays(COLUMNS, rows, dt, attributes).save(place, overwrite=True)
         return
     text = json.dumps({"asked": asked, "found": found._asdict()}, indent=1)
-    place = folder / f"{FOLDER}-{name}.json"
     part = place.with_suffix(".part")
     part.write_text(text + "\n")
     os.replace(part, place)
 
 
-def read(folder: Path, asked: dict[str, Any]) -> dict[str, Any]:
+def read(folder: Path, kind: Kind, asked: dict[str, Any]) -> dict[str, Any]:
     """What earlier sessions found, up to the first step that is not there.
 
     Parameters
     ----------
     folder : Path
         The folder of results.
+    kind : Kind
+        What is commissioned.
     asked : dict[str, Any]
         The options of this session.
 
@@ -94,30 +96,35 @@ def read(folder: Path, asked: dict[str, Any]) -> dict[str, Any]:
         A file that is damaged, or of a session with other options.
     """
     found: dict[str, Any] = {}
-    for name, kind in TYPES.items():
-        place = folder / f"{FOLDER}-{name}.json"
+    for step in kind.steps:
+        place = folder / file(step)
         if not place.is_file():
             return found
-        where = printable(place, 300)
-        try:
-            text = json.loads(place.read_text())
-            before, values = text["asked"], text["found"]
-            made = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-            result = kind(**made)
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise InputError(where, f"damaged: {error}", "a step's result; delete it") from None
-        _same(where, before, asked)
-        found[name] = result
-    place = folder / STROKES_FILE
-    if place.is_file():
-        kept = Recording.load(place)
-        _same(printable(place, 300), json.loads(str(kept.attributes["asked"])), asked)
-        found[STROKES] = strokes(kept)
+        found[step.name] = (_records if step.result is None else _values)(place, step, asked)
     return found
 
 
-def strokes(kept: Recording) -> list[Record]:
-    """The strokes of a recording.
+def _values(place: Path, step: Step, asked: dict[str, Any]) -> Any:
+    where = printable(place, 300)
+    try:
+        text = json.loads(place.read_text())
+        before, values = text["asked"], text["found"]
+        made = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+        result = step.result(**made)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(where, f"damaged: {error}", "a step's result; delete it") from None
+    _same(where, before, asked)
+    return result
+
+
+def _records(place: Path, step: Step, asked: dict[str, Any]) -> list[Record]:
+    kept = Recording.load(place)
+    _same(printable(place, 300), json.loads(str(kept.attributes["asked"])), asked)
+    return records(kept)
+
+
+def records(kept: Recording) -> list[Record]:
+    """The records of a recording.
 
     Parameters
     ----------

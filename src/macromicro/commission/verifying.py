@@ -8,8 +8,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from macromicro.commission.probing import CommissionError, Direction, Ends, go
-from macromicro.commission.stand import Caution, Stand
+from macromicro.commission.stand import Stand
 from macromicro.machines import machine as machines
 from macromicro.machines import planning, results, runs
 from macromicro.machines.results import MoveResult
@@ -62,7 +61,8 @@ class Shifted:
 
     def __init__(self, stand: Stand) -> None:
         self._rig, self._sign, self._check = stand.rig, stand.sign, stand.check
-        self._zero = stand.zero + round(stand.position() / stand.pitch)
+        self._facing = stand.facing
+        self._zero = stand.zero + round(self._facing * stand.position() / stand.pitch)
         self.clock = stand.rig.clock
 
     def read(self) -> Sample:
@@ -74,7 +74,7 @@ class Shifted:
             Its encoder counts from the new zero.
         """
         sample: Sample = self._rig.read()
-        return sample._replace(encoder=sample.encoder - self._zero)
+        return sample._replace(encoder=self._facing * (sample.encoder - self._zero))
 
     def write(self, outputs: Outputs) -> None:
         """Set the motor's output.
@@ -107,36 +107,6 @@ class Shifted:
         trace: TracebackType | None,
     ) -> None:
         self._rig.__exit__(kind, error, trace)
-
-
-def home(stand: Stand, direction: Direction, ends: Ends, caution: Caution) -> Ends:
-    """Creep to the low end, which becomes the machine's 0.
-
-    Parameters
-    ----------
-    stand : Stand
-        The axis.
-    direction : Direction
-        What starts it.
-    ends : Ends
-        Where it may go.
-    caution : Caution
-        `speed` is that of the creep.
-
-    Returns
-    -------
-    Ends
-        From where it stands now to the high end.
-
-    Raises
-    ------
-    CommissionError
-        It is held on the way.
-    """
-    near = ends.low + 0.02 * ends.travel
-    if not go(stand, near, direction, caution):
-        raise CommissionError("the axis was held on its way to the low end: look what is in it")
-    return Ends(stand.position(), ends.high, ends.found)
 
 
 def programme(settings: Any) -> Programme:
@@ -174,7 +144,7 @@ def verify(stand: Stand, machine: machines.Machine, settings: Any) -> Verified:
     stand : Stand
         The axis, at the machine's 0.
     machine : machines.Machine
-        The machine `axis`.
+        Its kind and law.
     settings : Any
         Its settings.
 

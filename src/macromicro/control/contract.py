@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from macromicro.control import outside
@@ -48,8 +48,8 @@ class Finding(NamedTuple):
     remedy: str = ""
 
 
-class _Broken(Exception):
-    """What a law does that it must not, and what to do."""
+class Broken(Exception):
+    """What a plug-in does that it must not, and what to do."""
 
     def __init__(self, found: str, remedy: str) -> None:
         super().__init__(found)
@@ -80,7 +80,7 @@ def check(law: StageLaw | Any, name: str = "the law") -> Iterator[Finding]:
         yield Finding("shape", False, f"{error.where}: {error.value}", error.accepted)
         return
     yield Finding("shape", True, f"gains {', '.join(law.gains._fields)}; positions in {law.unit}")
-    looks: tuple[tuple[str, Callable[[StageLaw], str]], ...] = (
+    looks: tuple[tuple[str, Look], ...] = (
         ("gains", _gains),
         ("signature", _signature),
         ("memory", _memory),
@@ -90,15 +90,38 @@ def check(law: StageLaw | Any, name: str = "the law") -> Iterator[Finding]:
         ("other periods", _periods),
         ("compiled", _compiled),
     )
+    yield from looked(law, looks, ("signature", "memory"))
+
+
+Look = Callable[[Any], str]
+
+
+def looked(it: Any, looks: Sequence[tuple[str, Look]], first: Collection[str]) -> Iterator[Finding]:
+    """Look at one thing after the other.
+
+    Parameters
+    ----------
+    it : Any
+        What is looked at.
+    looks : Sequence[tuple[str, Look]]
+        What, and a function of `it` that says what it found, or raises `Broken`.
+    first : Collection[str]
+        Those that the rest needs: an exception there ends it.
+
+    Yields
+    ------
+    Finding
+        One for each.
+    """
     for what, look in looks:
         try:
-            yield Finding(what, True, look(law))
-        except _Broken as error:
+            yield Finding(what, True, look(it))
+        except Broken as error:
             yield Finding(what, False, str(error), error.remedy)
-        except Exception as error:  # whatever the law does
+        except Exception as error:  # whatever the user's code does
             words = f"{type(error).__name__}: {printable(' '.join(str(error).split()), 300)}"
             yield Finding(what, False, words, "mend what raises it")
-            if what in ("signature", "memory"):
+            if what in first:
                 return
 
 
@@ -150,11 +173,11 @@ def _gains(law: StageLaw) -> str:
     for entry in entries(law.gains()):
         if isinstance(entry.value, bool) or not isinstance(entry.value, float):
             remedy = "floats alone: compiled code and the search need one type"
-            raise _Broken(f"{entry.path} = {entry.value!r}", remedy)
+            raise Broken(f"{entry.path} = {entry.value!r}", remedy)
         try:
             entry.check(entry.value, entry.path)
         except InputError as error:
-            raise _Broken(f"default of {entry.path}: {error.value}", error.accepted) from None
+            raise Broken(f"default of {entry.path}: {error.value}", error.accepted) from None
     return "the defaults are within their bounds"
 
 
@@ -166,7 +189,7 @@ def _signature(law: StageLaw) -> str:
         try:
             inspect.signature(getattr(law, part)).bind(*words)
         except TypeError as error:
-            raise _Broken(f"{part}: {error}", f"{part}({', '.join(words)})") from None
+            raise Broken(f"{part}: {error}", f"{part}({', '.join(words)})") from None
     return "start(gains, sample), step(gains, memory, target, sample, dt)"
 
 
@@ -179,10 +202,10 @@ def _memory(law: StageLaw) -> str:
 def _answered(law: StageLaw, answer: Any) -> tuple[Any, float]:
     """Memory and effort of one step, checked."""
     if not isinstance(answer, tuple) or len(answer) != 2:
-        raise _Broken(f"step returns {printable(answer)}", "(memory, effort)")
+        raise Broken(f"step returns {printable(answer)}", "(memory, effort)")
     memory, effort = answer
     if not isinstance(effort, float):
-        raise _Broken(f"an effort of type {type(effort).__name__}", "a float, in V")
+        raise Broken(f"an effort of type {type(effort).__name__}", "a float, in V")
     _remembered(law, memory)
     return memory, effort
 
@@ -192,10 +215,10 @@ def _remembered(law: StageLaw, memory: Any) -> None:
     kind = law.memory
     if type(memory) is not kind:
         words = f"a memory of type {type(memory).__name__}"
-        raise _Broken(words, f"{kind.__name__}(...) from start and from step")
+        raise Broken(words, f"{kind.__name__}(...) from start and from step")
     for name, value in zip(kind._fields, memory, strict=True):
         if not isinstance(value, float):
-            raise _Broken(f"{name} = {value!r} in the memory", "floats alone, 0.0 and not 0")
+            raise Broken(f"{name} = {value!r} in the memory", "floats alone, 0.0 and not 0")
 
 
 def _purity(law: StageLaw) -> str:
@@ -203,7 +226,7 @@ def _purity(law: StageLaw) -> str:
     first = _run(law, course)
     _run(law, course[::-1])
     if _run(law, course) != first:
-        raise _Broken(
+        raise Broken(
             "the same gains, targets and readings gave other efforts",
             "keep nothing outside of the memory: no attribute, no global, no clock, no chance",
         )
@@ -216,7 +239,7 @@ def _finite(law: StageLaw) -> str:
         for _, effort in _run(law, [error] * 20):
             if not math.isfinite(effort):
                 words = f"{effort} V at an error of {error:g} {law.unit}"
-                raise _Broken(words, "no division by what may be 0, no overflow")
+                raise Broken(words, "no division by what may be 0, no overflow")
     return f"errors from 0 to {_HUGE:g} times the travel"
 
 
@@ -233,7 +256,7 @@ def _direction(law: StageLaw) -> str:
     above, below = efforts
     if not above > 0.0 > below:
         words = f"{above:g} V towards a target above, {below:g} V towards one below"
-        raise _Broken(words, "a positive effort drives up: check the sign of target less reading")
+        raise Broken(words, "a positive effort drives up: check the sign of target less reading")
     return "a target above gets a positive effort, one below a negative one"
 
 
@@ -241,7 +264,7 @@ def _periods(law: StageLaw) -> str:
     for dt in PERIODS:
         for _, effort in _run(law, _course(law), dt):
             if not math.isfinite(effort):
-                raise _Broken(f"{effort} V at a period of {dt:g} s", "use dt, and never 1/dt of 0")
+                raise Broken(f"{effort} V at a period of {dt:g} s", "use dt, and never 1/dt of 0")
     return f"{', '.join(f'{1e3 * dt:g}' for dt in PERIODS)} ms"
 
 
@@ -255,9 +278,9 @@ def _compiled(law: StageLaw) -> str:
     except Exception as error:  # numba's own, of which it has many
         words = " ".join(str(error).split())[:200]
         remedy = "floats, math and NamedTuples alone (CONTRIBUTING.md, Kernels); or no @kernel"
-        raise _Broken(f"it does not compile: {words}", remedy) from None
+        raise Broken(f"it does not compile: {words}", remedy) from None
     for (_, slow), (_, quick) in zip(_run(law, course), _run(law, course, step=fast), strict=True):
         if not math.isclose(slow, quick, rel_tol=1e-12, abs_tol=1e-300):
             words = f"{quick!r} V compiled, {slow!r} V interpreted"
-            raise _Broken(words, "x * x for x**2, math.sqrt for math.hypot; no division by 0")
+            raise Broken(words, "x * x for x**2, math.sqrt for math.hypot; no division by 0")
     return "yes, with the same efforts as interpreted"

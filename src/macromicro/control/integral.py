@@ -87,6 +87,8 @@ class Memory(NamedTuple):
         Of the last period, m.
     first, second : float
         Of the notch, m.
+    offset : float
+        Taken off what the inverse is given: where the stage stood at 0 V, m.
     inverse : Prandtl
         From m to V.
     plays : Plays
@@ -98,6 +100,7 @@ class Memory(NamedTuple):
     correction: float
     first: float
     second: float
+    offset: float
     inverse: Prandtl
     plays: Plays
 
@@ -111,14 +114,14 @@ class Told(NamedTuple):
 
 
 def start(p: Integral, sample: Sample) -> Memory:
-    """At rest at 0 V, without a past.
+    """At rest at 0 V, where hysteresis and creep have left it: a target there asks for 0 V.
 
     Parameters
     ----------
     p : Integral
         Gains.
     sample : Sample
-        The first; what it shows is corrected like all later ones.
+        The first.
 
     Returns
     -------
@@ -126,7 +129,8 @@ def start(p: Integral, sample: Sample) -> Memory:
         Its arrays are its own.
     """
     undo = inverse(operator(p.loop_thresholds, p.loop_weights))
-    return Memory(0.0, 0.0, 0.0, 0.0, 0.0, undo, prandtl.relaxed(undo))
+    offset = 0.0 if math.isnan(sample.position) else sample.position
+    return Memory(0.0, 0.0, 0.0, 0.0, 0.0, offset, undo, prandtl.relaxed(undo))
 
 
 @kernel
@@ -179,13 +183,14 @@ def step(p: Integral, s: Memory, target: Target, sample: Sample, dt: float) -> t
     delays, correction = notch.step(p.notch, Delays(s.first, s.second), raw, dt)
     ahead = target.position + p.ahead_velocity * target.velocity
     ahead += p.ahead_acceleration * target.acceleration
-    plays, volts = prandtl.advance(s.inverse, s.plays, ahead + correction, 0.0)
+    plays, volts = prandtl.advance(s.inverse, s.plays, ahead + correction - s.offset, 0.0)
     wanted = volts / p.gain
     effort = min(max(wanted, p.low), p.high)
     # Anti-windup: beyond the range the integral only comes back.
     if (wanted - effort) * (gathered - s.integral) > 0.0:
         gathered, slope = s.integral, 0.0
-    memory = Memory(gathered, slope, correction, delays.first, delays.second, s.inverse, plays)
+    left = delays.first, delays.second
+    memory = Memory(gathered, slope, correction, *left, s.offset, s.inverse, plays)
     return memory, effort
 
 

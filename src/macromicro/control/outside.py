@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -57,6 +57,7 @@ Kept = tuple[Held, ...]  # none or one
 
 _laws: dict[str, StageLaw] = {}
 _by_gains: dict[type, str] = {}
+_modules: set[str] = set()  # of kernels that `joined`
 
 
 def is_name(name: str) -> bool:
@@ -72,7 +73,7 @@ def is_name(name: str) -> bool:
     bool
         "module:object", or the name of an installed entry point of the group `GROUP`.
     """
-    return bool(name) and (plugins.spelled(name) or name in offered())
+    return plugins.place(name, GROUP) is not None
 
 
 def offered() -> tuple[str, ...]:
@@ -114,8 +115,68 @@ def find(name: str, where: str) -> StageLaw:
             raise InputError(where, found, "a type of gains of its own for each law")
         _laws[name] = law
         if compiles(law):
-            kernel.admit(name, digest(name))
+            admitted(name, law.start, law.step)
     return _laws[name]
+
+
+def admitted(name: str, *functions: Callable[..., Any]) -> None:
+    """Kernels of another package join what is compiled here (`kernel.admit`).
+
+    Parameters
+    ----------
+    name : str
+        What joins.
+    *functions : Callable[..., Any]
+        Kernels; their files, packages and all other foreign kernels are looked at.
+    """
+    kernel.admit(name, sources(*functions))
+
+
+def foreign(function: Callable[..., Any]) -> bool:
+    """Whether a function is of another package.
+
+    Parameters
+    ----------
+    function : Callable[..., Any]
+        Any.
+
+    Returns
+    -------
+    bool
+        False for one of this package.
+    """
+    return function.__module__.partition(".")[0] != __name__.partition(".")[0]
+
+
+def sources(*functions: Callable[..., Any]) -> str:
+    """What the sources of some kernels are: an edit makes another digest.
+
+    Parameters
+    ----------
+    *functions : Callable[..., Any]
+        Kernels; their files, packages and all other foreign kernels are looked at.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
+    """
+    return _digest(kernel.foreign() | _homes(functions))
+
+
+def joined(*functions: Callable[..., Any]) -> None:
+    """Those of some kernels that are of other packages join; before they are compiled with ours.
+
+    Parameters
+    ----------
+    *functions : Callable[..., Any]
+        Any functions.
+    """
+    for each in functions:
+        module = each.__module__
+        if foreign(each) and module not in _modules:
+            _modules.add(module)
+            admitted(module, each)
 
 
 def imported(name: str, where: str) -> Any:
@@ -138,7 +199,8 @@ def imported(name: str, where: str) -> Any:
     InputError
         It is not to be had.
     """
-    place = name if plugins.spelled(name) else plugins.registered(GROUP)[name]
+    place = plugins.place(name, GROUP)
+    assert place is not None  # as `is_name` says
     return plugins.load(place, where, "a law", _suits)
 
 
@@ -236,21 +298,27 @@ def digest(name: str) -> str:
     str
         16 hexadecimal digits.
     """
+    law = _laws[name]
+    files = kernel.foreign() if compiles(law) else set()
+    return _digest(files | _homes((law.start, law.step)))
+
+
+def _digest(files: set[Path]) -> str:
     found = hashlib.sha256()
-    for source in _sources(_laws[name]):
+    for source in sorted(files):
         found.update(source.read_bytes())
     return found.hexdigest()[:16]
 
 
-def _sources(law: StageLaw) -> list[Path]:
-    """Files whose edit changes what the law compiles to: its module and package, other kernels."""
-    files = kernel.foreign() if compiles(law) else set()
-    for function in (law.start, law.step):
+def _homes(functions: Iterable[Callable[..., Any]]) -> set[Path]:
+    """The files of functions of another package, with the rest of their packages."""
+    files = set()
+    for function in functions:
         files.add(Path(inspect.getfile(function)))
         top = sys.modules.get(function.__module__.partition(".")[0])
         for folder in getattr(top, "__path__", ()):
             files |= set(Path(folder).rglob("*.py"))
-    return sorted(files)
+    return files
 
 
 def of(gains: Any) -> str:

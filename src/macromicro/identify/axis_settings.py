@@ -111,7 +111,7 @@ def _incline(offset: float, mass: float) -> float:
     return math.asin(min(max(offset / (mass * GRAVITY), -0.99), 0.99))
 
 
-def as_toml(settings: dict[str, str], head: str) -> str:
+def as_toml(settings: dict[str, str], head: str, machine: str = "axis") -> str:
     """A machine's file.
 
     Parameters
@@ -120,6 +120,8 @@ def as_toml(settings: dict[str, str], head: str) -> str:
         From `values`.
     head : str
         First lines, as a comment.
+    machine : str, optional
+        Its kind.
 
     Returns
     -------
@@ -130,7 +132,7 @@ def as_toml(settings: dict[str, str], head: str) -> str:
     for path, value in settings.items():
         table, _, name = path.rpartition(".")
         tables.setdefault(table, []).append(f"{name} = {value}")
-    lines = [*(f"# {line}".rstrip() for line in head.splitlines()), "", 'machine = "axis"']
+    lines = [*(f"# {line}".rstrip() for line in head.splitlines()), "", f'machine = "{machine}"']
     for table, own in tables.items():
         lines += ["", f"[{table}]", *own]
     return "\n".join(lines) + "\n"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.control import cascade
@@ -16,18 +15,18 @@ from macromicro.machines.parts import LOAD, Feedback, Load, Motion, Rubbing, Tim
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
+from macromicro.machines.tree import machine_tree, settled
 from macromicro.plant import axis, power
 from macromicro.plant.axis import Body, Reading
 from macromicro.plant.encoder import Encoder
 from macromicro.plant.power import Amplifier, Motor
 from macromicro.plant.transmission import Transmission
-from macromicro.schema import access
-from macromicro.schema.par import replaced, value_at
 
 NAME = "axis"
 TITLE = "one motor-driven axis"
 
 
+@machine_tree(cascade.LAW, deriving.RULES, feasible.problems)
 class Axis(NamedTuple):
     """The tree behind ``machine = "axis"``; `DEFAULT` has what is derived filled in."""
 
@@ -44,78 +43,8 @@ class Axis(NamedTuple):
     controller: Cascade = Cascade()
     guard: Limits = Limits()
 
-    def machine(self) -> str:
-        """Name of the machine.
 
-        Returns
-        -------
-        str
-            As a settings file names it.
-        """
-        return NAME
-
-    def derived(self) -> tuple[deriving.Rule, ...]:
-        """What follows from other settings, unless it is set itself.
-
-        Returns
-        -------
-        tuple[deriving.Rule, ...]
-            Pairs of a path and the rule that computes its value from the tree.
-        """
-        return deriving.RULES
-
-    def together(self) -> list[feasible.Problem]:
-        """What cannot work together.
-
-        Returns
-        -------
-        list[feasible.Problem]
-            Path, value, and what is accepted and why; none if all is well.
-        """
-        return feasible.problems(self)
-
-    def with_(self, changes: str | Mapping[str, object], value: object = None) -> Self:
-        """These settings with other values, and with what follows from them.
-
-        Parameters
-        ----------
-        changes : str | Mapping[str, object]
-            Path of a parameter; or several paths with their values.
-        value : object, optional
-            Of the one path: "2 kg", or a plain value where the parameter has no unit.
-
-        Returns
-        -------
-        Self
-            A changed copy.
-
-        Raises
-        ------
-        InputError
-            As of a settings file.
-        """
-        return access.changed(self, changes, value)
-
-
-def settled(tree: Any) -> Any:
-    """A tree with all that is derived computed anew.
-
-    Parameters
-    ----------
-    tree : Any
-        Settings with a method `derived`.
-
-    Returns
-    -------
-    Any
-        A copy.
-    """
-    for path, rule in tree.derived():
-        tree = replaced(tree, path, type(value_at(tree, path))(rule(tree)))
-    return tree
-
-
-DEFAULT: Axis = settled(Axis())
+DEFAULT: Any = settled(Axis())
 
 
 def prepare(tree: Axis) -> axis.Axis:

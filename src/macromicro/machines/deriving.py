@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -25,11 +24,11 @@ from macromicro.machines.sheets import (
     turning,
     weight,
 )
+from macromicro.machines.tree import Rule
 from macromicro.plant import transmission
 from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
 
-Rule = tuple[str, Callable[[Any], float]]
 BESIDE, BEYOND = 0.3, 0.2  # of a flexible mode, encoder on the motor or at the load
 MARGIN = 0.02  # of the way between the stops that stays free at either end
 FINEST = 50e-6  # s; longest step of the physics

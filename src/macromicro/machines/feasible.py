@@ -10,9 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from macromicro.machines import sheets
-
-Problem = tuple[str, Any, str]
-Rule = tuple[bool, str, Any, str]
+from macromicro.machines.tree import Checked, Problem
 
 
 def problems(tree: Any) -> list[Problem]:
@@ -32,7 +30,7 @@ def problems(tree: Any) -> list[Problem]:
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 
-def _way(tree: Any) -> Iterator[Rule]:
+def _way(tree: Any) -> Iterator[Checked]:
     """Targets within soft limits within stops."""
     travel, load, guard = tree.travel, tree.load, tree.guard
     yield travel.low > 0.0, "travel.low", travel.low, "at most 0 mm, where every run begins"
@@ -58,7 +56,7 @@ def _way(tree: Any) -> Iterator[Rule]:
     yield travel.high > guard.high, "travel.high", travel.high, "at most {guard.high}"
 
 
-def _force(tree: Any) -> Iterator[Rule]:
+def _force(tree: Any) -> Iterator[Checked]:
     """A motor that moves its load."""
     most, held = sheets.force(tree), sheets.held(tree)
     yield (
@@ -97,7 +95,7 @@ def _force(tree: Any) -> Iterator[Rule]:
     )
 
 
-def _encoder(tree: Any) -> Iterator[Rule]:
+def _encoder(tree: Any) -> Iterator[Checked]:
     """Counts that are fine enough, and not too many."""
     encoder = tree.encoder
     yield (
@@ -123,7 +121,7 @@ def _encoder(tree: Any) -> Iterator[Rule]:
     )
 
 
-def _loop(tree: Any) -> Iterator[Rule]:
+def _loop(tree: Any) -> Iterator[Checked]:
     """A loop that is quick enough for what it controls."""
     timing, drive = tree.timing, tree.drive
     yield (

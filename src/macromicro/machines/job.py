@@ -45,6 +45,8 @@ class Request(NamedTuple):
         Whether files may be replaced.
     figures : tuple[str, ...]
         Formats of the figures.
+    law : str | None
+        Instead of the one that the file names.
     """
 
     config: Path
@@ -54,6 +56,7 @@ class Request(NamedTuple):
     seed: int = 0
     overwrite: bool = False
     figures: tuple[str, ...] = files.DEFAULT
+    law: str | None = None
 
 
 class Job(NamedTuple):
@@ -140,7 +143,7 @@ def check(request: Request) -> Job:
     InputError
         Something in it is not accepted.
     """
-    machine, settings = load(request.config)
+    machine, settings = load(request.config, request.law)
     if request.programme is None:
         single, name = planning.usual(settings), request.config.stem
     else:

@@ -1,4 +1,5 @@
-"""The machines there are: each a file that composes parts, and a line in `MACHINES`."""
+"""The machines there are: each a file that composes parts, and a line in `MACHINES`; and machines
+of other packages, which a settings file names as "module:machine"."""
 
 from __future__ import annotations
 
@@ -7,16 +8,22 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from macromicro.arrays import Array
+from macromicro.control.live.leading import Touch
+from macromicro.control.outside import find
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
-from macromicro.machines import axis, piezo, sheets, wire
+from macromicro.machines import axis, homing, piezo, sheets, wire
 from macromicro.machines.stage import Kind
-from macromicro.schema import config
+from macromicro.machines.tree import LAW, is_own, joined
+from macromicro.schema import config, plugins
 from macromicro.schema.keys import nearest
 from macromicro.schema.text import printable, read_toml
 
 TWO_STAGE = "two_stage"  # the thesis' machine, whose settings are `settings.Settings`
 KEY = config.MACHINE
+GROUP = "macromicro.machines"
+FORM = "MODULE:MACHINE, a machine of your own (docs/own-machines.md)"
+_TABLES = Path(__file__).parents[1] / "uncertainty"
 
 
 class Machine(NamedTuple):
@@ -38,6 +45,11 @@ class Machine(NamedTuple):
     model : Callable[[Any, Array], Any] | None
         From settings and frequencies (Hz) to the linear plant there, complex, m/V; None: there is
         none, and no `response`.
+    touch : Callable[[Any], Touch] | None
+        From settings to how the stage finds its place live; None: its encoder is absolute.
+    spread : Path | None
+        The table of what is not known exactly about such a machine (`uncertainty.table`); None:
+        there is none, and no `robust`.
     """
 
     name: str
@@ -46,14 +58,27 @@ class Machine(NamedTuple):
     kind: Kind
     law: StageLaw
     model: Callable[[Any, Array], Any] | None = None
+    touch: Callable[[Any], Touch] | None = None
+    spread: Path | None = None
+
+
+def _shipped(
+    part: Any,
+    model: Callable[[Any, Array], Any] | None = None,
+    touch: Callable[[Any], Touch] | None = None,
+) -> Machine:
+    table = _TABLES / f"{part.NAME}.toml"
+    return Machine(part.NAME, part.TITLE, part.DEFAULT, part.KIND, part.LAW, model, touch, table)
 
 
 MACHINES: tuple[Machine, ...] = (
-    Machine(axis.NAME, axis.TITLE, axis.DEFAULT, axis.KIND, axis.LAW, sheets.plant),
-    Machine(piezo.NAME, piezo.TITLE, piezo.DEFAULT, piezo.KIND, piezo.LAW),
-    Machine(wire.NAME, wire.TITLE, wire.DEFAULT, wire.KIND, wire.LAW),
+    _shipped(axis, sheets.plant, homing.touch),
+    _shipped(piezo),
+    _shipped(wire),
 )
 NAMES = (TWO_STAGE, *(m.name for m in MACHINES))
+
+_found: dict[str, Machine] = {}  # of other packages
 
 
 def named(name: object, where: str) -> Machine | None:
@@ -62,7 +87,8 @@ def named(name: object, where: str) -> Machine | None:
     Parameters
     ----------
     name : object
-        As written.
+        As written: one of `NAMES`, "module:object", or the name of an installed entry point of the
+        group `GROUP`.
     where : str
         File and key, or option, for the message.
 
@@ -81,8 +107,24 @@ def named(name: object, where: str) -> Machine | None:
     for machine in MACHINES:
         if machine.name == name:
             return machine
-    near = nearest(str(name), NAMES) if len(NAMES) > 12 else f"one of {', '.join(NAMES)}"
-    raise InputError(where, printable(name), near)
+    place = plugins.place(name, GROUP) if isinstance(name, str) else None
+    if place is None:
+        every = (*NAMES, *plugins.registered(GROUP))
+        near = nearest(str(name), every) if len(every) > 12 else f"one of {', '.join(every)}"
+        raise InputError(where, printable(name), f"{near}; or {FORM}")
+    name = str(name)
+    if name not in _found:
+        _found[name] = _outside(name, place, where)
+    return _found[name]
+
+
+def _outside(name: str, place: str, where: str) -> Machine:
+    """A machine of another package, known by the name that the user gave it."""
+    made = plugins.load(place, where, "a machine", lambda it: isinstance(it, Machine))
+    if not isinstance(made, Machine):
+        found = f"{place}, {type(made).__name__}"
+        raise InputError(where, found, "a macromicro.machines.machine.Machine")
+    return made._replace(name=name)
 
 
 def chosen(path: Path) -> Machine | None:
@@ -103,46 +145,71 @@ def chosen(path: Path) -> Machine | None:
     InputError
         The file cannot be read, or names no machine there is.
     """
-    path = Path(path)
     name = read_toml(path, config.WHAT).get(KEY, TWO_STAGE)
     return named(name, f"{printable(path, 300)}, {KEY}")
 
 
-def load(path: Path) -> tuple[Machine, Any]:
+def load(path: Path, law: str | None = None) -> tuple[Machine, Any]:
     """A machine and its settings.
 
     Parameters
     ----------
     path : Path
         A settings file that names a machine of one stage.
+    law : str | None, optional
+        Instead of the law that the file names.
 
     Returns
     -------
     machine : Machine
-        The machine.
+        The machine, under the law of its settings.
     settings : Any
         Its settings with the file's values, and what follows from them.
 
     Raises
     ------
     InputError
-        As `chosen` and `config.load_overrides`; or the file is for the two-stage machine.
+        As `chosen` and `config.load_overrides`; the file is for the two-stage machine; there is no
+        such law.
     """
-    path = Path(path)
     machine = chosen(path)
     if machine is None:
         others = ", ".join(repr(m.name) for m in MACHINES)
         raise InputError(f"{printable(path, 300)}, {KEY}", TWO_STAGE, f"one of {others} here")
-    return machine, config.load_overrides(path, machine.settings)
+    tree = machine.settings if law is None else joined(machine.settings, law, "--law")
+    settings = config.load_overrides(path, tree, machine.name)
+    if law is not None:  # the option goes before the file's word
+        settings = joined(settings, law, "--law")
+    return under(machine, settings), settings
 
 
-def as_toml(settings: Any, only: str | None = None) -> str:
+def under(machine: Machine, settings: Any) -> Machine:
+    """A machine under the law that settings choose.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Of it.
+
+    Returns
+    -------
+    Machine
+        With the law whose gains are ``tree.gains(settings)``.
+    """
+    return machine._replace(law=find(settings.law, LAW)) if is_own(settings) else machine
+
+
+def as_toml(machine: Machine, settings: Any, only: str | None = None) -> str:
     """All settings of a machine as TOML, headed by its name.
 
     Parameters
     ----------
+    machine : Machine
+        The machine.
     settings : Any
-        A tree with a method `machine`.
+        Of it.
     only : str | None, optional
         One set or one parameter; None for all.
 
@@ -157,4 +224,4 @@ def as_toml(settings: Any, only: str | None = None) -> str:
         `only` is no path of the tree.
     """
     body = config.as_toml(settings, only)
-    return body if only is not None else f'{KEY} = "{settings.machine()}"\n\n{body}'
+    return body if only is not None else f'{KEY} = "{machine.name}"\n{body}'

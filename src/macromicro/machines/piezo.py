@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Quantity
@@ -12,24 +11,32 @@ from macromicro.control.integral import Integral
 from macromicro.errors import InputError
 from macromicro.kernel import kernel
 from macromicro.machines import piezo_sheets
-from macromicro.machines.axis import settled
-from macromicro.machines.feasible import Problem
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
+from macromicro.machines.tree import Problem, machine_tree, settled
 from macromicro.plant import piezo
 from macromicro.plant.creep import Creep
 from macromicro.plant.gauge import Gauge
 from macromicro.plant.high_voltage import HighVoltage
 from macromicro.plant.piezo import Guide, Hidden, PiezoBench, PiezoPlant, PiezoState, Stack, Warming
-from macromicro.schema import access
 
 NAME = "piezo"
 TITLE = "a piezo stage"
 
 
+def _problems(tree: Any) -> list[Problem]:
+    """What cannot work together: a loop that play operators cannot have, first of all."""
+    try:
+        piezo.loop(tree.stack, tree.hidden)
+    except InputError as error:
+        return [("stack.hysteresis", tree.stack.hysteresis, error.accepted)]
+    return piezo_sheets.problems(tree)
+
+
+@machine_tree(integral.LAW, piezo_sheets.RULES, _problems)
 class Piezo(NamedTuple):
     """The tree behind ``machine = "piezo"``; `DEFAULT` has what is derived filled in."""
 
@@ -47,64 +54,8 @@ class Piezo(NamedTuple):
     controller: Integral = Integral()
     guard: Limits = Limits(silent=5e-3)
 
-    def machine(self) -> str:
-        """Name of the machine.
 
-        Returns
-        -------
-        str
-            As a settings file names it.
-        """
-        return NAME
-
-    def derived(self) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
-        """What follows from other settings, unless it is set itself.
-
-        Returns
-        -------
-        tuple[tuple[str, Callable[[Any], Any]], ...]
-            Pairs of a path and the rule that computes its value from the tree.
-        """
-        return piezo_sheets.RULES
-
-    def together(self) -> list[Problem]:
-        """What cannot work together.
-
-        Returns
-        -------
-        list[Problem]
-            Path, value, and what is accepted and why; none if all is well.
-        """
-        try:
-            piezo.loop(self.stack, self.hidden)
-        except InputError as error:
-            return [("stack.hysteresis", self.stack.hysteresis, error.accepted)]
-        return piezo_sheets.problems(self)
-
-    def with_(self, changes: str | Mapping[str, object], value: object = None) -> Self:
-        """These settings with other values, and with what follows from them.
-
-        Parameters
-        ----------
-        changes : str | Mapping[str, object]
-            Path of a parameter; or several paths with their values.
-        value : object, optional
-            Of the one path: "20 g", or a plain value where the parameter has no unit.
-
-        Returns
-        -------
-        Self
-            A changed copy.
-
-        Raises
-        ------
-        InputError
-            As of a settings file.
-        """
-        return access.changed(self, changes, value)
-
-
-DEFAULT: Piezo = settled(Piezo())
+DEFAULT: Any = settled(Piezo())
 
 
 class Truth(NamedTuple):

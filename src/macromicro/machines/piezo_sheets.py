@@ -12,8 +12,8 @@ from typing import Any
 from macromicro.hysteresis import prandtl
 from macromicro.hysteresis.prandtl import Prandtl
 from macromicro.hysteresis.prandtl_loop import Loop, shaped
-from macromicro.machines import feasible
 from macromicro.machines.rounding import rounded
+from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.piezo import loaded
 
 SPREAD = 0.25  # of the weights: a guess that suits soft ceramics; `identify plays` measures them
@@ -156,7 +156,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
 )  # fmt: skip
 
 
-def problems(tree: Any) -> list[feasible.Problem]:
+def problems(tree: Any) -> list[Problem]:
     """What cannot work together in settings of a piezo stage.
 
     Parameters
@@ -166,14 +166,14 @@ def problems(tree: Any) -> list[feasible.Problem]:
 
     Returns
     -------
-    list[feasible.Problem]
+    list[Problem]
         Path, value, and what is accepted and why, of every rule that is broken.
     """
     every = (*_way(tree), *_sensor(tree), *_loop(tree))
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 
-def _way(tree: Any) -> Iterator[feasible.Rule]:
+def _way(tree: Any) -> Iterator[Checked]:
     """Travel within what the voltages reach, speed within what the current charges."""
     travel, guard = tree.travel, tree.guard
     low, high = reach(tree)
@@ -209,7 +209,7 @@ def _way(tree: Any) -> Iterator[feasible.Rule]:
     )
 
 
-def _sensor(tree: Any) -> Iterator[feasible.Rule]:
+def _sensor(tree: Any) -> Iterator[Checked]:
     """A sensor that sees the travel, and finely enough."""
     encoder, tolerance = tree.encoder, tree.arrival.tolerance
     yield (
@@ -239,7 +239,7 @@ def _sensor(tree: Any) -> Iterator[feasible.Rule]:
     )
 
 
-def _loop(tree: Any) -> Iterator[feasible.Rule]:
+def _loop(tree: Any) -> Iterator[Checked]:
     """A loop that is slower than the resonance and quicker than its period."""
     timing, resonance = tree.timing, omega(tree)
     hertz = resonance / (2.0 * math.pi)

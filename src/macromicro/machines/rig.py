@@ -40,7 +40,7 @@ class Twin:
     channels = ("encoder",)
 
     def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
-        self.kind = kind
+        self._kind = kind
         self.params = kind.prepare(settings)
         self.state = kind.initial(self.params)
         self.dt = float(settings.timing.period)
@@ -86,11 +86,11 @@ class Twin:
 
     def _measured(self, t: float) -> float:
         """Position, m."""
-        return self.kind.measure(self.params, self.state, t, self._noise, 0).position
+        return self._kind.measure(self.params, self.state, t, self._noise, 0).position
 
     def _advanced(self, effort: float) -> None:
         noise = self._noise
-        self.state = self.kind.advance(self.params, self.state, effort, noise, 0, self.dt)
+        self.state = self._kind.advance(self.params, self.state, effort, noise, 0, self.dt)
 
     def stop(self) -> None:
         """Set every output to its safe value."""

@@ -14,12 +14,12 @@ import macromicro
 from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.kernel import cache_folder, compiled
-from macromicro.machines import guarding, planning, stage
+from macromicro.machines import guarding, planning, stage, tree
 from macromicro.machines.guarding import Watch
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.rig import STAGE, Opened
 from macromicro.machines.sequence import DONE, Plan
-from macromicro.machines.stage import Loop
+from macromicro.machines.stage import Loop, compiles
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
@@ -74,7 +74,7 @@ def loop(settings: Any, plan: Plan) -> Loop:
     Loop
         For `stage.period`.
     """
-    return Loop(settings.controller, settings.guard, settings.arrival, plan)
+    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan)
 
 
 def longest(settings: Any, plan: Plan) -> float:
@@ -146,6 +146,10 @@ def compile_machine(machine: Machine, settings: Any, plan: Plan) -> None:
     kind, law = machine.kind, machine.law
     params, control = kind.prepare(settings), loop(settings, plan)
     run = stage.beginning(kind, law, params, control)
+    if not compiles(law):
+        nothing = np.zeros((1, kind.noises))
+        stage.quick(kind).measure(params, run.stage, 0.0, nothing, 0)
+        return
     nothing = np.empty((0, kind.noises))
     block = np.empty((len(stage.columns(kind, law)), 0))
     compiled(stage.period(kind, law))(params, control, run, nothing, block, settings.timing.period)
@@ -194,7 +198,7 @@ def perform(
     with contextlib.nullcontext() if on is None else on:
         if on is None:
             kind, params, chunk = machine.kind, machine.kind.prepare(settings), CHUNK
-            period = compiled(stage.period(kind, law))
+            period = stage.fastest(kind, law)
         else:
             kind, params, chunk = STAGE, Opened(on, settings.encoder.pitch), LIVE
             period = stage.period(kind, law)
@@ -333,7 +337,7 @@ def about(
         "seed": seed,
         "cycles": cycles,
         "overrides": json.dumps(overridden(machine, settings)),
-        "settings": as_toml(settings),
+        "settings": as_toml(machine, settings),
     }
 
 

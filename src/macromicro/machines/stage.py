@@ -18,8 +18,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column, layout, put
+from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
-from macromicro.kernel import compiled
+from macromicro.kernel import compiled, is_kernel
 from macromicro.machines import guarding, sequence
 from macromicro.machines.guarding import OK, Limits, Watch
 from macromicro.machines.sequence import DONE, Arrival, Plan, Progress
@@ -132,7 +133,11 @@ def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    return layout(Sample, Target, Output, law.memory, Inside, kind.truth).columns
+    found = layout(Sample, Target, Output, law.memory, Inside, kind.truth)
+    if law.gains not in outside.found():
+        return found.columns
+    named = {c.name: f"law_{c.name}" for c in layout(law.memory).columns}
+    return tuple(c._replace(name=named.get(c.name, c.name)) for c in found.columns)
 
 
 @lru_cache(maxsize=64)
@@ -155,6 +160,7 @@ def period(kind: Kind, law: StageLaw) -> Period:
     """
     measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
     tell = law.tell
+    outside.joined(measure, advance, show, step)
     parts = layout(Sample, Target, Output, law.memory, Inside, kind.truth).parts
     sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
         part.rows for part in parts
@@ -190,6 +196,62 @@ def period(kind: Kind, law: StageLaw) -> Period:
         return Run(tick, stage, progress, memory, watch), written
 
     return run
+
+
+def compiles(law: StageLaw) -> bool:
+    """Whether the loop of a stage under this law can be compiled.
+
+    Parameters
+    ----------
+    law : StageLaw
+        The law.
+
+    Returns
+    -------
+    bool
+        True if its `step` and `tell` are kernels.
+    """
+    return is_kernel(law.step) and is_kernel(law.tell)
+
+
+@lru_cache(maxsize=64)
+def quick(kind: Kind) -> Kind:
+    """A kind of stage whose kernels are compiled each: for a loop that runs interpreted, under a
+    law that is plain Python.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+
+    Returns
+    -------
+    Kind
+        With the same results.
+    """
+    outside.joined(kind.measure, kind.advance, kind.show)
+    measure, advance, show = (compiled(f) for f in (kind.measure, kind.advance, kind.show))
+    return kind._replace(measure=measure, advance=advance, show=show)
+
+
+def fastest(kind: Kind, law: StageLaw) -> Period:
+    """The loop of a kind of stage under a law, as fast as it can run.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        Its law.
+
+    Returns
+    -------
+    Period
+        `period`, compiled; under a law in plain Python interpreted, over compiled kernels.
+    """
+    if compiles(law):
+        return compiled(period(kind, law))
+    return period(quick(kind), law)
 
 
 def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
@@ -278,6 +340,7 @@ def opened(kind: Kind) -> Callable[..., tuple[Any, int, int]]:
         of shape (2, n) for time and position and `why` an index of what ended it.
     """
     measure, advance = kind.measure, kind.advance
+    outside.joined(measure, advance)
 
     def run(
         params: Any, stage: Any, bounds: Bounds, efforts: Array, noise: Array, out: Array, dt: float

@@ -18,14 +18,15 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
-from macromicro.machines import guarding
+from macromicro.machines import guarding, tree
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample, Target
-from macromicro.machines.stage import Kind
+from macromicro.machines.stage import Kind, compiles
 from macromicro.rig.twin import noise_source
 
 Complex = npt.NDArray[np.complex128]
@@ -80,6 +81,7 @@ def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
         asked for, and the whole effort.
     """
     measure, advance, step = kind.measure, kind.advance, law.step
+    outside.joined(measure, advance, step)
 
     def run(  # noqa: PLR0913, PLR0917 - of one caller, and compiled
         params: Any,
@@ -189,8 +191,11 @@ def measured(
     Raises
     ------
     InputError
-        The guard stops the machine, or the effort reaches its limit: the loop is not stable.
+        The law is plain Python; the guard stops the machine, or the effort reaches its limit: the
+        loop is not stable.
     """
+    if not compiles(machine.law):
+        raise InputError("law", machine.law.name, "a law whose `step` is a kernel (docs/laws.md)")
     dt = settings.timing.period
     rows = []
     random = noise_source(seed)
@@ -219,7 +224,7 @@ def _run(
 ) -> tuple[Array, int]:
     """Rows of `excited` over a course, and the guard's fault."""
     kind, law, out = machine.kind, machine.law, np.empty((3, len(added)))
-    params, gains = kind.prepare(settings), settings.controller
+    params, gains = kind.prepare(settings), tree.gains(settings)
     fault = compiled(excited(kind, law))(
         params,
         kind.initial(params),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Quantity
@@ -11,13 +10,12 @@ from macromicro.control import stage_pi
 from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
 from macromicro.machines import wire_sheets
-from macromicro.machines.axis import settled
-from macromicro.machines.feasible import Problem
 from macromicro.machines.guarding import Limits
 from macromicro.machines.parts import Motion, Timing, Travel
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
+from macromicro.machines.tree import machine_tree, settled
 from macromicro.plant import gauge, micro
 from macromicro.plant.driver import Driver
 from macromicro.plant.flexure import Flexure
@@ -27,7 +25,6 @@ from macromicro.plant.phase import Phase
 from macromicro.plant.thermal import Thermal
 from macromicro.plant.wire import Load
 from macromicro.plant.wire import Wire as Alloy
-from macromicro.schema import access
 from macromicro.schema.par import Par
 
 NAME = "wire"
@@ -99,6 +96,7 @@ class Hidden(NamedTuple):
     scatter: Annotated[float, Par("K", "scatter of the cooling thresholds", positive=True)] = 4.0
 
 
+@machine_tree(stage_pi.LAW, wire_sheets.RULES, wire_sheets.problems)
 class WireStage(NamedTuple):
     """The tree behind ``machine = "wire"``; `DEFAULT` has what is derived filled in."""
 
@@ -115,58 +113,6 @@ class WireStage(NamedTuple):
     arrival: Arrival = Arrival(5e-6, 0.1, 10.0)
     controller: PiAntiWindup = PiAntiWindup()
     guard: Limits = Limits(silent=50e-3)
-
-    def machine(self) -> str:
-        """Name of the machine.
-
-        Returns
-        -------
-        str
-            As a settings file names it.
-        """
-        return NAME
-
-    def derived(self) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
-        """What follows from other settings, unless it is set itself.
-
-        Returns
-        -------
-        tuple[tuple[str, Callable[[Any], Any]], ...]
-            Pairs of a path and the rule that computes its value from the tree.
-        """
-        return wire_sheets.RULES
-
-    def together(self) -> list[Problem]:
-        """What cannot work together.
-
-        Returns
-        -------
-        list[Problem]
-            Path, value, and what is accepted and why; none if all is well.
-        """
-        return wire_sheets.problems(self)
-
-    def with_(self, changes: str | Mapping[str, object], value: object = None) -> Self:
-        """These settings with other values, and with what follows from them.
-
-        Parameters
-        ----------
-        changes : str | Mapping[str, object]
-            Path of a parameter; or several paths with their values.
-        value : object, optional
-            Of the one path: "120 mm", or a plain value where the parameter has no unit.
-
-        Returns
-        -------
-        Self
-            A changed copy.
-
-        Raises
-        ------
-        InputError
-            As of a settings file.
-        """
-        return access.changed(self, changes, value)
 
 
 class Truth(NamedTuple):
@@ -331,6 +277,6 @@ def show(p: WirePlant, s: MicroState) -> Truth:
     return Truth(s.wire.x, s.wire.temperature, s.wire.austenite, s.power)
 
 
-DEFAULT: WireStage = settled(WireStage())
+DEFAULT: Any = settled(WireStage())
 KIND = Kind(NAME, 1, Truth, prepare, initial, measure, advance, show)
 LAW = stage_pi.LAW

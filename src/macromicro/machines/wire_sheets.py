@@ -11,8 +11,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from macromicro.machines import feasible
 from macromicro.machines.rounding import rounded
+from macromicro.machines.tree import Checked, Problem
 from macromicro.plant.flexure import stiffness
 
 DENSITY = 6450.0  # kg/m^3; Dynalloy, F1140, physical properties
@@ -304,7 +304,7 @@ RULES: tuple[tuple[str, Callable[[Any], Any]], ...] = (
 )
 
 
-def problems(tree: Any) -> list[feasible.Problem]:
+def problems(tree: Any) -> list[Problem]:
     """What cannot work together in settings of a wire stage.
 
     Parameters
@@ -314,14 +314,14 @@ def problems(tree: Any) -> list[feasible.Problem]:
 
     Returns
     -------
-    list[feasible.Problem]
+    list[Problem]
         Path, value, and what is accepted and why, of every rule that is broken.
     """
     every = (*_load(tree), *_heat(tree), *_way(tree), *_sensor(tree))
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 
-def _load(tree: Any) -> Iterator[feasible.Rule]:
+def _load(tree: Any) -> Iterator[Checked]:
     """A spring that stretches the cold wire, and that the hot wire can pull."""
     alloy, bias = tree.wire, tree.bias
     yield (
@@ -349,7 +349,7 @@ def _load(tree: Any) -> Iterator[feasible.Rule]:
     )
 
 
-def _heat(tree: Any) -> Iterator[feasible.Rule]:
+def _heat(tree: Any) -> Iterator[Checked]:
     """A wire that gets hot enough, and cold again."""
     found = heats(tree)
     hot = shifted(tree, pull(tree, way(tree))).heat_end
@@ -378,7 +378,7 @@ def _heat(tree: Any) -> Iterator[feasible.Rule]:
     )
 
 
-def _way(tree: Any) -> Iterator[feasible.Rule]:
+def _way(tree: Any) -> Iterator[Checked]:
     """Travel within what the wire contracts by, speed within what heat and air allow."""
     travel, guard, most = tree.travel, tree.guard, way(tree)
     yield travel.low < 0.0, "travel.low", travel.low, "0 mm or more: a wire only contracts"
@@ -407,7 +407,7 @@ def _way(tree: Any) -> Iterator[feasible.Rule]:
     )
 
 
-def _sensor(tree: Any) -> Iterator[feasible.Rule]:
+def _sensor(tree: Any) -> Iterator[Checked]:
     """A sensor that sees the travel finely enough, and a loop that is quick enough."""
     encoder, tolerance, timing = tree.encoder, tree.arrival.tolerance, tree.timing
     yield (

@@ -96,7 +96,7 @@ def content(found: Found) -> dict[str, Any]:
         "law_v_per_m": polar(r.law),
         "loop": polar(r.loop),
         "model_plant_m_per_v": polar(found.plant),
-        "settings": as_toml(found.settings),
+        "settings": as_toml(found.machine, found.settings),
     }
 
 

@@ -13,12 +13,14 @@ from macromicro.drawing.page import Picture, filled
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.machines.job import Ended
 from macromicro.machines.machine import as_toml
+from macromicro.machines.tree import gains
 from macromicro.report.figures import Drawn
 from macromicro.report.page import TEMPLATE
 from macromicro.report.provenance import software
 from macromicro.report.summary import as_json
 from macromicro.report.words import Line, amount
 from macromicro.runs import folder
+from macromicro.schema.par import entries
 
 HEADINGS = (
     "#",
@@ -33,6 +35,7 @@ HEADINGS = (
     "true error",
 )
 FINE = 1e-6  # m; with a tolerance below this, lengths are in nm
+_GAINS = 4  # that a line tells; the page has all
 _FOOTNOTE = (
     "Arrival runs from the move's start until the reading stays within the tolerance. Peak and "
     "rms error are the distance from the set point while the profile lasts. The error at rest is "
@@ -61,7 +64,7 @@ def table(ended: Ended) -> list[Line]:
         lost = "did not arrive" if m.complete else "cut short"
         cells = (
             str(m.move + 1),
-            ended.job.machine.name,
+            ended.job.machine.kind.name,
             f"{m.target:.6g} mm",
             lost if m.arrived_s is None else f"{m.arrived_s:.3f} s",
             f"{m.profile_s:.3f} s",
@@ -90,7 +93,7 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
         Heading and text.
     """
     settings = ended.job.settings
-    motion, law = settings.motion, settings.controller
+    motion, law = settings.motion, gains(settings)
     found = [
         (
             "motion",
@@ -102,14 +105,12 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
             f"within {settings.arrival.tolerance * 1e6:.4g} um for {settings.arrival.dwell:g} s",
         ),
     ]
-    if hasattr(law, "position") and hasattr(law, "observer"):
-        found.append(
-            (
-                "law",
-                f"position {law.position:.4g} 1/s, velocity {law.velocity:.4g} V s/m, integral "
-                f"{law.integral:.4g} 1/s, observer {law.observer:.4g} 1/s",
-            )
-        )
+    told = [
+        f"{e.path} {e.par.spoken(e.value, 4).replace('*', ' ')}"
+        for e in entries(law)
+        if isinstance(e.value, float) and e.value > 0.0
+    ]
+    found.append(("law", f"{settings.law}: {', '.join(told[:_GAINS])}"))
     if ended.wall > 0.0:
         speed = ended.simulated / ended.wall
         text = f"{ended.simulated:.1f} s simulated in {ended.wall:.2f} s, "
@@ -315,7 +316,7 @@ def page(ended: Ended, pictures: list[Picture], started: str) -> str:
             *software(),
             ("rows recorded", f"{len(ended.recording)}, one every {ended.recording.dt * 1e3:g} ms"),
         ],
-        settings=as_toml(job.settings),
+        settings=as_toml(job.machine, job.settings),
     )
 
 

@@ -8,14 +8,16 @@ from typing import Self
 
 import numpy as np
 
-from macromicro.arrays import Array
+from macromicro.arrays import Array, packed
 from macromicro.kernel import compiled
-from macromicro.rig import guard, sensing, watching
+from macromicro.rig import codes, guard, sensing, watching
 from macromicro.rig.codes import OK
+from macromicro.rig.faults import Fault, describe
 from macromicro.rig.guard import Guard, Watch
 from macromicro.types import SAFE, Clock, Command, Outputs, Rig, Sample
 
 IDLE = Command(0.0, 0.0, 0.0, 0.0, 0.0)
+_BLIND = (codes.ENCODER_SILENT, codes.ENCODER_JUMP, codes.ENCODER_AGAINST, codes.STUCK)
 
 
 class Guarded:
@@ -72,6 +74,59 @@ class Guarded:
     def temperature(self) -> float:
         """Wire temperature [degC] by the guard's own estimate."""
         return guard.temperature(self.watch)
+
+    def evidence(self) -> tuple[float, float, float, float]:
+        """What a latched fault was found by.
+
+        Returns
+        -------
+        tuple[float, float, float, float]
+            Code, value, limit and time, s.
+        """
+        watch = self.watch
+        return float(watch.fault), watch.value, watch.limit, watch.time
+
+    def fault(self) -> tuple[Fault, bool]:
+        """The latched fault.
+
+        Returns
+        -------
+        fault : Fault
+            In words.
+        blind : bool
+            Whether counts may have been missed.
+        """
+        found = describe(self.watch)
+        assert found is not None
+        return found, found.code in _BLIND
+
+    def renew(self) -> None:
+        """Unlatch. The estimated heat stays: clearing a fault cools no wire. So does the last
+        count: a jump from there to the next one is one."""
+        fresh, before = guard.fresh(), self.watch
+        last = before.seen
+        seen = fresh.seen._replace(
+            encoder=last.encoder, encoder_age=last.encoder_age, time=last.time
+        )
+        self.watch = fresh._replace(seen=seen, heat=before.heat._replace(idle=0.0))
+
+    def overlooked(self) -> str:
+        """Why counts may have been missed while a fault is latched.
+
+        The guard then says nothing of it. Counts against a push, and none for one, need a motor
+        that is on.
+
+        Returns
+        -------
+        str
+            "" if none were.
+        """
+        seen = self.watch.seen
+        if seen.encoder_age > 0.0:
+            return "no reading of the encoder while a fault was latched"
+        if seen.jump > seen.possible:
+            return "the encoder jumped while a fault was latched"
+        return ""
 
     def read(self) -> Sample:
         """Measure, and remember the sample for the judgement of the next `write`.
@@ -141,6 +196,7 @@ _ENCODER, _HALL, _SAMPLE = 1, 2, 3  # places in what is asked; 0 is the order
 _COMMAND = _SAMPLE + len(Sample._fields)
 _OUTPUTS = _COMMAND + len(Command._fields)
 _ASKED = _OUTPUTS + len(Outputs._fields)
+_JUDGED = packed(_ASKED - _SAMPLE)
 
 
 def _guard(
@@ -233,7 +289,7 @@ class CompiledGuarded(Guarded):
     def _judged(self, sample: Sample, command: Command, outputs: Outputs) -> Outputs:
         asked = self._asked
         asked[0] = _JUDGE
-        asked[_SAMPLE:] = (*sample, *command, *outputs)
+        _JUDGED.pack_into(asked.data, asked.itemsize * _SAMPLE, *sample, *command, *outputs)
         self._fault = next(self._guard)
         motor, ctrl, fan, reset, self._temperature, _ = self._answer.tolist()
         return Outputs(motor, ctrl, fan, reset)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -88,7 +89,7 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
     factory = named(name)
     rig = factory(seed)
     kind = getattr(rig, "kind", BENCH)
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise InputError(f"{OPTION} {factory}, kind", printable(kind), " or ".join(KINDS))
     known = KINDS[kind]
     fixture = Fixture(
@@ -136,7 +137,7 @@ def _found(module: str, function: str) -> Any:
     """The callable `function` of `module`."""
     where = f"{OPTION} {module}:{function}"
     made = plugins.load(f"{module}:{function}", where, "a function", inspect.isfunction)
-    if not callable(made) or not _takes_seed(made):
+    if not _takes_seed(made):
         raise InputError(where, printable(made), "a function that takes a seed")
     return made
 
@@ -144,7 +145,7 @@ def _found(module: str, function: str) -> Any:
 def _takes_seed(function: Any) -> bool:
     try:
         inspect.signature(function).bind(0)
-    except TypeError:
+    except TypeError:  # of what cannot be called, too
         return False
     except ValueError:  # written in C, without a signature
         return True
@@ -165,7 +166,8 @@ def _check(rig: Any, factory: Factory) -> None:
 def _channels(rig: Any, factory: Factory, known: tuple[str, ...]) -> tuple[str, ...]:
     """The rig's channels, without the time."""
     named = rig.channels
-    if isinstance(named, str) or not all(isinstance(c, str) for c in named):
+    several = isinstance(named, Collection) and not isinstance(named, str)
+    if not several or not all(isinstance(c, str) for c in named):
         accepted = f"a tuple of names, of {', '.join(known)}"
         raise InputError(f"{OPTION} {factory}, channels", printable(named), accepted)
     strange = [c for c in named if c not in ("t", *known)]

@@ -46,7 +46,7 @@ class Replay:
                     values[values < 0.0] = math.nan
                 if not np.isnan(values).all():
                     found[channel] = values
-        if not {"encoder", "hall"} & set(found) or not len(recording):
+        if not {"encoder", "hall"} & set(found):
             columns = ", ".join(note.column for note in _SENSORS.values())
             raise InputError(f"{SCHEME}{name}", "no sensors", f"a recording with {columns}")
         self.channels = tuple(found)

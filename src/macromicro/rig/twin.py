@@ -9,6 +9,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
+from macromicro.arrays import packed
 from macromicro.kernel import compiled
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
@@ -206,6 +207,8 @@ class Twin:
 _ADVANCE, _MEASURE, _TRUTH = 0.0, 1.0, 2.0
 _ORDER, _TIME, _DRAW = range(3)  # where what is asked begins
 _OUT = _DRAW + NOISES
+_MEASURED = packed(_OUT - _TIME)
+_ADVANCED = packed(NOISES + len(Outputs._fields))
 
 
 def _bench(
@@ -251,23 +254,23 @@ class CompiledTwin(Twin):
         super().__init__(plant, seed, dt, state)
         self._asked = np.zeros(_OUT + len(Outputs._fields))
         self._shown = np.zeros(len(Truth._fields))
+        self._sampled = self._shown[: len(Sample._fields)]
         # The coroutine refers to the arrays inside, and does not own them.
         self._kept = (self.plant, self.state)
         self._bench = compiled(_bench)(self.plant, self.state, self._asked, self._shown, dt)
         del self.state
 
-    def _ask(self, order: float) -> list[float]:
+    def _ask(self, order: float) -> None:
         self._asked[_ORDER] = order
         next(self._bench)
-        shown: list[float] = self._shown.tolist()
-        return shown
 
     def _measured(self, t: float, draw: Noise) -> Sample:
-        self._asked[_TIME:_OUT] = (t, *draw)
-        return Sample(*self._ask(_MEASURE)[: len(Sample._fields)])
+        _MEASURED.pack_into(self._asked.data, self._asked.itemsize * _TIME, t, *draw)
+        self._ask(_MEASURE)
+        return Sample(*self._sampled.tolist())
 
     def _advanced(self, outputs: Outputs, draw: Noise) -> None:
-        self._asked[_DRAW:] = (*draw, *outputs)
+        _ADVANCED.pack_into(self._asked.data, self._asked.itemsize * _DRAW, *draw, *outputs)
         self._ask(_ADVANCE)
 
     def truth(self) -> Truth:
@@ -278,4 +281,5 @@ class CompiledTwin(Twin):
         Truth
             SI, temperatures in deg C.
         """
-        return Truth(*self._ask(_TRUTH))
+        self._ask(_TRUTH)
+        return Truth(*self._shown.tolist())

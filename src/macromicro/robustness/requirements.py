@@ -7,6 +7,7 @@ micro_overshoot = false       # none
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -85,13 +86,21 @@ _BY_NAME = {m.name: m for m in QUANTITIES}
 DEFAULTS = tuple(Requirement(_BY_NAME[name], limit, source) for name, limit, source in _DEFAULTS)
 
 
-def load(path: Path) -> tuple[Requirement, ...]:
+def load(
+    path: Path,
+    metrics: Sequence[Metric] = QUANTITIES,
+    defaults: Sequence[Requirement] = DEFAULTS,
+) -> tuple[Requirement, ...]:
     """Read requirements.
 
     Parameters
     ----------
     path : Path
         A TOML file.
+    metrics : sequence of Metric, optional
+        What may be limited; those of the two-stage machine.
+    defaults : sequence of Requirement, optional
+        What is required unless the file says otherwise.
 
     Returns
     -------
@@ -106,21 +115,22 @@ def load(path: Path) -> tuple[Requirement, ...]:
     """
     file = printable(path, 300)
     content = read_toml(path, WHAT)
+    known = {m.name: m for m in metrics}
     if not content:
-        raise InputError(file, "sets nothing", f"a limit of {', '.join(_BY_NAME)}")
-    needed = {r.metric.name: r for r in DEFAULTS}
+        raise InputError(file, "sets nothing", f"a limit of {', '.join(known)}")
+    needed = {r.metric.name: r for r in defaults}
     for key, raw in content.items():
         where = f"{file}, {printable(key)}"
-        if key not in _BY_NAME:
-            raise InputError(where, "unknown metric", nearest(key, _BY_NAME))
+        if key not in known:
+            raise InputError(where, "unknown metric", nearest(key, known))
         if raw is False:
             needed.pop(key, None)
         else:
-            limit = _limit(raw, _BY_NAME[key], where)
-            needed[key] = Requirement(_BY_NAME[key], limit, f"{path.name}")
+            limit = _limit(raw, known[key], where)
+            needed[key] = Requirement(known[key], limit, f"{path.name}")
     if not needed:
         raise InputError(file, "leaves no requirement", "at least one limit")
-    return tuple(needed[m.name] for m in QUANTITIES if m.name in needed)
+    return tuple(needed[m.name] for m in metrics if m.name in needed)
 
 
 def _limit(raw: object, metric: Metric, where: str) -> float:

@@ -14,13 +14,16 @@ from macromicro.errors import InputError
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trials
+from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.statistics import Share, share
+from macromicro.schema.keys import nearest
+from macromicro.schema.par import entries, value_at
+from macromicro.schema.text import printable
 from macromicro.uncertainty.machines import draw, settings_at
-from macromicro.uncertainty.table import AXIS, PIEZO, WIRE, Uncertain
+from macromicro.uncertainty.table import Uncertain, read
 
 LEAST, MOST = 10, 100_000  # machines
 KEPT = ("controller", "guard", "motion", "arrival", "travel")
-_TABLES = {"axis": AXIS, "piezo": PIEZO, "wire": WIRE}
 
 
 class Study(NamedTuple):
@@ -42,6 +45,8 @@ class Study(NamedTuple):
         Machines that were drawn.
     seed : int
         Of the draw.
+    required : tuple[Requirement, ...]
+        Limits on the figures of a run.
     """
 
     machine: Machine
@@ -51,11 +56,28 @@ class Study(NamedTuple):
     found: list[Trial]
     asked: int
     seed: int
+    required: tuple[Requirement, ...] = ()
 
     @property
     def arrives(self) -> Share:
         """Share of the machines on which every move arrives and no fault stops the run."""
         good = sum(t.fault == 0.0 and t.missed == 0.0 for t in self.found)
+        return share(good, len(self.found))
+
+    def met(self, *required: Requirement) -> Share:
+        """Share of the machines that meet requirements; what is not known is not met.
+
+        Parameters
+        ----------
+        *required : Requirement
+            All of which are to be met.
+
+        Returns
+        -------
+        Share
+            With its interval.
+        """
+        good = sum(all(getattr(t, r.metric.name) <= r.limit for r in required) for t in self.found)
         return share(good, len(self.found))
 
 
@@ -79,16 +101,16 @@ def uncertain(machine: Machine, settings: Any) -> tuple[Uncertain, ...]:
     InputError
         There is no such table for this machine.
     """
-    if machine.name not in _TABLES:
-        raise InputError("--config", machine.name, f"one of {', '.join(_TABLES)}")
-    rows = _TABLES[machine.name]
-    return tuple(r for r in rows if any(_value(settings, path) != 0.0 for path, _ in r.parts))
-
-
-def _value(tree: Any, path: str) -> float:
-    for name in path.split("."):
-        tree = getattr(tree, name)
-    return float(tree)
+    if machine.spread is None:
+        accepted = "a machine with a table of what is not known (its `spread`)"
+        raise InputError("--config", machine.name, accepted)
+    rows, known = read(machine.spread), {e.path for e in entries(settings) if e.number}
+    for row in rows:
+        for path, _ in row.parts:
+            if path not in known:
+                where = f"{printable(machine.spread, 300)}, {row.name}, {printable(path)}"
+                raise InputError(where, "unknown key", nearest(path, known))
+    return tuple(r for r in rows if any(value_at(settings, path) != 0.0 for path, _ in r.parts))
 
 
 def machines(

@@ -14,6 +14,7 @@ from macromicro.columns import quantities
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
 from macromicro.machines.trial import Trial
+from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.stage import LEAST, Study
 from macromicro.robustness.statistics import CONFIDENCE
 from macromicro.runs import folder
@@ -90,6 +91,16 @@ def content(found: Study) -> dict[str, Any]:
         "asked": found.asked,
         "done": len(found.found),
         "arrives": {**arrives._asdict(), "confidence": CONFIDENCE},
+        "requirements": [
+            {
+                "metric": r.metric.name,
+                "unit": r.metric.unit,
+                "limit": r.limit,
+                "nominal": getattr(found.nominal, r.metric.name),
+                **found.met(r)._asdict(),
+            }
+            for r in found.required
+        ],
         "metrics": metrics(found),
         "varied": [
             {"name": r.name, "range": [r.low, r.high], "meaning": r.meaning, "source": r.source}
@@ -123,6 +134,9 @@ def lines(found: Study) -> list[str]:
         f"every move arrives, without a fault, on {a.passed} of {a.total} machines: "
         f"{100.0 * a.share:.1f} % ({100.0 * a.low:.1f} to {100.0 * a.high:.1f} % at 95 %)"
     ]
+    told += [_required(found, f"{r.metric.name} {r.text}", r) for r in found.required]
+    if len(found.required) > 1:
+        told.append(_required(found, "all of them", *found.required))
     for name, m in metrics(found).items():
         if "quantiles" not in m:
             continue
@@ -134,6 +148,15 @@ def lines(found: Study) -> list[str]:
             text += f"; goes with {m['goes_with']} ({m['rank_correlation']:+.2f})"
         told.append(text)
     return told
+
+
+def _required(found: Study, words: str, *required: Requirement) -> str:
+    """On how many machines requirements are met."""
+    s = found.met(*required)
+    return (
+        f"required: {words}: met on {s.passed} of {s.total}, {100.0 * s.share:.1f} % "
+        f"({100.0 * s.low:.1f} to {100.0 * s.high:.1f} % at 95 %)"
+    )
 
 
 def draw_figure(found: Study) -> Any:

@@ -25,11 +25,8 @@ MACHINE = "machine"  # key that names the machine that a file is for
 _LIST = "`macromicro config show` lists all"
 
 
-def load_overrides(path: Path, tree: Tree) -> Tree:
+def load_overrides(path: Path, tree: Tree, machine: str = "") -> Tree:
     """A tree with the values of a TOML file, and with what derives from them.
-
-    A tree may have a method ``machine() -> str``: the file's key `machine`, if it is there, must
-    name the same.
 
     Parameters
     ----------
@@ -37,6 +34,9 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
         The file.
     tree : Tree
         The defaults.
+    machine : str, optional
+        The machine that they are of: the file's key `machine`, if it is there, must name the same.
+        "": what the tree's method `machine` says, if it has one.
 
     Returns
     -------
@@ -53,10 +53,10 @@ def load_overrides(path: Path, tree: Tree) -> Tree:
     path = Path(path)
     file = printable(path, 300)
     table = read_toml(path, WHAT)
-    mine, named = getattr(tree, "machine", None), table.get(MACHINE)
-    if mine is not None and named is not None:
-        if table.pop(MACHINE) != mine():
-            raise InputError(f"{file}, {MACHINE}", printable(named), f'"{mine()}" here')
+    named, machine = table.get(MACHINE), machine or getattr(tree, "machine", str)()
+    if machine and named is not None:
+        if table.pop(MACHINE) != machine:
+            raise InputError(f"{file}, {MACHINE}", printable(named), f'"{machine}" here')
         if not table:
             return tree
     tree = _grown(tree, table, file)

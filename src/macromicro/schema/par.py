@@ -377,25 +377,47 @@ def with_sets(sets: Mapping[str, Any], before: str) -> Callable[[type[S]], type[
         The decorator.
     """
 
-    def extended(base: type[S]) -> type[S]:
-        fields: dict[str, Any] = dict(getattr(base, "__annotations__", {}))
-        defaults = dict(getattr(base, "_field_defaults", {}))
-        new = [name for name in sets if name not in fields]
-        names = list(fields)
-        at = names.index(before)
-        names[at:at] = new
-        every = {**defaults, **sets}
-        made: Any = namedtuple(  # type: ignore[misc]
-            base.__name__, names, defaults=[*map(every.get, names)], module=base.__module__
-        )
-        made.__annotations__ = {n: fields.get(n, type(every[n])) for n in names}
-        made.__doc__ = base.__doc__
-        for name, value in vars(base).items():
-            if callable(value) and name not in vars(made):
-                setattr(made, name, value)
-        return cast("type[S]", made)
+    def made(base: type[S]) -> type[S]:
+        known = getattr(base, "__annotations__", {})
+        new = {name: (type(value), value) for name, value in sets.items() if name not in known}
+        return extended(base, new, before)
 
-    return extended
+    return made
+
+
+def extended(base: type[S], new: Mapping[str, tuple[Any, Any]], before: str) -> type[S]:
+    """A parameter set with further fields.
+
+    Parameters
+    ----------
+    base : type[S]
+        All its own fields have defaults.
+    new : Mapping[str, tuple[Any, Any]]
+        Field name to annotation and default.
+    before : str
+        Its field in front of which they are put.
+
+    Returns
+    -------
+    type[S]
+        A ``NamedTuple`` of the same name, module and methods.
+    """
+    fields: dict[str, Any] = dict(getattr(base, "__annotations__", {}))
+    defaults = dict(getattr(base, "_field_defaults", {}))
+    names = list(fields)
+    at = names.index(before)
+    names[at:at] = new
+    fields.update({name: kind for name, (kind, _) in new.items()})
+    defaults.update({name: value for name, (_, value) in new.items()})
+    made: Any = namedtuple(  # type: ignore[misc]
+        base.__name__, names, defaults=[*map(defaults.get, names)], module=base.__module__
+    )
+    made.__annotations__ = {n: fields[n] for n in names}
+    made.__doc__ = base.__doc__
+    for name, value in vars(base).items():
+        if callable(value) and name not in vars(made):
+            setattr(made, name, value)
+    return cast("type[S]", made)
 
 
 def replaced(tree: Any, path: str, value: Any) -> Any:

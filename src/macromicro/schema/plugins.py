@@ -96,3 +96,21 @@ def registered(group: str) -> dict[str, str]:
         Name to "module:object".
     """
     return {point.name: point.value for point in metadata.entry_points(group=group)}
+
+
+def place(name: str, group: str) -> str | None:
+    """Where a user's object is, by the name that the user wrote.
+
+    Parameters
+    ----------
+    name : str
+        "module:object", or the name of an installed entry point.
+    group : str
+        Of the entry points.
+
+    Returns
+    -------
+    str | None
+        "module:object", for `load`; None for a name that is neither.
+    """
+    return name if spelled(name) else registered(group).get(name)

@@ -3,11 +3,13 @@ the live machine finds itself."""
 
 from __future__ import annotations
 
+from macromicro.machines import guarding
 from macromicro.rig import codes, faults, guard
 from macromicro.rig.faults import SWITCHED_OFF
 from macromicro.serve.shared import Status
 from macromicro.serve.snapshot import Trouble
 
+STAGE = 200  # codes of a machine of one stage: its guard's, and so much
 LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED, LOST_COUNTS, LOOP_SILENT = range(100, 106)
 _NAMES = {
     LATE: "control periods missed",
@@ -82,11 +84,21 @@ def failed(code: int, evidence: str) -> Trouble:
     return Trouble(code, _NAMES[code], message, evidence, remedy)
 
 
+def of_stage(code: float, value: float, limit: float, time: float) -> Trouble:
+    """A fault of the guard of a machine of one stage, whose codes stand from `STAGE` on."""
+    watch = guarding.fresh()._replace(fault=int(code) - STAGE, value=value, limit=limit, time=time)
+    found = guarding.describe(watch)
+    assert found is not None
+    return Trouble(int(code), found.name, found.message, found.evidence, found.remedy)
+
+
 def trouble(status: Status) -> Trouble | None:
     """The latched fault in the loop's status; None if all is well."""
     code = int(status.fault)
     if code == codes.OK:
         return None
+    if code > STAGE:
+        return of_stage(status.fault, status.value, status.limit, status.time)
     if code == LATE:
         return late(status.value, status.limit, status.time)
     if code == LOST_COUNTS:

@@ -25,7 +25,7 @@ from macromicro.serve.shared import PERIOD
 from macromicro.serve.snapshot import Snapshot
 
 if TYPE_CHECKING:
-    from macromicro.serve.settings import LiveSettings
+    from macromicro.serve.choosing import AnySettings
     from macromicro.serve.station import Station
 
 SPARE = 1000  # rows: for clocks that differ
@@ -42,7 +42,7 @@ class Instrument:
 
     def __init__(self, station: Station, folder: Path = Path(), token: Token | None = None) -> None:
         self.station = station
-        self.settings: LiveSettings = station.settings
+        self.settings: AnySettings = station.settings
         self.folder = folder
         self.token = token or Token(None)
         self._lock = threading.Lock()
@@ -85,6 +85,11 @@ class Instrument:
         """The lower ("MIN") or upper ("MAX") end of what is accepted now: of the whole, by what
         both stages reach together [m]; of the macro-stage [counts], of the micro-stage [m]."""
         limits = self.station.snapshot().limits
+        if kind == "whole" and self.station.stages == (m.MACRO,):
+            counts = limits.macro_high if which == "MAX" else limits.macro_low
+            return float(
+                min(max(counts * self.settings.live.pitch, limits.whole_low), limits.whole_high)
+            )
         if kind == "whole":
             tolerance = self.control().sequence.tolerance
             return reach(self.settings.live, limits, tolerance)[which == "MAX"]

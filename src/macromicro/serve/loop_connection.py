@@ -18,13 +18,13 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event, Finished, Reply
 from macromicro.errors import MacromicroError
 from macromicro.serve import faults, link, persist, safing, sending, watching
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.launching import Child, launch
 from macromicro.serve.ledger import Ledger
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.position_store import Place, PositionStore
 from macromicro.serve.pulse import silence
 from macromicro.serve.sending import Allowed, Sender, Stops
-from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import HEARTBEAT, LEAVE, WRITTEN, Shared
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.trail import Trail
@@ -36,9 +36,9 @@ class LoopConnection:
     """The serving process' side. Thread-safe but for `start` and `stop`."""
 
     def __init__(
-        self, rig: str, seed: int, settings: LiveSettings, state: Path | None, machine: str
+        self, rig: str, seed: int, settings: AnySettings, state: Path | None, machine: str
     ) -> None:
-        self._path = state or persist.default_path(rig)
+        self._path = state or persist.default_path(settings.place(rig))
         self._rig, self._seed, self._settings, self._machine = rig, seed, settings, machine
         self.shared: Shared | None = None
         self.trail = Trail()
@@ -83,7 +83,9 @@ class LoopConnection:
         self._leaving, self._left, self._how, self.switched_off = False, None, "", False
         self.realtime, self.stages = child.privileges.words, alone.stages(child.channels)
         self._lock, self._child, self.shared = lock, child, shared
-        self._store = PositionStore(self._path, self._rig, self._place, self._report)
+        self._store = PositionStore(
+            self._path, settings.kept_as(self._rig), self._place, self._report
+        )
         self._sender = Sender(
             child,
             shared,

@@ -18,8 +18,9 @@ import signal
 import socket
 import sys
 import traceback
+from collections.abc import Callable
 from types import FrameType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from macromicro import hall_table
 from macromicro.control import calibration
@@ -35,10 +36,11 @@ from macromicro.schema.text import printable
 from macromicro.serve import faults, pacing
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.loop_spec import Spec
-from macromicro.serve.machine import Machine
+from macromicro.serve.machine import Guard, Machine
 from macromicro.serve.persist import Evident, Kept
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import PERIOD, Shared
+from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import ORPHANED, Loop
 from macromicro.serve.warming import warm
 from macromicro.types import Sample
@@ -47,16 +49,55 @@ _PR_SET_PDEATHSIG = 1
 _DEATH = signal.SIGUSR2
 
 
+class Drivable(Protocol):
+    """What is opened to be driven: the rig itself, and whether its own clock waits."""
+
+    @property
+    def rig(self) -> Any:
+        """For a session."""
+
+    @property
+    def paced(self) -> bool:
+        """Does its own clock wait?"""
+
+    def witness(self, sample: Sample) -> Evident:
+        """What confirms a position that was kept."""
+
+    def machine(self) -> Machine:
+        """What the loop drives."""
+
+    def guarded(self, session: Session) -> Guard:
+        """The rig under its guard."""
+
+    def warm(self) -> None:
+        """Everything that runs in a period, once."""
+
+
 class Opened(NamedTuple):
-    """A rig to drive: the rig itself, its guard, the table of its Hall sensor, whether its own
-    clock waits, whether its counter counts on while nothing runs, and the stages that it has."""
+    """A bench to drive: the rig itself, its guard, the table of its Hall sensor, whether its own
+    clock waits, whether its counter counts on while nothing runs, the stages that it has, and what
+    makes its machine from which settings."""
 
     rig: Any
     guard: guard.Guard
     table: calibration.Calibration
     paced: bool
     counted: bool
+    settings: LiveSettings
+    make: Callable[..., Machine]
     stages: tuple[str, ...] = STAGES
+
+    def machine(self) -> Machine:
+        """The live machine."""
+        return self.make(self.settings, self.table, self.stages)
+
+    def guarded(self, session: Session) -> CompiledGuarded:
+        """The rig under its guard."""
+        return CompiledGuarded(session, self.guard, PERIOD)
+
+    def warm(self) -> None:
+        """Everything that runs in a period, once."""
+        warm(self.machine, self.guard, self.settings)
 
     def witness(self, sample: Sample) -> Evident:
         """What confirms a position that was kept."""
@@ -74,10 +115,8 @@ def main() -> None:
     shared = Shared(memory)
     try:
         opened = open_machine(spec)
-        maker = importlib.import_module(spec.machine.partition(":")[0])
-        make = getattr(maker, spec.machine.partition(":")[2])
-        machine: Machine = make(spec.settings, opened.table, opened.stages)
-        warm(lambda: make(spec.settings, opened.table, opened.stages), opened.guard, spec.settings)
+        machine = opened.machine()
+        opened.warm()
     except InputError as error:
         outbox.send(("refused", error.where, printable(error.value, 300), error.accepted))
         sys.exit(1)
@@ -94,13 +133,19 @@ def main() -> None:
     sys.exit(status)
 
 
-def open_machine(spec: Spec) -> Opened:
+def open_machine(spec: Spec) -> Drivable:
     """The rig that `spec` names; nothing is switched on. Raises InputError."""
     settings = spec.settings
+    if isinstance(settings, StageSettings):
+        from macromicro.serve.stage.opening import opened
+
+        return opened(spec)
+    maker, _, function = spec.machine.partition(":")
+    make = getattr(importlib.import_module(maker), function)
     if spec.rig == TWIN:
         rig = twin(settings, spec.seed, spec.kept)
         table = hall_table.of_bench(settings)
-        return Opened(rig, guard.prepare(settings.guard, table), table, False, True)
+        return Opened(rig, guard.prepare(settings.guard, table), table, False, True, settings, make)
     fixture = open_rig(spec.rig, spec.seed)
     if fixture.kind != BENCH:
         found = f"a {fixture.kind}"
@@ -114,7 +159,7 @@ def open_machine(spec: Spec) -> Opened:
     rig = fixture.make(spec.seed)
     limits = guard.prepare(fixture.limits or settings.guard, own)
     paced = not isinstance(rig.clock, VirtualClock)
-    return Opened(rig, limits, own, paced, fixture.counted, stages)
+    return Opened(rig, limits, own, paced, fixture.counted, settings, make, stages)
 
 
 def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
@@ -137,7 +182,7 @@ def twin(settings: LiveSettings, seed: int, kept: Kept | str) -> Twin:
 
 def drive(
     spec: Spec,
-    opened: Opened,
+    opened: Drivable,
     session: Session,
     machine: Machine,
     shared: Shared,
@@ -145,7 +190,7 @@ def drive(
 ) -> int:
     """Loop until ordered to end; returns the exit status. The rig is stopped on every way out;
     `session` knows whether its stop returned."""
-    rig = CompiledGuarded(session, opened.guard, PERIOD)
+    rig = opened.guarded(session)
     loop = Loop(rig, machine, shared, outbox, spec.settings.serve, PERIOD, opened.paced)
     _die_with(spec.parent, loop, spec.settings.serve.loop_timeout)
     privileges = pacing.prepare(spec.settings.serve)
@@ -158,7 +203,8 @@ def drive(
         with rig:
             outbox.send(("ready", privileges, tuple(session.channels)))
             try:
-                ending = loop.run(spec.kept, spec.rig, opened.witness)
+                known = spec.settings.kept_as(spec.rig)
+                ending = loop.run(spec.kept, known, opened.witness)
             finally:  # no more periods come: leaving the rig has a time of its own
                 outbox.send(("leaving",))
     except KeyboardInterrupt:

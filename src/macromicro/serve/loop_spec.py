@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.persist import Kept
-from macromicro.serve.settings import LiveSettings
 
 LIVE = "macromicro.serve.live:make"
 
@@ -17,7 +17,7 @@ class Spec(NamedTuple):
 
     rig: str
     seed: int
-    settings: LiveSettings
+    settings: AnySettings
     kept: Kept | str
     machine: str
     parent: int

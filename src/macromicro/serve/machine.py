@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple, Protocol
+from types import TracebackType
+from typing import Annotated, Any, NamedTuple, Protocol, Self
 
 from macromicro.columns import Quantity
 from macromicro.control.live.messages import Notice, Refused, Reply
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve.persist import Restored
-from macromicro.types import Command, Outputs, Sample
+from macromicro.types import Clock, Command, Outputs, Sample
 
 
 class View(NamedTuple):
@@ -65,3 +66,76 @@ class Machine(Protocol):
 
     def view(self) -> View:
         """The present state, for the telemetry."""
+
+
+class Guard(Protocol):
+    """The opened rig under its guard, as the loop drives it: what is written has passed it."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """What the rig measures."""
+
+    @property
+    def clock(self) -> Clock:
+        """What paces the loop."""
+
+    @property
+    def given(self) -> Outputs:
+        """The outputs as they were last given."""
+
+    @property
+    def tripped(self) -> bool:
+        """Has a fault latched?"""
+
+    @property
+    def temperature(self) -> float:
+        """Of the wires [degC], estimated; NaN where it has none."""
+
+    @property
+    def doubt(self) -> str:
+        """Why the Hall sensor's reading is no contraction just now, "" where it is one."""
+
+    def read(self) -> Sample:
+        """What the rig shows."""
+
+    def expect(self, command: Command) -> None:
+        """What the machine asks for in this period."""
+
+    def write(self, outputs: Outputs) -> None:
+        """Give outputs if they pass."""
+
+    def stop(self) -> None:
+        """Every output to its safe value."""
+
+    def evidence(self) -> tuple[float, float, float, float]:
+        """Code, value, limit and time [s] of the latched fault."""
+
+    def fault(self) -> tuple[Explained, bool]:
+        """The latched fault in words, and whether counts may have been missed."""
+
+    def renew(self) -> None:
+        """Unlatch."""
+
+    def overlooked(self) -> str:
+        """Why counts may have been missed while a fault is latched, or ""."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+
+class Explained(Protocol):
+    """A fault in words."""
+
+    @property
+    def name(self) -> str:
+        """Short."""
+
+    @property
+    def evidence(self) -> str:
+        """What was measured, and its limit."""

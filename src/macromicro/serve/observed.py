@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from macromicro.control.live.messages import MODES, Event, Finished
 from macromicro.serve import watching
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.holders import Holders
 from macromicro.serve.loop_connection import LoopConnection
 from macromicro.serve.recording import Recordings
-from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import BINS, NAMES
 from macromicro.serve.snapshot import Snapshot
 
@@ -22,7 +22,7 @@ class Observed:
     """The half of a `Station` that moves nothing; thread-safe."""
 
     def __init__(
-        self, rig: str, seed: int, settings: LiveSettings, state: Path | None, machine: str
+        self, rig: str, seed: int, settings: AnySettings, state: Path | None, machine: str
     ) -> None:
         self.settings, self.rig = settings, rig
         serve = settings.serve

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
 from macromicro import derived, rules
-from macromicro.control.live.parameters import Live
+from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.control.settings import Control
 from macromicro.nominal import PERIOD
 from macromicro.plant.bench import Bench, Sensors
 from macromicro.programme.travel import Travel
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
+from macromicro.schema.config import changed_toml
 from macromicro.schema.par import Par
 from macromicro.settings import chosen
 
@@ -147,6 +148,25 @@ class LiveSettings(NamedTuple):
             As a settings file names it.
         """
         return "two_stage"
+
+    @property
+    def model(self) -> str:
+        """What the machine is called."""
+        return "two-stage positioner"
+
+    def kept_as(self, rig: str) -> str:
+        """What the position file calls the machine."""
+        return rig
+
+    def place(self, rig: str) -> str:
+        """What its position file is called by default."""
+        return rig
+
+    def as_toml(self, control: Control, limits: SoftLimits) -> str:
+        """A file for `--config`: these gains and soft limits, and all else that differs from the
+        defaults."""
+        live = self.live._replace(limits=limits)
+        return changed_toml(self._replace(controller=control, live=live), LiveSettings())
 
     def derived(self) -> tuple[derived.Derivation, ...]:
         """What follows from other settings, unless it is set itself."""

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 import mmap
 import os
-import struct
 import time
 from collections.abc import Sequence
 from operator import itemgetter
@@ -24,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro import nominal
+from macromicro.arrays import packed
 from macromicro.columns import Quantity, layout
 from macromicro.serve.machine import View
 from macromicro.types import Command, Outputs, Sample
@@ -82,7 +82,7 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
 ) = range(9)
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
-_ROW = struct.Struct(f"={len(COLUMNS)}d")
+_ROW = packed(len(COLUMNS))
 _LOOKS, _LOOK_S = 200, 5e-5
 
 
@@ -110,7 +110,7 @@ class Status(NamedTuple):
     whole_high: float = 0.0
 
 
-_STATUS = struct.Struct(f"={len(Status._fields)}d")
+_STATUS = packed(len(Status._fields))
 
 
 class Shared:

@@ -14,6 +14,7 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Refused, Reply
 from macromicro.errors import MacromicroError
 from macromicro.rig.opening import TWIN
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.loop_spec import LIVE
 from macromicro.serve.observed import Observed
 from macromicro.serve.sending import Stops
@@ -42,7 +43,7 @@ class Station(Observed):
         rig: str = TWIN,
         *,
         seed: int = 0,
-        settings: LiveSettings | None = None,
+        settings: AnySettings | None = None,
         state: Path | None = None,
         machine: str = LIVE,
     ) -> None:

@@ -19,12 +19,9 @@ from macromicro.control.live.messages import (
     Notice,
     Refused,
 )
-from macromicro.rig import codes, guard
-from macromicro.rig.faults import describe
-from macromicro.rig.guarded import Guarded
 from macromicro.serve import faults, requests
 from macromicro.serve.link import Outbox
-from macromicro.serve.machine import Machine, View
+from macromicro.serve.machine import Guard, Machine, View
 from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.requests import Order
@@ -35,7 +32,6 @@ from macromicro.types import SAFE, Command, Sample
 
 Witness = Callable[[Sample], Evident]
 
-_BLIND = (codes.ENCODER_SILENT, codes.ENCODER_JUMP, codes.ENCODER_AGAINST, codes.STUCK)
 ORDERED, ORPHANED = "ordered", "orphaned"
 
 
@@ -45,7 +41,7 @@ class Loop:
 
     def __init__(
         self,
-        rig: Guarded,
+        rig: Guard,
         machine: Machine,
         shared: Shared,
         outbox: Outbox,
@@ -96,9 +92,10 @@ class Loop:
             if missed:
                 self._judge()
 
-    def rehearse(self, requests: Sequence[Any], periods: int) -> None:
-        """Every request once, `periods` after each, without waiting. For a bench of its own."""
-        for request in requests:
+    def rehearse(self, requests: Sequence[tuple[Any, int]]) -> None:
+        """Every request, and its number of periods after it, without waiting. For a bench of its
+        own."""
+        for request, periods in requests:
             order = Order(0, request, time.monotonic_ns(), 2**63 - 1)
             self._handle(order._replace(trial=True))
             self._handle(order)
@@ -136,12 +133,9 @@ class Loop:
         if found is not None and not self._fault[0]:
             self._fault = (float(faults.LOST_COUNTS), *found, sample.t)
         if self._rig.tripped and not self._fault[0]:
-            watch = self._rig.watch
-            self._fault = (float(watch.fault), watch.value, watch.limit, watch.time)
-            fault = describe(watch)
-            assert fault is not None
-            facts = {"evidence": fault.evidence}
-            notices += self._machine.fail(fault.name, facts, watch.fault in _BLIND)
+            self._fault = self._rig.evidence()
+            fault, blind = self._rig.fault()
+            notices += self._machine.fail(fault.name, {"evidence": fault.evidence}, blind)
         notices += self._machine.doubt(self._rig.doubt)
         if self._fault[0]:
             notices += self._overlooked()
@@ -202,26 +196,15 @@ class Loop:
             self._outbox.send(("notice", notice))
 
     def _renew(self) -> None:
-        """Unlatch. The estimated heat stays: clearing a fault cools no wire. So does the last
-        count: a jump from there to the next one is one."""
-        fresh, last = guard.fresh(), self._rig.watch.seen
-        seen = fresh.seen._replace(
-            encoder=last.encoder, encoder_age=last.encoder_age, time=last.time
-        )
-        heat = self._rig.watch.heat._replace(idle=0.0)
-        self._rig.watch = fresh._replace(seen=seen, heat=heat)
+        """Unlatch."""
+        self._rig.renew()
         self._fault = (0.0, 0.0, 0.0, 0.0)
         self.pacer.forget()
 
     def _overlooked(self) -> tuple[Notice, ...]:
-        """Counts that may have been missed while a fault is latched, of which the guard then
-        says nothing. (Counts against a push, and none for one, need a motor that is on.)"""
-        seen = self._rig.watch.seen
-        if seen.encoder_age > 0.0:
-            return self._machine.lose("no reading of the encoder while a fault was latched")
-        if seen.jump > seen.possible:
-            return self._machine.lose("the encoder jumped while a fault was latched")
-        return ()
+        """Counts that may have been missed while a fault is latched."""
+        why = self._rig.overlooked()
+        return self._machine.lose(why) if why else ()
 
     def _judge(self) -> None:
         """Were too many periods missed lately?"""

@@ -8,9 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from macromicro.batch.stage_job import StageJob
 from macromicro.control import outside
 from macromicro.control.macro import NAMES
 from macromicro.errors import InputError
+from macromicro.machines.tree import is_own, joined
 from macromicro.schema.config import difference, load_overrides
 from macromicro.schema.keys import unknown
 from macromicro.schema.par import Entry, Par, entries
@@ -104,7 +106,7 @@ def read(raw: dict[str, Any], path: Path, factory: Factory, law: str | None = No
 
 
 def laws(job: Job) -> tuple[tuple[str, str], ...]:
-    """Tell what stands for a law of another package that a job runs under.
+    """Tell what stands for a law, or a machine, of another package that a job runs.
 
     Parameters
     ----------
@@ -114,14 +116,21 @@ def laws(job: Job) -> tuple[tuple[str, str], ...]:
     Returns
     -------
     tuple of (str, str)
-        Its name and the digest of its sources: a law that changes is another sweep.
+        Its name and the digest of its sources: one that changes is another sweep.
     """
-    base = job.base()
-    if not isinstance(base, Settings) or base.controller.macro_law in NAMES:
-        return ()
-    name = base.controller.macro_law
-    outside.find(name, "controller.macro_law")
-    return ((f"law {name}", outside.digest(name)),)
+    base, found = job.base(), []
+    if isinstance(job, StageJob):
+        name, own = base.law, is_own(base)
+        kind = job.machine.kind
+        if outside.foreign(kind.advance):
+            found.append((f"machine {job.name}", outside.sources(kind.advance, kind.measure)))
+    else:
+        own = isinstance(base, Settings) and base.controller.macro_law not in NAMES
+        name = base.controller.macro_law if own else ""
+    if own:
+        outside.find(name, "law")
+        found.append((f"law {name}", outside.digest(name)))
+    return tuple(found)
 
 
 def plain_options(job: Job) -> dict[str, Any]:
@@ -196,12 +205,17 @@ def _tree(raw: object, path: Path, job: Job, law: str | None) -> Any:
     """The job's parameters with what the settings file beside the spec says, under a law."""
     base = job.base()
     if law is not None:
-        if not isinstance(base, Settings):
-            raise InputError("--law", printable(law), f"a job on the bench; {job.name} is none")
+        if isinstance(job, StageJob):
+            base = joined(base, law, "--law")
+        elif not isinstance(base, Settings):
+            raise InputError("--law", printable(law), f"a job on a bench; {job.name} is none")
         if raw is None:
-            return chosen(base, None, law)
+            return base if isinstance(job, StageJob) else chosen(base, None, law)
     if not isinstance(raw, str) or "\0" in raw:
         where = f"{printable(path, 300)}, config"
         raise InputError(where, printable(raw), "the name of a settings file (.toml)")
     place = path.parent / raw
+    if isinstance(job, StageJob):
+        tree = load_overrides(place, base, job.name)
+        return tree if law is None else joined(tree, law, "--law")
     return load_overrides(place, base) if law is None else chosen(base, place, law)

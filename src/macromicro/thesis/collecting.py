@@ -1,13 +1,15 @@
-"""The laboratory procedures that `macromicro collect` runs: one entry each.
+"""The laboratory procedures that `macromicro collect` runs: one entry each, or one of the user's.
 
 A procedure takes a lab and gives recordings by file name; runs of one file stand below
-each other, separated by the column `run`. To add one, write its function and list it.
+each other, separated by the column `run`. To add one, write its function and list it; one
+outside this package is named as "module:procedure" (docs/own-procedures.md).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,37 +17,70 @@ from macromicro.columns import Column
 from macromicro.errors import InputError
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
+from macromicro.schema import plugins
 from macromicro.schema.text import printable
 
 if TYPE_CHECKING:
     from macromicro.thesis.procedure import Lab
 
 Recordings = dict[str, Recording]
+GROUP = "macromicro.procedures"
+FORM = "MODULE:PROCEDURE, one of your own (docs/own-procedures.md)"
 RUN = Column("run", "1", "which run a row belongs to, from 1", "i2")
 
 
 class Procedure(NamedTuple):
-    """`collect(lab)` gives recordings by name; `channels` as those of
-    `thesis.procedure.Procedure`; `needs` of the rig and of time; `gives` what
-    it is for; `then`: what to do with the files ({out} is their folder); `megabytes`: at
-    most, on the disk."""
+    """A laboratory procedure.
+
+    Attributes
+    ----------
+    name : str
+        Of it, and of the folder of its recordings.
+    collect : Callable[[Lab], Recordings]
+        Runs it, and gives recordings by file name.
+    channels : tuple[str, ...]
+        What the rig must measure, as those of `thesis.procedure.Procedure`.
+    needs : str
+        Of the rig and of time, for people.
+    gives : str
+        What is recorded, for people.
+    then : str
+        What to do with the files; {out} is their folder. "": nothing is said.
+    megabytes : int
+        At most, on the disk.
+    """
 
     name: str
     collect: Callable[[Lab], Recordings]
     channels: tuple[str, ...]
     needs: str
     gives: str
-    then: str
-    megabytes: int
+    then: str = ""
+    megabytes: int = 50
 
 
-def joined(runs: Sequence[Recording], attributes: dict[str, Attribute]) -> Recording:
-    """Recordings of the same columns and sample time as one, with the column `run`."""
+def joined(
+    runs: Sequence[Recording], attributes: Mapping[str, Attribute] | None = None
+) -> Recording:
+    """Recordings of the same columns and sample time as one, with the column `run`.
+
+    Parameters
+    ----------
+    runs : Sequence[Recording]
+        One or more; columns of the truth are left out.
+    attributes : Mapping[str, Attribute] | None, optional
+        Of the whole.
+
+    Returns
+    -------
+    Recording
+        One below the other.
+    """
     columns = (*runs[0].columns, RUN)
     shown = [c for c in columns if c is RUN or not c.name.startswith("true_")]
     arrays = [np.concatenate([r[c.name] for r in runs]) for c in shown if c is not RUN]
     which = np.repeat(np.arange(1, len(runs) + 1), [len(r) for r in runs])
-    return Recording.from_arrays(shown, [*arrays, which], runs[0].dt, attributes)
+    return Recording.from_arrays(shown, [*arrays, which], runs[0].dt, dict(attributes or {}))
 
 
 def _dead_zone(lab: Lab) -> Recordings:
@@ -170,9 +205,63 @@ PROCEDURES = (
 
 
 def find(name: str) -> Procedure:
-    """The procedure `name`; InputError lists them."""
+    """The procedure of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of `PROCEDURES`, "module:procedure", or the name of an installed entry point of the
+        group `GROUP`.
+
+    Returns
+    -------
+    Procedure
+        The procedure.
+
+    Raises
+    ------
+    InputError
+        There is none; lists them.
+    """
     for procedure in PROCEDURES:
         if procedure.name == name:
             return procedure
-    names = ", ".join(p.name for p in PROCEDURES)
-    raise InputError("experiment", printable(name), f"one of {names}")
+    place = plugins.place(name, GROUP)
+    if place is None:
+        names = ", ".join((*(p.name for p in PROCEDURES), *plugins.registered(GROUP)))
+        raise InputError("experiment", printable(name), f"one of {names}; or {FORM}")
+    made = plugins.load(place, "experiment", "a procedure", lambda it: isinstance(it, Procedure))
+    if not isinstance(made, Procedure):
+        found = f"{printable(name)}, {type(made).__name__}"
+        raise InputError("experiment", found, f"a {__name__}.Procedure")
+    return made
+
+
+def checked(found: Any, name: str) -> Recordings:
+    """What a procedure gave, before it is saved.
+
+    Parameters
+    ----------
+    found : Any
+        The answer of its `collect`.
+    name : str
+        Of the procedure, for the message.
+
+    Returns
+    -------
+    Recordings
+        The same.
+
+    Raises
+    ------
+    InputError
+        It is no recordings by file name.
+    """
+    where, accepted = f"procedure {printable(name)}", "recordings by file name, one or more"
+    if not isinstance(found, dict) or not found:
+        raise InputError(where, f"gave {printable(found)}", accepted)
+    for file, recording in found.items():
+        plain = isinstance(file, str) and file == Path(file).name and file not in ("", ".", "..")
+        if not plain or not isinstance(recording, Recording):
+            raise InputError(where, f"gave {printable(file)}: {type(recording).__name__}", accepted)
+    return found

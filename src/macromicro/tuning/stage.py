@@ -12,10 +12,11 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
+from macromicro.machines.tree import gains_set
 from macromicro.machines.trial import Trial, trials
 from macromicro.robustness import stage as machines
 from macromicro.schema.keys import nearest
-from macromicro.schema.par import replaced, value_at
+from macromicro.schema.par import entries, replaced, value_at
 from macromicro.tuning.evolution import minimise
 
 # Gains that are searched, by law.
@@ -158,6 +159,39 @@ def named(name: str) -> Objective:
     raise InputError("--objective", name, nearest(name, [o.name for o in OBJECTIVES]))
 
 
+def knobs(machine: Machine, settings: Any) -> tuple[str, ...]:
+    """The gains that are searched.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    settings : Any
+        Its settings.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Paths: those of `KNOBS`, or of another law every gain above zero.
+
+    Raises
+    ------
+    InputError
+        The law has none.
+    """
+    if machine.law.name in KNOBS:
+        return KNOBS[machine.law.name]
+    which = gains_set(settings)
+    found = tuple(
+        e.path
+        for e in entries(value_at(settings, which), f"{which}.")
+        if isinstance(e.value, float) and e.value > 0.0
+    )
+    if not found:
+        raise InputError(which, machine.law.name, "a law with a gain above zero to search")
+    return found
+
+
 def cost(objective: Objective, found: Trial, settings: Any) -> float:
     """What a run costs.
 
@@ -218,14 +252,14 @@ def search(
     rows = machines.uncertain(machine, settings) if others or fresh else ()
     drawn = machines.machines(settings, rows, others, seed)[1] if others else []
     bodies = [settings, *drawn]
-    knobs = KNOBS[machine.law.name]
-    start = np.array([value_at(settings, path) for path in knobs])
+    searched = knobs(machine, settings)
+    start = np.array([value_at(settings, path) for path in searched])
 
     def gains(design: Array) -> Array:
         return start * WIDE ** (2.0 * design - 1.0)
 
     def on(design: Array, tree: Any) -> Any:
-        for path, value in zip(knobs, gains(design).tolist(), strict=True):
+        for path, value in zip(searched, gains(design).tolist(), strict=True):
             tree = replaced(tree, path, value)
         return tree
 
@@ -246,7 +280,7 @@ def search(
             ]
         )
 
-    middle = np.full(len(knobs), 0.5)
+    middle = np.full(len(searched), 0.5)
     found = minimise(costs, middle, evaluations, seed, progress=progress)
     before, after = tried(middle, bodies), tried(found.design, bodies)
     paid = worst(before), worst(after)
@@ -258,7 +292,7 @@ def search(
         new_ones = machines.machines(settings, rows, fresh, seed + 1)[1]
         judged = tried(middle, new_ones), tried(design, new_ones)
     tuned = on(design, settings)
-    for path in knobs:  # a gain claims no more than four digits
+    for path in searched:  # a gain claims no more than four digits
         tuned = replaced(tuned, path, float(f"{value_at(tuned, path):.4g}"))
     return Tuning(
         machine,

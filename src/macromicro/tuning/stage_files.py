@@ -20,7 +20,7 @@ from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.par import entries, value_at
 from macromicro.schema.text import plain
-from macromicro.tuning.stage import KNOBS, OVERSHOOT, ROUGH, Tuning
+from macromicro.tuning.stage import OVERSHOOT, ROUGH, Tuning, knobs
 
 SETTINGS, NUMBERS, FIGURE = "tuned.toml", "tuning.json", "response"
 FILES = (SETTINGS, NUMBERS, *drawings.names((FIGURE,)))
@@ -42,7 +42,7 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
     units = {e.path: e.par.unit.replace("*", " ") for e in entries(found.start)}
     lines = [
         (path, value_at(found.start, path), value_at(found.tuned, path), units[path])
-        for path in KNOBS[found.machine.law.name]
+        for path in knobs(found.machine, found.tuned)
     ]
     several = ", nominal" if len(found.before) > 1 else ""
     for name, about in quantities(Trial).items():
@@ -78,8 +78,10 @@ def as_toml(found: Tuning) -> str:
         f"# {found.machine.title}: {found.machine.law.name}, tuned for {found.objective.name}\n"
         f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
     )
-    body = config.changed_toml(found.tuned, found.machine.settings, KNOBS[found.machine.law.name])
-    return f'{head}{KEY} = "{found.machine.name}"\n\n{body}'
+    body = config.changed_toml(
+        found.tuned, found.machine.settings, knobs(found.machine, found.tuned)
+    )
+    return f'{head}{KEY} = "{found.machine.name}"\n{body}'
 
 
 def content(found: Tuning) -> dict[str, Any]:

@@ -7,9 +7,11 @@ stage that it tunes, on the bench or on the model that was identified from it.
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from macromicro.errors import InputError
+from macromicro.schema.text import printable, read_toml
 
 FACTOR, SHIFT, VALUE = "factor", "shift", "value"
 # What the macro-stage's model (4.2)-(4.5) has of it: gain and pole of (4.2), the dead zone.
@@ -53,34 +55,80 @@ class Uncertain(NamedTuple):
     model: tuple[tuple[str, float], ...] = ()
 
 
-def _row(told: dict[str, Any]) -> Uncertain:
+def read(path: Path) -> tuple[Uncertain, ...]:
+    """The rows of a table.
+
+    Parameters
+    ----------
+    path : Path
+        A file like table.toml beside this one.
+
+    Returns
+    -------
+    tuple[Uncertain, ...]
+        In its order.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or a row is no quantity; names file, row and key.
+    """
+    file = printable(path, 300)
+    rows = read_toml(path, "a table of what is not known (.toml)").get("quantity")
+    if not isinstance(rows, list) or not rows:
+        raise InputError(f"{file}, quantity", printable(rows), "one table [[quantity]] or more")
+    return tuple(_row(told, f"{file}, quantity {n}") for n, told in enumerate(rows, 1))
+
+
+def _row(told: Any, where: str) -> Uncertain:
     """A row, of its table in the file."""
-    paths, (low, high) = told["paths"], told["range"]
+    if not isinstance(told, dict):
+        raise InputError(where, printable(told), "a table [[quantity]]")
+
+    def text(key: str, default: str | None = None) -> str:
+        found = told.get(key, default)
+        if not isinstance(found, str):
+            raise InputError(f"{where}, {key}", printable(found), "text")
+        return found
+
+    def listed(key: str, kind: Any, accepted: str, default: list[Any] | None = None) -> list[Any]:
+        found = told.get(key, default)
+        good = isinstance(found, list) and all(isinstance(item, kind) for item in found)
+        if not good or not found:
+            raise InputError(f"{where}, {key}", printable(found), accepted)
+        return list(found)
+
+    unknown = [key for key in told if key not in _KEYS]
+    if unknown:
+        raise InputError(f"{where}, {unknown[0]}", "unknown key", f"one of {', '.join(_KEYS)}")
+    paths = listed("paths", str, "a list of paths in the settings")
+    weights = listed("weights", int | float, "a number for each path", [1.0] * len(paths))
+    span = listed("range", int | float, "the lower and the upper end, two numbers")
+    if len(weights) != len(paths):
+        raise InputError(f"{where}, weights", len(weights), f"{len(paths)}, one for each path")
+    if len(span) != 2 or not span[0] < span[1]:
+        raise InputError(f"{where}, range", printable(span), "the lower and the upper end")
+    kind = text("kind")
+    if kind not in (FACTOR, SHIFT, VALUE):
+        raise InputError(f"{where}, kind", printable(kind), f"{FACTOR}, {SHIFT} or {VALUE}")
     return Uncertain(
-        told["name"],
-        told["stage"],
-        tuple(zip(paths, told.get("weights", [1.0] * len(paths)), strict=True)),
-        told["kind"],
-        low,
-        high,
-        told.get("unit", ""),
-        told["meaning"],
-        told["source"],
+        text("name"),
+        text("stage", ""),
+        tuple(zip(paths, weights, strict=True)),
+        kind,
+        float(span[0]),
+        float(span[1]),
+        text("unit", ""),
+        text("meaning"),
+        text("source", ""),
         tuple(told.get("model", {}).items()),
     )
 
 
-def _read(name: str) -> tuple[Uncertain, ...]:
-    """The rows of a file beside this one."""
-    text = Path(__file__).with_name(name).read_text(encoding="utf-8")
-    return tuple(map(_row, tomllib.loads(text)["quantity"]))
-
-
-UNCERTAIN: tuple[Uncertain, ...] = _read("table.toml")
-# Of machines of one stage, by name.
-AXIS: tuple[Uncertain, ...] = _read("axis.toml")
-PIEZO: tuple[Uncertain, ...] = _read("piezo.toml")
-WIRE: tuple[Uncertain, ...] = _read("wire.toml")
+_KEYS = (
+    "name", "stage", "paths", "weights", "kind", "range", "unit", "meaning", "source", "model",
+)  # fmt: skip
+UNCERTAIN: tuple[Uncertain, ...] = read(Path(__file__).with_name("table.toml"))
 
 
 def of_stage(stage: str) -> tuple[Uncertain, ...]:

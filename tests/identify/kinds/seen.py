@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.io import savemat
 
 from macromicro.arrays import Array
+from macromicro.hysteresis import FodTable
 from macromicro.identify.kinds.loading import Picking
 from macromicro.identify.result import Line
 
@@ -54,3 +56,18 @@ def facts(lines: list[Line]) -> dict[str, Line]:
     found = {line.name: line for line in lines}
     assert len(found) == len(lines)
     return found
+
+
+def mat(path: Path, **values: npt.ArrayLike) -> Path:
+    """A MAT file; single numbers are constants of the file."""
+    savemat(path, {name: np.asarray(v, np.float64) for name, v in values.items()})
+    return path
+
+
+def degrees() -> FodTable:
+    """Position [mm] over temperature [degC]: 0.1 mm for each degree from 20 to 60."""
+    curves = []
+    for top in np.linspace(24.0, 60.0, 10):
+        u = np.linspace(top, 20.0, 30)
+        curves.append((u, 0.1 * (u - 20.0)))
+    return FodTable.from_curves(curves, "descending")

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.identify.kinds.seen import facts, given, plots, table
+from tests.identify.kinds.seen import facts, given, mat, plots, table
 
+from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.deadzone import DeadZone, Trial
@@ -53,6 +54,8 @@ def test_thresholds_of_both_directions(file: Path) -> None:
     assert (found.data["positive"], found.data["negative"], found.data["width"]) == (2.0, 3.0, 3.0)
     assert tomllib.loads(found.toml) == {"controller": {"dead_zone": "3 V"}}
     assert "# forwards 2 V, backwards 3 V" in found.toml
+    head = "# The dead zone that the controller's inverse compensates (Section 4.2.3).\n"
+    assert found.toml.startswith(head + "# Use: macromicro run --config model.toml\n")
     drawn = found.plot()
     only = plots(drawn["thresholds"])[0]
     assert (only.x, only.y) == ("start [counts]", "voltage [V]")
@@ -128,7 +131,10 @@ def test_the_step_below_and_the_words_by_place() -> None:
 def test_beyond_the_board_there_is_no_setting() -> None:
     text = deadzone.settings(zone(positive=deadzone.FULL_SCALE))
     assert tomllib.loads(text) == {"dead_zone": {"width": deadzone.FULL_SCALE}}
-    assert "Not for the bench, whose D/A board ends at" in text
+    assert text.startswith(
+        "# The dead zone that the controller's inverse compensates (Section 4.2.3).\n"
+        f"# Not for the bench, whose D/A board ends at {deadzone.FULL_SCALE:g} V.\n"
+    )
     assert "dead_zone = " in deadzone.settings(zone(positive=0.99 * deadzone.FULL_SCALE))
     assert Options() == (None, 0.05, None, None)
 
@@ -147,3 +153,49 @@ def test_a_single_sample_is_a_stretch_too_short() -> None:
     t = np.arange(41.0)
     with pytest.warns(DataWarning, match="f: 1 stretches"):
         assert len(deadzone.constant(Picked("f", {"t": t, "u": u, "x": t}, {}, {}, {}))) == 2
+
+
+def test_a_voltage_below_1_V_is_a_step_too() -> None:
+    one = zone((0.5, 0.0, False), (2.0, 0.0, True), (-0.25, 0.0, False), (-3.0, 0.0, True))
+    assert deadzone.step_below(one, 1.0) == 1.5
+    assert deadzone.step_below(one, -1.0) == 2.75
+
+
+def test_the_travel_of_the_file_is_taken_unless_one_is_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    def dead_zone(*args: object, travel: tuple[float, float] | None, pause: float) -> DeadZone:
+        seen.append((travel, pause))
+        return zone((2.0, 0.0, True), (-3.0, 9.0, True))
+
+    monkeypatch.setattr(identify, "dead_zone", dead_zone)
+    one = {"t": np.arange(30.0), "u": np.full(30, 2.0), "x": np.arange(30.0)}
+    both = mat(tmp_path / "a.mat", **one, travel_low=1.0, travel_high=20.0)
+    low = mat(tmp_path / "b.mat", **one, travel_low=1.0)
+    for file, options in (
+        (both, Options()),
+        (both, Options(travel=(2.0, 5.0), pause=0.5)),
+        (low, Options()),
+    ):
+        deadzone.identify(given(file), options)
+    assert seen == [((1.0, 20.0), 0.05), ((2.0, 5.0), 0.5), (None, 0.05)]
+
+
+def test_places_without_a_unit_and_eight_speeds_at_most(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = zone((2.0, 0.0, True), (-3.0, 9.0, True))
+    t = np.arange(30.0)
+    file = mat(tmp_path / "a.mat", t=t, u=np.full(30, 2.0), x=t)
+    for count, shown in ((8, 8), (9, 5), (16, 8), (17, 6)):
+        volts = np.arange(1.0, count + 1.0)
+        many = made._replace(volts=volts, speeds=np.zeros((count, 1)))
+        monkeypatch.setattr(identify, "dead_zone", lambda *args, many=many, **kw: many)
+        found = deadzone.identify(given(file), Options())
+        drawn = found.plot()
+        assert len(plots(drawn["speeds"])[0].lines) == shown
+    assert plots(drawn["speeds"])[0].y == "speed [x/s]"
+    assert plots(drawn["thresholds"])[0].x == "start [x]"
+    assert dict(found.remarks)["by place"].startswith("forwards 2 V from 0 x to")

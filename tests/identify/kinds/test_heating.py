@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.identify.kinds.seen import degrees
 
 from macromicro.errors import InputError
 from macromicro.hysteresis import FodTable
@@ -114,12 +115,7 @@ def test_nine_tenths_of_the_longest_are_too_short() -> None:
 
 @pytest.fixture(scope="module")
 def law() -> FodTable:
-    """Position [mm] over temperature [degC]: 0.1 mm for each degree from 20 to 60."""
-    curves = []
-    for top in np.linspace(24.0, 60.0, 10):
-        u = np.linspace(top, 20.0, 30)
-        curves.append((u, 0.1 * (u - 20.0)))
-    return FodTable.from_curves(curves, "descending")
+    return degrees()
 
 
 def test_positions_become_temperatures_by_the_table(law: FodTable) -> None:
@@ -217,6 +213,12 @@ def test_a_fall_that_ends_too_early_or_is_too_quick_is_refused(tau: float) -> No
 
 def test_five_samples_of_a_fall_are_enough() -> None:
     assert heating.fall([cooled(0.45)], MEASURED).time == pytest.approx(0.5)
+
+
+def test_falls_of_two_lengths_are_averaged_over_the_shorter() -> None:
+    one = cooled(3.0)
+    short = Run(*(column[:-5] for column in one))
+    assert heating.fall([one, short], MEASURED).time == heating.fall([one], MEASURED).time
 
 
 def test_no_fall_from_below_ambient() -> None:

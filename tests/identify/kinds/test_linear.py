@@ -59,6 +59,7 @@ def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
     toml = tomllib.loads(found.toml)["linear"]
     assert toml["a"] == pytest.approx(list(fit.a)) and toml["b"] == pytest.approx(list(fit.b))
     assert (toml["delay"], toml["dt"], toml["method"]) == (1, DT, fit.method)
+    assert "# Not for `macromicro run --config`: the bench is no linear model.\n" in found.toml
     assert "# mm per V" in found.toml and "# samples from u to y" in found.toml
     assert f"# free-run fit {fit.fit:.2f} %" in found.toml
     assert found.data["gain"] == fit.gain and found.data["fit_percent"] == fit.fit
@@ -108,6 +109,8 @@ def test_outputs_of_two_files_are_fitted_together_with_a_delay(tmp_path: Path) -
     assert facts(found.lines)["b1"].unit == "y/u"
     assert facts(found.lines)["b1"].value == pytest.approx(0.5, abs=0.01)
     assert found.data["delay"] == 3
+    sooner = linear.identify(given(*files), Options(order="1,1,2"))
+    assert sooner.title.endswith(" u, 1 samples later")
 
 
 @pytest.mark.parametrize(
@@ -192,4 +195,6 @@ def test_lines_of_second_order_models() -> None:
     size = 10 * math.hypot(math.log(r), angle)
     assert pair[4].value == pytest.approx(size) and math.isnan(pair[4].error)
     assert pair[4].note == f"a pair, damping {-10 * math.log(r) / size:.3g}"
+    slow = linear.coefficients(fit([-2 * r * math.cos(0.05), r * r], [1.0]), "m", "m")
+    assert len(slow) == 5 and slow[4].value == pytest.approx(10 * math.hypot(math.log(r), 0.05))
     assert linear.coefficients(fit([-1.1], [1.0]), "m", "V")[3].note == "unstable"

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from macromicro.errors import InputError
 from macromicro.identify.kinds import model_file
 
 
@@ -54,3 +55,18 @@ def test_settings_are_rounded_shown_in_their_unit_and_gathered_by_table() -> Non
         '# Head\n\n[controller]\ndead_zone = "2.87654 V"  # found\n\n'
         '[bench.friction]\ncoulomb = "4 N"  # c\nviscous = "7 N*s/m"  # v\n'
     )
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        ("controller.dead_zone", -0.5, "'-0.5 V'; accepted: from 0 V to 1000 V"),
+        ("bench.carriage.mass", -1.0, "'-1000 g'; accepted: above zero"),
+        ("bench.carriage.mass", math.nan, "nan"),
+        # One by one they would do: a carriage that the motor cannot move.
+        ("bench.friction.coulomb", 400.0, "friction that the motor can break"),
+    ],
+)
+def test_settings_that_a_run_would_refuse_are_refused(path: str, value: float, said: str) -> None:
+    with pytest.raises(InputError, match=f"^model.toml, {path}: .*{said}"):
+        model_file.settings("", {path: (value, "found")})

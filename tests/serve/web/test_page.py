@@ -60,7 +60,13 @@ def test_a_machine_of_one_stage_shows_that_one(chromium: None, fake: Any, tmp_pa
             page = Page(driver, server, fake)
             page.show()
             until(lambda: set(page.run(shown % "micro")) == {"none"})
-            assert len(page.run(shown % "micro")) == 4 and "none" not in page.run(shown % "macro")
+            assert len(page.run(shown % "micro")) == 8 and "none" not in page.run(shown % "macro")
+            assert page.run(shown.replace("%s", '"macro micro"')) == ["none"]
+            assert page.run("return document.querySelector('#move-kind').options[0].text") == (
+                "Position, to"
+            )
+            until(lambda: page.text("#limits").startswith("Soft limits: "))
+            assert "stage" not in page.text("#limits")
         finally:
             driver.quit()
 

@@ -9,7 +9,7 @@ from macromicro.control import macro, pi
 from macromicro.control.arrival import TICK
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Fine
-from macromicro.control.live.state import EMPTY, Drive, LiveState, Window
+from macromicro.control.live.state import EMPTY, Drive, LiveState, Window, driven
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
 from macromicro.types import Sample
@@ -69,7 +69,7 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
     memory, motor = macro.step(
         s.laws.macro, d.memory, Target(reference, 0.0, 0.0), StageSample(s.time, encoder), dt
     )
-    return d._replace(macro_reference=reference, memory=memory), motor
+    return Drive(reference, d.micro_reference, memory, d.integral, d.reset), motor
 
 
 def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tuple[Drive, float]:
@@ -97,7 +97,7 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
     if math.isnan(hall):
         return d._replace(micro_reference=reference), 0.0
     integral, ctrl = pi.step(s.laws.micro, d.integral, reference - s.seen.fine, dt)
-    return d._replace(micro_reference=reference, integral=integral), ctrl
+    return Drive(d.macro_reference, reference, d.memory, integral, d.reset), ctrl
 
 
 def parked_effort(s: LiveState, sample: Sample, dt: float) -> tuple[Drive, float, float]:
@@ -150,10 +150,12 @@ def fine_efforts(
     efforts : Efforts
         Efforts of both stages.
     """
-    drive, ctrl = micro_effort(s, sample.hall, reference, dt)
-    s = s._replace(drive=drive)
-    drive, motor, active = parked_effort(s, sample, dt)
-    return s._replace(drive=drive), Efforts(motor, ctrl, active, 1.0)
+    fine, ctrl = micro_effort(s, sample.hall, reference, dt)
+    coarse, motor, active = parked_effort(s, sample, dt)
+    drive = Drive(
+        coarse.macro_reference, fine.micro_reference, coarse.memory, fine.integral, s.drive.reset
+    )
+    return driven(s, drive, s.work), Efforts(motor, ctrl, active, 1.0)
 
 
 def limited(volts: float, most: float) -> float:

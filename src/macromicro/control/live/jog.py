@@ -12,7 +12,7 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, fine_efforts, limited, macro_effort, observe
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, Jogged, LiveState, Motion, Settle
+from macromicro.control.live.state import EMPTY, Jogged, LiveState, Motion, Settle, driven
 from macromicro.types import Sample
 
 
@@ -157,7 +157,7 @@ def macro(
     if held_back >= q.jogging.patience - TICK:
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, Efforts(notices=notices)
-    s = s._replace(drive=drive, work=work._replace(speed=speed, held_back=held_back))
+    s = driven(s, drive, Jogged(work.goal, speed, held_back, work.settle))
     arrived = arrival.within(s.laws.sequence, reference - sample.encoder)
     if limit == 0.0 and arrived and s.seen.standing >= q.brake.rest - TICK:
         s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
@@ -204,7 +204,8 @@ def micro(
     if not at_limit:
         settle = Settle(s.time, settle.base, EMPTY)
     window = observe(q.fine, settle.window, sample.hall, reference - s.seen.fine, dt)
-    s = s._replace(work=work._replace(settle=settle._replace(window=window)))
+    settle = Settle(settle.entered, settle.base, window, settle.witness)
+    s = driven(s, s.drive, Jogged(work.goal, work.speed, work.held_back, settle))
     if at_limit and window.held >= q.fine.dwell - TICK:
         found = {"micro_mm": reference * 1e3, "error_mm": window.mean * 1e3}
         s, notices = t.conclude(p, s, m.HOLDING, (m.LIMIT, t.LIMIT), found)

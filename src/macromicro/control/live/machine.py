@@ -31,6 +31,7 @@ from macromicro.control.live.state import (
     begin,
     by_laser,
     now,
+    perceived,
     uncertainty,
 )
 from macromicro.control.live.survey import Moving, Survey
@@ -75,7 +76,7 @@ def step(
     notices : tuple[Notice, ...]
         What happened.
     """
-    s, sample = _look(p, s, sample, dt, look)
+    s, sample = perceive(p, s, sample, dt, look)
     if s.survey.apart >= p.settings.edges.span - TICK and _driven(s):
         s, notices = fault(p, s, DISAGREE, _disagreement(p, s), position_lost=True)
         return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
@@ -126,10 +127,31 @@ def _time(s: LiveState, given: float, dt: float) -> tuple[float, float]:
     return time, s.shift
 
 
-def _look(
+def perceive(
     p: LiveParameters, s: LiveState, sample: Sample, dt: float, look: Look
 ) -> tuple[LiveState, Sample]:
-    """Readings, speed, standstill and position after this sample; what is no number is missing."""
+    """Readings, speed, standstill and position after a sample; what is no number is missing.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+    look : Look
+        As of `step`.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    sample : Sample
+        The same, without what is no number.
+    """
     if m.MACRO not in p.stages:  # nothing carries the micro-stage: it stands at 0
         sample = sample._replace(encoder=0.0)
     encoder, hall = sample.encoder, sample.hall
@@ -160,7 +182,7 @@ def _look(
     else:
         position = (last - frame.offset) * q.pitch + fine
     seen = Seen(last, speed, standing, fine, position)
-    return s._replace(time=time, shift=shift, seen=seen, frame=frame, survey=watched), sample
+    return perceived(s, (time, shift), seen, frame, watched), sample
 
 
 def _driven(s: LiveState) -> bool:

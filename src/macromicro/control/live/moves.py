@@ -33,6 +33,7 @@ from macromicro.control.live.state import (
     Settle,
     by_laser,
     carriage,
+    driven,
 )
 from macromicro.types import Sample
 
@@ -175,13 +176,12 @@ def approach(
         s, notices = brake.start(p, s, m.STALLED, t.STALLED)
         return s, Efforts(notices=notices)
     drive, motor = macro_effort(s, sample.encoder, motion.coarse, dt)
-    s = s._replace(drive=drive, work=Approach(inside, NAN))
-    return s, Efforts(motor, 0.0, 1.0)
+    return driven(s, drive, Approach(inside, NAN)), Efforts(motor, 0.0, 1.0)
 
 
 def _parked(s: LiveState, sample: Sample, dt: float) -> tuple[LiveState, Efforts]:
     drive, motor, active = parked_effort(s, sample, dt)
-    return s._replace(drive=drive), Efforts(motor, 0.0, active)
+    return driven(s, drive, s.work), Efforts(motor, 0.0, active)
 
 
 def settle(
@@ -293,7 +293,7 @@ def fine(
     if by_laser(p, s):  # of a move without such a target the laser says nothing (NaN)
         off = motion.target - s.seen.position
         witness = observe(q, work.witness, sample.laser, off, dt)
-    s = s._replace(work=work._replace(window=window, witness=witness))
+    s = driven(s, s.drive, Settle(work.entered, work.base, window, witness))
     found: Evidence = {"error_mm": window.mean * 1e3, "window_s": q.window}
     if not math.isnan(witness.mean):
         found["error_by_laser_mm"] = witness.mean * 1e3

@@ -22,7 +22,7 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.effort import Efforts, fine_efforts, observe
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import LiveParameters
-from macromicro.control.live.state import EMPTY, NAN, LiveState, Motion, Running
+from macromicro.control.live.state import EMPTY, NAN, Drive, LiveState, Motion, Running, driven
 from macromicro.control.supervisor import DONE, MACRO, MICRO, SETTLING, Plan, Progress
 from macromicro.programme import moves
 from macromicro.types import Sample
@@ -120,14 +120,14 @@ def step(
     if progress.phase == DONE:
         s, efforts = _end(p, s, work._replace(over=s.time), sample, dt)
         return s, efforts._replace(notices=(*notices, *efforts.notices))
-    drive = s.drive._replace(
-        macro_reference=progress.macro_reference,
-        micro_reference=progress.micro_reference,
-        memory=progress.macro,
-        integral=progress.integral,
-        reset=s.drive.reset or out.laser_reset > 0.5,
+    drive = Drive(
+        progress.macro_reference,
+        progress.micro_reference,
+        progress.macro,
+        progress.integral,
+        s.drive.reset or out.laser_reset > 0.5,
     )
-    s = s._replace(drive=drive, work=work._replace(progress=progress, window=window))
+    s = driven(s, drive, work._replace(progress=progress, window=window))
     mode = MODES.get(progress.phase, s.mode)
     if mode != s.mode:
         s, event = t.go(s, mode, t.NEXT_MOVE, {"move": progress.move})

@@ -425,6 +425,61 @@ def begin(
     )
 
 
+# The two that follow run each period. They call the constructor, which takes a third of the time
+# of `_replace`.
+def perceived(
+    s: LiveState, times: tuple[float, float], seen: Seen, frame: Frame, watched: Survey
+) -> LiveState:
+    """The machine after a sample was taken in.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    times : tuple[float, float]
+        New `time` and `shift`, s.
+    seen : Seen
+        New readings.
+    frame : Frame
+        New frame.
+    watched : Survey
+        New survey.
+
+    Returns
+    -------
+    LiveState
+        New state.
+    """
+    time, shift = times
+    return LiveState(
+        s.mode, time, s.control, s.laws, s.limits, seen, frame, s.drive, s.motion, s.work,
+        s.target, s.fan, s.fault, s.given, watched, shift, s.doubt,
+    )  # fmt: skip
+
+
+def driven(s: LiveState, drive: Drive, work: Work | None) -> LiveState:
+    """The machine after a period of its work.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    drive : Drive
+        New drive.
+    work : Work | None
+        How far the motion is now.
+
+    Returns
+    -------
+    LiveState
+        New state.
+    """
+    return LiveState(
+        s.mode, s.time, s.control, s.laws, s.limits, s.seen, s.frame, drive, s.motion, work,
+        s.target, s.fan, s.fault, s.given, s.survey, s.shift, s.doubt,
+    )  # fmt: skip
+
+
 def now(s: LiveState) -> float:
     """Time of the last sample, as the rig gives it.
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from macromicro.arrays import Array
+from macromicro.arrays import Array, packed
 from macromicro.control.live import edges, survey
 from macromicro.control.live.edges import Phase
 from macromicro.control.live.parameters import Edges
@@ -23,6 +23,7 @@ _PHASE = len(Phase._fields)
 _FIELDS = _PHASE + len(Survey._fields) - 1
 _LOOK, _TAKE = 0.0, 1.0
 _MOVING = 4  # place in what is asked; before it the order, encoder, Hall sensor and laser
+_ASKED = packed(_MOVING + len(Moving._fields))
 
 
 @kernel
@@ -117,7 +118,7 @@ class Surveying:
             _store(v if v.phase else v._replace(phase=edges.unknown()), self._state)
             asked[0] = _TAKE
             next(self._survey)
-        asked[:] = (_LOOK, sample.encoder, sample.hall, sample.laser, *moving)
+        _ASKED.pack_into(asked.data, 0, _LOOK, sample.encoder, sample.hall, sample.laser, *moving)
         next(self._survey)
         (
             origin, a, b, aa, ab, bb, number, refused, laser, base, awaited, same, held, counts,

@@ -154,8 +154,6 @@ def cut(u: Array, f: Array) -> list[Pair]:
         fall = u[top : end + 1]
         if u[before] > low or fall[0] - fall[-1] < _LEG * extent or len(fall) < 5:
             continue
-        if u[top] < u[before]:
-            continue
         uu, ff = window_means(fall, f[top : end + 1], len(fall), extent / _WINDOWS)
         # The curve begins where the record turned, not in the middle of its first window.
         count = max(len(fall) // 1000, 1)

@@ -83,7 +83,7 @@ def identify(picking: Picking, options: Options) -> Result:
     fit = calibrated(turned, options.low, options.high, options.points)
     if falling:
         table = fit.calibration._replace(position=-fit.calibration.position)
-        fit = fit._replace(calibration=table, between=-fit.between)
+        fit = fit._replace(calibration=table)  # turned twice, place and way, `between` stays
     if not np.isfinite(fit.between).any():
         notice(DataWarning, "all runs go one way: the sensor's lag is not cancelled")
     place, seen = fit.calibration.position, np.isfinite(fit.error)

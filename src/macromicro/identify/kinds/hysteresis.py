@@ -113,7 +113,7 @@ def identify(picking: Picking, options: Options) -> Result:
     extent = abs(table.span)
     own = table.misfit()
     held = _held_out(make, pairs)
-    f_unit, u_unit = units["f"] or "", units["u"] or ""
+    f_unit, u_unit = units["f"], units["u"]
     lines = [
         Line("input, from", table.lo, unit=u_unit),
         Line("input, to", table.hi, unit=u_unit),
@@ -263,8 +263,7 @@ def _tested(table: FodTable, test: str, columns: dict[str, str]) -> tuple[str, s
     try:
         model.initialise_at(float(u[0]), float(f[0]))
     except InputError:
-        begin = "negative saturation"
-        model.reset("negative")
+        begin = "negative saturation"  # as a new model is
     rms = float(np.sqrt(np.mean((model.run(u) - f) ** 2)))
     text = f"RMS {100.0 * rms / abs(table.span):.2f} % of range, from {begin} on"
     return f"prediction of {picked.file}", text

@@ -27,23 +27,22 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
     Raises
     ------
     InputError
-        The tree refuses a value.
+        A value is out of its bounds, or does not work with the others.
     """
     from macromicro.schema import config
-    from macromicro.schema.par import changed, entries
+    from macromicro.schema.par import entries
     from macromicro.settings import Settings
     from macromicro.units import shown
 
     tree = Settings()
     pars = {e.path: e.par for e in entries(tree)}
     tables: dict[str, list[str]] = {}
+    texts: dict[str, str] = {}
     for path, (value, comment) in values.items():
         table, _, name = path.rpartition(".")
-        short = float(f"{value:.6g}")
-        tree = changed(tree, {path: short})
-        text = shown(short, pars[path].unit, pars[path].shown, 6)
-        tables.setdefault(table, []).append(f'{name} = "{text}"  # {comment}')
-    config.check(tree, "model.toml")
+        texts[path] = shown(value, pars[path].unit, pars[path].shown, 6)
+        tables.setdefault(table, []).append(f'{name} = "{texts[path]}"  # {comment}')
+    config.overridden(tree, texts, "model.toml")
     body = [f"[{table}]\n" + "\n".join(lines) + "\n" for table, lines in tables.items()]
     return "\n".join([_comment(head), *body])
 

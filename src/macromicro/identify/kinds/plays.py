@@ -76,7 +76,7 @@ def identify(picking: Picking, options: Options) -> Result:
         found = fit(u, f, options.plays)
     except InputError as error:
         raise InputError(f"{table.file}: {error.where}", error.value, error.accepted) from None
-    u_unit, f_unit = table.units["u"] or "", table.units["f"] or ""
+    u_unit, f_unit = table.units["u"], table.units["f"]
     p = found.operator
     extent, span = float(np.ptp(f)), float(np.ptp(u))
     loop = prandtl_loop.measured(p.thresholds, p.weights, span)

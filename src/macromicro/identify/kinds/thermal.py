@@ -141,7 +141,7 @@ def _steady(
             stopped.append(volts)
             continue
         try:
-            rises[volts] = steady(step, min(2.0, 0.1 * float(step.t[-1])))
+            rises[volts] = steady(step, _end(step))
         except InputError:
             stopped.append(volts)
     if stopped:
@@ -152,6 +152,11 @@ def _steady(
             "steps", "none shows a steady temperature", "a step that stays clear of the stop"
         )
     return rises
+
+
+def _end(step: StepRecord) -> float:
+    """How long the end of a step is [s] over which its steady rise is the mean."""
+    return min(2.0, 0.1 * float(step.t[-1]))
 
 
 def _chosen(
@@ -232,7 +237,7 @@ def _lines(found: Found) -> list[Line]:
 
 def _doubt(step: StepRecord) -> float:
     """Standard error [K] of a steady rise: the table's, or the scatter of its last tenth."""
-    last = step.t >= step.t[-1] - min(2.0, 0.1 * float(step.t[-1]))
+    last = step.t >= step.t[-1] - _end(step)
     spread = float(np.std(step.rise[last])) / np.sqrt(last.sum())
     return float(np.hypot(float(step.error[last].mean()), spread))
 

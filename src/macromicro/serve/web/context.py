@@ -10,6 +10,7 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.serve.client import Dispatcher
 from macromicro.serve.guesses import Token
 from macromicro.serve.instrument import Instrument
+from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import bins, reporting
 from macromicro.serve.web.bounds import Bounds
 from macromicro.serve.web.downloads import Downloads
@@ -34,14 +35,16 @@ class Context:
         self.sessions = Sessions(self.instrument, self.dispatcher)
         self.orders = Orders(self.instrument)
         self.recordings = Downloads(station, folder)
+        two = isinstance(station.settings, LiveSettings)  # others take single moves live
         self.about: dict[str, Any] = {
             "version": __version__,
             "rig": station.rig,
+            "model": "" if two else station.settings.model,
             "open": token.open,
             "stages": list(station.stages),
             "limits": reporting.limits(station.settings),
             "units": list(LENGTHS),
-            "programmes": list(programme.shipped()),
+            "programmes": list(programme.shipped()) if two else [],
             "channels": list(bins.CHANNELS),
             "spans": list(bins.SPANS),
             "jog_s": bounds.jog,

@@ -11,10 +11,8 @@ import numpy as np
 
 from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
-from macromicro.schema.config import changed_toml
 from macromicro.schema.par import entries
 from macromicro.serve.instrument import Instrument
-from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import reporting
 from macromicro.serve.web.plane import Plane
 
@@ -56,10 +54,7 @@ class Hub:
         limits in force, and all else that differs from the defaults."""
         self.follow()
         now = self.station.snapshot()
-        live = self.settings.live._replace(limits=now.limits)
-        return changed_toml(
-            self.settings._replace(controller=self.control, live=live), LiveSettings()
-        )
+        return self.settings.as_toml(self.control, now.limits)
 
     def gains(self) -> str:
         """The controller's settings in force, as a message."""

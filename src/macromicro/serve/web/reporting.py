@@ -13,9 +13,11 @@ from macromicro.control.settings import Control
 from macromicro.schema.par import Par, entries
 from macromicro.schema.text import plain
 from macromicro.serve import telling
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.requests import CONTROL, REQUESTS
-from macromicro.serve.settings import LiveSettings
 from macromicro.serve.snapshot import Snapshot
+
+SHORT = 1e-3  # m; a travel below that is shown in um at first
 
 
 def offered(now: Snapshot, supersede: bool, stages: tuple[str, ...] = m.STAGES) -> list[str]:
@@ -90,12 +92,14 @@ def _words(par: Par, value: Any) -> dict[str, Any]:
     }
 
 
-def limits(settings: LiveSettings) -> dict[str, Any]:
+def limits(settings: AnySettings) -> dict[str, Any]:
     """What the page needs of the settings: soft limits, jog speeds [m/s], pitch [m]."""
     live = settings.live
+    travel = live.limits.whole_high - live.limits.whole_low
     return {
         **telling.limits(live.limits),
         "pitch": live.pitch,
+        "unit": "um" if travel < SHORT else "mm",
         "jog_macro": live.jogging.macro,
         "jog_slow": live.jogging.slow,
         "jog_micro": live.jogging.micro,

@@ -6,6 +6,21 @@ const KEY = "macromicro.unit";
 
 export const length = {
   name: "mm",
+
+  // Takes the unit that suits a machine, unless a person has chosen one, and says whether it is
+  // another; and as many digits as its count [m] is worth, at least those that there are.
+  suit(unit, pitch) {
+    const before = this.name;
+    if (!(localStorage.getItem(KEY) in UNITS)) this.name = $("unit").value = unit;
+    for (const u of Object.values(UNITS)) {
+      u.digits = Math.min(Math.max(u.digits, Math.ceil(-Math.log10(pitch / u.factor))), 7);
+    }
+    return this.name !== before;
+  },
+
+  // Digits behind the point of a length in mm.
+  get finest() { return UNITS.mm.digits; },
+
   get factor() { return UNITS[this.name].factor; },
 
   // A length [m] in words; `less`: digits fewer than the finest.

@@ -22,9 +22,9 @@ window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.sta
 
 const plots = [
   new Plot($("plots"), "Macro-stage", [[0, "two", "reference", "mm", 3], [1, "one", "position", "mm", 3]], 0.5),
-  new Plot($("plots"), "Micro-stage", [[2, "two", "reference", "mm", 4], [3, "one", "by Hall sensor", "mm", 4]], 0.02),
+  new Plot($("plots"), "Micro-stage", [[2, "two", "reference", "mm", 4], [3, "one", "by Hall sensor", "mm", 4]], 0.02, "micro"),
   new Plot($("plots"), "Effort", [[4, "two", "motor", "V", 2], [5, "one", "CTRL", "V", 2]], 1),
-  new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5),
+  new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5, "micro"),
 ];
 const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
 let ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
@@ -52,10 +52,14 @@ function look() {
 function welcome(server) {
   ruler.limits = server.limits; // its scale stays when the soft limits are narrowed
   page.limits = { ...server.limits };
+  if (length.suit(server.limits.unit, server.limits.pitch)) units();
+  plots[0].least = Math.min(0.5, (server.limits.whole_high - server.limits.whole_low) * 1e3 / 20);
+  for (const line of plots[0].lines) line[4] = Math.max(3, length.finest - 1);
   points.open(server.rig);
-  $("rig").textContent = server.rig === "twin" ? "(virtual bench)" : server.rig;
+  const simulated = server.model ? "simulated" : "virtual bench";
+  $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
   $("login").hidden = server.admitted;
-  for (const part of document.querySelectorAll("[data-of]")) part.hidden = !server.stages.includes(part.dataset.of);
+  suit(server);
   if (lost) say("Connected again.");
   lost = false;
   replayed = false;
@@ -69,6 +73,17 @@ function welcome(server) {
   }
   $("link").className = "badge good";
   $("link").textContent = "connected";
+}
+
+// Shows what there is of a machine: the parts of its stages, one name for a move of the only one.
+function suit(server) {
+  const there = (stages) => stages.split(" ").every((stage) => server.stages.includes(stage));
+  for (const part of document.querySelectorAll("[data-of]")) part.hidden = !there(part.dataset.of);
+  if (server.stages.length === 1) {
+    for (const option of document.querySelectorAll("[data-one]")) option.textContent = option.dataset.one;
+  }
+  $("programme-form").hidden = !server.programmes.length;
+  $("points-save").hidden = !server.programmes.length;
 }
 
 function closed(elsewhere, reason) {
@@ -144,8 +159,9 @@ function words(now) {
   set("macro", now.macro_count == null ? "-" : `${length.words(now.macro_count * page.limits.pitch, 1)}, ${now.macro_count.toFixed(0)} counts`);
   set("micro", now.micro_mm == null ? "-" : `${length.words(now.micro_mm * 1e-3)} contraction`);
   const { whole_low, whole_high, macro_low, macro_high, micro_low, micro_high } = now.limits;
-  set("limits", `Soft limits: ${length.short(whole_low)} to ${length.short(whole_high)} ${length.name}; macro-stage ` +
-    `${macro_low} to ${macro_high} counts, micro-stage ${length.short(micro_low * 1e-3)} to ${length.short(micro_high * 1e-3)} ${length.name}`);
+  const both = $("micro").hidden || $("macro").hidden ? "" : `; macro-stage ${macro_low} to ${macro_high} counts, micro-stage ` +
+    `${length.short(micro_low * 1e-3)} to ${length.short(micro_high * 1e-3)} ${length.name}`;
+  set("limits", `Soft limits: ${length.short(whole_low)} to ${length.short(whole_high)} ${length.name}${both}`);
   const mine = link.welcome && now.holder === link.welcome.client;
   set("holder", now.holder ? `${mine ? "This page holds" : `${now.holder} holds`} control` : "Nobody holds control");
   $("fan").setAttribute("aria-pressed", String(now.fan));

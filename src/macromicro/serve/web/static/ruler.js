@@ -2,9 +2,13 @@
 
 import { colours, decimals, niceStep, surface } from "./canvas.js";
 
-const NAMES = ["travel", "4 mm", "100 um", "10 um"];
 const MICRON = 1e-3, GRAB = 0.5; // mm; share of a strip that its scale takes
-const SPANS = [null, 4, 0.1, 0.01]; // mm
+const SPANS = [null, 4, 0.1, 0.01]; // mm; the first is the travel
+
+// The windows [mm]: of a travel that is not much longer than the second, each a part of the last.
+export function spans(travel) {
+  return travel > 2 * SPANS[1] ? SPANS : [null, travel / 5, travel / 50, travel / 500];
+}
 
 export class Ruler {
   // pick(position [mm], the scale's resolution [mm]): somebody clicked there.
@@ -30,15 +34,15 @@ export class Ruler {
     const low = this.limits.whole_low * 1e3, high = this.limits.whole_high * 1e3;
     const centre = Number.isFinite(place.target) ? place.target : place.position;
     this.scales = [];
-    const row = height / NAMES.length;
+    const windows = spans(high - low), row = height / windows.length;
     const left = 56, inner = width - left - 8;
     let above = null;
-    NAMES.forEach((name, k) => {
-      const span = SPANS[k] ?? high - low;
+    windows.forEach((window, k) => {
+      const span = window ?? high - low;
       const from = k === 0 ? low : centre - span / 2;
       const scale = { from, span, left, inner, top: k * row, row, x: (v) => left + ((v - from) / span) * inner };
       if (above) this.wedge(g, above, scale);
-      this.strip(g, name, scale, place, k);
+      this.strip(g, window, scale, place, k);
       this.scales.push(scale);
       above = scale;
     });
@@ -56,14 +60,14 @@ export class Ruler {
     g.fill();
   }
 
-  strip(g, name, s, place, k) {
+  strip(g, window, s, place, k) {
     const base = s.top + s.row * GRAB, inside = (v) => v >= s.from && v <= s.from + s.span;
     const clamp = (v) => Math.min(Math.max(s.x(v), s.left), s.left + s.inner);
     g.strokeStyle = colours.ink;
     g.fillStyle = colours.faint;
     g.textBaseline = "middle";
     g.textAlign = "left";
-    g.fillText(SPANS[k] ? this.spoken(SPANS[k], place.unit) : name, 2, base);
+    g.fillText(window ? this.spoken(window, place.unit) : "travel", 2, base);
     g.textAlign = "center";
     g.textBaseline = "top";
     g.beginPath();
@@ -78,7 +82,7 @@ export class Ruler {
       if (s.x(v) + half < s.left + s.inner + 8 && s.x(v) - half > s.left - 20) g.fillText(words, s.x(v), base + 6);
     }
     // The finest scale has a tick for each um, however narrow the screen is.
-    const fine = k === NAMES.length - 1 ? MICRON : step;
+    const fine = k === SPANS.length - 1 ? MICRON : step;
     for (let n = Math.ceil(s.from / fine); fine < step && n * fine <= s.from + s.span; n++) {
       g.moveTo(s.x(n * fine), base);
       g.lineTo(s.x(n * fine), base + 3);

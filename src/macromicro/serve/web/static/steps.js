@@ -17,10 +17,14 @@ export class Steps {
     this.units();
   }
 
+  // Steps that fit into the travel: the one chosen, or where that does not fit the longest below a
+  // twentieth of it.
   units() {
-    const chosen = $("step").value || String(1e-3);
-    $("step").replaceChildren(...STEPS.map((step) => new Option(`${length.short(step)} ${length.name}`, step)));
-    $("step").value = chosen;
+    const limits = this.page.limits, travel = limits ? limits.whole_high - limits.whole_low : Infinity;
+    const fitting = STEPS.filter((step) => step <= travel);
+    const chosen = Number($("step").value || 1e-3);
+    $("step").replaceChildren(...fitting.map((step) => new Option(`${length.short(step)} ${length.name}`, step)));
+    $("step").value = String(fitting.includes(chosen) ? chosen : fitting.findLast((step) => step <= 0.05 * travel) ?? fitting[0]);
   }
 
   // One step [m] of a stage from where it is to be; refused where that is not known.

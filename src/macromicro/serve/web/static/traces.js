@@ -39,14 +39,15 @@ export class Ring {
 }
 
 export class Plot {
-  // lines: [channel, colour name, label, unit, digits]
-  constructor(parent, title, lines, least) {
+  // lines: [channel, colour name, label, unit, digits]; `stage`: whose it is alone, if any's.
+  constructor(parent, title, lines, least, stage = "") {
     this.lines = lines;
     this.least = least;
     this.low = 0;
     this.high = least;
     const figure = document.createElement("figure");
     figure.className = "plot";
+    if (stage) figure.dataset.of = stage;
     const caption = document.createElement("figcaption");
     const head = document.createElement("strong");
     head.textContent = title;

@@ -1,0 +1,153 @@
+"""Random machines commissioned, and what was found beside the truth: what the scripts share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.commission import places
+from macromicro.commission.procedure import Kind, Options
+from macromicro.commission.running import Commissioned, Place, commission
+from macromicro.commission.stand import CommissionError
+from macromicro.errors import InputError
+from macromicro.machines import machine, rig
+from macromicro.schema import config
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "machines"
+SHOWN = {
+    "axis": ("mass", "coulomb", "offset"),
+    "piezo": ("stroke", "hysteresis", "resonance"),
+    "wire": ("way", "start", "tau"),
+}
+SPEED, TRAVEL = 0.5, 1.0  # m/s, m: what a person allows
+
+
+class Drawn(NamedTuple):
+    """Machines of a kind, drawn over ranges of data-sheet figures.
+
+    Attributes
+    ----------
+    kind : Kind
+        How they are commissioned.
+    figures : Callable[[np.random.Generator], dict[str, Any]]
+        Settings of one, by paths.
+    truth : Callable[[Any, Commissioned], Mapping[str, float]]
+        What is true of settings, by the names of the estimates; only the comparison reads it.
+    number : int
+        How many.
+    seed : int
+        Of the draws.
+    """
+
+    kind: Kind
+    figures: Callable[[np.random.Generator], dict[str, Any]]
+    truth: Callable[[Any, Commissioned], Mapping[str, float]]
+    number: int
+    seed: int
+
+
+def settled(what: Drawn, random: np.random.Generator) -> Any:
+    """Settings of a random machine that can work, by the rules that a file meets, too."""
+    chosen = machine.named(what.kind.name, "kind")
+    assert chosen is not None
+    while True:
+        try:
+            return config.overridden(chosen.settings, what.figures(random), "a random machine")
+        except InputError:
+            continue
+
+
+def commissioned(what: Drawn, tree: Any, seed: int) -> Commissioned:
+    """One machine, commissioned; only what a person knows of it is said."""
+    chosen = machine.named(what.kind.name, "kind")
+    assert chosen is not None
+    gains = tree.controller
+    both = hasattr(gains, "limit")
+    effort = tree.amplifier.full_scale if both else gains.high
+    lowest = None if both else gains.low
+    place = Place(
+        f"a random {what.kind.name}",
+        lambda seed: rig.CompiledTwin(chosen.kind, tree, seed),
+        tree.timing.period,
+        tree.encoder.pitch,
+        effort,
+        False,
+        what.kind,
+        lowest,
+    )
+    options = Options(effort, SPEED, SPEED / 25.0, TRAVEL, lowest=lowest)
+    return commission(place, options, seed=seed)
+
+
+def examples() -> str:
+    """Every example machine commissioned, with no option but its file: a table in Markdown."""
+    lines = ["| file | found | verification |", "|---|---|---|"]
+    for path in sorted(EXAMPLES.glob("*.toml")):
+        place = places.virtual(path)
+        options = Options(place.effort, SPEED, SPEED / 25.0, SPEED, lowest=place.lowest)
+        try:
+            found = commission(place, options)
+        except (CommissionError, InputError) as error:
+            lines.append(f"| `{path.name}` | refused: {error} | |")
+            continue
+        estimates = place.kind.estimates(found.model)
+        words = ", ".join(
+            f"{name} {estimates[name].value:.4g} +- {estimates[name].half:.2g} "
+            f"{estimates[name].unit}"
+            for name in SHOWN[place.kind.name]
+        )
+        arrived = sum(m.arrived_s is not None for m in found.verified.moves)
+        met = found.verified.fault or f"{arrived} of {found.verified.asked} moves"
+        lines.append(f"| `{path.name}` | {words} | {met} |")
+        print(lines[-1], flush=True)
+    return "\n".join(lines) + "\n"
+
+
+def table(what: Drawn, number: int | None = None) -> str:
+    """Commission machines one after the other, and compare: a table in Markdown."""
+    count = what.number if number is None else number
+    random = np.random.Generator(np.random.PCG64(what.seed))
+    inside: dict[str, int] = {}
+    errors: dict[str, list[float]] = {}
+    refused: list[str] = []
+    unmet: list[str] = []
+    for k in range(count):
+        tree = settled(what, random)
+        label = f"{what.kind.name} {k}"
+        try:
+            found = commissioned(what, tree, k)
+        except (CommissionError, InputError) as error:
+            refused.append(f"{label}: {error}")
+            print(refused[-1], flush=True)
+            continue
+        estimates = what.kind.estimates(found.model)
+        words = []
+        for name, true in what.truth(tree, found).items():
+            one = estimates[name]
+            off = abs(one.value - true)
+            inside[name] = inside.get(name, 0) + int(off <= one.half)
+            errors.setdefault(name, []).append(off / abs(true))
+            words.append(f"{name} {one.value:.4g} +- {one.half:.2g} ({true:.4g})")
+        if not found.verified.met:
+            arrived = sum(m.arrived_s is not None for m in found.verified.moves)
+            why = found.verified.fault or f"{arrived} of {found.verified.asked} moves arrived"
+            unmet.append(f"{label}: {why}")
+        print(label, ", ".join(words), found.verified.met or unmet[-1], flush=True)
+    done = count - len(refused)
+    lines = ["| parameter | 95 % interval holds the truth | median error |", "|---|---|---|"]
+    for name, off in errors.items():
+        share = f"{inside[name]} of {done} ({inside[name] / done:.0%})"
+        lines.append(f"| {name} | {share} | {np.median(off):.2%} |")
+    met = done - len(unmet)
+    if done:
+        lines += [
+            "",
+            f"All moves of the verification arrived on {met} of {done} ({met / done:.0%}).",
+        ]
+    for title, those in (("Not verified", unmet), ("Refused", refused)):
+        lines += ["", f"{title}: {len(those)}." if those else f"{title}: none."]
+        lines += [f"* {one}" for one in those]
+    return "\n".join(lines) + "\n"

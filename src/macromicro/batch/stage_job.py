@@ -1,0 +1,155 @@
+"""The jobs "axis", "piezo" and "wire": a machine of one stage on a programme, in figures."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from macromicro import programme as programmes
+from macromicro.arrays import Array
+from macromicro.batch.variants import SEED, Metric, Trajectories, Variants, applied, checked, seeds
+from macromicro.batch.variants import table as parameters
+from macromicro.columns import layout
+from macromicro.errors import InputError
+from macromicro.machines import machine as machines
+from macromicro.machines import planning, runs
+from macromicro.machines.sequence import Plan
+from macromicro.machines.trial import Trial, trial
+from macromicro.schema.config import check
+from macromicro.schema.par import NO_UNIT
+
+TRACED = ("position", "target", "effort")
+METRICS: tuple[Metric, ...] = tuple(
+    Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning) for c in layout(Trial).columns
+)
+
+
+class StageJob:
+    """A programme on a machine of one stage, as `macromicro run` runs it, no recording kept.
+
+    What follows from a variant's values (gains, limits of the motion, the guard) follows anew, but
+    for what the settings that it starts from have set. A machine that a settings file could not
+    describe is an impossible variant.
+
+    Parameters
+    ----------
+    machine : str
+        Its name.
+    programme : str
+        A file or an example's name; "" for the machine's usual moves.
+    seed : int
+        Of the noise.
+    settings : Any, optional
+        That variants start from; None for the machine's own.
+    """
+
+    metrics = METRICS
+    block = 1
+
+    def __init__(
+        self,
+        machine: Any,
+        programme: str = "",
+        seed: int = 0,
+        settings: Any = None,
+    ) -> None:
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise InputError("seed", seed, "a whole number from 0")
+        found = machines.named(machine, "job")
+        assert found is not None
+        self.name, self._seed, self.machine = found.name, seed, found
+        self._settings = found.settings if settings is None else settings
+        self._machine = machines.under(found, self._settings)
+        self._known = parameters(self._settings)
+        self._path = programmes.find(str(programme)) if programme else None
+        self._plan(self._settings)  # a wrong programme is refused at once
+
+    def base(self) -> Any:
+        """Give the settings that variants start from.
+
+        Returns
+        -------
+        Any
+            A tree of parameters.
+        """
+        return self._settings
+
+    def _plan(self, tree: Any) -> Plan:
+        path = self._path
+        moves = planning.usual(tree) if path is None else planning.load(path, tree)
+        return planning.plan(moves, tree)
+
+    def _trees(self, variants: Variants, first: int) -> tuple[list[Any], list[int]]:
+        """Settings and noise of each variant."""
+        values = checked(self._known, variants, first, (SEED,))
+        noise = seeds(variants, values, self._seed, first)
+        trees = []
+        for k, row in enumerate(values):
+            tree = applied(self._settings, variants.paths, row, first + k, (SEED,))
+            check(tree, f"variant {first + k}")
+            trees.append(tree)
+        return trees, noise
+
+    def evaluate(self, variants: Variants, first: int = 0) -> Array:
+        """Evaluate variants.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them.
+        first : int
+            Number of the first one, for errors.
+
+        Returns
+        -------
+        ndarray, shape (n, metrics)
+            As `metrics`.
+
+        Raises
+        ------
+        InputError
+            With variant and key: an impossible value, or a machine that cannot work.
+        """
+        trees, noise = self._trees(variants, first)
+        found = [
+            trial(self._machine, tree, self._plan(tree), seed)
+            for tree, seed in zip(trees, noise, strict=True)
+        ]
+        return np.array(found, dtype=np.float64).reshape(len(found), len(METRICS))
+
+    def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
+        """Give position, set point and effort of each run.
+
+        Parameters
+        ----------
+        variants : Variants
+            n of them, all of one control period.
+        every : int
+            Every so many rows.
+        first : int
+            Number of the first variant, for errors.
+
+        Returns
+        -------
+        Trajectories
+            NaN after a run's end.
+
+        Raises
+        ------
+        InputError
+            With variant and key: an impossible value.
+        """
+        trees, noise = self._trees(variants, first)
+        done: list[Array] = []
+        for tree, seed in zip(trees, noise, strict=True):
+            seen = runs.record(self._machine, tree, self._plan(tree), seed=seed).recording
+            done.append(np.array([seen[name][::every] for name in TRACED], dtype=np.float64))
+        rows = max((run.shape[1] for run in done), default=0)
+        shown = np.full((len(TRACED), len(done), rows), math.nan)
+        for k, run in enumerate(done):
+            shown[:, k, : run.shape[1]] = run
+        units = {c.name: c.unit for c in runs.columns(self._machine) if c.name in TRACED}
+        t = np.arange(rows * every, step=every) * float(self._settings.timing.period)
+        return Trajectories(t, dict(zip(TRACED, shown, strict=True)), units)

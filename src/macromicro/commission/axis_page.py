@@ -1,0 +1,202 @@
+"""What the page of an axis shows: its figures in words and pictures, and what is doubtful."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from macromicro.commission.friction import FrictionMap
+from macromicro.commission.model import UNITS, Model
+from macromicro.commission.procedure import Drawn, Estimate, Work
+from macromicro.commission.stand import Record
+from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
+from macromicro.identify.axis import simulate
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEANINGS = {
+    "mass": "mass",
+    "viscous": "viscous friction and back-EMF",
+    "coulomb": "sliding friction",
+    "offset": "constant force",
+    "lag": "lag of the effort",
+}
+_WIDE = 0.2  # an interval that is a larger part of its value is doubtful
+_UNEVEN = 0.3  # friction that differs by more along the travel
+_SHOWN = 4  # strokes
+
+
+def estimates(found: Model) -> dict[str, Estimate]:
+    """What the model says.
+
+    Parameters
+    ----------
+    found : Model
+        Of the strokes.
+
+    Returns
+    -------
+    dict[str, Estimate]
+        By the names of its parameters.
+    """
+    return {
+        name: Estimate(
+            MEANINGS[name], getattr(found.whole, name), found.half_width(name), UNITS[name]
+        )
+        for name in found.names
+    }
+
+
+def rows(work: Work) -> list[tuple[str, ...]]:
+    """What the steps found, a line each.
+
+    Parameters
+    ----------
+    work : Work
+        With all steps done.
+
+    Returns
+    -------
+    list[tuple[str, ...]]
+        Quantity, value, half interval, unit.
+    """
+    ends, direction, weight = work["ends"], work["direction"], work["weight"]
+    held = [("effort that holds its weight", f"{weight.hold:.4g}", "", "V")] if weight.hold else []
+    return [
+        *held,
+        ("travel", f"{ends.travel * 1e3:.5g}", "", "mm"),
+        ("starts forwards at", f"{direction.forward:.3g}", "", "V"),
+        ("starts backwards at", f"{direction.backward:.3g}", "", "V"),
+    ]
+
+
+def doubts(work: Work, model: Model) -> list[str]:
+    """What a person should look at before the result is relied on.
+
+    Parameters
+    ----------
+    work : Work
+        With all steps done.
+    model : Model
+        Of the strokes.
+
+    Returns
+    -------
+    list[str]
+        A sentence each.
+    """
+    said = []
+    if work["weight"].hold:
+        said.append(
+            "Nothing but effort holds it: it sinks when the drive is off, and when a guard ends a "
+            "run. A brake or a balance would hold it."
+        )
+    if not work["ends"].found:
+        said.append("The window was named; no end stop was felt for.")
+    friction = work["friction"]
+    known = [e for e in (*friction.forward, *friction.backward) if not math.isnan(e)]
+    spread = (max(known) - min(known)) / friction.mean
+    if spread > _UNEVEN:
+        said.append(
+            f"What starts the axis differs by {spread:.0%} along the travel and between the "
+            "directions: dirt, a bent rail, or a weight?"
+        )
+    if model.axis.limit < work.options.effort:
+        said.append(
+            f"The drive's current gives a force of {model.axis.limit:.3g} V of "
+            f"{work.options.effort:.3g} V at most."
+        )
+    for name in ("mass", "coulomb"):
+        value, half = getattr(model.axis, name), model.half_width(name)
+        if half > _WIDE * value:
+            said.append(
+                f"The {MEANINGS[name]} is known to {half / value:.0%} only: a longer travel, or a "
+                "larger effort, would show it better."
+            )
+    if model.axis.lag > 3.0 * work.stand.dt:
+        said.append(
+            f"Efforts act {model.axis.lag * 1e3:.2g} ms late, {model.axis.lag / work.stand.dt:.2g} "
+            "control periods: the drive or the bus is slow, and so are the gains."
+        )
+    return said
+
+
+def friction(found: FrictionMap, model: Model) -> Figure:
+    """Breakaway along the travel, and the kinetic friction of the model.
+
+    Parameters
+    ----------
+    found : FrictionMap
+        Breakaway both ways.
+    model : Model
+        Its Coulomb level and offset.
+
+    Returns
+    -------
+    Figure
+        One picture.
+    """
+    figure, axes = new(2.6, 1)
+    ax, places = axes[0, 0], np.array(found.places) * 1e3
+    ax.plot(places, found.forward, "o-", color=BLUE, label="starts forwards", linewidth=1.0)
+    ax.plot(places, found.backward, "s--", color=RED, label="starts backwards", linewidth=1.0)
+    ax.axhline(model.axis.coulomb, color=BLACK, linewidth=0.9, linestyle=":", label="sliding")
+    ax.set_ylim(bottom=0.0)
+    finish(ax, "Friction over position", "from the low end [mm]", "effort [V]", legend=True)
+    return figure
+
+
+def strokes(records: Sequence[Record], model: Model, dt: float) -> Figure:
+    """Some strokes, the model's free run from the same start under the same effort, the rest.
+
+    Parameters
+    ----------
+    records : Sequence[Record]
+        All strokes; a few, spread over the levels of effort, are drawn.
+    model : Model
+        What runs free.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Figure
+        One picture.
+    """
+    picked = [records[k] for k in np.linspace(0, len(records) - 1, _SHOWN).round().astype(int)]
+    figure, axes = new(5.2, 3, _SHOWN)
+    figure.subplots_adjust(wspace=0.4)
+    for k, one in enumerate(picked):
+        free = simulate(model.axis, one.u, dt, float(one.x[0]))
+        line(axes[0, k], one.t, (one.x - one.x[0]) * 1e3, BLUE, "measured")
+        line(axes[0, k], one.t, (free - one.x[0]) * 1e3, RED, "model", linestyle="--")
+        line(axes[1, k], one.t, (one.x - free) * 1e6, BLACK, "")
+        line(axes[2, k], one.t, one.u, BLUE, "")
+        finish(
+            axes[0, k],
+            "" if k else "strokes",
+            "",
+            "way [mm]" if not k else "",
+            legend=k == _SHOWN - 1,
+        )
+        finish(axes[1, k], "" if k else "measured less model", "", "[um]" if not k else "")
+        finish(axes[2, k], "" if k else "effort", "time [s]", "[V]" if not k else "")
+    return figure
+
+
+FIGURES = {
+    "friction": Drawn(
+        "Friction over position",
+        "Effort that starts the axis, both ways, and the model's sliding friction.",
+        lambda work, model: friction(work["friction"], model),
+    ),
+    "strokes": Drawn(
+        "Strokes and model",
+        "Some strokes, and the model's free run from the same start under the same effort.",
+        lambda work, model: strokes(work["strokes"], model, work.stand.dt),
+    ),
+}

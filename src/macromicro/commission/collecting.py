@@ -1,0 +1,268 @@
+"""Records of a machine of one stage, open loop and within its bounds, for `identify`.
+
+Of an axis the strokes that commissioning makes: from rest, random efforts one way, braked to rest.
+Of a piezo stage slow ramps of the voltage, up and down, with minor loops within the large one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.columns import Column
+from macromicro.commission.exciting import excite
+from macromicro.commission.probing import Direction, Ends
+from macromicro.commission.stand import Caution, CommissionError, Stand
+from macromicro.errors import InputError
+from macromicro.machines import rig as machine_rig
+from macromicro.machines import sheets, stage
+from macromicro.machines.machine import Machine, as_toml
+from macromicro.machines.stage import Bounds
+from macromicro.recording import Recording
+from macromicro.recording_format import Attribute
+from macromicro.rig.session import Session
+from macromicro.types import Rig
+
+_STROKES = (
+    Column("t", "s", "time since the start"),
+    Column("u", "V", "effort at the D/A"),
+    Column("x", "m", "position by the encoder"),
+)
+_LOOPS = (
+    Column("t", "s", "time since the start"),
+    Column("u", "V", "voltage at the stack"),
+    Column("f", "um", "position by the sensor"),
+)
+SPEED = 0.9  # of the machine's greatest
+# Of the effort at which the amplifier's current or range is all given, so that it never limits:
+PUSH, SPARE = 0.6, 0.7  # share for the strokes; or that of what is left above friction
+EMF = 0.9  # of the rest: the back-EMF that braking adds
+CREEP = 0.1
+CORNERS = (0.93, 0.04, 0.93, 0.29, 0.79, 0.36, 0.64)  # of the amplifier's range, one after another
+SLOPE = 1.0  # of that range in a second
+PACE = 200.0  # rows a second that are kept of a slow record
+
+
+class Given(NamedTuple):
+    """What a procedure has: the machine, its settings, another rig than the simulated one, seed."""
+
+    machine: Machine
+    tree: Any
+    rig: Rig | None
+    seed: int
+
+
+class Noted(Session):
+    """A session that notes each period: time (s), effort given behind it (V), count."""
+
+    def __init__(self, rig: Any, dt: float) -> None:
+        super().__init__(rig, dt)
+        self.rows: list[tuple[float, float, float]] = []
+        self._given = 0.0
+
+    def write(self, outputs: Any) -> None:
+        """Set all outputs.
+
+        Parameters
+        ----------
+        outputs : Any
+            Of these the motor's, V.
+        """
+        super().write(outputs)
+        self._given = outputs.motor
+
+    def wait(self, dt: float) -> None:
+        """Return when the next period begins.
+
+        Parameters
+        ----------
+        dt : float
+            Its length, s.
+        """
+        sample = self.read()
+        self.rows.append((sample.t, self._given, sample.encoder))
+        super().wait(dt)
+
+
+class Procedure(NamedTuple):
+    """A procedure on one kind of machine.
+
+    Attributes
+    ----------
+    name : str
+        As the command names it.
+    machine : str
+        Name of the machines that it is for.
+    collect : Callable[[Given, Callable[[], bool]], Recording]
+        Runs it; asks whether somebody wants it to end.
+    gives : str
+        What is recorded.
+    then : str
+        What to do with the file, {file}.
+    """
+
+    name: str
+    machine: str
+    collect: Callable[[Given, Callable[[], bool]], Recording]
+    gives: str
+    then: str
+
+
+def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
+    """Strokes of an axis, at several levels of the effort.
+
+    The sheets say what starts it and where it may go; efforts lie between what starts it and the
+    guard's limit, within the travel.
+
+    Parameters
+    ----------
+    given : Given
+        The machine, at rest where its encoder reads 0.
+    ended : Callable[[], bool], optional
+        Whether somebody wants it to end.
+
+    Returns
+    -------
+    Recording
+        All of it, the ways and rests between the strokes too, in SI. Its attribute `gain` is the
+        force per volt that the sheets of motor and amplifier give.
+
+    Raises
+    ------
+    CommissionError
+        A weight that runs away without an effort; or as `exciting.excite`.
+    """
+    tree = given.tree
+    per_newton, weight = sheets.per_newton(tree), sheets.weight(tree)
+    rubbing = tree.friction
+    if abs(weight) >= rubbing.coulomb:
+        raise CommissionError(
+            f"its weight ({abs(weight):.3g} N) moves the axis against its friction "
+            f"({rubbing.coulomb:.3g} N) without an effort: strokes cannot end at rest"
+        )
+    starts = rubbing.coulomb + rubbing.stribeck + rubbing.ripple
+    up, down = per_newton * (starts + weight), per_newton * (starts - weight)
+    found = Direction(1.0, up, down, 0.0, 1.0)
+    rig: Any = given.rig
+    if rig is None:
+        rig = machine_rig.CompiledTwin(given.machine.kind, tree, given.seed)
+    dt = float(tree.timing.period)
+    full = min(sheets.force(tree) * per_newton, tree.guard.effort)
+    emf = max(tree.controller.ahead_velocity, 1e-12)
+    most = max(up, down)
+    effort = max(PUSH * full, most + SPARE * (full - most))
+    speed = min(SPEED * tree.motion.velocity, EMF * (full - effort) / emf)
+    caution = Caution(effort, speed)
+    with Noted(rig, dt) as session:
+        stand = Stand(session, dt, tree.encoder.pitch, ended)
+        ends = Ends(tree.travel.low, tree.travel.high, False)
+        excite(stand, found, ends, caution, CREEP * tree.motion.velocity)
+        rows = np.array(session.rows).T
+    rows[2] = (rows[2] - rows[2, 0]) * tree.encoder.pitch
+    about = {**_about(given), "gain": 1.0 / per_newton}
+    return Recording.from_arrays(_STROKES, rows, dt, about)
+
+
+def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
+    """Slow ramps of a piezo stage's voltage: a large loop, and minor ones within it.
+
+    Parameters
+    ----------
+    given : Given
+        The machine, cold and at rest.
+    ended : Callable[[], bool], optional
+        Not asked: the record takes seconds.
+
+    Returns
+    -------
+    Recording
+        `PACE` rows a second.
+
+    Raises
+    ------
+    CommissionError
+        The stage left its bounds.
+    InputError
+        Another rig than the simulated one.
+    """
+    tree = given.tree
+    if given.rig is not None:
+        raise InputError("--rig", "of a piezo stage", "the twin: its sheet and simulation")
+    dt, gain = float(tree.timing.period), float(tree.amplifier.gain)
+    low, high = tree.amplifier.low, tree.amplifier.high
+    corners = [0.0, *(low + share * (high - low) for share in CORNERS), 0.0]
+    legs = [
+        np.linspace(a, b, math.ceil(abs(b - a) / (SLOPE * (high - low) * dt)) + 1)[1:]
+        for a, b in pairwise(corners)
+    ]
+    volts = np.concatenate(legs)
+    sensor, fast = tree.encoder, tree.guard.speed
+    bounds = Bounds(sensor.low, sensor.high, fast, tree.guard.window)
+    params = given.machine.kind.prepare(tree)
+    seen = stage.drive(given.machine.kind, params, volts / gain, bounds, dt, seed=given.seed)
+    if seen.ended:
+        raise CommissionError(f"the stage met its bound {seen.ended!r}; nothing was written")
+    every = max(round(1.0 / (PACE * dt)), 1)
+    rows = np.array([seen.t, seen.effort * gain, seen.position * 1e6])[:, ::every]
+    return Recording.from_arrays(_LOOPS, rows, every * dt, _about(given))
+
+
+def _about(given: Given) -> dict[str, Attribute]:
+    """Where a recording comes from."""
+    return {
+        "machine": given.machine.name,
+        "seed": given.seed,
+        "settings": as_toml(given.machine, given.tree),
+    }
+
+
+PROCEDURES = (
+    Procedure(
+        "drive",
+        "axis",
+        strokes,
+        "strokes both ways at five levels of the effort, within the travel",
+        "macromicro identify drive {file}",
+    ),
+    Procedure(
+        "plays",
+        "piezo",
+        ramps,
+        "slow ramps of the voltage, a large loop and minor ones",
+        "macromicro identify plays {file}",
+    ),
+)
+
+
+def find(name: str, machine: Machine) -> Procedure:
+    """The procedure of a name, for a machine.
+
+    Parameters
+    ----------
+    name : str
+        As the command names it; "" for the machine's only one.
+    machine : Machine
+        The machine.
+
+    Returns
+    -------
+    Procedure
+        Of this machine.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    mine = [p for p in PROCEDURES if p.machine == machine.name]
+    for procedure in mine:
+        if name in ("", procedure.name):
+            return procedure
+    names = ", ".join(p.name for p in mine)
+    others = ", ".join(sorted({p.machine for p in PROCEDURES}))
+    accepted = f"{names} for this machine" if mine else f"none for this machine; for: {others}"
+    raise InputError("experiment", name or "nothing", accepted)

@@ -1,0 +1,171 @@
+"""Commissioning of a piezo stage: gain, reach, hysteresis and creep, resonance; its machine."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from macromicro.commission import piezo_drives as drives
+from macromicro.commission import piezo_loops, piezo_page, piezo_swing
+from macromicro.commission.courses import Corner, course, decaying, played
+from macromicro.commission.piezo_climb import SLOW, SWUNG, Gain, Reach
+from macromicro.commission.piezo_drives import GAIN, REACH, REST, STEPS, SWINGS
+from macromicro.commission.piezo_loops import Loops
+from macromicro.commission.piezo_swing import Swing
+from macromicro.commission.procedure import Kind, Step, Work
+
+_SPARE = 0.05  # of the reach that targets leave free
+_SENSOR = 0.1  # of the reach that the sensor shows beyond it at least
+
+
+class Model(NamedTuple):
+    """What the steps show together.
+
+    Attributes
+    ----------
+    loops : Loops
+        Hysteresis and creep.
+    swing : Swing
+        Resonance and what precedes it.
+    """
+
+    loops: Loops
+    swing: Swing
+
+
+def _ready(work: Work) -> None:
+    work.stand.facing = work[GAIN].sign
+
+
+def fitted(work: Work) -> Model:
+    """Hysteresis, creep and resonance.
+
+    Parameters
+    ----------
+    work : Work
+        With all steps done.
+
+    Returns
+    -------
+    Model
+        With standard deviations.
+
+    Raises
+    ------
+    CommissionError
+        The records do not show them.
+    """
+    dt = work.stand.dt
+    loops = piezo_loops.fitted(work[SWINGS], dt)
+    reach, steps = work[REACH], work[STEPS]
+    before = (reach.lowest, reach.highest, 0.0, float(steps[0].u[0]))
+    swing = piezo_swing.fitted(steps, dt, before, work[GAIN].noise, loops)
+    return Model(loops, swing)
+
+
+def settings(work: Work, found: Model, home: Any) -> dict[str, str]:
+    """The machine that was found.
+
+    Parameters
+    ----------
+    work : Work
+        With all steps done.
+    found : Model
+        Of them.
+    home : Any
+        Not needed.
+
+    Returns
+    -------
+    dict[str, str]
+        Path to a TOML value.
+    """
+    reach, gain, stand = work[REACH], work[GAIN], work.stand
+    loops, swing = found.loops, found.swing
+    room = _SENSOR * (reach.high - reach.low)
+    figures = {
+        "amplifier.low": (reach.lowest, "V"),
+        "amplifier.high": (reach.highest, "V"),
+        "amplifier.bandwidth": (1.0 / (2.0 * math.pi * swing.lag), "Hz"),
+        "amplifier.current": (swing.slew * 1e-6, "A"),
+        "amplifier.capacitance": (1e-6, "F"),
+        "stack.stroke": (loops.stroke, "m"),
+        "stack.span": (reach.extent, "V"),
+        "guide.resonance": (swing.frequency, "Hz"),
+        "guide.load": (0.0, "kg"),
+        "encoder.noise": (gain.noise, "m"),
+        "encoder.pitch": (stand.pitch, "m"),
+        "encoder.low": (min(reach.low - room, 0.0), "m"),
+        "encoder.high": (reach.high + room, "m"),
+        "timing.period": (stand.dt, "s"),
+        "timing.delay": (0.0, "s"),
+        "travel.low": (0.0, "m"),
+        "travel.high": ((1.0 - _SPARE) * reach.high, "m"),
+    }
+    plain = {
+        "amplifier.gain": 1.0,
+        "stack.hysteresis": loops.width,
+        "creep.share": loops.creep,
+        "hidden.stronger": 1.0,
+        "hidden.detuned": 1.0,
+        "hidden.damping": swing.damping,
+    }
+    lists = {
+        "controller.loop_thresholds": [f"{r:.9g} V" for r in loops.thresholds],
+        "controller.loop_weights": [f"{1e6 * w:.9g} um/V" for w in loops.weights],
+    }
+    return {
+        **{path: f'"{float(v)!r} {unit}"' for path, (v, unit) in figures.items()},
+        **{path: repr(float(v)) for path, v in plain.items()},
+        **{path: "[" + ", ".join(f'"{v}"' for v in values) + "]" for path, values in lists.items()},
+    }
+
+
+def home(work: Work, found: Model) -> None:
+    """To rest at 0 V by a swing that dies away.
+
+    Parameters
+    ----------
+    work : Work
+        With all steps done.
+    found : Model
+        Not needed for that.
+    """
+    reach, stand = work[REACH], work.stand
+    rate = reach.extent / SLOW
+    efforts = [reach.highest, reach.lowest]
+    efforts += [*decaying(0.0, 0.9 * -reach.lowest, SWUNG), 0.0]
+    caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
+    corners = [Corner(u, REST, rate) for u in efforts]
+    played(stand, course([*corners, Corner(0.0, 1.0, rate)], stand.dt), caution)
+
+
+KIND = Kind(
+    name="piezo",
+    steps=(
+        Step(GAIN, "sign and gain at a low voltage", drives.gain_intent, drives.gain, Gain),
+        Step(REACH, "reachable travel", drives.reach_intent, drives.reach, Reach),
+        Step(
+            SWINGS,
+            "slow swings for hysteresis and creep",
+            drives.swings_intent,
+            drives.swings,
+            None,
+        ),
+        Step(STEPS, "steps for the resonance", drives.steps_intent, drives.steps, None),
+    ),
+    turned="A positive effort made the reading fall: turn the sensor's sign before this file is "
+    "used.",
+    note="Efforts are volts at the D/A, of which the amplifier is a part.",
+    prepare=_ready,
+    model=fitted,
+    settings=settings,
+    head="The amplifier's gain is 1 below: one volt at the stack stands for one at the D/A. Its "
+    "current\nand capacitance say no more than the greatest rate of the voltage.",
+    homing="A slow swing that dies away brings the stage to rest at 0 V; then it becomes 0 there",
+    home=home,
+    rows=piezo_page.rows,
+    estimates=piezo_page.estimates,
+    doubts=piezo_page.doubts,
+    figures=piezo_page.FIGURES,
+)

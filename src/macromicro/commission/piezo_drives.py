@@ -1,0 +1,259 @@
+"""How a piezo stage is driven while it is commissioned: slowly, and by steps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from macromicro.commission.courses import Corner, course, decaying, played
+from macromicro.commission.piezo_climb import SLOW, SWUNG, Climb, Gain, Reach
+from macromicro.commission.procedure import Work
+from macromicro.commission.stand import CommissionError, Record
+
+GAIN, REACH, SWINGS, STEPS = "gain", "reach", "swings", "steps"
+LOW, TRIES = 0.05, 3  # of the largest effort, at first; how often
+_CLEAR = 20.0  # noises that the first motion must be
+REST = 0.05  # s at each corner
+_HOLD = 10.0  # s at the top and near the bottom, for creep
+_CURVES = (0.1, 0.3, 0.5, 0.7, 0.9, 1.0)  # of the range: where first-order curves turn
+SIZES = (0.01, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3)  # of the range: steps
+_LONG = 0.4  # s after a step
+
+
+def gain_intent(work: Work) -> str:
+    """What `gain` will do.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    top = LOW * work.options.effort
+    return (
+        f"Effort rises slowly from 0 to {top:.3g} V and back to 0, {TRIES + 1} times. The stage "
+        f"moves by some {100.0 * LOW:.0f} % of its way."
+    )
+
+
+def gain(work: Work) -> Gain:
+    """What a low effort does.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    Gain
+        Which way it counts, and how far it goes.
+
+    Raises
+    ------
+    CommissionError
+        A limit was passed, or nothing follows the effort.
+    """
+    o, stand = work.options, work.stand
+    caution = o.caution(o.speed)
+    quiet = stand.drive(lambda t, x, v: 0.0, 0.5, caution)
+    if quiet.ended:
+        raise CommissionError("the sensor gives no value: look at its cable and supply")
+    line = np.polynomial.Polynomial.fit(quiet.t, quiet.x, 1)
+    noise = float(np.std(quiet.x - line(quiet.t)))
+    top, rate = LOW * o.effort, (o.effort - o.bottom) / SLOW
+    gains = []
+    for k in range(TRIES + 1):
+        efforts = course([Corner(top, REST, rate), Corner(0.0, REST, rate)], stand.dt)
+        record = played(stand, efforts, caution)
+        at_top = record.u >= 0.999 * top
+        n = max(int(at_top.sum()) // 2, 1)
+        way = float(record.x[at_top][-n:].mean() - record.x[:n].mean())
+        if k:  # the first leaves a remanence behind, from which all others begin
+            gains.append(way / top)
+    mean = float(np.mean(gains))
+    if abs(mean * top) < _CLEAR * max(noise, 0.3 * stand.pitch):
+        raise CommissionError(
+            f"{top:.3g} V move it by {abs(mean * top) * 1e6:.3g} um only, its reading is not sure "
+            f"to {noise * 1e6:.3g} um: is the amplifier on, does its servo hold it, or must "
+            "--effort be larger?"
+        )
+    found = Gain(math.copysign(1.0, mean), abs(mean), float(np.std(gains, ddof=1)), noise)
+    stand.facing *= found.sign
+    return found
+
+
+def reach_intent(work: Work) -> str:
+    """What `reach` will do.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    o, slope = work.options, work[GAIN].gain
+    window = ""
+    if o.low is not None and o.high is not None:
+        window = f" It turns at {o.low * 1e3:.4g} and {o.high * 1e3:.4g} mm, too."
+    return (
+        f"Effort goes slowly from 0 to {o.effort:.3g} V, to {o.bottom:.3g} V and back to 0, about "
+        f"{slope * (o.effort - o.bottom) * 1e3:.3g} mm of motion or some more; it turns where the "
+        f"stage moves no more.{window}"
+    )
+
+
+def reach(work: Work) -> Reach:
+    """Where all efforts take it.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    Reach
+        Efforts and places.
+
+    Raises
+    ------
+    CommissionError
+        A limit was passed, or nothing follows the effort.
+    """
+    o, stand = work.options, work.stand
+    law = Climb(work, work[GAIN].gain)
+    wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
+    record = stand.drive(law, 30.0 * SLOW, wide)
+    if record.ended:
+        raise CommissionError(f"it passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
+    rest = float(record.x[-1])
+    (top, high, above), (bottom, low, below) = law.reached[1.0], law.reached[-1.0]
+    return Reach(bottom, top, low - rest, high - rest, (below, above))
+
+
+def swings_intent(work: Work) -> str:
+    """What `swings` will do.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    span = work[REACH]
+    return (
+        f"Slow swings between {span.lowest:.3g} and {span.highest:.3g} V, "
+        f"{(span.high - span.low) * 1e3:.4g} mm: one that dies away, and {len(_CURVES)} partial "
+        f"ones from the top, with two rests of {_HOLD:.0f} s."
+    )
+
+
+def swings(work: Work) -> list[Record]:
+    """Slow swings over the range.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    list[Record]
+        One that dies away, and partial ones.
+
+    Raises
+    ------
+    CommissionError
+        A limit was passed, or nothing follows the effort.
+    """
+    span, stand = work[REACH], work.stand
+    caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
+    rate = span.extent / SLOW
+    middle, half = 0.5 * (span.highest + span.lowest), 0.5 * span.extent
+    dying = [span.lowest, span.highest, span.lowest, *decaying(middle, 0.9 * half, SWUNG), 0.0]
+    partial = [span.lowest, span.highest]
+    for part in _CURVES:
+        partial += [span.highest - part * span.extent, span.highest]
+    records = []
+    for efforts in (dying, [*partial, 0.0]):
+        rests = [REST] * len(efforts)
+        if efforts is not dying:
+            rests[-2] = rests[-5] = _HOLD
+        corners = [Corner(u, rest, rate) for u, rest in zip(efforts, rests, strict=True)]
+        records.append(played(stand, course(corners, stand.dt), caution))
+    return records
+
+
+def steps_intent(work: Work) -> str:
+    """What `steps` will do.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    span = work[REACH]
+    return (
+        f"Slowly to the middle of the range; there {len(SIZES)} steps of "
+        f"{SIZES[0] * span.extent:.2g} to {SIZES[-1] * span.extent:.3g} V "
+        f"up and back, after each of which the stage rings for {_LONG} s."
+    )
+
+
+def steps(work: Work) -> list[Record]:
+    """Steps in the middle of the range.
+
+    Parameters
+    ----------
+    work : Work
+        With the steps before done.
+
+    Returns
+    -------
+    list[Record]
+        Each from where the effort steps, whose first row has the effort before.
+
+    Raises
+    ------
+    CommissionError
+        A limit was passed, or nothing follows the effort.
+    """
+    span, stand = work[REACH], work.stand
+    caution = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
+    rate, dt = span.extent / SLOW, stand.dt
+    base = span.lowest + 0.4 * span.extent
+    corners, sizes = [Corner(base, _LONG, rate)], []
+    for size in SIZES:
+        for effort in (base + size * span.extent, base):
+            corners.append(Corner(effort, _LONG, math.inf))
+            sizes.append(effort)
+    record = played(stand, course([*corners, Corner(0.0, REST, rate)], dt), caution)
+    n = round(_LONG / dt)
+    least = 0.5 * SIZES[0] * span.extent
+    begins = np.flatnonzero(np.abs(np.diff(record.u)) > least).tolist()
+    if len(begins) != len(sizes):
+        raise CommissionError("the control period is too long for steps of this stage")
+    cuts = [slice(k + 1, k + n) for k in begins]
+    return [
+        Record(record.t[c] - record.t[c.start], np.r_[record.u[k], record.u[c][1:]], record.x[c])
+        for k, c in zip(begins, cuts, strict=True)
+    ]

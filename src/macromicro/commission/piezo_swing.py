@@ -1,0 +1,250 @@
+"""Resonance, damping, lag and slew rate of a piezo stage from steps of its effort.
+
+After a step the effort stands still, and so does the hysteresis: what is left is a damped
+oscillator's free ringing, from which its frequency and damping follow whatever the step looked
+like at the stack. How late and how wide the ringing is shows what came before it: a first-order
+lag whose rate is limited (amplifier and capacitance of the stack).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.commission.piezo_loops import Loops
+from macromicro.commission.stand import CommissionError, Record
+from macromicro.hysteresis.prandtl_fit import moved
+
+_SMALL = 0.045  # of the range: such steps hardly meet the limit of the rate
+_FINE = 8  # steps of the simulation per period
+_PERIODS = 4.0  # of the ringing that a record must hold
+_SEEN = 8.0  # noises that the ringing must be
+_SLEWS = (0.03, 0.1, 0.3, 1.0, 3.0)  # to begin with, steps per period of the resonance
+# Standard deviation of what this leaves out (a loop that widens with the rate), as a part of the
+# value: seen on 12 random stages of docs/commissioning_piezo.py, and checked on others there.
+_LEFT_OUT = (1e-5, 1e-3, 0.2, 0.05)
+_LIMITED = 0.8  # a limit of the rate must lower the squares to that part
+
+
+class Swing(NamedTuple):
+    """What the steps show.
+
+    Attributes
+    ----------
+    frequency : float
+        Of the undamped resonance, Hz.
+    damping : float
+        Its damping ratio.
+    lag : float
+        From an effort to the stack's voltage, s.
+    slew : float
+        Greatest rate of the effort that the stack follows, V/s.
+    limited : bool
+        Whether a step met that limit; else it is what was seen.
+    spread : tuple[float, ...]
+        Standard deviations of frequency, damping, lag and slew.
+    freedom : float
+        Witnesses less what was fitted.
+    """
+
+    frequency: float
+    damping: float
+    lag: float
+    slew: float
+    limited: bool
+    spread: tuple[float, ...]
+    freedom: float
+
+
+def fitted(
+    steps: Sequence[Record], dt: float, before: Sequence[float], noise: float, loops: Loops
+) -> Swing:
+    """Resonance and what precedes it.
+
+    Parameters
+    ----------
+    steps : Sequence[Record]
+        Each begins where the effort steps; its first row has the effort before.
+    dt : float
+        Control period, s.
+    before : Sequence[float]
+        Turning points of the effort before the steps, V; they begin with both ends of its range.
+    noise : float
+        Of the sensor, m.
+    loops : Loops
+        The hysteresis, which the voltage goes through.
+
+    Returns
+    -------
+    Swing
+        With standard deviations, a step a witness.
+
+    Raises
+    ------
+    CommissionError
+        No ringing is seen, or the control period is too long for it.
+    """
+    steps = [s._replace(x=s.x / noise) for s in steps]  # least squares have absolute tolerances
+    extent = abs(before[1] - before[0])
+    small = [s for s in steps if abs(_size(s)) <= _SMALL * extent]
+    first = _frequency(small[-1], dt)
+    from scipy.optimize import least_squares
+
+    scale = np.array([2.0 * math.pi * first, 0.02])
+
+    def ringing(p: Array) -> Array:
+        return np.concatenate([_ringing(s, p * scale, dt, first) for s in small])
+
+    found = least_squares(ringing, np.ones(2), bounds=([0.5, 1e-3], [2.0, 45.0]))
+    omega, damping = (found.x * scale).tolist()
+    rows = np.cumsum([len(_ringing(s, found.x * scale, dt, first)) for s in small])[:-1]
+    spread = scale * _spread(found.jac, found.fun, rows)
+
+    parts = [_cut(s, omega, dt) for s in steps]
+    thresholds = np.array(loops.thresholds)
+    levels = np.array([*before, *(s.u[-1] for s in steps)])
+    plays = moved(levels, thresholds)[len(before) - 1 : -1]
+
+    def missed(p: Array) -> Array:
+        lag, slew = np.exp(p)
+        missing = []
+        for s, y in zip(parts, plays, strict=True):
+            volts = s.u[0] + _lagged(len(s.x), _size(s), lag, slew, dt / _FINE)
+            # A play's part of the position, after Kuhnen (2003).
+            stood = np.maximum(
+                volts[:, None] - thresholds, np.minimum(volts[:, None] + thresholds, y)
+            )
+            missing.append(_step(s.x, (stood - y) @ np.array(loops.weights), omega, damping, dt))
+        return np.concatenate(missing)
+
+    largest = max(abs(_size(s)) for s in steps)
+    late = np.log([0.3 * dt, dt, 0.1 / first])
+    low = math.log(0.01 * dt)
+    every = [
+        least_squares(lambda p: missed(np.array([p[0], 60.0])), [lag], bounds=(low, 0.0))
+        for lag in late
+    ]
+    free = min(every, key=lambda one: float(one.cost))
+    best, squares = None, 2.0 * free.cost * _LIMITED
+    for part, lag in product(_SLEWS, late):
+        start = [lag, math.log(part * largest * omega)]
+        bounds = ([low, -np.inf], [0.0, np.inf])
+        tried = least_squares(missed, start, bounds=bounds, max_nfev=30)
+        if 2.0 * tried.cost < squares:
+            best, squares = tried, 2.0 * tried.cost
+    cuts = np.cumsum([len(s.x) for s in parts])[:-1]
+    if best is None:
+        lag = float(np.exp(free.x[0]))
+        sure = lag * float(_spread(free.jac, free.fun, cuts)[0])
+        slew, wide = largest / max(lag, dt), 0.0
+    else:
+        lag, slew = np.exp(best.x).tolist()
+        sure, wide = (np.exp(best.x) * _spread(best.jac, best.fun, cuts)).tolist()
+    values = (omega / (2.0 * math.pi), damping, lag, slew)
+    scatter = (float(spread[0]) / (2.0 * math.pi), float(spread[1]), sure, wide)
+    sure_of = tuple(
+        math.hypot(s, part * v) for s, part, v in zip(scatter, _LEFT_OUT, values, strict=True)
+    )
+    return Swing(*values, best is not None, sure_of, len(small) - 2.0)
+
+
+def _size(step: Record) -> float:
+    return float(step.u[-1] - step.u[0])
+
+
+def _cut(step: Record, omega: float, dt: float) -> Record:
+    """Its first six periods of the resonance, where the lag shows."""
+    n = min(len(step.t), max(round(12.0 * math.pi / (omega * dt)), 40))
+    return Record(step.t[:n], step.u[:n], step.x[:n])
+
+
+def _frequency(step: Record, dt: float) -> float:
+    """Where the spectrum of what follows a step is the greatest, Hz.
+
+    Of the changes from reading to reading: creep is slow, and hardly in them.
+
+    Raises
+    ------
+    CommissionError
+        None rings, or too fast or too slowly to be seen.
+    """
+    x = np.diff(step.x[4:])
+    # It rings at first: a window that only falls.
+    rest = (x - x.mean()) * np.hanning(2 * len(x))[len(x) :]
+    spectrum = np.abs(np.fft.rfft(rest, 8 * len(x)))
+    k = int(np.argmax(spectrum))
+    if spectrum[k] < _SEEN * math.sqrt(len(x)):
+        raise CommissionError(
+            "no resonance rings after a step: is the stage strongly damped, or the sensor filtered?"
+        )
+    found = k / (8 * len(x) * dt)
+    if found * len(x) * dt < _PERIODS:
+        raise CommissionError(
+            f"it rings at {found:.3g} Hz or below, if at all: too slow for {len(x) * dt:.2g} s"
+        )
+    if found > 0.25 / dt:
+        raise CommissionError(
+            f"it rings at {found:.3g} Hz, too fast for a control period of {dt * 1e3:.3g} ms"
+        )
+    return float(found)
+
+
+def _ringing(step: Record, p: Array, dt: float, about: float) -> Array:
+    """What no ringing of that frequency and damping explains, beside a slow drift."""
+    omega, damping = p
+    begin = max(round(1.0 / (about * dt)), 5)
+    t = (np.arange(len(step.x)) * dt)[begin:]
+    x = step.x[begin:]
+    fall = np.exp(-damping * omega * t)
+    swung = omega * math.sqrt(max(1.0 - damping**2, 1e-6)) * t
+    u = t / t[-1]
+    basis = np.stack([np.ones_like(t), u, u * u, fall * np.cos(swung), fall * np.sin(swung)], 1)
+    return _left(x, basis)
+
+
+def _step(x: Array, goal: Array, omega: float, damping: float, dt: float) -> Array:
+    """What the oscillator's answer to a changing place of rest leaves, beside gain and drift."""
+    u = np.linspace(0.0, 1.0, len(x))
+    shape = _swung(goal / np.abs(goal).max(), omega, damping, dt / _FINE)[::_FINE]
+    return _left(x, np.stack([np.ones_like(u), u, shape], axis=1))
+
+
+def _left(x: Array, basis: Array) -> Array:
+    q = np.linalg.qr(basis)[0]
+    return np.asarray(x - q @ (q.T @ x))
+
+
+def _lagged(n: int, size: float, lag: float, slew: float, h: float) -> Array:
+    """A step behind a first-order lag whose rate is limited, V: the middles of `_FINE` parts."""
+    t = (np.arange(n * _FINE) + 0.5) * h
+    # Rate-limited while more than slew lag is left, then first order.
+    until = max(abs(size) - slew * lag, 0.0) / slew
+    left = abs(size) - slew * until
+    later = np.exp(-np.maximum(t - until, 0.0) / lag)
+    return np.asarray(np.sign(size) * np.where(t < until, slew * t, abs(size) - left * later))
+
+
+def _swung(goal: Array, omega: float, damping: float, h: float) -> Array:
+    """A damped oscillator from rest, exact for places of rest that are held over a step."""
+    from scipy.signal import lfilter
+
+    sigma, swing = damping * omega, omega * math.sqrt(max(1.0 - damping**2, 1e-6))
+    e, c, s = math.exp(-sigma * h), math.cos(swing * h), math.sin(swing * h)
+    p = e * (c + sigma / swing * s)
+    a1, a2 = -2.0 * e * c, e * e
+    return np.asarray(lfilter([0.0, 1.0 - p, a2 + p + a1], [1.0, a1, a2], goal))
+
+
+def _spread(jacobian: Array, error: Array, cuts: Array) -> Array:
+    """Standard deviations, each part between the cuts a witness (Liang and Zeger 1986)."""
+    bread = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    parts = zip(np.split(jacobian, cuts), np.split(error, cuts), strict=True)
+    scores = np.stack([j.T @ e for j, e in parts])
+    n, count = len(scores), jacobian.shape[1]
+    covariance = n / max(n - count, 1) * bread @ (scores.T @ scores) @ bread
+    return np.asarray(np.sqrt(np.diag(covariance)))

@@ -1,0 +1,156 @@
+"""A weight that nothing holds: found, held and measured, before anything else moves.
+
+Without effort such an axis sinks, to its lower end at the latest, where it is found after a power
+cut, too. From there effort rises until it is lifted, and is lowered until it stays. What starts it
+upwards and downwards from rest lies as far above its weight as below.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.commission.probing import MOVED, Ramp, started
+from macromicro.commission.stand import SENSOR, Caution, CommissionError, Stand
+
+QUIET = 0.5  # s without effort, which show whether it sinks
+SINKING = 20.0  # s in which it must come to its end
+_RAMP = 8.0  # s from no effort to the largest
+_LIFTED = 400.0  # counts, at least
+_LOWERED = 0.5  # s in which the effort that lifted it would be lowered to nothing
+_STAYS = 0.1  # s without a motion: it is held
+_TRIES = 2
+
+
+class Weight(NamedTuple):
+    """What holds the axis.
+
+    Attributes
+    ----------
+    hold : float
+        Effort midway between those that start it either way, V at the D/A; 0 where it stays
+        without.
+    breakaway : float
+        By how much more, and less, effort starts it, V; 0 where it stays without.
+    """
+
+    hold: float
+    breakaway: float
+
+
+class Lift:
+    """Effort that rises until a weight is lifted, and falls until it stays.
+
+    Parameters
+    ----------
+    ramp : Ramp
+        Lifts it.
+    sinks : float
+        Which way it sinks, 1 or -1 in counts.
+    pitch : float
+        Travel per count, m.
+    lifted : float
+        How far it is lifted before it is slowed down, m.
+    speed : float
+        At which it is slowed down, m/s, to a third of it until it is lifted.
+    dt : float
+        Control period, s.
+    """
+
+    def __init__(
+        self, ramp: Ramp, sinks: float, pitch: float, lifted: float, speed: float, dt: float
+    ) -> None:
+        self.ramp, self.sinks, self.pitch = ramp, sinks, pitch
+        self.lifted, self.speed, self.dt = max(lifted, _LIFTED * pitch), speed, dt
+        self.effort, self.start, self.at, self.since = 0.0, math.nan, math.nan, 0.0
+        self.pressed = self.held = self.slowing = False
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period; None when it is held, or pressed on its end."""
+        if math.isnan(self.start):
+            self.start = x
+        up = -self.sinks * (x - self.start)
+        if not self.ramp.slid:
+            self.pressed = -up > self.ramp.enough
+            given = None if self.pressed else self.ramp(t, x, v)
+            self.effort = self.ramp.effort
+            return self.ramp.way * self.effort if self.ramp.slid else given
+        rising = -self.sinks * v
+        self.slowing = self.slowing or up >= self.lifted
+        if not self.slowing:
+            change = self.ramp.effort / _LOWERED * self.dt
+            if rising > self.speed:
+                self.effort -= change
+            elif rising < self.speed / 3.0:
+                self.effort = min(self.effort + 0.1 * change, 1.2 * self.ramp.effort)
+            return self.ramp.way * self.effort
+        if not abs(x - self.at) < 1.5 * self.pitch:
+            still, self.at, self.since = False, x, t
+        else:
+            still = t - self.since >= 0.2 * _STAYS
+        if not still and rising:  # between two counts it may go on, or stand
+            self.effort -= math.copysign(self.ramp.effort / _LOWERED * self.dt, rising)
+        self.held = t - self.since >= _STAYS
+        return None if self.held else self.ramp.way * self.effort
+
+
+def found(stand: Stand, caution: Caution, speed: float, lifted: float) -> Weight:
+    """Whether the axis sinks without effort, and what holds it; the stand holds it from now on.
+
+    Parameters
+    ----------
+    stand : Stand
+        The axis.
+    caution : Caution
+        What it may not pass but for the speed: nobody knows how it starts.
+    speed : float
+        Of the creep, m/s.
+    lifted : float
+        How far a weight is lifted off its end, m.
+
+    Returns
+    -------
+    Weight
+        0 where it stays without effort.
+
+    Raises
+    ------
+    CommissionError
+        It sinks without an end, or no effort lifts it.
+    """
+    free = caution._replace(speed=math.inf, low=-math.inf, high=math.inf)
+    quiet = stand.drive(lambda t, x, v: 0.0, QUIET, free)
+    if quiet.ended == SENSOR:
+        raise CommissionError("the encoder gives no value: look at its cable and supply")
+    way = float(quiet.x[-1] - quiet.x[0])
+    if abs(way) <= MOVED * stand.pitch:
+        return Weight(0.0, 0.0)
+    if not stand.rest(free, SINKING):
+        raise CommissionError(
+            f"the axis moves without effort, and still does after {SINKING:.0f} s: hold or balance "
+            "it first"
+        )
+    sinks = math.copysign(1.0, way)
+    for sign in (1.0, -1.0):
+        ramp = Ramp(
+            sign, 0.0, caution.effort / _RAMP * stand.dt, caution.effort, MOVED * stand.pitch
+        )
+        law = Lift(ramp, sinks, stand.pitch, lifted, speed, stand.dt)
+        stand.drive(law, 3.0 * _RAMP, free)
+        if law.held:
+            return _measured(stand, sign, sign * law.effort, free)
+        stand.rest(free, SINKING)
+    raise CommissionError(
+        f"the axis sinks without effort, and {caution.effort:.3g} V of either sign do not lift and "
+        "hold it: is the amplifier on, is a brake closed, or must --effort be larger?"
+    )
+
+
+def _measured(stand: Stand, sign: float, hold: float, caution: Caution) -> Weight:
+    """The effort midway between those that start it from rest."""
+    stand.hold, up, down = hold, 0.0, 0.0
+    for _ in range(_TRIES):
+        up = started(stand, sign, caution, 0.0)[0]
+        down = started(stand, -sign, caution, 0.0)[0]
+        stand.hold += 0.5 * sign * (up - down)
+    return Weight(stand.hold, 0.5 * (up + down))

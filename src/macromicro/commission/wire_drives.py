@@ -1,0 +1,248 @@
+"""How a shape-memory wire is driven while it is commissioned: warmed slowly, and by pulses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from macromicro.commission.procedure import Work
+from macromicro.commission.stand import CommissionError, Record, Stand
+from macromicro.commission.wire_laws import LONG, PATIENCE, RISE, Pulses, Ramp, Warmth
+
+WARMTH, RAMP, PULSES = "warmth", "ramp", "pulses"
+_SEEN = 12.0  # noises that a motion must be
+_STILL = 3.0  # s in which a wire that has cooled moves by no more than its noise
+EFFORTS = (0.6, 1.0, 0.8, 0.45)  # of what lies above the effort that contracts it
+
+
+def cooled(stand: Stand, least: float, work: Work) -> None:
+    """Wait without effort until the wire moves no more.
+
+    Parameters
+    ----------
+    stand : Stand
+        The stage.
+    least : float
+        Motion that is seen for sure, m.
+    work : Work
+        Options.
+
+    Raises
+    ------
+    CommissionError
+        It does not come to rest.
+    """
+    at, since = math.nan, 0.0
+
+    def idle(t: float, x: float, v: float) -> float | None:
+        nonlocal at, since
+        if not abs(x - at) < least:
+            at, since = x, t
+        return None if t - since >= _STILL else 0.0
+
+    wide = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
+    record = stand.drive(idle, PATIENCE, wide)
+    if len(record.t) * stand.dt >= PATIENCE:
+        raise CommissionError(f"the wire is not at rest after {PATIENCE:.0f} s without effort")
+
+
+def warmth_intent(work: Work) -> str:
+    """What `warmth` will do.
+
+    Parameters
+    ----------
+    work : Work
+        Options.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    return (
+        f"Effort rises slowly from 0 V, {work.options.effort / RISE:.2g} V/s up to "
+        f"{work.options.effort:.3g} V at most, and is taken away as soon as the wire contracts by "
+        f"{_SEEN:.0f} times the reading's noise."
+    )
+
+
+def warmth(work: Work) -> Warmth:
+    """What begins to contract it, and which way that counts.
+
+    Parameters
+    ----------
+    work : Work
+        Options.
+
+    Returns
+    -------
+    Warmth
+        Sign, effort and noise.
+
+    Raises
+    ------
+    CommissionError
+        It does not move.
+    """
+    o, stand = work.options, work.stand
+    caution = o.caution(o.speed)
+    quiet = stand.drive(lambda t, x, v: 0.0, 0.5, caution)
+    if quiet.ended:
+        raise CommissionError("the sensor gives no value: look at its cable and supply")
+    line = np.polynomial.Polynomial.fit(quiet.t, quiet.x, 1)
+    noise = float(np.std(quiet.x - line(quiet.t)))
+    least = _SEEN * max(noise, 0.3 * stand.pitch)
+    law = Ramp(work, least, seen=True)
+    record = stand.drive(law, 1.5 * RISE, caution)
+    if not law.moved:
+        raise CommissionError(
+            f"nothing contracts at {o.effort:.3g} V: is the wire connected, is it stretched, or "
+            "must --effort be larger?"
+        )
+    sign = math.copysign(1.0, float(record.x[-1]) - law.start)
+    stand.facing *= sign
+    cooled(stand, least, work)
+    return Warmth(sign, law.effort, noise)
+
+
+def least_motion(work: Work) -> float:
+    """Motion that is seen for sure.
+
+    Parameters
+    ----------
+    work : Work
+        With the first step done.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    return float(_SEEN * max(work[WARMTH].noise, 0.3 * work.stand.pitch))
+
+
+def ramp_intent(work: Work) -> str:
+    """What `ramp` will do.
+
+    Parameters
+    ----------
+    work : Work
+        With the first step done.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    return (
+        f"Effort rises slowly, {work.options.effort / RISE:.2g} V/s, until the wire contracts no "
+        f"more, at {work.options.effort:.3g} V at most; then it cools. It goes all its way."
+    )
+
+
+def ramp(work: Work) -> list[Record]:
+    """All its way, slowly.
+
+    Parameters
+    ----------
+    work : Work
+        With the first step done.
+
+    Returns
+    -------
+    list[Record]
+        One.
+
+    Raises
+    ------
+    CommissionError
+        It goes on contracting up to the largest effort.
+    """
+    o, stand, least = work.options, work.stand, least_motion(work)
+    law = Ramp(work, least, seen=False)
+    wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
+    record = stand.drive(law, 1.5 * RISE, wide)
+    if not law.contracted:
+        raise CommissionError(
+            f"the wire goes on contracting up to {law.effort:.3g} V: a larger --effort would show "
+            "its whole way, or a window in --from and --to is too small for it"
+        )
+    cooled(stand, least, work)
+    return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]
+
+
+def way_of(work: Work) -> float:
+    """Full contraction, by the slow ramp.
+
+    Parameters
+    ----------
+    work : Work
+        With the ramp done.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    record = work[RAMP][0]
+    n = max(round(0.2 / work.stand.dt), 1)
+    return float(record.x[-n:].mean() - record.x[:n].mean())
+
+
+def _pulse_efforts(work: Work) -> tuple[list[float], float]:
+    """Efforts of the pulses, and the one that holds."""
+    record, most = work[RAMP][0], work.options.effort
+    half = record.x[0] + 0.5 * way_of(work)
+    hold = float(record.u[int(np.argmax(record.x >= half))])
+    return [hold + part * (most - hold) for part in EFFORTS], min(1.1 * hold, most)
+
+
+def pulses_intent(work: Work) -> str:
+    """What `pulses` will do.
+
+    Parameters
+    ----------
+    work : Work
+        With the ramp done.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    efforts, hold = _pulse_efforts(work)
+    return (
+        f"{len(efforts)} pulses of {min(efforts):.3g} to {max(efforts):.3g} V, each until the wire "
+        f"is contracted by {way_of(work) * 1e3:.3g} mm; there it is held with {hold:.3g} V for a "
+        "while, and cools."
+    )
+
+
+def pulses(work: Work) -> list[Record]:
+    """Heating and cooling over all its way.
+
+    Parameters
+    ----------
+    work : Work
+        With the ramp done.
+
+    Returns
+    -------
+    list[Record]
+        One.
+
+    Raises
+    ------
+    CommissionError
+        A limit was passed.
+    """
+    stand, o = work.stand, work.options
+    efforts, hold = _pulse_efforts(work)
+    longest = LONG * float(work[RAMP][0].t[-1])
+    law = Pulses(efforts, hold, way_of(work), longest)
+    wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
+    record = stand.drive(law, len(efforts) * (longest + 2.0 * PATIENCE), wide)
+    if record.ended:
+        raise CommissionError(f"it passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
+    return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]

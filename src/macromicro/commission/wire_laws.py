@@ -1,0 +1,118 @@
+"""Laws that drive a wire while it is commissioned: a slow ramp, and pulses."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.commission.procedure import Work
+
+RISE = 40.0  # s from no effort to the largest
+_PART = 0.02  # of the largest effort: the position must go on by then
+_FLAT = 0.01  # of the way so far
+_STOPS = 3  # so many times in turn: it is contracted
+_CONTRACTED, _EXTENDED = 0.97, 0.03  # of the way: where a pulse and its cooling end
+LONG = 3.0  # a pulse may last so many times as long as the ramp
+_HELD = 0.25  # of the ramp's time: a contracted wire is held that long
+PATIENCE = 300.0  # s
+
+
+class Warmth(NamedTuple):
+    """The first contraction.
+
+    Attributes
+    ----------
+    sign : float
+        1, or -1 where it makes the reading fall.
+    effort : float
+        At which it was seen, rising slowly, V.
+    noise : float
+        Standard deviation of the reading, m.
+    """
+
+    sign: float
+    effort: float
+    noise: float
+
+
+class Ramp:
+    """Effort that rises slowly until the wire contracts no more, or by no more than is asked.
+
+    Parameters
+    ----------
+    work : Work
+        Options.
+    least : float
+        Motion that is seen for sure, m.
+    seen : bool
+        Whether it ends as soon as a motion is seen.
+    """
+
+    def __init__(self, work: Work, least: float, *, seen: bool) -> None:
+        o = work.options
+        self.rise = o.effort * work.stand.dt / RISE
+        self.most, self.step = o.effort, _PART * o.effort
+        self.edge = math.inf if o.high is None else o.high
+        self.least, self.seen = least, seen
+        self.effort, self.start = 0.0, math.nan
+        self.mark = (0.0, math.nan)
+        self.still, self.moved, self.contracted = 0, False, False
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period; None when it ends."""
+        if math.isnan(self.start):
+            self.start, self.mark = x, (0.0, x)
+        way = abs(x - self.start)
+        self.moved = self.moved or way > self.least
+        if self.effort - self.mark[0] >= self.step:
+            slow = abs(x - self.mark[1]) < max(_FLAT * way, 0.3 * self.least)
+            self.still = self.still + 1 if slow and self.moved else 0
+            self.mark = (self.effort, x)
+        self.contracted = self.still >= _STOPS
+        ended = self.contracted or (self.seen and self.moved) or x - self.start >= self.edge
+        if ended or self.effort >= self.most:
+            return None
+        self.effort += self.rise
+        return self.effort
+
+
+class Pulses:
+    """Heat until it is contracted, hold, cool until it is extended; for one effort after another.
+
+    Parameters
+    ----------
+    efforts : list[float]
+        Of the pulses, V.
+    hold : float
+        That keeps it contracted, V.
+    way : float
+        Full contraction, m.
+    longest : float
+        Of one pulse, s.
+    """
+
+    def __init__(self, efforts: list[float], hold: float, way: float, longest: float) -> None:
+        self.efforts, self.hold, self.way = list(efforts), hold, way
+        self.longest, self.held = longest, _HELD * longest / LONG
+        self.phase, self.since, self.start, self.cooled = 0, 0.0, math.nan, 0.0
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period; None when all are done."""
+        if math.isnan(self.start):
+            self.start = x
+        share, took = (x - self.start) / self.way, t - self.since
+        done = (
+            share >= _CONTRACTED or took > self.longest,
+            took > self.held,
+            share <= _EXTENDED or took > PATIENCE,
+            took > self.cooled,
+        )[self.phase]
+        if done:
+            if self.phase == 2:
+                self.cooled = took
+            if self.phase == 3:
+                self.efforts.pop(0)
+            self.phase, self.since = (self.phase + 1) % 4, t
+        if not self.efforts:
+            return None
+        return (self.efforts[0], self.hold, 0.0, 0.0)[self.phase]

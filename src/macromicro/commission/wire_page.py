@@ -1,0 +1,170 @@
+"""What the page of a wire shows: its figures in words and pictures, and what is doubtful."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from macromicro.commission.procedure import Drawn, Estimate, Work
+from macromicro.commission.stand import Record
+from macromicro.commission.wire_fit import Wire
+from macromicro.commission.wire_model import Heat, branch, simulated, thinned
+from macromicro.drawing.style import BLUE, RED, finish, line, new
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SHARE = 0.95
+_POOR = 0.04  # of the way: the model leaves that much
+MEANINGS = {
+    "way": ("full contraction", "m"),
+    "up": ("speed of contraction per effort", "m/(V s)"),
+    "tau": ("time constant of its heat", "s"),
+    "start": ("effort that begins to contract it", "V"),
+    "end": ("effort that contracts it", "V"),
+    "first": ("effort below which it extends", "V"),
+    "last": ("effort below which it is extended", "V"),
+}
+
+
+def estimates(found: Wire) -> dict[str, Estimate]:
+    """What the model says.
+
+    Parameters
+    ----------
+    found : Wire
+        Of the records.
+
+    Returns
+    -------
+    dict[str, Estimate]
+        By short names.
+    """
+    from scipy.stats import t
+
+    factor = float(t.ppf(0.5 + 0.5 * _SHARE, found.freedom))
+    made = {}
+    for name, (meaning, unit) in MEANINGS.items():
+        value = found.up if name == "up" else getattr(found.heat, name)
+        made[name] = Estimate(meaning, float(value), factor * found.deviation(name), unit)
+    return made
+
+
+def rows(work: Work) -> list[tuple[str, ...]]:
+    """What the steps found, a line each.
+
+    Parameters
+    ----------
+    work : Work
+        With all steps done.
+
+    Returns
+    -------
+    list[tuple[str, ...]]
+        Quantity, value, half interval, unit.
+    """
+    warmth, ramp = work["warmth"], work["ramp"][0]
+    return [
+        ("noise of the reading", f"{warmth.noise * 1e6:.3g}", "", "um rms"),
+        ("first seen to contract at", f"{warmth.effort:.3g}", "", "V, rising slowly"),
+        ("contracted at", f"{ramp.u[-1]:.3g}", "", "V, rising slowly"),
+    ]
+
+
+def doubts(work: Work, model: Wire) -> list[str]:
+    """What a person should look at before the result is relied on.
+
+    Parameters
+    ----------
+    work : Work
+        With all steps done.
+    model : Wire
+        Of the records.
+
+    Returns
+    -------
+    list[str]
+        A sentence each.
+    """
+    p, said = model.heat, []
+    if model.rms > _POOR * p.way:
+        said.append(
+            f"The model leaves {model.rms / p.way:.1%} of the way: moving air, or something in its "
+            "way?"
+        )
+    if p.end > 0.9 * work.options.effort:
+        said.append(
+            f"{p.end:.3g} V keep it contracted and {work.options.effort:.3g} V are all there is: "
+            "it contracts slowly at its end; allow a larger --effort."
+        )
+    if math.isclose(p.first, p.last, rel_tol=0.02):
+        said.append("It extends within a very small range of heat: is its load too large?")
+    return said
+
+
+def records(every: Sequence[Record], heat: Heat, dt: float) -> Figure:
+    """The slow ramp and the pulses, and the model's free run.
+
+    Parameters
+    ----------
+    every : Sequence[Record]
+        Ramp, then pulses.
+    heat : Heat
+        The model.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Figure
+        One picture.
+    """
+    figure, axes = new(5.0, 2, len(every))
+    for k, one in enumerate(every):
+        thin = thinned(one, dt)
+        line(axes[0, k], thin.t, thin.x * 1e3, BLUE, "measured")
+        line(axes[0, k], thin.t, simulated(heat, thin) * 1e3, RED, "model", linestyle="--")
+        line(axes[1, k], thin.t, thin.u, RED, "")
+        finish(axes[0, k], "pulses" if k else "slow ramp", "", "" if k else "[mm]", legend=not k)
+        finish(axes[1, k], "effort", "time [s]", "" if k else "[V]")
+    return figure
+
+
+def loop(heat: Heat) -> Figure:
+    """Contraction over steady effort, both ways, as the model has it.
+
+    Parameters
+    ----------
+    heat : Heat
+        The model.
+
+    Returns
+    -------
+    Figure
+        One picture.
+    """
+    figure, axes = new(2.8, 1)
+    h = np.linspace(0.0, 1.1 * heat.end, 200)
+    up = [branch((k - heat.start) / (heat.end - heat.start), heat.warming) for k in h]
+    down = [branch((k - heat.last) / (heat.first - heat.last), heat.cooling) for k in h]
+    line(axes[0, 0], h, heat.way * np.array(up) * 1e3, RED, "warming")
+    line(axes[0, 0], h, heat.way * np.array(down) * 1e3, BLUE, "cooling")
+    finish(axes[0, 0], "Loop", "steady effort [V]", "contraction [mm]", legend=True)
+    return figure
+
+
+FIGURES = {
+    "records": Drawn(
+        "Heating and cooling",
+        "The slow ramp and the pulses, beside the model's free run from cold under their efforts.",
+        lambda work, model: records([*work["ramp"], *work["pulses"]], model.heat, work.stand.dt),
+    ),
+    "loop": Drawn(
+        "Hysteresis",
+        "Contraction over the effort that keeps the heat, as the model has it.",
+        lambda work, model: loop(model.heat),
+    ),
+}

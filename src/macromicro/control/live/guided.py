@@ -1,0 +1,261 @@
+"""A live stage that is led by set points: its own law follows them, at its own period.
+
+`accept` and the table of transitions are those of every live machine, whose macro-stage this is.
+What differs is how a motion is carried out: by profiles within the limits of the motion, from the
+set point of now. Enabled, the stage is held by its law wherever it rests.
+
+Positions are in m of the encoder's own frame, as in `Course`; those of `LiveState` in its counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from macromicro.control import arrival
+from macromicro.control.arrival import TICK
+from macromicro.control.live import brake, survey, touching
+from macromicro.control.live import messages as m
+from macromicro.control.live import transitions as t
+from macromicro.control.live.leading import (
+    NEVER,
+    REST,
+    Aim,
+    Course,
+    Guide,
+    Guided,
+    ahead,
+    at,
+    braked,
+    led,
+    ramped,
+)
+from macromicro.control.live.machine import Look, perceive
+from macromicro.control.live.messages import Notice
+from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import Approach, Braking, Jogged, LiveState, Search
+from macromicro.types import Sample
+
+Step = tuple[LiveState, Guided, tuple[Notice, ...]]
+
+
+def step(
+    p: LiveParameters,
+    q: Guide,
+    s: LiveState,
+    g: Guided,
+    sample: Sample,
+    dt: float,
+    look: Look = survey.look,
+) -> tuple[LiveState, Guided, Course, tuple[Notice, ...]]:
+    """One control period of the live machine.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    q : Guide
+        What leads the stage.
+    s : LiveState
+        State of the live machine.
+    g : Guided
+        State of the set point.
+    sample : Sample
+        What the rig shows.
+    dt : float
+        Control period, s.
+    look : Look, optional
+        As of `machine.step`.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    guided : Guided
+        New state of the set point.
+    course : Course
+        Where the law is to lead the stage until the next period.
+    notices : tuple[Notice, ...]
+        What happened.
+    """
+    s, sample = perceive(p, s, sample, dt, look)
+    place = s.seen.encoder * p.settings.pitch
+    if s.mode in (m.DISABLED, m.FAULT):  # else it has been seen, or it could not be enabled
+        return s, g._replace(on=False), Course(), ()
+    if not g.on:  # the law begins where the stage is
+        g = Guided(REST._replace(position=place), on=True, restart=g.restart + 1)
+    notices: tuple[Notice, ...] = ()
+    work = None if s.work is None else _WORKS.get(type(s.work))
+    if work is not None:
+        s, g, notices = work(p, q, s, g, place, dt)
+    else:
+        g = braked(q, g, dt)
+    low, high, offset = -math.inf, math.inf, s.frame.offset * p.settings.pitch
+    effort = math.inf
+    if s.frame.trusted:
+        low, high = q.low + offset, q.high + offset
+    elif q.touch is not None:
+        effort = q.touch.effort
+    on = s.mode not in (m.DISABLED, m.FAULT)
+    return s, g._replace(on=on), Course(on, g.aim, low, high, effort, g.restart), notices
+
+
+def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
+    """One period of a move.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    q : Guide
+        What leads the stage.
+    s : LiveState
+        State of the live machine.
+    g : Guided
+        State of the set point.
+    place : float
+        Where the stage is, m.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    guided : Guided
+        New state of the set point.
+    notices : tuple[Notice, ...]
+        What happened.
+    """
+    motion = s.motion
+    assert motion is not None
+    goal = motion.coarse * p.settings.pitch
+    g, late = led(q, g, motion.id, goal, s.time, dt)
+    if late < 0.0:
+        return s, g, ()
+    inside = arrival.since(q.arrival, goal - place, g.inside, s.time)
+    g = g._replace(inside=inside)
+    found = {"error_um": (goal - place) * 1e6, "seconds": s.time - motion.began}
+    if arrival.arrived(q.arrival, inside, s.time):
+        s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
+        s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
+        return s, g, (event, *notices)
+    if late >= q.arrival.patience - TICK:
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
+        return s, g, notices
+    return s, g, ()
+
+
+def slow_down(
+    p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float
+) -> Step:
+    """One period of coming to rest: the set point first, then the stage.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    q : Guide
+        What leads the stage.
+    s : LiveState
+        State of the live machine.
+    g : Guided
+        State of the set point.
+    place : float
+        Where the stage is, m.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    guided : Guided
+        New state of the set point.
+    notices : tuple[Notice, ...]
+        What happened.
+    """
+    work = s.work
+    assert isinstance(work, Braking)
+    if g.motion != NEVER:  # the profile is given up
+        g = g._replace(motion=NEVER, inside=math.nan)
+    if not s.frame.trusted and g.aim.velocity == 0.0 and math.isnan(g.inside):
+        # What leaned on something is let go: it is held where it is.
+        g = g._replace(aim=REST._replace(position=place), restart=g.restart + 1)
+    g = braked(q, g, dt)
+    off = g.aim.position - place
+    inside = arrival.since(q.arrival, off, g.inside, s.time) if g.aim == _rest(g) else math.nan
+    g = g._replace(inside=inside)
+    rested = arrival.arrived(q.arrival, inside, s.time)
+    if not rested and s.time < work.until + q.arrival.patience - TICK:
+        return s, g, ()
+    evidence = {"way_counts": s.seen.encoder - work.origin, "cause": work.cause, **work.found}
+    if not rested:
+        evidence["rest"] = "did not come to rest in time"
+    s, notices = t.finished(p, s, work.outcome if rested else m.STALLED, evidence)
+    return s, g, notices
+
+
+def _rest(g: Guided) -> Aim:
+    return REST._replace(position=g.aim.position)
+
+
+def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
+    """One period of a jog: it slows down towards its limit, and ends there.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    q : Guide
+        What leads the stage.
+    s : LiveState
+        State of the live machine.
+    g : Guided
+        State of the set point.
+    place : float
+        Where the stage is, m.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    guided : Guided
+        New state of the set point.
+    notices : tuple[Notice, ...]
+        What happened.
+    """
+    work = s.work
+    assert isinstance(work, Jogged)
+    pitch, aim = p.settings.pitch, at(g.aim, dt)
+    goal = work.goal * pitch
+    if s.frame.trusted:
+        bound = s.limits.macro_high if goal > 0.0 else s.limits.macro_low
+        way = math.copysign(1.0, goal) * ((bound + s.frame.offset) * pitch - aim.position)
+        # Of the way that is left, one period's is kept in hand.
+        left = max(way - abs(aim.velocity) * dt, 0.0)
+        goal = math.copysign(min(abs(goal), math.sqrt(2.0 * q.acceleration * left)), goal)
+        g = g._replace(aim=ramped(q, aim, goal, dt))
+        if left <= 0.0:
+            s, notices = brake.start(p, s, m.LIMIT, t.LIMIT)
+            return s, g, notices
+        return s, g, ()
+    g = g._replace(aim=ramped(q, aim, goal, dt))
+    if q.touch is None:
+        return s, g, ()
+    g, leant = ahead(q.touch, g, place)
+    s = s._replace(work=work._replace(held_back=work.held_back + dt if leant else 0.0))
+    if work.held_back >= p.settings.jogging.patience - TICK:
+        s, notices = brake.start(p, s, m.STALLED, t.STALLED)
+        return s, g, notices
+    return s, g, ()
+
+
+_WORKS: dict[type, Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]] = {
+    Approach: follow,
+    Braking: slow_down,
+    Jogged: jog,
+    Search: touching.step,
+}

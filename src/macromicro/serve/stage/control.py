@@ -1,0 +1,151 @@
+"""A stage's own law and guard under the live machine: as many of its periods as fit into one."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.control.live.leading import Course
+from macromicro.errors import InputError
+from macromicro.kernel import compiled
+from macromicro.machines import guarding, stage
+from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.machine import Machine
+from macromicro.machines.sequence import MOVING, Plan, Progress
+from macromicro.machines.signals import Sample
+from macromicro.machines.stage import Bounds, Kind, Loop, Run
+from macromicro.machines.tree import gains
+
+_FREE = Bounds(-math.inf, math.inf, math.inf)
+
+
+def periods(tree: Any, dt: float) -> int:
+    """How many control periods of a machine fit into one of the live machine.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of the machine.
+    dt : float
+        Period of the live machine, s.
+
+    Returns
+    -------
+    int
+        1 or more.
+
+    Raises
+    ------
+    InputError
+        No whole number of them.
+    """
+    number = dt / float(tree.timing.period)
+    if round(number) < 1 or abs(number - round(number)) > 1e-6:
+        accepted = f"{dt * 1e3:g} ms or a whole part of it: the live machine has that period"
+        raise InputError("timing.period", f"{tree.timing.period * 1e3:g} ms", accepted)
+    return round(number)
+
+
+class Control:
+    """Law and guard of a stage of some kind, which follow a course.
+
+    Parameters
+    ----------
+    machine : Machine
+        Whose law it is.
+    tree : Any
+        Its settings.
+    kind : Kind
+        Kind of the stage that is driven: the machine's, or that of an open rig.
+    number : int
+        Control periods in one period of the live machine.
+    """
+
+    def __init__(self, machine: Machine, tree: Any, kind: Kind, number: int) -> None:
+        self._law, self._tree, self._number = machine.law, tree, number
+        self.dt = float(tree.timing.period)
+        if machine.touch is not None and not hasattr(gains(tree), "limit"):
+            accepted = (
+                "a law with a gain `limit` in V: homing pushes with less than the whole effort"
+            )
+            raise InputError("law", tree.law, accepted)
+        law, simulated = machine.law, kind is machine.kind
+        self._period = stage.fastest(kind, law) if simulated else stage.period(kind, law)
+        self._free = compiled(stage.opened(kind)) if simulated else stage.opened(kind)
+        names = [column.name for column in stage.columns(kind, law)]
+        self._effort_row = names.index("effort")
+        self._out = np.empty((len(names), number))
+        self._idle = np.zeros(number)
+        self._shown = np.empty((2, number))
+        self._memory: Any
+        self._restart: int | None = None  # the course's, with which the law began
+        self.watch: Watch = guarding.fresh()
+        self.effort = 0.0  # V, the last that was given
+
+    def renew(self) -> None:
+        """Forget a fault."""
+        self.watch = guarding.fresh()
+
+    def run(self, course: Course, params: Any, state: Any, seen: Sample, noise: Array) -> Any:
+        """Drive the stage for one period of the live machine.
+
+        Parameters
+        ----------
+        course : Course
+            Where it is to be led.
+        params : Any
+            The stage's.
+        state : Any
+            The stage's.
+        seen : Sample
+            What it shows at the begin.
+        noise : ndarray, shape (number, noises)
+            Draws of its sensor.
+
+        Returns
+        -------
+        Any
+            The stage's state at the end.
+        """
+        if not course.on or self.watch.fault != OK:
+            self._restart, self.effort = None, 0.0
+            return self._coast(params, state, noise)
+        tree = self._tree
+        gained = gains(tree)
+        if course.effort < math.inf:
+            gained = gained._replace(limit=min(gained.limit, course.effort))
+        if course.restart != self._restart:
+            self._memory, self._restart = self._law.start(gained, seen), course.restart
+        guard = tree.guard._replace(low=course.low, high=course.high)
+        aim = course.aim
+        plan = Plan(
+            start=np.zeros(1),
+            target=np.array([aim.position]),
+            hold=np.array([math.inf]),
+            length=np.array([math.inf]),
+            first=np.array([0, 1], np.int64),
+            pieces=np.array([[0.0, *aim]]),
+            origin=aim.position,
+            end=math.nan,
+        )
+        control = Loop(gained, guard, tree.arrival, plan)
+        tick = round(seen.t / self.dt)
+        began = Run(
+            tick, state, Progress(MOVING, 0, 0, seen.t, math.nan, 0), self._memory, self.watch
+        )
+        run, written = self._period(params, control, began, noise, self._out, self.dt)
+        self._memory, self.watch = run.memory, run.watch
+        self.effort = float(self._out[self._effort_row, written - 1])
+        if written < self._number:
+            return self._coast(params, run.stage, noise[written:])
+        return run.stage
+
+    def _coast(self, params: Any, state: Any, noise: Array) -> Any:
+        """The same time without an effort."""
+        left = len(noise)
+        efforts, out = self._idle[:left], self._shown[:, :left]
+        state, _, _ = self._free(params, state, _FREE, efforts, noise, out, self.dt)
+        return state

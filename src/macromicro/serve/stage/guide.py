@@ -1,0 +1,119 @@
+"""From the settings of a machine of one stage to what leads it live."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from macromicro.control.live.leading import Guide, Ready
+from macromicro.control.live.messages import MACRO
+from macromicro.control.live.parameters import (
+    Brake,
+    Edges,
+    Homing,
+    Jogging,
+    Live,
+    LiveParameters,
+    SoftLimits,
+    prepare,
+)
+from macromicro.machines.machine import Machine
+
+WIDE = 8.0  # standard deviations of the noise in a count: a stage at rest shows one or two counts
+JOG = 0.25  # of the greatest speed
+
+
+def count(tree: Any) -> float:
+    """Way of the stage per count of the live machine: what its encoder can tell.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of the machine.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    return float(max(tree.encoder.pitch, WIDE * tree.encoder.noise))
+
+
+def guide(machine: Machine, tree: Any) -> Guide:
+    """What leads the stage.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    tree : Any
+        Its settings.
+
+    Returns
+    -------
+    Guide
+        Within its motion limits and its guard's.
+    """
+    arrival, motion, guard = tree.arrival, tree.motion, tree.guard
+    touch = None if machine.touch is None else machine.touch(tree)
+    return Guide(
+        motion.velocity,
+        motion.acceleration,
+        motion.jerk,
+        Ready(arrival.tolerance, arrival.dwell, arrival.patience),
+        guard.low,
+        guard.high,
+        touch,
+    )
+
+
+def live(machine: Machine, tree: Any) -> Live:
+    """The settings of the live machine.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    tree : Any
+        Its settings.
+
+    Returns
+    -------
+    Live
+        Soft limits from its travel, speeds from its motion limits.
+    """
+    pitch, travel, motion = count(tree), tree.travel, tree.motion
+    plain, lead = Live(), guide(machine, tree)
+    slow = motion.velocity * JOG if lead.touch is None else lead.touch.speed
+    low, high = (math.floor(end / pitch + 0.5) for end in (travel.low, travel.high))
+    return plain._replace(
+        pitch=pitch,
+        limits=SoftLimits(
+            macro_low=float(low),
+            macro_high=float(high),
+            whole_low=travel.low,
+            whole_high=travel.high,
+        ),
+        homing=Homing(),
+        jogging=Jogging(macro=motion.velocity * JOG, slow=slow),
+        brake=Brake(motion.acceleration, 2.0 * tree.guard.speed / pitch),
+        edges=Edges(use=0, bounce=0.0),
+    )
+
+
+def parameters(machine: Machine, tree: Any) -> LiveParameters:
+    """The parameters of the live machine.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    tree : Any
+        Its settings.
+
+    Returns
+    -------
+    LiveParameters
+        Of one stage, in counts of `count`.
+    """
+    return prepare(live(machine, tree), stages=(MACRO,))

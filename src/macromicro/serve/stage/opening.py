@@ -1,0 +1,126 @@
+"""Opening a machine of one stage for the loop process, and everything once before the first
+period."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.control.live.messages import (
+    ClearFault,
+    Disable,
+    EmergencyStop,
+    Enable,
+    Home,
+    Jog,
+    MoveTo,
+    Stop,
+)
+from macromicro.errors import InputError
+from macromicro.machines import rig as machine_rig
+from macromicro.rig.opening import TWIN, open_rig
+from macromicro.rig.session import BENCH, Session
+from macromicro.rig.twin import VirtualClock
+from macromicro.serve.link import Outbox, pair
+from macromicro.serve.loop_spec import Spec
+from macromicro.serve.persist import Evident, Restored
+from macromicro.serve.shared import PERIOD, Shared
+from macromicro.serve.stage import guide
+from macromicro.serve.stage import machine as live
+from macromicro.serve.stage import rig as stage_rig
+from macromicro.serve.stage.settings import StageSettings
+from macromicro.serve.ticking import Loop
+from macromicro.types import Sample
+
+_REST = 100  # periods within which a set point is braked and the stage stands
+
+
+class Opened(NamedTuple):
+    """What `loop_process.Opened` is for the bench."""
+
+    rig: stage_rig.Simulated | stage_rig.Real
+    made: live.Led
+    paced: bool
+    counted: bool
+    settings: StageSettings
+
+    def witness(self, sample: Sample) -> Evident:
+        """What confirms a position that was kept."""
+        return Evident(self.counted, math.nan)
+
+    def machine(self) -> live.Led:
+        """The live machine."""
+        return self.made
+
+    def guarded(self, session: Session) -> stage_rig.Led:
+        """The rig under its guard."""
+        return stage_rig.Led(session, self.rig.control)
+
+    def warm(self) -> None:
+        """Drive a simulated stage of the same kind through the very loop."""
+        settings = self.settings
+        twin = _simulated(settings, 0)
+        rig: stage_rig.Simulated | stage_rig.Real = twin
+        if isinstance(self.rig, stage_rig.Real):
+            machine, tree = settings.machine, settings.tree
+            own = machine_rig.Twin(machine.kind, tree)
+            rig = stage_rig.Real(machine, tree, own, PERIOD)
+        shared = Shared.create(256)
+        ours, theirs = pair()
+        try:
+            machine_ = _live(settings, rig)
+            led = stage_rig.Led(Session(rig, PERIOD), rig.control)
+            loop = Loop(led, machine_, shared, Outbox(theirs), settings.serve, PERIOD, False)
+            middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
+            requests = (
+                (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
+                (Enable(), 10),
+                (MoveTo(middle), 40),  # first: homing takes the trust, and then moves are refused
+                (Stop(), _REST),
+                (Jog("macro", settings.live.jogging.slow), 40),
+                (Jog("macro", 0.0), _REST),
+                (Home(), 40),
+                (EmergencyStop(), 10),
+                (ClearFault(), 10),
+                (Disable(), 10),
+            )
+            with led:
+                machine_.begin(led.read(), Restored(True, 0.0, "warming"))
+                loop.rehearse(requests)
+                if machine_.searches:  # else it is trusted whatever is known from before
+                    machine_.begin(led.read(), Restored(False, math.nan, "warming"))
+                    loop.rehearse(requests)
+        finally:
+            ours.close()
+            theirs.close()
+            shared.close()
+
+
+def opened(spec: Spec) -> Opened:
+    """The machine of one stage that `spec` names; nothing is switched on. Raises InputError."""
+    settings = spec.settings
+    assert isinstance(settings, StageSettings)
+    if spec.rig == TWIN:
+        twin = _simulated(settings, spec.seed)
+        return Opened(twin, _live(settings, twin), False, False, settings)
+    fixture = open_rig(spec.rig, spec.seed)
+    if fixture.kind != BENCH or not fixture.has("encoder"):
+        shown = ", ".join(fixture.channels) or "nothing"
+        where = f"--rig {fixture.name}, channels"
+        raise InputError(where, shown, "encoder: the stage's, in counts of encoder.pitch")
+    made = fixture.make(spec.seed)
+    paced = not isinstance(made.clock, VirtualClock)
+    real = stage_rig.Real(settings.machine, settings.tree, made, PERIOD)
+    return Opened(real, _live(settings, real), paced, fixture.counted, settings)
+
+
+def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
+    machine, tree = settings.machine, settings.tree
+    return stage_rig.Simulated(machine, tree, settings.live.pitch, PERIOD, seed)
+
+
+def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) -> live.Led:
+    machine, tree = settings.machine, settings.tree
+    made = live.Led(guide.parameters(machine, tree), guide.guide(machine, tree), PERIOD)
+    rig.source = lambda: made.course
+    return made

@@ -1,0 +1,251 @@
+"""A stage under its own law as the loop's rig, and its guard as the loop's guard."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from macromicro.control.live.leading import Course
+from macromicro.kernel import compiled
+from macromicro.machines import guarding
+from macromicro.machines.guarding import OK
+from macromicro.machines.machine import Machine
+from macromicro.machines.rig import STAGE, Opened
+from macromicro.machines.signals import Sample
+from macromicro.rig.session import Session
+from macromicro.rig.twin import VirtualClock, noise_source
+from macromicro.serve import faults
+from macromicro.serve.snapshot import Trouble
+from macromicro.serve.stage.control import Control, periods
+from macromicro.types import SAFE, Clock, Command, Outputs, Rig
+from macromicro.types import Sample as Shown
+
+Source = Callable[[], Course]
+
+
+class Simulated:
+    """The simulated stage of a machine, which its law leads while the loop waits.
+
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    tree : Any
+        Its settings.
+    pitch : float
+        Way per count that it shows, m.
+    dt : float
+        Period of the loop, s.
+    seed : int
+        Seed of its sensor's noise.
+    """
+
+    channels = ("encoder",)
+
+    def __init__(self, machine: Machine, tree: Any, pitch: float, dt: float, seed: int) -> None:
+        kind = machine.kind
+        self.dt, self.tick, self.pitch = dt, 0, pitch
+        self.clock = VirtualClock(self)
+        number = periods(tree, dt)
+        self.control = Control(machine, tree, kind, number)
+        self.source: Source = Course
+        self._measure = compiled(kind.measure)
+        self._params = kind.prepare(tree)
+        self._state = kind.initial(self._params)
+        self._random = noise_source(seed)
+        self._noise = np.empty((number, kind.noises))
+        self._draw()
+
+    def _draw(self) -> None:
+        self._noise[:] = self._random.standard_normal(self._noise.shape)
+
+    def _seen(self) -> Sample:
+        t = self.tick * self.dt
+        found: Sample = self._measure(self._params, self._state, t, self._noise, 0)
+        return found
+
+    def read(self) -> Shown:
+        """What the stage shows now, in whole counts."""
+        seen = self._seen()
+        return _shown(seen.t, seen.position / self.pitch)
+
+    def write(self, outputs: Outputs) -> None:
+        """The law gives the effort."""
+
+    def advance(self) -> None:
+        """One period of the loop passes."""
+        seen = self._seen()
+        self._state = self.control.run(self.source(), self._params, self._state, seen, self._noise)
+        self.tick += 1
+        self._draw()
+
+    def stop(self) -> None:
+        """No effort until the machine leads it again."""
+        self.control.effort = 0.0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+
+def _shown(t: float, counts: float) -> Shown:
+    count = counts if math.isnan(counts) else float(math.floor(counts + 0.5))
+    return Shown(t, count, *[math.nan] * 4)
+
+
+class Real:
+    """A rig of a user's with an encoder, driven by a machine's law once a period of the loop.
+
+    Parameters
+    ----------
+    machine : Machine
+        Whose law and guard it is under.
+    tree : Any
+        Its settings.
+    rig : Rig
+        The user's.
+    dt : float
+        Period of the loop, s.
+    """
+
+    def __init__(self, machine: Machine, tree: Any, rig: Rig, dt: float) -> None:
+        self.control = Control(machine, tree, STAGE, periods(tree, dt))
+        self.source: Source = Course
+        self.channels = rig.channels
+        self._rig, self._pitch = rig, float(tree.encoder.pitch)
+        self._sample = Shown(0.0, *[math.nan] * 5)
+        self._noise = np.empty((1, 0))
+        self.clock: Clock = self
+
+    def read(self) -> Shown:
+        """What the rig shows now."""
+        self._sample = self._rig.read()
+        return self._sample
+
+    def write(self, outputs: Outputs) -> None:
+        """The law gives the effort."""
+
+    def now(self) -> float:
+        """The rig's time, s."""
+        return self._rig.clock.now()
+
+    def wait(self, dt: float) -> None:
+        """Give the law's effort, and wait for the next period."""
+        seen = Sample(self._sample.t, self._sample.encoder * self._pitch)
+        read: Any = _Read(self._rig, self._sample)
+        opened = Opened(read, self._pitch)
+        self.control.run(self.source(), opened, 0.0, seen, self._noise)
+
+    def stop(self) -> None:
+        """Set every output to its safe value."""
+        self.control.effort = 0.0
+        self._rig.stop()
+
+    def __enter__(self) -> Self:
+        self._rig.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._rig.__exit__(kind, error, trace)
+
+
+class _Read:
+    """A rig that has been read in this period already."""
+
+    def __init__(self, rig: Rig, sample: Shown) -> None:
+        self._sample = sample
+        self.write, self.clock = rig.write, rig.clock
+
+    def read(self) -> Shown:
+        return self._sample
+
+
+class Led:
+    """What the loop drives: a session with one of these, and the guard of its machine.
+
+    Parameters
+    ----------
+    session : Session
+        The opened rig.
+    control : Control
+        Its law and guard.
+    """
+
+    doubt = ""
+    temperature = math.nan
+
+    def __init__(self, session: Session, control: Control) -> None:
+        self._session, self._control = session, control
+        self.channels, self.clock = session.channels, session.clock
+
+    @property
+    def given(self) -> Outputs:
+        """The outputs of the last period."""
+        return SAFE._replace(motor=self._control.effort)
+
+    @property
+    def tripped(self) -> bool:
+        """Has the guard switched off?"""
+        return self._control.watch.fault != OK
+
+    def read(self) -> Shown:
+        """What the stage shows."""
+        found: Shown = self._session.read()
+        return found
+
+    def expect(self, command: Command) -> None:
+        """The law is led by the course."""
+
+    def write(self, outputs: Outputs) -> None:
+        """As the session."""
+        self._session.write(outputs)
+
+    def stop(self) -> None:
+        """Set every output to its safe value."""
+        self._session.stop()
+
+    def evidence(self) -> tuple[float, float, float, float]:
+        """Code, value, limit and time of the latched fault, for the loop's status."""
+        watch = self._control.watch
+        return float(faults.STAGE + watch.fault), watch.value, watch.limit, watch.time
+
+    def fault(self) -> tuple[Trouble, bool]:
+        """The latched fault in words, and whether counts may have been missed."""
+        found = faults.of_stage(*self.evidence())
+        return found, self._control.watch.fault in (guarding.SILENT, guarding.STUCK)
+
+    def renew(self) -> None:
+        """Forget the fault."""
+        self._control.renew()
+
+    def overlooked(self) -> str:
+        """Nothing is watched while a fault is latched."""
+        return ""
+
+    def __enter__(self) -> Self:
+        self._session.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._session.__exit__(kind, error, trace)

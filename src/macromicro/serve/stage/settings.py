@@ -1,0 +1,90 @@
+"""The settings of a served machine of one stage: its file's, and the server's."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from macromicro.control.live.parameters import Live, SoftLimits
+from macromicro.errors import InputError
+from macromicro.machines import machine as machines
+from macromicro.machines.machine import Machine, as_toml
+from macromicro.machines.tree import gains, gains_set
+from macromicro.nominal import PERIOD
+from macromicro.rig import limits
+from macromicro.rig.limits import Limits
+from macromicro.schema import config
+from macromicro.schema.text import printable, read_toml
+from macromicro.serve.settings import ServeSettings
+from macromicro.serve.stage import guide
+from macromicro.serve.stage.control import periods
+
+_SERVE = "serve"
+
+
+class _Own(NamedTuple):
+    """What a machine's file may say of the server."""
+
+    serve: ServeSettings = ServeSettings()
+
+
+class StageSettings(NamedTuple):
+    """What `serve.settings.LiveSettings` is for the two-stage machine. `tree`: settings of the
+    machine `name`; `model`: what it is called."""
+
+    name: str
+    model: str
+    tree: Any
+    live: Live
+    serve: ServeSettings = ServeSettings()
+    guard: Limits = limits.LIVE  # of wires, which it has none of
+
+    @property
+    def machine(self) -> Machine:
+        """The machine, under the law of its settings."""
+        found = machines.named(self.name, "machine")
+        assert found is not None
+        return machines.under(found, self.tree)
+
+    @property
+    def controller(self) -> Any:
+        """Gains of its law."""
+        return gains(self.tree)
+
+    def kept_as(self, rig: str) -> str:
+        """What the position file calls this machine: with other settings it is another one."""
+        return f"{rig} {self.name} {zlib.crc32(as_toml(self.machine, self.tree).encode()):08x}"
+
+    def place(self, rig: str) -> str:
+        """What its position file is called by default."""
+        return f"{rig}-{self.name}"
+
+    def as_toml(self, control: Any, limits: SoftLimits) -> str:
+        """A file for `--config`: the settings of the machine, its travel as the soft limits are
+        now."""
+        travel = self.tree.travel._replace(low=limits.whole_low, high=limits.whole_high)
+        changed = {gains_set(self.tree): control, "travel": travel}
+        return as_toml(self.machine, self.tree._replace(**changed))
+
+
+def load(path: Path) -> StageSettings | None:
+    """The settings in a file of a machine of one stage; None for the two-stage machine's.
+
+    Raises InputError as `machines.machine.load` does, and for a control period of which no whole
+    number fits into one of the live machine.
+    """
+    machine = machines.chosen(path)
+    if machine is None:
+        return None
+    file, table = printable(path, 300), read_toml(path, config.WHAT)
+    del table[machines.KEY]
+    own = {_SERVE: table.pop(_SERVE)} if _SERVE in table else {}
+    tree = config.overridden(machine.settings, table, file) if table else machine.settings
+    serve = config.overridden(_Own(), own, file).serve if own else ServeSettings()
+    try:
+        periods(tree, PERIOD)
+    except InputError as error:
+        raise InputError(f"{file}, {error.where}", error.value, error.accepted) from None
+    model = f"{machine.name} {printable(Path(path).stem, 60)}".replace(",", " ")
+    return StageSettings(machine.name, model, tree, guide.live(machine, tree), serve)

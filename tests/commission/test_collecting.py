@@ -1,0 +1,118 @@
+"""Records of machines of one stage, and what is identified from them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from macromicro import cli, identify
+from macromicro.commission import collecting
+from macromicro.commission.collecting import Given
+from macromicro.commission.probing import CommissionError
+from macromicro.errors import InputError
+from macromicro.machines import machine as machines
+from macromicro.machines import sheets
+from macromicro.machines.rig import Twin
+from macromicro.recording import Recording
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "machines"
+
+
+def given(name: str, tree: Any = None, **rest: Any) -> Given:
+    machine = machines.named(name, "")
+    assert machine is not None
+    return Given(machine, machine.settings if tree is None else tree, rest.get("rig"), 0)
+
+
+@pytest.fixture(scope="module")
+def record() -> Recording:
+    return collecting.find("drive", given("axis").machine).collect(given("axis"), lambda: False)
+
+
+def test_the_mass_of_an_axis_is_found_from_its_strokes(record: Recording, tmp_path: Path) -> None:
+    tree = given("axis").tree
+    record.save(tmp_path / "drive.h5")
+    found = identify.from_files("drive", str(tmp_path / "drive.h5"))
+    mass, error = found.model.mass, found.uncertainty["mass"]
+    assert abs(mass - sheets.mass(tree)) < 2.0 * error and error < 0.3 * mass
+    # In SI, for the file says what a volt pushes with.
+    assert found.model.coulomb == pytest.approx(tree.friction.coulomb, rel=0.05)
+
+
+def test_the_strokes_stay_within_the_travel_and_what_the_motor_gives(record: Recording) -> None:
+    tree = given("axis").tree
+    x, u = record["x"], record["u"]
+    assert tree.travel.low <= x.min() and x.max() <= tree.travel.high
+    assert x.max() - x.min() > 0.3 * (tree.travel.high - tree.travel.low)
+    full = sheets.force(tree) * sheets.per_newton(tree)
+    assert 0.6 * full < np.max(np.abs(u)) < 0.7 * full
+    speed = np.diff(x) / record.dt
+    # So the current of no braking is limited: its volts are those of effort and back-EMF.
+    emf = speed * tree.controller.ahead_velocity
+    assert np.max(np.abs(u[1:] - emf)) < full
+    assert np.all(np.diff(record["t"]) == pytest.approx(record.dt))
+
+
+def test_another_rig_of_the_machine_gives_the_same_record(record: Recording) -> None:
+    mine = given("axis")
+    other = collecting.strokes(mine._replace(rig=Twin(mine.machine.kind, mine.tree)))
+    assert len(other) == len(record) and np.allclose(other["x"], record["x"], atol=1e-5)
+
+
+def test_a_weight_that_runs_away_is_refused() -> None:
+    tree = machines.load(EXAMPLES / "screw.toml")[1]
+    with pytest.raises(CommissionError, match="weight"):
+        collecting.strokes(given("axis", tree))
+
+
+def test_whoever_wants_it_to_end_ends_it() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        collecting.strokes(given("axis"), lambda: True)
+
+
+def test_the_loop_of_a_piezo_stage_is_found_from_ramps(tmp_path: Path) -> None:
+    mine = given("piezo")
+    made = collecting.find("", mine.machine).collect(mine, lambda: False)
+    made.save(tmp_path / "plays.h5")
+    assert made["u"].min() > mine.tree.amplifier.low and made["u"].max() < mine.tree.amplifier.high
+    found = identify.from_files("plays", str(tmp_path / "plays.h5"))
+    stack = mine.tree.stack
+    gain = (made["f"].max() - made["f"].min()) / np.ptp(made["u"])
+    assert gain == pytest.approx(1e6 * stack.stroke / stack.span, rel=0.1)
+    values = {line.name: line.value for line in found.lines}
+    assert values["loop width"] == pytest.approx(100.0 * stack.hysteresis, rel=0.15)
+    assert values["prediction"] < 0.3  # % of the range, of what was held out
+
+
+@pytest.mark.parametrize(
+    ("name", "experiment", "words"),
+    [("axis", "plays", "drive for this machine"), ("wire", "", "none for this machine")],
+)
+def test_an_experiment_of_another_machine_is_refused(
+    name: str, experiment: str, words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        collecting.find(experiment, given(name).machine)
+
+
+def test_the_command(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def called(*words: str) -> int:
+        monkeypatch.setattr(sys, "argv", ["macromicro", *words])
+        return cli.main()
+
+    file = str(EXAMPLES / "piezo-100um.toml")
+    assert called("collect", "--list", "--config", file) == 0
+    assert capsys.readouterr().out.startswith("plays ")
+    assert called("collect", "plays", "--config", file, "--out", str(tmp_path / "a")) == 0
+    said = capsys.readouterr().out
+    assert f"then: macromicro identify plays {tmp_path}/a/plays.h5" in said
+    assert len(Recording.load(tmp_path / "a" / "plays.h5")) > 100
+    assert called("collect", "drive", "--config", file) == 2

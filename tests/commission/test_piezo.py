@@ -1,0 +1,188 @@
+"""A piezo stage commissioned as a whole; its fits on records of which all is known."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.commission.stages import stage
+
+from macromicro.commission import piezo, piezo_climb, piezo_loops, piezo_swing, report, store
+from macromicro.commission.courses import Corner, course, decaying
+from macromicro.commission.piezo_loops import Loops
+from macromicro.commission.procedure import Options, Work
+from macromicro.commission.running import Commissioned, Place, commission
+from macromicro.commission.stand import CommissionError, Record
+from macromicro.errors import InputError
+from macromicro.hysteresis import prandtl
+from macromicro.machines import machine
+from macromicro.plant import creep
+
+Done = tuple[Commissioned, Place, Options, Path, list[str]]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
+    out = tmp_path_factory.mktemp("piezo")
+    place, options, _ = stage("piezo-800um.toml", turned=True)
+    said: list[str] = []
+    found = commission(
+        place, options, out, ask=lambda title, intent: said.append(f"{title}: {intent}")
+    )
+    report.write(out, found, place, "2026-01-01 12:00:00")
+    return found, place, options, out, said
+
+
+def test_it_finds_the_stage_and_verifies_it(done: Done) -> None:
+    found, place, _, _, _ = done
+    tree = stage("piezo-800um.toml")[2]
+    estimates = place.kind.estimates(found.model)
+    true = {
+        "stroke": tree.hidden.stronger * tree.stack.stroke,
+        "hysteresis": tree.stack.hysteresis,
+        "creep": tree.creep.share,
+        "damping": tree.hidden.damping,
+        "slew": tree.amplifier.current / tree.amplifier.capacitance / tree.amplifier.gain,
+    }
+    for name, value in true.items():
+        assert abs(estimates[name].value - value) <= estimates[name].half, name
+        assert estimates[name].half < 0.15 * value, name
+    assert found.verified.met
+    assert found.work[piezo.GAIN].sign == -1.0
+
+
+def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
+    said = done[4]
+    assert len(said) == 5
+    assert "0.6 V" in said[0] and "5 %" in said[0]
+    assert "to 12 V, to -2 V" in said[1] and "0.4" in said[1]
+    assert "between -2 and 12 V" in said[2]
+    assert "0.14 to 4.2 V" in said[3]
+    assert "7 moves" in said[4]
+
+
+def test_the_file_runs_and_the_page_shows_it(done: Done) -> None:
+    found, place, _, out, _ = done
+    kind, tree = machine.load(out / report.MACHINE)
+    assert kind.name == "piezo" and tree == found.settings
+    assert tree.controller.loop_weights == pytest.approx(found.model.loops.weights, rel=1e-6)
+    assert tree.travel.high == pytest.approx(0.95 * found.work[piezo.REACH].high)
+    page = (out / report.PAGE).read_text()
+    assert page.count("data:image/png;base64,") == len(place.kind.figures) + 1
+    assert "turn the sensor" in page
+    assert sorted(p.name for p in out.iterdir()) == sorted(
+        n for n in report.names(place.kind) if not n.endswith((".svg", ".pdf"))
+    )
+
+
+def test_what_was_kept_is_enough_for_the_model(done: Done) -> None:
+    found, place, options, out, _ = done
+    kept = store.read(out, place.kind, place.asked(options))
+    again = piezo.fitted(Work(found.work.stand, options, kept))
+    assert again == found.model
+    with pytest.raises(InputError, match="kind"):
+        store.read(out, place.kind, {**place.asked(options), "kind": "wire"})
+
+
+def swings(p: prandtl.Prandtl, share: float, dt: float) -> list[Record]:
+    """Slow swings of an operator with creep, without noise."""
+    turns = ([-2.0, 6.0, -2.0, *decaying(2.0, 3.5, 8)], [-2.0, 6.0, 3.0, 6.0, 0.0, 6.0, -2.0, 6.0])
+    made = []
+    for corners in turns:
+        u = course([Corner(c, 0.05 if k else 2.0, 4.0) for k, c in enumerate(corners)], dt)
+        free = prandtl.run(p, u)
+        table = creep.prepare(creep.Creep(share=share))
+        lags = creep.fresh(table)
+        x = np.array([creep.advance(table, lags, float(f), dt) for f in free])
+        made.append(Record(np.arange(len(u)) * dt, u, x))
+    return made
+
+
+def test_loops_and_creep_are_found_together() -> None:
+    r = 0.25 * np.arange(16)
+    w = 1e-6 * np.r_[5.0, 0.8 * np.exp(-r[1:])]
+    dt = 4e-3
+    found = piezo_loops.fitted(swings(prandtl.operator(r, w), 0.02, dt), dt)
+    assert found.creep == pytest.approx(0.02, rel=0.02)
+    assert found.weights == pytest.approx(w, abs=2e-8)
+    left = 4.0 - r
+    assert found.stroke == pytest.approx(float(2.0 * w @ left), rel=1e-3)
+    width = float(2.0 * w @ np.minimum(r, left))
+    assert found.width == pytest.approx(width / found.stroke, rel=1e-2)
+    none = piezo_loops.fitted(swings(prandtl.operator(r, w), 0.0, dt), dt)
+    assert none.creep < 1e-4
+    u, x, left_over = piezo_loops.predicted(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
+    assert len(u) == len(x) and np.abs(left_over).max() < 2e-3 * found.stroke
+
+
+def ringing(omega: float, damping: float, lag: float, slew: float, dt: float) -> list[Record]:
+    """Steps of a stage without hysteresis behind a lagged, rate-limited amplifier."""
+    made, fine, at = [], 50, 0.0
+    random = np.random.Generator(np.random.PCG64(1))
+    for size in (0.1, -0.1, 0.2, -0.2, 2.0, -2.0, 3.0, -3.0):
+        v, x, speed, h = at, at, 0.0, dt / fine
+        rows = [x]
+        for _ in range(600):
+            for _ in range(fine):
+                rate = (at + size - v) / lag
+                v += min(max(rate, -slew), slew) * h
+                speed += (omega**2 * (v - x) - 2.0 * damping * omega * speed) * h
+                x += speed * h
+            rows.append(x)
+        u = np.full(len(rows), at + size)
+        u[0] = at
+        noise = 1e-9 * random.standard_normal(len(rows))
+        made.append(Record(np.arange(len(rows)) * dt, u, 1e-6 * np.array(rows) + noise))
+        at += size
+    return made
+
+
+def test_resonance_lag_and_slew_are_found_from_steps() -> None:
+    omega, dt = 2.0 * math.pi * 150.0, 2.5e-4
+    steps = ringing(omega, 0.03, 4e-4, 800.0, dt)
+    plain = Loops((0.0, 1.0), (1e-6, 0.0), 0.0, 1e-5, 0.0, (0.0, 0.0, 0.0), 9.0, 0.0)
+    found = piezo_swing.fitted(steps, dt, (-5.0, 5.0, 0.0), 1e-9, plain)
+    assert found.frequency == pytest.approx(150.0, rel=1e-3)
+    assert found.damping == pytest.approx(0.03, rel=0.03)
+    assert found.lag == pytest.approx(4e-4, rel=0.05)
+    assert found.limited and found.slew == pytest.approx(800.0, rel=0.03)
+    free = piezo_swing.fitted(ringing(omega, 0.03, 4e-4, 1e9, dt), dt, (-5.0, 5.0), 1e-9, plain)
+    assert not free.limited
+    assert free.lag == pytest.approx(4e-4, rel=0.05)
+    still = [s._replace(x=np.zeros_like(s.x)) for s in steps]
+    with pytest.raises(CommissionError, match="no resonance"):
+        piezo_swing.fitted(still, dt, (-5.0, 5.0), 1e-9, plain)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "flat", "ended"),
+    [
+        (None, None, 99.0, (0.0, 0.0)),
+        (-1e-6, 4e-6, 99.0, (1.0, 1.0)),
+        (None, None, 5e-6, (0.0, 2.0)),
+    ],
+)
+def test_the_climb_turns_where_it_must(
+    low: float | None, high: float | None, flat: float, ended: tuple[float, float]
+) -> None:
+    options = Options(8.0, 1.0, 1.0, 1.0, low, high, -2.0)
+
+    class Still:
+        dt = 1e-3
+
+    law = piezo_climb.Climb(Work(Still(), options), 1e-6)  # type: ignore[arg-type]
+    effort, most, least = 0.0, 0.0, 0.0
+    for k in range(60_000):
+        given = law(k * 1e-3, min(1e-6 * effort, flat), 0.0)
+        if given is None:
+            break
+        assert abs(given - effort) <= 1.51 * law.rise
+        effort = given
+        most, least = max(most, effort), min(least, effort)
+    assert given is None and abs(effort) < 1e-2
+    assert (law.reached[-1.0][2], law.reached[1.0][2]) == ended
+    assert most <= 8.0 and least >= -2.0
+    expected = 8.0 if ended[1] == 0.0 else 4.0 if ended[1] == 1.0 else 5.4
+    assert most == pytest.approx(expected, abs=0.25)

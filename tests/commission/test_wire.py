@@ -1,0 +1,167 @@
+"""A shape-memory wire commissioned as a whole; its model by itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.commission.stages import stage
+
+from macromicro.commission import report, store, wire, wire_drives, wire_fit, wire_model
+from macromicro.commission.procedure import Options, Work
+from macromicro.commission.running import Commissioned, Place, commission
+from macromicro.commission.stand import CommissionError, Record
+from macromicro.commission.wire_model import Heat
+from macromicro.kernel import compiled
+from macromicro.machines import machine, wire_sheets
+
+PLAIN = Heat(1.0, 0.1, 10.0, 2.0, 4.0, 5.0, 3.0, 2.0, 4e-3, 0.8, -0.5)
+Done = tuple[Commissioned, Place, Options, Path, list[str]]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
+    out = tmp_path_factory.mktemp("wire")
+    place, options, _ = stage("wire-100um.toml", turned=True)
+    said: list[str] = []
+    found = commission(
+        place, options, out, ask=lambda title, intent: said.append(f"{title}: {intent}")
+    )
+    report.write(out, found, place, "2026-01-01 12:00:00")
+    return found, place, options, out, said
+
+
+def test_it_finds_the_wire_and_verifies_it(done: Done) -> None:
+    found, place, _, _, _ = done
+    tree = stage("wire-100um.toml")[2]
+    assert found.model.heat.way == pytest.approx(wire_sheets.way(tree), rel=2e-3)
+    heat = found.model.heat
+    assert heat.start < heat.end and heat.last < heat.first < heat.end
+    assert found.verified.met
+    assert found.work[wire.WARMTH].sign == -1.0
+    assert not place.kind.doubts(found.work, found.model)
+
+
+def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
+    said = done[4]
+    assert len(said) == 4
+    assert "10 V at most" in said[0] and "taken away" in said[0]
+    assert "0.25 V/s" in said[1]
+    assert "to 10 V" in said[2] and "4.07 mm" in said[2]
+    assert "7 moves" in said[3]
+
+
+def test_the_file_runs_and_says_what_was_found(done: Done) -> None:
+    found, place, _, out, _ = done
+    kind, tree = machine.load(out / report.MACHINE)
+    assert kind.name == "wire" and tree == found.settings
+    heat, model = found.model.heat, found.model
+    assert wire_sheets.way(tree) == pytest.approx(heat.way, rel=1e-2)
+    # Its rules find the resistance, and so the time constant, again.
+    heats = wire_sheets.heats(tree)
+    tau = heats.capacity * heats.resistance
+    assert tau == pytest.approx(heat.tau / (1.0 - heat.share), rel=1e-6)
+    full = wire_sheets.power(tree) * heats.resistance
+    kelvin = (tree.wire.heat_start - tree.air.ambient) / heat.start
+    assert full / kelvin == pytest.approx(tree.driver.full_scale, rel=1e-6)
+    assert tree.controller.kp == pytest.approx(wire_sheets.bandwidth(tree) / model.up)
+    page = (out / report.PAGE).read_text()
+    assert page.count("data:image/png;base64,") == len(place.kind.figures) + 1
+    kept = store.read(out, place.kind, place.asked(done[2]))
+    assert wire.fitted(Work(found.work.stand, done[2], kept)).heat == heat
+
+
+@given(st.floats(0.0, 1.0), st.floats(-3.0, 3.0))
+def test_a_branch_and_its_inverse(q: float, bend: float) -> None:
+    z = wire_model.branch(q, bend)
+    assert 0.0 <= z <= 1.0
+    assert wire_model.along(z, bend) == pytest.approx(q, abs=1e-6)
+    step = 1e-6
+    if step < q < 1.0 - step:
+        slope = wire_model.branch(q + step, bend) - wire_model.branch(q - step, bend)
+        assert wire_model.steepness(z, bend) == pytest.approx(slope / (2.0 * step), rel=1e-3)
+
+
+def test_a_branch_ends_where_it_ends() -> None:
+    assert (wire_model.branch(-1.0, 0.5), wire_model.branch(2.0, 0.5)) == (0.0, 1.0)
+    assert wire_model.branch(0.3, 0.0) == 0.3
+    assert wire_model.branch(0.5, 1.0) < 0.5 < wire_model.branch(0.5, -1.0)
+
+
+def record(p: Heat, efforts: list[tuple[float, float]], dt: float = 5e-3) -> Record:
+    u = np.concatenate([np.full(round(s / dt), v) for v, s in efforts])
+    t = np.arange(len(u)) * dt
+    return Record(t, u, wire_model.simulated(p, Record(t, u, np.zeros_like(u))))
+
+
+def test_a_wire_at_rest_keeps_its_heat() -> None:
+    # Steady: h = u, wherever it flows.
+    assert record(PLAIN, [(3.9, 300.0)]).x[-1] == 0.0
+    assert record(PLAIN, [(5.1, 300.0)]).x[-1] == pytest.approx(PLAIN.way)
+    half = record(PLAIN, [(4.5, 300.0)]).x[-1]
+    assert half == pytest.approx(PLAIN.way * wire_model.branch(0.5, PLAIN.warming), rel=1e-3)
+    # And the loop: between both branches it stays as it is.
+    assert record(PLAIN, [(5.1, 300.0), (3.1, 300.0)]).x[-1] == pytest.approx(PLAIN.way)
+    back = record(PLAIN, [(5.1, 300.0), (2.5, 300.0)]).x[-1]
+    assert back == pytest.approx(PLAIN.way * wire_model.branch(0.5, PLAIN.cooling), rel=1e-3)
+    assert record(PLAIN, [(5.1, 300.0), (1.9, 300.0)]).x[-1] == 0.0
+
+
+def test_heat_is_conserved_while_it_contracts() -> None:
+    p = PLAIN._replace(share=1e-9, warming=0.0)
+    push = 1000.0  # so quick that nothing is lost
+    one = record(p, [(push, 0.05)], 1e-5)
+    begin, end = (float(one.t[int(np.argmax(one.x >= s))]) for s in (1e-9, p.way * (1 - 1e-9)))
+    assert begin * push == pytest.approx(p.tau * p.start, rel=0.02)
+    assert (end - begin) * push == pytest.approx(p.tau * (p.end - p.start) + p.latent, rel=0.02)
+
+
+def test_the_compiled_run_is_the_interpreted_one() -> None:
+    u = np.array([8.0] * 300 + [0.0] * 300)
+    out, same = np.empty(600), np.empty(600)
+    wire_model.free_run(PLAIN, u, 0.01, out)
+    compiled(wire_model.free_run)(PLAIN, u, 0.01, same)
+    assert np.ptp(out) > 0.0
+    assert out.tolist() == same.tolist()
+
+
+def test_a_wire_is_found_again() -> None:
+    dt = 0.02
+    u = np.arange(0.0, 8.0, 0.25 * dt)
+    t = np.arange(len(u)) * dt
+    ramp = Record(t, u, wire_model.simulated(PLAIN, Record(t, u, np.zeros_like(u))))
+    pulses: list[tuple[float, float]] = []
+    for push in (8.0, 10.0, 7.0, 9.0):
+        pulses += [(push, 4.0), (5.5, 6.0), (0.0, 8.0)]
+    found = wire_fit.fitted([ramp, record(PLAIN, pulses, dt)], dt, PLAIN.way, 1e-7)
+    assert found.heat.tau == pytest.approx(PLAIN.tau, rel=0.05)
+    assert found.up == pytest.approx(wire_fit.Wire(PLAIN, np.eye(11), 1.0, 0.0).up, rel=0.05)
+    for name in ("start", "end", "first", "last"):
+        assert getattr(found.heat, name) == pytest.approx(getattr(PLAIN, name), rel=0.05), name
+    assert found.rms < 0.01 * PLAIN.way
+    # What is left out is part of the interval.
+    assert found.deviation("tau") >= 0.12 * found.heat.tau
+    assert found.deviation("way") == pytest.approx(np.sqrt(2.0) * 1e-7)
+
+
+@pytest.mark.parametrize(("way", "words"), [(0.0, "nothing contracts")])
+def test_what_does_not_contract_is_said(way: float, words: str) -> None:
+    class Dead:
+        dt, pitch, facing = 1e-2, 1e-6, 1.0
+
+        def drive(self, law: object, seconds: float, caution: object) -> Record:
+            assert callable(law)
+            rows = []
+            for k in range(round(seconds / self.dt)):
+                u = law(k * self.dt, way, 0.0)
+                if u is None:
+                    break
+                rows.append((k * self.dt, u, way))
+            return Record(*np.array(rows).T)
+
+    options = Options(5.0, 1.0, 1.0, 1.0, lowest=0.0)
+    with pytest.raises(CommissionError, match=words):
+        wire_drives.warmth(Work(Dead(), options))  # type: ignore[arg-type]

@@ -1,0 +1,77 @@
+"""What every tree of settings of a machine has: the choice of a law, rules, changes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+
+from macromicro.control import stage_pi
+from macromicro.control.outside import NoGains
+from macromicro.control.pi import PiAntiWindup
+from macromicro.errors import InputError
+from macromicro.machines import tree
+from macromicro.machines.parts import Timing, Travel
+from macromicro.machines.tree import machine_tree, settled
+from tests.control.own_laws import Gains
+
+SLIDING = "tests.control.own_laws:sliding"
+COUNTS = "tests.control.own_laws:InCounts"
+RULES = (
+    ("controller.kp", lambda t: 2.0 * t.travel.high),
+    ("controller.ki", lambda t: 3.0 * t.controller.kp),
+)
+
+
+@machine_tree(stage_pi.LAW, RULES, lambda t: [("travel.high", t.travel.high, "less")][: t.n()])
+class Tree(NamedTuple):
+    """Of a machine."""
+
+    timing: Timing = Timing()
+    travel: Travel = Travel()
+    controller: PiAntiWindup = PiAntiWindup()
+
+    def n(self) -> int:
+        """Whether it is too long."""
+        return int(self.travel.high > 1.0)
+
+
+def test_a_tree_has_the_law_of_its_machine_and_what_follows():
+    first = settled(Tree())
+    assert first.law == "pi" and first.own == NoGains() and first._fields[:2] == ("law", "own")
+    assert first.controller[:2] == (0.6, pytest.approx(1.8))
+    assert Tree.__doc__ == "Of a machine." and Tree.__name__ == "Tree"
+    longer = first.with_("travel.high", "500 mm")
+    assert longer.controller[:2] == (1.0, 3.0)
+    set_by_hand = first.with_("controller.kp", "7 V/mm")
+    assert set_by_hand.with_("travel.high", "500 mm").controller[:2] == (7000.0, 21000.0)
+    with pytest.raises(InputError, match=r"travel.high: '2000 mm'; accepted: less"):
+        first.with_("travel.high", "2 m")
+
+
+def test_a_law_of_ones_own_joins_with_its_gains():
+    own = tree.joined(settled(Tree()), SLIDING, "--law")
+    assert own.law == SLIDING and own.own == Gains()
+    assert tree.gains(own) == Gains() and tree.gains_set(own) == "own"
+    back = tree.joined(own, "pi", "--law")
+    assert tree.gains(back) == back.controller and tree.gains_set(back) == "controller"
+    assert tree.joined(back, SLIDING, "--law").own == Gains()
+    other = own._replace(own=Gains()._replace(slope=7.0))
+    assert tree.joined(other, SLIDING, "--law").own.slope == 7.0  # found gains stay
+    named = settled(Tree()).with_({"law": SLIDING, "own.slope": "9 1/s"})
+    assert named.with_("law", "pi").law == "pi"
+    assert named.own.slope == 9.0
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("pj", "--law: 'pj'; accepted: one of pi; or MODULE:LAW"),
+        ("tests.nowhere:it", "--law: 'no module tests.nowhere"),
+        (COUNTS, "in count'; accepted: a law in m on this machine"),
+    ],
+)
+def test_a_law_that_is_none_is_refused(name, words):
+    with pytest.raises(InputError) as refused:
+        tree.joined(settled(Tree()), name, "--law")
+    assert words in str(refused.value)

@@ -1,0 +1,268 @@
+"""A stage's own law and guard under the live machine: what they are given, and a real stage."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from macromicro.control.live.leading import REST, Aim, Course
+from macromicro.errors import InputError
+from macromicro.machines import guarding, stage
+from macromicro.machines import machine as machines
+from macromicro.machines.guarding import Limits
+from macromicro.machines.sequence import MOVING, Progress
+from macromicro.machines.signals import Sample
+from macromicro.machines.stage import Bounds
+from macromicro.serve import faults
+from macromicro.serve.stage import control as controls
+from macromicro.serve.stage import settings
+from macromicro.serve.stage.control import Control, periods
+from macromicro.serve.stage.rig import Simulated
+
+PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
+
+
+@pytest.mark.parametrize(("period", "number"), [("1 ms", 1), ("0.25 ms", 4), ("0.1 ms", 10)])
+def test_its_periods_fit_into_one_of_the_loop(period: str, number: int) -> None:
+    tree = machines.MACHINES[0].settings.with_("timing.period", period)
+    assert periods(tree, 1e-3) == number
+
+
+@pytest.mark.parametrize("period", [2e-3, 1e-3 / 3.3, 1e-3 / 3.7, 1e4])
+def test_no_whole_number_of_its_periods_is_refused(period: float) -> None:
+    tree = SimpleNamespace(timing=SimpleNamespace(period=period))
+    with pytest.raises(InputError, match="1 ms or a whole part"):
+        periods(tree, 1e-3)
+
+
+class Driven:
+    """A simulated printer under its law, without a loop."""
+
+    def __init__(self) -> None:
+        found = settings.load(PRINTER)
+        assert found is not None
+        self.tree = found.tree
+        self.rig = Simulated(found.machine, found.tree, found.live.pitch, 1e-3, 0)
+        self.control: Control = self.rig.control
+
+    def run(self, course: Course, seconds: float) -> float:
+        self.rig.source = lambda: course
+        for _ in range(round(seconds / 1e-3)):
+            self.rig.clock.wait(1e-3)
+        return self.rig.read().encoder * self.rig.pitch
+
+
+def test_the_law_follows_its_course_and_off_it_gives_nothing() -> None:
+    stage = Driven()
+    course = Course(True, REST._replace(position=1e-3), restart=1)
+    assert stage.run(course, 0.5) == pytest.approx(1e-3, abs=stage.tree.arrival.tolerance)
+    assert stage.control.effort != 0.0
+    stage.run(course._replace(on=False), 0.01)
+    assert stage.control.effort == 0.0
+
+
+def test_a_course_limits_the_effort() -> None:
+    stage = Driven()
+    stage.run(Course(True, REST._replace(position=2e-3), effort=0.2, restart=1), 0.05)
+    assert abs(stage.control.effort) == pytest.approx(0.2)
+    assert stage.rig.read().encoder == 0.0  # less than its friction
+
+
+def test_the_guard_of_the_machine_trips_and_is_renewed() -> None:
+    stage = Driven()
+    stage.run(Course(True, REST, high=-1e-3, restart=1), 0.002)
+    watch = stage.control.watch
+    assert watch.fault == 4 and stage.control.effort == 0.0
+    stage.run(Course(True, REST, restart=1), 0.01)
+    assert stage.control.effort == 0.0  # latched
+    words = faults.of_stage(faults.STAGE + watch.fault, watch.value, watch.limit, watch.time)
+    assert words.code == 204 and words.name == "above the soft limit"
+    stage.control.renew()
+    stage.run(Course(True, REST._replace(position=1e-3), restart=2), 0.05)
+    assert stage.control.watch.fault == 0 and stage.control.effort != 0.0
+
+
+def test_a_law_that_begins_anew_forgets_what_it_has_gathered() -> None:
+    stage = Driven()
+    course = Course(True, REST._replace(position=2e-4), restart=1)
+    stage.run(course, 0.01)
+    before = stage.control._memory.integral
+    assert before > 0.0
+    stage.run(course._replace(aim=REST, restart=2), 0.001)
+    assert abs(stage.control._memory.integral) < 0.1 * abs(before)
+    # Off and on again it begins anew, whatever the number.
+    stage.run(course, 0.01)
+    stage.run(course._replace(on=False), 0.001)
+    stage.run(course._replace(aim=REST), 0.001)
+    assert abs(stage.control._memory.integral) < 0.1 * abs(before)
+
+
+class Gains(NamedTuple):
+    """Of a law that pushes with no more than `limit`."""
+
+    limit: float = 3.0
+
+
+class Free(NamedTuple):
+    """Of a law without a limit."""
+
+    stiffness: float = 1.0
+
+
+class Watched:
+    """Control whose loops are scripted: they tell what they were given."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, gains: Any, **given: Any) -> None:
+        self.loops: list[tuple[Any, ...]] = []
+        self.coasts: list[tuple[Any, ...]] = []
+        self.compiled: list[Any] = []
+        self.begun = 0
+        self.written, self.fault = 4, guarding.OK
+        printer = machines.load(PRINTER)[0]
+        self.machine = printer._replace(law=printer.law._replace(start=self.start), **given)
+        self.tree = SimpleNamespace(
+            law="mine",
+            timing=SimpleNamespace(period=0.25e-3),
+            guard=Limits(),
+            arrival="arrival",
+            controller=gains,
+        )
+        self.made: list[str] = []
+        rows = [c.name for c in stage.columns(printer.kind, printer.law)]
+        self.row = rows.index("effort")
+
+        def known(name: str, loop: Any) -> Any:
+            return lambda *which: (self.made.append(name), loop)[1]
+
+        def compiled(loop: Any) -> Any:
+            self.compiled.append(loop)
+            return loop
+
+        monkeypatch.setattr(controls, "gains", lambda tree: tree.controller)
+        monkeypatch.setattr(stage, "columns", lambda *_: [SimpleNamespace(name=n) for n in rows])
+        monkeypatch.setattr(stage, "fastest", known("fastest", self.loop))
+        monkeypatch.setattr(stage, "period", known("period", self.loop))
+        monkeypatch.setattr(stage, "opened", known("opened", self.free))
+        monkeypatch.setattr(controls, "compiled", compiled)
+
+    def control(self, kind: Any = None) -> Control:
+        return Control(self.machine, self.tree, kind or self.machine.kind, 4)
+
+    def start(self, gains: Any, seen: Sample) -> tuple[Any, ...]:
+        self.begun += 1
+        return ("memory", self.begun, gains, seen)
+
+    def loop(self, params: Any, loop: Any, run: Any, noise: Any, out: Any, dt: float) -> Any:
+        self.loops.append((params, loop, run, noise.copy(), dt))
+        out[self.row] = [0.1, 0.2, 0.3, 0.4]
+        watch = run.watch._replace(fault=self.fault)
+        after = run._replace(stage="driven", memory=(*run.memory, "later"), watch=watch)
+        return after, self.written
+
+    def free(self, params: Any, state: Any, bounds: Any, efforts: Any, *rest: Any) -> Any:
+        noise, out, dt = rest
+        assert out.shape == (2, len(noise))
+        self.coasts.append((params, state, bounds, efforts.tolist(), noise.copy(), dt))
+        return "coasted", len(noise), 0
+
+
+NOISE = np.arange(8.0).reshape(4, 2)
+SEEN = Sample(0.5, 0.02)
+AIM = Aim(0.03, 0.1, 0.2, 0.3)
+COURSE = Course(True, AIM, -0.5, 0.6, math.inf, 7)
+
+
+def test_loop_and_law_are_given_the_course(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Watched(monkeypatch, Gains())
+    control = made.control()
+    assert control.effort == 0.0 and control.dt == 0.25e-3
+    assert repr(control.watch) == repr(guarding.fresh())
+    assert control.run(COURSE, "params", "state", SEEN, NOISE) == "driven"
+    params, loop, run, noise, dt = made.loops[0]
+    assert (params, dt) == ("params", 0.25e-3) and np.array_equal(noise, NOISE)
+    assert loop.gains == Gains(3.0) and loop.arrival == "arrival"
+    assert loop.guard == Limits()._replace(low=-0.5, high=0.6)
+    plan = loop.plan
+    assert plan.start.tolist() == [0.0] and plan.target.tolist() == [0.03]
+    assert plan.hold.tolist() == plan.length.tolist() == [math.inf]
+    assert plan.first.tolist() == [0, 1] and plan.pieces.tolist() == [[0.0, 0.03, 0.1, 0.2, 0.3]]
+    assert plan.origin == 0.03 and math.isnan(plan.end)
+    assert (run.tick, run.stage) == (2000, "state")
+    assert repr(run.progress) == repr(Progress(MOVING, 0, 0, 0.5, math.nan, 0))
+    assert run.memory == ("memory", 1, Gains(3.0), SEEN)
+    assert repr(run.watch) == repr(guarding.fresh())
+    assert control.effort == 0.4 and made.coasts == []
+
+
+def test_what_the_guard_cuts_coasts_for_the_rest_and_stays_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = Watched(monkeypatch, Gains())
+    control = made.control()
+    made.written, made.fault = 2, guarding.LOST
+    assert control.run(COURSE, "params", "state", SEEN, NOISE) == "coasted"
+    assert control.effort == 0.2 and control.watch.fault == guarding.LOST
+    params, state, bounds, efforts, noise, dt = made.coasts[0]
+    assert (params, state, dt) == ("params", "driven", 0.25e-3)
+    assert bounds == Bounds(-math.inf, math.inf, math.inf)
+    assert efforts == [0.0, 0.0] and np.array_equal(noise, NOISE[2:])
+    assert control.run(COURSE, "params", "state", SEEN, NOISE) == "coasted"
+    assert control.effort == 0.0 and len(made.loops) == 1
+    assert made.coasts[1][3] == [0.0] * 4 and made.coasts[1][1] == "state"
+    control.renew()
+    assert repr(control.watch) == repr(guarding.fresh())
+    made.written, made.fault = 4, guarding.OK
+    assert control.run(COURSE, "params", "state", SEEN, NOISE) == "driven"
+
+
+def test_the_law_begins_anew_with_another_number_and_after_it_was_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = Watched(monkeypatch, Gains())
+    control = made.control()
+    for course in (COURSE, COURSE, COURSE._replace(restart=8), COURSE._replace(restart=8)):
+        control.run(course, "params", "state", SEEN, NOISE)
+    begun = [run.memory[1] for _, _, run, _, _ in made.loops]
+    assert begun == [1, 1, 2, 2]
+    assert made.loops[1][2].memory[-1] == "later"  # it goes on from what it has gathered
+    off = COURSE._replace(on=False, restart=8)
+    assert control.run(off, "params", "state", SEEN, NOISE) == "coasted"
+    assert control.effort == 0.0
+    control.run(COURSE._replace(restart=8), "params", "state", SEEN, NOISE)
+    assert made.loops[-1][2].memory == ("memory", 3, Gains(3.0), SEEN)
+
+
+@pytest.mark.parametrize(("effort", "limit"), [(0.5, 0.5), (5.0, 3.0), (math.inf, 3.0)])
+def test_the_course_lowers_the_laws_limit(
+    monkeypatch: pytest.MonkeyPatch, effort: float, limit: float
+) -> None:
+    made = Watched(monkeypatch, Gains())
+    made.control().run(COURSE._replace(effort=effort), "params", "state", SEEN, NOISE)
+    assert made.loops[0][1].gains == Gains(limit) == made.loops[0][2].memory[2]
+
+
+def test_a_law_without_a_limit_is_for_machines_that_know_their_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.raises(InputError, match=r"law: 'mine'.*`limit`"):
+        Watched(monkeypatch, Free()).control()
+    made = Watched(monkeypatch, Free(), touch=None)
+    made.control().run(COURSE, "params", "state", SEEN, NOISE)
+    assert made.loops[0][1].gains == Free()
+    Watched(monkeypatch, Gains(), touch=None).control()
+
+
+def test_a_simulated_stage_is_compiled_and_a_real_rig_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = Watched(monkeypatch, Gains())
+    made.control()
+    assert made.made == ["fastest", "opened"] and made.compiled == [made.free]
+    made = Watched(monkeypatch, Gains())
+    made.control(made.machine.kind._replace(name="a rig"))
+    assert made.made == ["period", "opened"] and made.compiled == []

@@ -1,0 +1,80 @@
+"""What a served machine of one stage is set by, and under which law and guard it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.machines import machine as machines
+from macromicro.serve import choosing
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.stage import guide, settings
+
+EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
+PRINTER = EXAMPLES / "printer.toml"
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_file_chooses_the_machine() -> None:
+    found = choosing.load(PRINTER)
+    assert isinstance(found, settings.StageSettings) and found.model == "axis printer"
+    assert isinstance(choosing.load(None), LiveSettings)
+    assert found.controller == found.tree.controller
+    with pytest.raises(InputError, match="--law"):
+        choosing.load(PRINTER, "pid")
+
+
+def test_the_live_machine_has_the_travel_and_the_speeds_of_its_machine() -> None:
+    found = settings.load(PRINTER)
+    assert found is not None
+    tree, live = found.tree, found.live
+    assert live.pitch == tree.encoder.pitch
+    assert (live.limits.whole_low, live.limits.whole_high) == (tree.travel.low, tree.travel.high)
+    assert live.limits.macro_high == round(tree.travel.high / tree.encoder.pitch)
+    assert live.jogging.macro == 0.25 * tree.motion.velocity
+    assert live.jogging.slow < live.jogging.macro
+    assert live.brake.deceleration == tree.motion.acceleration
+    leads = guide.guide(found.machine, tree)
+    assert leads.arrival.tolerance == tree.arrival.tolerance
+    assert (leads.low, leads.high) == (tree.guard.low, tree.guard.high)
+    piezo = machines.load(EXAMPLES / "piezo-100um.toml")[1]
+    assert guide.count(piezo) == pytest.approx(8.0 * piezo.encoder.noise)
+
+
+def test_the_servers_table_stands_beside_the_machine(tmp_path: Path) -> None:
+    text = PRINTER.read_text(encoding="utf-8")
+    found = settings.load(written(tmp_path, text + '\n[serve]\nclient_timeout = "9 s"\n'))
+    plain = settings.load(PRINTER)
+    assert found is not None and plain is not None
+    assert found.serve.client_timeout == 9.0 and found.tree == plain.tree
+    with pytest.raises(InputError, match="live"):
+        settings.load(written(tmp_path, text + "\n[live]\npitch = 1\n"))
+    with pytest.raises(InputError, match=r"serve\.client_timeout"):
+        settings.load(written(tmp_path, text + '\n[serve]\nclient_timeout = "0 s"\n'))
+    whole = settings.load(written(tmp_path, 'machine = "axis"\n'))
+    assert whole is not None and whole.tree == machines.MACHINES[0].settings
+
+
+def test_a_kept_position_is_of_one_machine_with_its_settings(tmp_path: Path) -> None:
+    found = settings.load(PRINTER)
+    assert found is not None
+    other = found._replace(tree=found.tree.with_("load.payload", "0.1 kg"))
+    assert found.kept_as("twin") != other.kept_as("twin")
+    assert found.place("twin") == other.place("twin") == "twin-axis"
+    text = found.as_toml(found.controller, found.live.limits._replace(whole_high=0.1))
+    again = settings.load(written(tmp_path, text))
+    assert again is not None and again.tree.travel.high == 0.1
+
+
+@pytest.mark.parametrize("period", ["2 ms", "0.3 ms"])
+def test_a_period_that_does_not_fit_is_refused(period: str, tmp_path: Path) -> None:
+    text = f'machine = "axis"\n[timing]\nperiod = "{period}"\n'
+    with pytest.raises(InputError, match=r"own.toml, timing.period.*1 ms or a whole part"):
+        settings.load(written(tmp_path, text))

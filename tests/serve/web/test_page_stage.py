@@ -1,0 +1,53 @@
+"""The page of a machine of one stage: its name, travel and unit, nothing of a second stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from page_parts import Page
+from tests import browser
+from web_parts import until
+
+from macromicro.control.live import messages as m
+from macromicro.serve.stage import settings as stage
+from macromicro.serve.station import Station
+from macromicro.serve.web import WebServer
+
+FILE = Path(__file__).parents[3] / "examples" / "machines" / "piezo-100um.toml"
+
+
+@pytest.fixture
+def piezo(chromium: None, tmp_path: Path) -> Iterator[Page]:
+    settings = stage.load(FILE)
+    assert settings is not None
+    patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0)
+    station = Station(settings=settings._replace(serve=patient), state=tmp_path / "p.json")
+    with station, WebServer(station, port=0, folder=tmp_path) as server:
+        driver = browser.driver(tmp_path / "browser", "127.0.0.1")
+        try:
+            page = Page(driver, server, station)
+            page.show()
+            yield page
+        finally:
+            driver.quit()
+
+
+def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
+    assert piezo.text("#rig") == "piezo piezo-100um (simulated)"
+    assert "0 to 100 um" in piezo.text("#limits")
+    shown = "return [...document.querySelectorAll('[data-of=micro]')].filter(e => !e.hidden).length"
+    assert piezo.run(shown) == 0
+    piezo.take()
+    piezo.station.request(piezo.station.snapshot().holder, m.Enable())
+    until(lambda: piezo.station.snapshot().mode == "ready")
+    until(lambda: piezo.find("#move").is_enabled())
+    assert piezo.outcome(piezo.move(42.5)) == "done"
+
+    def there() -> bool:
+        number, unit = piezo.text("#position").split()
+        return unit == "um" and abs(float(number) - 42.5) < 0.02
+
+    until(there)
+    assert len(piezo.text("#position").split()[0].partition(".")[2]) == 3  # a count is 3.2 nm
