@@ -50,6 +50,7 @@ class Driver:
         faulty.inject(self.victim.cells, faulty.NONE)
         until(self._rests, 90.0)
         time.sleep(0.01)
+        tries: list[str] = []
         for _ in range(5):
             if code := self._fault()[0]:
                 if not self._claimed:  # it came after the trial was over
@@ -62,10 +63,14 @@ class Driver:
                 return
             self._begin("HOME")
             until(self._rests, 90.0)
+            tries.append(self._client.ask("FAUL?"))
             if self._words("POS:TRUS?")[0] == "1":
                 self.homings += 1
                 self._frame = self._truth() - self._position()
-        raise MacromicroError(f"not ready again: {self._client.ask('SYST:ERR:ALL?')}")
+        raise MacromicroError(
+            f"not ready again after {self._suspect[1]}: {self._client.ask('SYST:ERR:ALL?')}; "
+            f"after each homing: {tries}"
+        )
 
     def _truth(self) -> float:
         return float(self.victim.cells[faulty.STAGE])
