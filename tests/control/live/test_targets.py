@@ -238,9 +238,7 @@ def plan(**columns: Any) -> Plan:
 MISSHAPEN = ("this is no programme with moves", "load it with macromicro.programme")
 
 
-@pytest.mark.parametrize(
-    "column", ["start", "stage", "target", "hold", "velocity", "acceleration"]
-)
+@pytest.mark.parametrize("column", ["start", "stage", "target", "hold", "velocity", "acceleration"])
 @pytest.mark.parametrize(
     "values",
     [
