@@ -1,5 +1,6 @@
 """Paths in a plane: lengths, ends, directions that go over into one another, distances."""
 
+import itertools
 import math
 
 import numpy as np
@@ -100,17 +101,15 @@ def test_rounded_corners_keep_the_ends_and_have_no_corner(corners, radius):
     pieces = path.rounded(corners, radius, "test")
     assert (pieces[0].x, pieces[0].y) == pytest.approx(corners[0], abs=1e-12)
     assert pieces[-1].end == pytest.approx(corners[-1], abs=1e-10)
-    for before, after in zip(pieces, pieces[1:], strict=False):
+    for before, after in itertools.pairwise(pieces):
         assert before.end == pytest.approx((after.x, after.y), abs=1e-10)
         assert path.turning(before, after) == pytest.approx(0.0, abs=1e-9)
     bent = [abs(1.0 / p.curvature) for p in pieces if p.curvature]
     assert bent == pytest.approx([radius] * len(bent), rel=1e-9)
     length = sum(p.length for p in pieces)
-    legs = list(zip(corners, corners[1:], strict=False))
+    legs = list(itertools.pairwise(corners))
     way = sum(math.dist(a, b) for a, b in legs)
-    turns = [
-        path.turning(path.line(*a), path.line(*b)) for a, b in zip(legs, legs[1:], strict=False)
-    ]
+    turns = [path.turning(path.line(*a), path.line(*b)) for a, b in itertools.pairwise(legs)]
     cut = sum(radius * (2.0 * math.tan(0.5 * abs(t)) - abs(t)) for t in turns if abs(t) > 1e-9)
     assert length == pytest.approx(way - cut, abs=1e-9)
 

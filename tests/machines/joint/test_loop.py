@@ -83,7 +83,7 @@ def test_both_begin_and_end_together_and_the_next_waits_for_both():
     holding = first.start + int(np.argmax(r["phase"][first] == 2))
     for name, own in zip(AXES, (slow.x, slow.y), strict=True):
         error = np.abs(r[f"{name}_target"] - r[f"{name}_position"])[:holding]
-        late = error[int(round(plan.plans[0].length[0] / r.dt)) :]
+        late = error[round(plan.plans[0].length[0] / r.dt) :]
         settled = np.flatnonzero(late > 1e3 * own.arrival.tolerance)
         if name == "y":
             assert len(settled) > 5  # it is what is waited for
