@@ -1,13 +1,14 @@
-"""``tune`` and ``robust`` for the machines of one stage."""
+"""``tune`` and ``robust`` for the machines of one stage and of two axes."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import typer
 
+from macromicro.commands import machine_run
 from macromicro.commands.signals import Signals
 from macromicro.errors import InputError
 
@@ -34,9 +35,11 @@ def only(given: dict[str, object], name: str) -> None:
 
 
 def name_of(config: Path) -> str:
-    """The machine that a file names, which is one of one stage."""
-    from macromicro.machines.machine import chosen
+    """The machine that a file names, which is not the two-stage one."""
+    from macromicro.machines.machine import JOINT, chosen
 
+    if machine_run.is_joint(config):
+        return JOINT
     machine = chosen(config)
     assert machine is not None  # the two-stage machine has commands of its own
     return machine.name
@@ -99,46 +102,33 @@ def robust(
 ) -> None:
     """Try machines that differ from their sheets under the nominal law; `how`: threads, and a file
     of requirements."""
-    from macromicro import programme as programmes
     from macromicro.batch import cores
-    from macromicro.batch.stage_job import METRICS
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
-    from macromicro.machines import planning
-    from macromicro.machines.machine import load
     from macromicro.report.summary import as_json as to_json
-    from macromicro.robustness import requirements
-    from macromicro.robustness import stage as robustness
     from macromicro.robustness import stage_files as told
     from macromicro.runs import folder
     from macromicro.schema import keys
 
     kinds = formats(asked.figures)
-    machine, settings = load(asked.config, asked.law)
     keys.seed(asked.seed, "--seed")
     workers, limits = how
-    required = () if limits is None else requirements.load(limits, METRICS, ())
-    if programme is None:
-        moves = planning.usual(settings)
-    else:
-        moves = planning.load(programmes.find(programme), settings)
-    plan = planning.plan(moves, settings)
+    pick = _pair if machine_run.is_joint(asked.config) else _stage
+    title, required, study = pick(asked, programme, limits)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
         folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
     ):
         signals.later()
-        with progress(moves.title, "runs") as pace:
+        with progress(title, "runs") as pace:
             pace.begin(samples + 1)
 
             def done(n: int) -> bool:
                 pace.reach(n, samples + 1)
                 return bool(signals.received)
 
-            found = robustness.study(
-                machine, settings, plan, samples, asked.seed, workers or cores(), done
-            )
+            found = study(samples, asked.seed, workers or cores(), done)
         if not found.found:
             print("macromicro: interrupted; nothing written", file=sys.stderr)
             raise typer.Exit(signals.status)
@@ -153,3 +143,41 @@ def robust(
         said = f"interrupted after {len(found.found)} of {samples} machines"
         print(f"macromicro: {said}", file=sys.stderr)
         raise typer.Exit(signals.status or 1)
+
+
+def _stage(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
+    """Title, requirements and study of a machine of one stage."""
+    from functools import partial
+
+    from macromicro import programme as programmes
+    from macromicro.batch.stage_job import METRICS
+    from macromicro.machines import planning
+    from macromicro.machines.machine import load
+    from macromicro.robustness import requirements, stage
+
+    machine, settings = load(asked.config, asked.law)
+    required = () if limits is None else requirements.load(limits, METRICS, ())
+    if programme is None:
+        moves = planning.usual(settings)
+    else:
+        moves = planning.load(programmes.find(programme), settings)
+    plan = planning.plan(moves, settings)
+    return moves.title, required, partial(stage.study, machine, settings, plan)
+
+
+def _pair(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
+    """The same of a machine of two axes."""
+    from functools import partial
+
+    from macromicro.machines.joint import job, planning
+    from macromicro.machines.joint.machine import load
+    from macromicro.robustness import joint, requirements
+
+    only({"--law": asked.law}, name_of(asked.config))
+    machine, settings = load(asked.config)
+    required = joint.required(settings)
+    if limits is not None:
+        required = requirements.load(limits, joint.METRICS, required)
+    moves = job.chosen(settings, programme)
+    plan = planning.plan(moves, settings)
+    return moves.title, required, partial(joint.study, machine, settings, plan)
