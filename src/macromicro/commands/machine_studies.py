@@ -52,49 +52,67 @@ def tune(
     from macromicro.batch import cores
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
-    from macromicro.machines import planning
-    from macromicro.machines.machine import load
     from macromicro.report.summary import as_json as to_json
     from macromicro.runs import folder
     from macromicro.schema import keys
     from macromicro.tuning import stage as tuning
-    from macromicro.tuning import stage_files as told
 
     kinds = formats(asked.figures)
-    machine, settings = load(asked.config, asked.law)
-    if stage not in (machine.kind.name, machine.name, "macro"):
-        raise InputError("stage", stage, f"{machine.kind.name} for this machine")
+    pick = _tuned_pair if machine_run.is_joint(asked.config) else _tuned_stage
+    names, search, told = pick(asked)
+    if stage not in names:
+        raise InputError("stage", stage, f"{names[0]} for this machine")
     aim = tuning.named(objective)
     keys.seed(asked.seed, "--seed")
     keys.whole(evaluations, 10, 1_000_000, "--evaluations")
-    plan = planning.plan(planning.usual(settings), settings)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
         folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
-        progress(f"{machine.kind.name}, objective {aim.name}", "designs at most") as pace,
+        progress(f"{names[0]}, objective {aim.name}", "designs at most") as pace,
     ):
         pace.begin(evaluations)
 
         def tell(done: int, best: float) -> None:
             pace.reach(done, evaluations, f"least cost {best:.4g}")
 
-        found = tuning.search(
-            machine,
-            settings,
-            plan,
-            aim,
-            tuning.Budget(evaluations, asked.seed, *machines, cores()),
-            tell,
-        )
+        budget = tuning.Budget(evaluations, asked.seed, *machines, cores())
+        found = search(aim, budget, tell)
         signals.later()
         told.write(asked.out, found, kinds)
     if asked.as_json:
         print(to_json(told.content(found)), end="")
         return
-    for name, before, after, unit in told.table(found):
-        print(f"{name:66} {before:12.5g} {after:12.5g} {unit}".rstrip())
+    print("\n".join(told.lines(found)))
     print(f"results: {asked.out}; try: macromicro run --config {asked.out / told.SETTINGS}")
+
+
+def _tuned_stage(asked: Asked) -> tuple[tuple[str, ...], Any, Any]:
+    """Names of what is tuned, its search and its files: of a machine of one stage."""
+    from functools import partial
+
+    from macromicro.machines import planning
+    from macromicro.machines.machine import load
+    from macromicro.tuning import stage, stage_files
+
+    machine, settings = load(asked.config, asked.law)
+    plan = planning.plan(planning.usual(settings), settings)
+    search = partial(stage.search, machine, settings, plan)
+    return (machine.kind.name, machine.name, "macro"), search, stage_files
+
+
+def _tuned_pair(asked: Asked) -> tuple[tuple[str, ...], Any, Any]:
+    """The same of a machine of two axes."""
+    from functools import partial
+
+    from macromicro.machines.joint import course, planning
+    from macromicro.machines.joint.machine import load
+    from macromicro.tuning import joint, joint_files
+
+    only({"--law": asked.law}, name_of(asked.config))
+    machine, settings = load(asked.config)
+    plan = planning.plan(course.usual(settings), settings)
+    return (machine.name,), partial(joint.search, machine, settings, plan), joint_files
 
 
 def robust(
