@@ -9,7 +9,7 @@ from macromicro import cli
 from macromicro.machines import job, machine, runs
 from macromicro.recording import Recording
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("*.toml"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples/machines").glob("[!x]*.toml"))
 LATE = {"axis": 0.05, "piezo": 0.5, "wire": 1.0}  # s after the profile's end
 PROGRAMME = '[[moves]]\nmacro = ["2 mm", "0 mm"]\nhold = "0.05 s"\n'
 

@@ -31,9 +31,7 @@ class JointTrial(NamedTuple):
     ]
     peak_error_x: Annotated[float, Quantity("um", "largest distance from the set point, x")]
     peak_error_y: Annotated[float, Quantity("um", "the same, y")]
-    true_error: Annotated[
-        float, Quantity("um", "largest distance from the target at rest, in the plane, true")
-    ]
+    true_error: Annotated[float, Quantity("um", "largest distance from the target at rest, true")]
     rough_x: Annotated[float, Quantity("V", "rms change of the effort from period to period, x")]
     rough_y: Annotated[float, Quantity("V", "the same, y")]
 
