@@ -79,15 +79,40 @@ class XY(NamedTuple):
     y: Any = axis.Axis()
 
     def derived(self) -> tuple[Rule, ...]:
-        """Rules of what follows from other settings, none of which depends on a later one."""
+        """What follows from other settings.
+
+        Returns
+        -------
+        tuple[Rule, ...]
+            Paths and rules, none of which depends on a later one.
+        """
         return RULES
 
     def together(self) -> list[Problem]:
-        """What cannot work together, beside what each axis finds in itself."""
+        """What cannot work together, beside what each axis finds in itself.
+
+        Returns
+        -------
+        list[Problem]
+            Path, value, and what is accepted and why.
+        """
         return [(path, value, words) for wrong, path, value, words in _checks(self) if wrong]
 
     def grown(self, table: Mapping[str, object], where: str) -> XY:
-        """With the gains of the laws that a table of settings names."""
+        """With the gains of the laws that a table of settings names.
+
+        Parameters
+        ----------
+        table : Mapping[str, object]
+            Of a file; paths dotted or nested.
+        where : str
+            The file, for messages.
+
+        Returns
+        -------
+        XY
+            A copy.
+        """
         changed = {}
         for name in AXES:
             own = table.get(name)
@@ -97,7 +122,20 @@ class XY(NamedTuple):
         return self._replace(**changed)
 
     def with_(self, changes: str | Mapping[str, object], value: object = None) -> XY:
-        """As `tree.with_`."""
+        """These settings with other values, and with what follows from them.
+
+        Parameters
+        ----------
+        changes : str | Mapping[str, object]
+            Path of a parameter; or several paths with their values.
+        value : object, optional
+            Of the one path.
+
+        Returns
+        -------
+        XY
+            A changed copy.
+        """
         return with_(self, changes, value)
 
 
