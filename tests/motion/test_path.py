@@ -72,6 +72,12 @@ def test_the_extent_holds_every_place_and_no_more(begin, centre, angle):
     assert piece.extent[0] <= x.min() + 1e-12 and piece.extent[3] >= y.max() - 1e-12
 
 
+@pytest.mark.parametrize("end", [(0.3, 0.2), (-0.1, 0.1), (0.1, -0.4)])
+def test_the_extent_of_a_line_is_that_of_its_ends(end):
+    (a, b), (c, d) = sorted((0.1, end[0])), sorted((0.1, end[1]))
+    assert path.line((0.1, 0.1), end).extent == pytest.approx((a, b, c, d), abs=1e-15)
+
+
 @given(points, points, angles, points)
 def test_no_place_of_a_piece_is_nearer_than_the_nearest(begin, centre, angle, other):
     assume(math.dist(begin, centre) > 1e-3)
@@ -127,6 +133,7 @@ def test_a_turn_to_the_left_is_positive():
         ([(0, 0), (1, 0), (0, 0)], 0.1, "point 2: 'a turn by 180 deg'"),
         ([(0, 0), (1, 0), (1, 1)], 1.01, "rounding: '1010 mm'; accepted: at most 1000 mm"),
         ([(0, 0), (1, 0), (1, 1), (2, 1)], 0.6, "at most 500 mm between points 2 and 3"),
+        ([(0, 0), (3, 0), (3, 0.4)], 0.5, "at most 400 mm between points 2 and 3"),
     ],
 )
 def test_corners_without_room_are_refused(corners, radius, what):

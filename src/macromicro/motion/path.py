@@ -230,7 +230,7 @@ def rounded(points: Sequence[tuple[float, float]], radius: float, where: str) ->
         left = leg.length - cuts[k] - cuts[k + 1]
         if left > MEET:
             pieces.append(leg._replace(x=x, y=y, length=left))
-        if k < len(turns) and cuts[k + 1] > 0.0:
+        if cuts[k + 1] > 0.0:
             x, y = (float(u) for u in leg.at(leg.length - cuts[k + 1]))
             bend = math.copysign(1.0 / radius, turns[k])
             pieces.append(Piece(x, y, leg.ux, leg.uy, bend, radius * abs(turns[k])))

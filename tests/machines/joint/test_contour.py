@@ -51,6 +51,15 @@ def test_what_lags_on_the_path_is_not_beside_it():
     assert late.distance.max() < 1e-15
 
 
+def test_what_lags_behind_a_corner_is_still_on_the_piece_before():
+    trace = trace_of(path.line((0.02, 0.02), (0.06, 0.02)), path.line((0.06, 0.02), (0.06, 0.05)))
+    x, y = places(trace)
+    late = contour.off(trace, np.r_[np.full(9, x[0]), x[:-9]], np.r_[np.full(9, y[0]), y[:-9]])
+    assert late.distance.max() < 1e-12
+    early = contour.off(trace, np.r_[x[9:], np.full(9, x[-1])], np.r_[y[9:], np.full(9, y[-1])])
+    assert early.distance.max() < 1e-12
+
+
 def test_a_path_that_crosses_itself_has_two_branches():
     """Near the crossing of an eight the nearest branch is not the one that is run."""
     first = path.arc((0.1, 0.1), (0.07, 0.1), -path.TURN)

@@ -178,7 +178,7 @@ def aims(
     """
     plan, other = loops[0].plan, loops[1].plan
     now, t = s.progress, first.t
-    if now.phase != DONE and sequence.over(plan, now, t):
+    if sequence.over(plan, now, t):
         now = Progress(DONE, now.move, now.piece, t, now.inside, now.arrived)
     if now.phase == DONE:
         return (
@@ -318,10 +318,9 @@ def period(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
             mind_b, effort_b = step_b(loops[1].gains, second.memory, aim_b, seen_b, dt)
             watch_a, effort_a = guarding.step(loops[0].guard, first.watch, seen_a, aim_a, effort_a)
             watch_b, effort_b = guarding.step(loops[1].guard, second.watch, seen_b, aim_b, effort_b)
-            alone = watch_a
             watch_a, effort_a = told(watch_a, watch_b, effort_a, t)
-            watch_b, effort_b = told(watch_b, alone, effort_b, t)
-            tripped = watch_a.fault != OK or watch_b.fault != OK
+            watch_b, effort_b = told(watch_b, watch_a, effort_b, t)
+            tripped = watch_a.fault != OK  # and so has the other: it was told
             now = joined.progress
             phase = float(FAULT if tripped else now.phase)
             put(out, k, seen_a, sample_a[0], sample_a[1])
