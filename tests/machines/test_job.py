@@ -100,7 +100,7 @@ def test_its_settings_are_shown(monkeypatch, capsys):
     assert called(monkeypatch, "config", "show", "motor", "--machine", "axis") == 0
     assert capsys.readouterr().out.startswith("[motor]")
     assert called(monkeypatch, "config", "show", "--machine", "axle") == 2
-    assert "one of two_stage, axis" in capsys.readouterr().err
+    assert "one of two_stage, xy, axis" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
