@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from macromicro.errors import InputError
 from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.course import Course, Leg
-from macromicro.machines.joint.settings import DEFAULT, of
+from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.motion import path, s_curve
 from tests.machines.joint.axes import straight
 
@@ -128,6 +128,26 @@ def test_the_way_of_the_set_point_is_that_of_its_places():
     for k, place in enumerate((x, y)):
         t, at, *_ = sampled(plan, k, 1, 200001)
         assert np.interp(n * dt, t, at) == pytest.approx(float(place), abs=1e-7)
+
+
+@pytest.mark.parametrize("angle", [path.TURN, -0.5])
+def test_a_tiny_arc_is_round(angle):
+    begin = (0.05 - 1e-4, 0.05)
+    piece = path.arc(begin, (0.05, 0.05), angle)
+    leg = Leg("arc", (piece,), (math.inf,), piece.end, 0.1)
+    quick = DEFAULT.with_({f"{name}.motion.jerk": "1e5 m/s^3" for name in AXES})
+    plan = planning.plan(Course("t", (*straight(begin).legs, leg), "t"), quick)
+    x, y = (sampled(plan, k, 1, 20000)[1] for k in (0, 1))
+    assert np.hypot(x - 0.05, y - 0.05) == pytest.approx(1e-4, abs=2e-9)
+
+
+@pytest.mark.parametrize(
+    ("end", "what"),
+    [((0.31, 0.1), "x: '310 mm'"), ((0.1, 0.25), "y: '250 mm'"), ((0.1, -0.01), "y: '-10 mm'")],
+)
+def test_a_target_beyond_either_end_is_refused(end, what):
+    with pytest.raises(InputError, match=f"move 1, {what}; accepted: "):
+        planning.plan(straight(end), DEFAULT)
 
 
 def test_a_path_beyond_the_travel_is_refused_where_it_bulges_out():

@@ -18,7 +18,7 @@ from macromicro.machines.joint.settings import AXES, of
 from macromicro.machines.planning import Way
 from macromicro.machines.sequence import Plan
 from macromicro.motion.feed import Limits, feed
-from macromicro.motion.path import Piece, line
+from macromicro.motion.path import MEET, Piece, line
 from macromicro.motion.profile import Segment
 from macromicro.schema.text import printable
 from macromicro.units import shown
@@ -163,10 +163,9 @@ def _check_travel(leg: Leg, tree: Any, where: str) -> None:
         boxes = [tuple(f(leg.times[k]) for k in (1, 2) for f in (np.min, np.max))]
     for k, (name, own) in enumerate(zip(AXES, of(tree), strict=True)):
         low, high = own.travel.low, own.travel.high
-        slack = 1e-9 * (high - low)
         for box in boxes:
             for value in (box[2 * k], box[2 * k + 1]):
-                if not low - slack <= value <= high + slack:
+                if not low - MEET <= value <= high + MEET:
                     accepted = (
                         f"{shown(low, 'm', 'mm', 6)} to {shown(high, 'm', 'mm', 6)} ({name}.travel)"
                     )
@@ -206,8 +205,8 @@ def _cubics(piece: Piece, segment: Segment, step: float) -> Iterator[tuple[float
             piece.uy * j,
         )  # fmt: skip
         return
-    far = h * (v + h * (0.5 * a + h * j / 6.0))
-    n = math.ceil(max(abs(piece.curvature) * far / TURN, 0.0 if a == j == 0.0 else h / step, 1.0))
+    turned = abs(piece.curvature) * h * max(v, v + h * (a + 0.5 * h * j))
+    n = math.ceil(max(turned / TURN, 0.0 if a == j == 0.0 else h / step, 1.0))
     t = np.linspace(0.0, h, n + 1)
     along, speed = s + t * (v + t * (0.5 * a + t * j / 6.0)), v + t * (a + 0.5 * t * j)
     columns = []
