@@ -10,7 +10,8 @@ import pytest
 from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
 from macromicro.identify.axis import late
-from macromicro.identify.axis_fit import _check, _part, _rows, _runs, _split
+from macromicro.identify.axis_choice import part
+from macromicro.identify.axis_fit import _check, _rows, _runs, _split
 from macromicro.identify.axis_inverse import Rows, differences, fitted
 from macromicro.identify.axis_refine import free_runs, refined
 from macromicro.identify.runs import Run
@@ -162,10 +163,10 @@ def test_of_three_records_or_more_every_third_judges() -> None:
 
 
 def test_a_part_of_a_record_keeps_all_its_columns() -> None:
-    part = _part(numbered(10), slice(4, 6))
-    assert part.run.t.tolist() == [4.0, 5.0] and part.run.x.tolist() == [4.2, 5.2]
-    assert part.force.tolist() == [4.3, 5.3] and part.a.tolist() == [4.5, 5.5]
-    assert part.still.all() and part.factor == 7
+    made = part(numbered(10), slice(4, 6))
+    assert made.run.t.tolist() == [4.0, 5.0] and made.run.x.tolist() == [4.2, 5.2]
+    assert made.force.tolist() == [4.3, 5.3] and made.a.tolist() == [4.5, 5.5]
+    assert made.still.all() and made.factor == 7
 
 
 def test_a_fit_tells_its_free_run_and_its_errors() -> None:

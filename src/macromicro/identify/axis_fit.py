@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,15 +10,15 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_doubts
+from macromicro.identify import axis_choice, axis_doubts
 from macromicro.identify.axis import Axis, late, simulate
+from macromicro.identify.axis_choice import Judged, part
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
     Rows,
     differences,
     fitted,
-    force_error,
     plausible,
 )
 from macromicro.identify.axis_refine import begun, free_runs, refined
@@ -26,7 +26,6 @@ from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run, checked
 
-_GAIN = 0.02  # a richer structure must lower the hold-out error by this part
 _LEAST = 200
 _LATEST = 1000  # samples
 _TRIED = 12  # whole samples of delay tried
@@ -66,10 +65,11 @@ class DriveFit:
     refined : Estimate
         The estimate by output error.
     holdout : dict[str, float]
-        RMS force error of each structure tried on data that it was not fitted to; empty when one
-        was asked for.
+        RMS force error of each structure tried on data that it was not fitted to, in a typical
+        block (`axis_choice`); empty when one was asked for.
     holdout_rms : float
-        Position RMS of the free run there by the output-error fit to the rest.
+        Position RMS of the free run over the last part of each record (of three or more: over every
+        third one) by the output-error fit to the rest.
     starts : tuple[tuple[float, float], ...]
         Measured position and speed at the start of each record.
     free_run : tuple[Array, ...]
@@ -80,6 +80,8 @@ class DriveFit:
         Force per unit of u.
     delay : int
         Samples by which u acts late.
+    reasons : dict[str, str]
+        Why each other structure was not chosen, in words.
     """
 
     structure: str
@@ -92,6 +94,7 @@ class DriveFit:
     residuals: tuple[Array, ...]
     gain: float
     delay: int
+    reasons: dict[str, str] = field(default_factory=dict)
 
     @property
     def rms(self) -> float:
@@ -162,12 +165,14 @@ def drive(
         Force per unit of u, N/V; with gain 1 the parameters are in units of u (V s2/count, V
         s/count, V).
     structure : str, optional
-        Which friction, or "auto": every structure is fitted without the held-out data, and a richer
-        one is chosen only when it predicts the held-out force at least 2 % better.
+        Which friction, or "auto": every structure is fitted to two thirds of the blocks of the
+        records and judged by the others, in turn; a richer one is chosen only if it predicts their
+        force at least 2 % better, and by more than the blocks differ (`axis_choice`).
     filtering : Filtering, optional
         How the position is filtered and all columns decimated.
     holdout : float, optional
-        Last part of each record that is held out (of three records or more: every third record).
+        Last part of each record that the output error is judged by (of three records or more: every
+        third record).
     limit : float | None, optional
         The drive saturates there: u is clipped to +-limit, with a warning.
     delay : int | str, optional
@@ -190,10 +195,10 @@ def drive(
     if isinstance(delay, str):
         delay, lag = _delayed(runs, gain, filtering, limit, holdout)
     rows = _rows(runs, gain, filtering, limit, delay, holdout)
-    train, test = _split(rows, holdout)
-    scores: dict[str, float] = {}
+    judged = Judged(structure, {}, {})
     if structure == "auto":
-        structure, scores = _chosen(train, test)
+        judged = axis_choice.chosen(rows)
+        structure = judged.structure
     inverse = fitted(rows, structure)
     axis_doubts.against(inverse)
     if not plausible(inverse):
@@ -202,7 +207,7 @@ def drive(
             f"inverse dynamics gives a negative mass or friction: {inverse}; "
             "output error keeps them above zero",
         )
-    trained = refined(train, fitted(train, structure), lag)
+    test, trained = _judged(rows, holdout, structure, lag)
     missed = np.concatenate(free_runs(test, trained.axis)[1])
     final = refined(rows, inverse, lag)
     axis_doubts.coarse((inverse, final), runs[0].dt)
@@ -211,13 +216,14 @@ def drive(
         structure,
         inverse,
         final,
-        scores,
+        judged.scores,
         float(np.sqrt(np.mean(missed**2))),
         tuple(begun(r) for r in rows),
         tuple(free),
         tuple(errors),
         float(gain),
         int(delay),
+        judged.reasons,
     )
 
 
@@ -286,9 +292,23 @@ def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:
         return [r for i, r in enumerate(rows) if i % _MANY != _MANY - 1], rows[_MANY - 1 :: _MANY]
     cuts = [round(len(r.v) * (1.0 - holdout)) for r in rows]
     return (
-        [_part(r, slice(0, cut)) for r, cut in zip(rows, cuts, strict=True)],
-        [_part(r, slice(cut, None)) for r, cut in zip(rows, cuts, strict=True)],
+        [part(r, slice(0, cut)) for r, cut in zip(rows, cuts, strict=True)],
+        [part(r, slice(cut, None)) for r, cut in zip(rows, cuts, strict=True)],
     )
+
+
+def _judged(
+    rows: list[Rows], holdout: float, structure: str, lag: float | None
+) -> tuple[list[Rows], Estimate]:
+    """What the output error is judged by, and its fit to the rest; every third block where what
+    `_split` leaves is too poor for the structure."""
+    train, test = _split(rows, holdout)
+    try:
+        start = fitted(train, structure)
+    except InputError:
+        train, test = next(axis_choice.folds(rows))
+        start = fitted(train, structure)
+    return test, refined(train, start, lag)
 
 
 def _delayed(
@@ -305,30 +325,3 @@ def _delayed(
         errors.append(fitted(rows, "coulomb").percent)
     best = int(np.argmin(errors))
     return max(best - 1, 0), (1.0 if best else 0.1) * runs[0].dt
-
-
-def _part(rows: Rows, where: slice) -> Rows:
-    run = Run(*(column[where] for column in rows.run))
-    return Rows(
-        run, rows.force[where], rows.v[where], rows.a[where], rows.still[where], rows.factor
-    )
-
-
-def _chosen(train: list[Rows], test: list[Rows]) -> tuple[str, dict[str, float]]:
-    """The poorest structure that no richer one beats on the held-out force."""
-    scores: dict[str, float] = {}
-    best = ""
-    for name in STRUCTURES:
-        estimate = fitted(train, name)
-        if not plausible(estimate):
-            continue
-        scores[name] = force_error(test, estimate)
-        if not best or scores[name] < (1.0 - _GAIN) * scores[best]:
-            best = name
-    if not best:
-        raise InputError(
-            "record",
-            "every structure gives a negative mass or friction",
-            "a force that drives the motion: check the signs of u, x and gain",
-        )
-    return best, scores

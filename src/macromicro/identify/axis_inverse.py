@@ -39,6 +39,8 @@ STRUCTURES: dict[str, tuple[str, ...]] = {
 }
 _SPEEDS = np.geomspace(0.005, 0.5, 25)  # Stribeck speeds tried, parts of the top speed
 
+_LARGEST = 3.0  # of the largest force: no breakaway friction is above it
+
 _STILL = 0.01
 
 
@@ -214,9 +216,17 @@ def fitted(rows: list[Rows], structure: str) -> Estimate:
     names = STRUCTURES[structure]
     top = max(float(np.abs(r.v).max()) for r in rows)
     speeds = _SPEEDS * top if "stribeck_speed" in names else [top]
+    most = _LARGEST * max(float(np.abs(r.force).max()) for r in rows)
     best: Estimate | None = None
-    for speed in speeds:
-        found = _linear(rows, names, float(speed))
+    for k, speed in enumerate(speeds):
+        try:
+            found = _linear(rows, names, float(speed))
+        except InputError:  # a breakaway that fades so soon, or so late, shows nowhere
+            if best is None and k + 1 == len(speeds):
+                raise
+            continue
+        if abs(found.axis.stribeck) > most and k + 1 < len(speeds):
+            continue
         rank = (not plausible(found), found.rms)
         if best is None or rank < (not plausible(best), best.rms):
             best = found

@@ -83,7 +83,7 @@ def test_a_file_in_volts_and_metres(tmp_path: Path, asked: list[dict[str, Any]])
     assert said["fit"] == "free run 95.75 %, RMS 0.0125 m over 400 samples"
     assert said["on data that was not fitted to"] == "RMS 0.02 m"
     assert said["force, inverse dynamics"] == "error 7.50 %"
-    assert said["structure"] == ("coulomb; force error on held-out data: viscous 0.5, coulomb 0.25")
+    assert said["structure"] == "force error on held-out data: coulomb 0.25, taken"
     assert "gain" not in said and "delay" not in said
     assert (made.data["gain"], made.data["delay"], made.data["rms"]) == (1.0, 0, 0.0125)
     assert made.data["inverse"] == {"coulomb": 6.0, "viscous": 24.0, "mass": 3.0}
@@ -166,6 +166,12 @@ def test_units_of_the_parameters(force: str, x: str, mass: str, slope: str, spee
 def test_the_structure_in_words() -> None:
     one = dataclasses.replace(fit(AXIS, NAMES, STD), holdout={}, structure="full")
     assert drive.structure(one) == "full, as given"
+    why = {"viscous": "coulomb is better", "full": "a mass or friction below 0"}
+    many = dataclasses.replace(one, holdout={"viscous": 0.5, "coulomb": 0.25}, reasons=why)
+    assert drive.structure(dataclasses.replace(many, structure="coulomb")) == (
+        "force error on held-out data: coulomb 0.25, taken; viscous 0.5: coulomb is better; "
+        "full: a mass or friction below 0"
+    )
 
 
 def runs(*parts: tuple[Array, Array]) -> list[Run]:

@@ -144,6 +144,7 @@ def identify(picking: Picking, options: Options) -> Result:
         "gain": gain,
         "delay": delay,
         "holdout": fit.holdout,
+        "reasons": fit.reasons,
         "holdout_rms": fit.holdout_rms,
         "inverse": dict(zip(fit.inverse.names, fit.inverse.values, strict=True)),
         "inverse_std": dict(zip(fit.inverse.names, fit.inverse.std, strict=True)),
@@ -207,8 +208,11 @@ def structure(fit: DriveFit) -> str:
     """
     if not fit.holdout:
         return f"{fit.structure}, as given"
-    tried = ", ".join(f"{name} {error:.4g}" for name, error in fit.holdout.items())
-    return f"{fit.structure}; force error on held-out data: {tried}"
+    tried = [f"{fit.structure} {fit.holdout[fit.structure]:.4g}, taken"]
+    for name, why in fit.reasons.items():
+        error = f" {fit.holdout[name]:.4g}" if name in fit.holdout else ""
+        tried.append(f"{name}{error}: {why}")
+    return "force error on held-out data: " + "; ".join(tried)
 
 
 def settings(fit: DriveFit, records: list[Run], force: str, x: str, units: dict[str, str]) -> str:

@@ -1,0 +1,193 @@
+"""Which structure of the friction a record asks for: judged on data that it was not fitted to.
+
+Each record is cut into blocks, and every third block is held out in turn, so that what is fitted
+and what it is judged by both see all that the record shows: both directions, all speeds. A richer
+structure has to be better by a share and by more than the blocks differ among themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify.axis_inverse import (
+    STRUCTURES,
+    Rows,
+    fitted,
+    force_residuals,
+    plausible,
+)
+from macromicro.identify.runs import Run
+
+FOLDS = 3
+_GAIN = 0.02  # a richer structure must lower the held-out error by this part
+_SURE = 2.0  # and the blocks' squares by so many standard errors of what they gain
+_MOST = 12  # blocks in a record
+_LEAST = 40  # decimated samples in a block: its low-pass takes 20
+_TOO_POOR = "the motion does not tell its parameters apart"
+_NEGATIVE = "a mass or friction below 0"
+
+
+class Judged(NamedTuple):
+    """What became of the structures.
+
+    Attributes
+    ----------
+    structure : str
+        The chosen one.
+    scores : dict[str, float]
+        RMS force error of each in a typical held-out block: the geometric mean of all.
+    reasons : dict[str, str]
+        Why each other one was not chosen, in words.
+    """
+
+    structure: str
+    scores: dict[str, float]
+    reasons: dict[str, str]
+
+
+def part(rows: Rows, where: slice) -> Rows:
+    """A stretch of a record.
+
+    Parameters
+    ----------
+    rows : Rows
+        The record.
+    where : slice
+        Of its samples.
+
+    Returns
+    -------
+    Rows
+        These alone.
+    """
+    run = Run(*(column[where] for column in rows.run))
+    return Rows(
+        run, rows.force[where], rows.v[where], rows.a[where], rows.still[where], rows.factor
+    )
+
+
+def blocks(rows: list[Rows]) -> list[Rows]:
+    """All records in blocks of one length or nearly so, in their order.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+
+    Returns
+    -------
+    list[Rows]
+        Up to twelve of each record, long enough to be decimated.
+    """
+    made = []
+    for record in rows:
+        n = len(record.v)
+        count = max(min(_MOST, n // (_LEAST * record.factor)), 1)
+        ends = np.linspace(0, n, count + 1).round().astype(int)
+        made += [part(record, slice(a, b)) for a, b in pairwise(ends)]
+    return made
+
+
+def folds(rows: list[Rows]) -> Iterator[tuple[list[Rows], list[Rows]]]:
+    """What is fitted and what is held out, in turn: every third block.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+
+    Yields
+    ------
+    tuple[list[Rows], list[Rows]]
+        Blocks to fit, and blocks to judge by.
+    """
+    pieces = blocks(rows)
+    for k in range(min(FOLDS, len(pieces))):
+        held = pieces[k::FOLDS]
+        yield [p for i, p in enumerate(pieces) if i % FOLDS != k], held
+
+
+def chosen(rows: list[Rows]) -> Judged:
+    """The poorest structure that no richer one beats on held-out data.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+
+    Returns
+    -------
+    Judged
+        With what became of the others.
+
+    Raises
+    ------
+    InputError
+        No structure gives a mass and friction above 0, or the motion is too poor for any.
+    """
+    squares: dict[str, Array] = {}
+    reasons: dict[str, str] = {}
+    for name in STRUCTURES:
+        found = _held_out(rows, name)
+        if isinstance(found, str):
+            reasons[name] = found
+        else:
+            squares[name] = found
+    # Of a typical block: one in which the axis sticks would outweigh all others in a plain mean.
+    scores = {n: float(np.exp(0.5 * np.mean(np.log(each)))) for n, each in squares.items()}
+    best = ""
+    for name, score in scores.items():
+        if not best:
+            best = name
+            continue
+        reason = _no_better(scores[best], score, np.log(squares[best] / squares[name]), best)
+        if reason:
+            reasons[name] = reason
+        else:
+            reasons[best] = f"{name} is better"
+            best = name
+    if best:
+        return Judged(best, scores, {n: reasons[n] for n in STRUCTURES if n in reasons})
+    if set(reasons.values()) == {_NEGATIVE}:
+        raise InputError(
+            "record",
+            "every structure gives a negative mass or friction",
+            "a force that drives the motion: check the signs of u, x and gain",
+        )
+    raise InputError(
+        "record",
+        "; ".join(f"{name}: {why}" for name, why in reasons.items()),
+        "accelerated motion in both directions at several speeds",
+    )
+
+
+def _held_out(rows: list[Rows], name: str) -> Array | str:
+    """Mean square of the force error in each held-out block, or why there is none."""
+    squares = []
+    for train, test in folds(rows):
+        try:
+            estimate = fitted(train, name)
+        except InputError:
+            return _TOO_POOR
+        if not plausible(estimate):
+            return _NEGATIVE
+        missed = [r for r in force_residuals(test, estimate) if len(r)]
+        squares += [float(np.mean(r**2)) for r in missed]
+    return np.array(squares) if squares else _TOO_POOR
+
+
+def _no_better(score: float, richer: float, gained: Array, than: str) -> str:
+    """Why a richer structure is not taken; "" where it is. `gained`: logarithm of the ratio of
+    squares in each block, so that a block where both are poor does not decide."""
+    if richer >= (1.0 - _GAIN) * score:
+        return f"not {100.0 * _GAIN:.0f} % better than {than}"
+    error = float(np.std(gained, ddof=1) / np.sqrt(len(gained))) if len(gained) > 1 else 0.0
+    if float(gained.mean()) < _SURE * error:
+        return f"better than {than}, but by less than its blocks differ"
+    return ""
