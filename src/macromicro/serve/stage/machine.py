@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from macromicro.control.live import guided, state
@@ -12,7 +13,7 @@ from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.surveying import Surveying
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Restored
-from macromicro.types import SAFE, Command, Outputs, Sample
+from macromicro.types import QUIET, SAFE, Command, Lines, Outputs, Sample
 
 _FROM_FILE = Refused(
     "the gains of this machine are those of its settings file",
@@ -27,7 +28,8 @@ _ABSOLUTE = Refused("this machine's sensor is absolute: its place is known", "mo
 class Led(Live):
     """A `serve.machine.Machine` whose motions are set points for the law of its stage.
 
-    `course`: what the law is given for the present period.
+    `course`: what the law is given for the present period; `lines`: where what the switches say
+    comes from.
     """
 
     def __init__(self, parameters: LiveParameters, guide: Guide, dt: float) -> None:
@@ -36,6 +38,7 @@ class Led(Live):
         q = parameters.settings
         self._look = Surveying(q.edges, q.pitch, dt)
         self.course = Course()
+        self.lines: Callable[[], Lines] = lambda: QUIET
 
     def begin(self, sample: Sample, restored: Restored) -> None:
         """The stage stands where it was left, if that is known; an absolute sensor knows it."""
@@ -54,7 +57,7 @@ class Led(Live):
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         """One control period."""
         self._s, self._g, self.course, notices = guided.step(
-            self._p, self._guide, self._s, self._g, sample, dt, self._look
+            self._p, self._guide, self._s, self._g, sample, dt, self._look, self.lines()
         )
         reference = self.course.aim.position / self._p.settings.pitch
         on = 1.0 if self.course.on else 0.0
