@@ -16,6 +16,7 @@ from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema.config import changed_toml
 from macromicro.schema.par import Par
+from macromicro.serve.programmes import TwoStage
 from macromicro.settings import chosen
 
 CHOICE = "service choice"
@@ -153,6 +154,11 @@ class LiveSettings(NamedTuple):
     def model(self) -> str:
         """What the machine is called."""
         return "two-stage positioner"
+
+    @property
+    def programmes(self) -> TwoStage:
+        """What clients may run."""
+        return TwoStage(self.live.pitch)
 
     def kept_as(self, rig: str) -> str:
         """What the position file calls the machine."""

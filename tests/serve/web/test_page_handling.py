@@ -12,7 +12,6 @@ from page_parts import Page
 from tests.browser import DESK
 from web_parts import until
 
-from macromicro import simulate
 from macromicro.control.live import messages as m
 from macromicro.schema.config import load_overrides
 from macromicro.serve.instrument import Instrument
@@ -202,7 +201,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     assert page.station.snapshot().position_m == pytest.approx(taught, abs=20e-6)
     file = tmp_path / "points.toml"
     file.write_text(saved(page, "#points-save"), encoding="utf-8")
-    assert len(simulate.plan(Instrument(page.station).programme(file)).stage) == 2
+    assert Instrument(page.station).programme(file).moves == 2
     page.click("#point-list button:last-of-type")
     until(lambda: page.text("#point-list") == "")
 

@@ -10,7 +10,7 @@ Positions are in m of the encoder's own frame, as in `Course`; those of `LiveSta
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
@@ -37,6 +37,7 @@ from macromicro.control.live.state import Approach, Braking, Jogged, LiveState, 
 from macromicro.types import QUIET, Lines, Sample
 
 Step = tuple[LiveState, Guided, tuple[Notice, ...]]
+Work = Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]
 
 
 def step(
@@ -47,6 +48,7 @@ def step(
     sample: Sample,
     dt: float,
     look: Look = survey.look,
+    works: Mapping[type, Work] | None = None,
     lines: Lines = QUIET,
 ) -> tuple[LiveState, Guided, Course, tuple[Notice, ...]]:
     """One control period of the live machine.
@@ -67,6 +69,8 @@ def step(
         Control period, s.
     look : Look, optional
         As of `machine.step`.
+    works : Mapping[type, Work] | None, optional
+        How each kind of motion is carried out; None: `WORKS`.
     lines : Lines, optional
         What its switches say.
 
@@ -93,7 +97,7 @@ def step(
         return s, g, Course(on=True, aim=g.aim, restart=g.restart, waiting=True), ()
     notices: tuple[Notice, ...] = ()
     homing = isinstance(s.work, Search)
-    work = None if s.work is None else _WORKS.get(type(s.work))
+    work = None if s.work is None else (WORKS if works is None else works).get(type(s.work))
     if work is not None:
         s, g, notices = work(p, q, s, g, place, dt)
     else:
@@ -131,8 +135,21 @@ def _marked(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
     return g._replace(off_low=low, off_high=high)
 
 
-def _slowed(q: Guide, g: Guided) -> Guide:
-    """The limits of the motion of a stage that is on its way back from a limit switch."""
+def slowed(q: Guide, g: Guided) -> Guide:
+    """The limits of the motion of a stage that may be on its way back from a limit switch.
+
+    Parameters
+    ----------
+    q : Guide
+        What leads the stage.
+    g : Guided
+        State of the set point.
+
+    Returns
+    -------
+    Guide
+        At the speed off a limit switch, if it is.
+    """
     if g.off_low or g.off_high:
         return q._replace(velocity=min(q.velocity, q.leave))
     return q
@@ -176,13 +193,12 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
     motion = s.motion
     assert motion is not None
     goal = motion.coarse * p.settings.pitch
-    g, late = led(_slowed(q, g), g, motion.id, goal, s.time, dt)
+    g, late = led(slowed(q, g), g, motion.id, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()
-    inside = arrival.since(q.arrival, goal - place, g.inside, s.time)
-    g = g._replace(inside=inside)
+    g, there = reached(q, g, goal, place, s.time)
     found = {"error_um": (goal - place) * 1e6, "seconds": s.time - motion.began}
-    if arrival.arrived(q.arrival, inside, s.time):
+    if there:
         s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
         return s, g, (event, *notices)
@@ -190,6 +206,33 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
         s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
         return s, g, notices
     return s, g, ()
+
+
+def reached(q: Guide, g: Guided, goal: float, place: float, now: float) -> tuple[Guided, bool]:
+    """Whether a stage has arrived at the end of a profile.
+
+    Parameters
+    ----------
+    q : Guide
+        What leads the stage.
+    g : Guided
+        State of the set point.
+    goal : float
+        m.
+    place : float
+        Where the stage is, m.
+    now : float
+        s.
+
+    Returns
+    -------
+    guided : Guided
+        New state.
+    there : bool
+        Within the tolerance for long enough.
+    """
+    inside = arrival.since(q.arrival, goal - place, g.inside, now)
+    return g._replace(inside=inside), arrival.arrived(q.arrival, inside, now)
 
 
 def slow_down(
@@ -301,7 +344,7 @@ def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: 
     return s, g, ()
 
 
-_WORKS: dict[type, Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]] = {
+WORKS: dict[type, Work] = {
     Approach: follow,
     Braking: slow_down,
     Jogged: jog,

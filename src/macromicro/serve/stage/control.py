@@ -67,6 +67,7 @@ class Control:
 
     def __init__(self, machine: Machine, tree: Any, kind: Kind, number: int) -> None:
         self._law, self._tree, self._number = machine.law, tree, number
+        self._gains = gains(tree)
         self.dt = float(tree.timing.period)
         if machine.touch is not None and not hasattr(gains(tree), "limit"):
             accepted = (
@@ -92,6 +93,10 @@ class Control:
         self.effort = 0.0  # V, the last that was given
         self.enable = 0.0
         self.captured = math.nan  # counts of the last index pulse of the period, before its end
+
+    def take(self, gains: Any) -> None:
+        """Give the law other gains from the next period on; it keeps its memory."""
+        self._gains = gains
 
     def renew(self) -> None:
         """Forget a fault."""
@@ -125,7 +130,7 @@ class Control:
             return self._coast(params, state, noise)
         self.enable = 1.0
         tree = self._tree
-        gained = gains(tree)
+        gained = self._gains
         if course.effort < math.inf:
             gained = gained._replace(limit=min(gained.limit, course.effort))
         if course.restart != self._restart:

@@ -149,8 +149,8 @@ def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
 
 def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) -> live.Led:
     machine, tree = settings.machine, settings.tree
-    led = guide.guide(machine, tree, switched=ENABLE in rig.kind.lines)
-    made = live.Led(guide.parameters(machine, tree), led, PERIOD)
+    q = guide.guide(machine, tree, switched=ENABLE in rig.kind.lines)
+    made = live.Led(guide.parameters(machine, tree), q, PERIOD, tree, rig.control.take)
     rig.source = lambda: made.course
     made.lines = lambda: rig.lines
     return made

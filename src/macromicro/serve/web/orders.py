@@ -7,17 +7,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from macromicro import programme
 from macromicro.control.live import messages as m
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
-from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError
 from macromicro.schema.par import entries, finite
 from macromicro.serve import telling
 from macromicro.serve.instrument import Instrument
+from macromicro.serve.programmes import Planned
 from macromicro.serve.requests import KINDS, Field, RequestType
-from macromicro.simulate import plan
 
 LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 _LONGEST = 200
@@ -96,21 +94,21 @@ class Orders:
         return self._own[what](order) if what in self._own else _read(KINDS[what], order)
 
     def _shipped(self, order: dict[str, Any]) -> m.Request:
-        name, shipped = text(order, "name"), programme.shipped()
-        if name not in shipped:
-            raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(shipped)}")
-        return m.Programme(_planned(lambda: self._instrument.programme(shipped[name])))
+        name, known = text(order, "name"), self._instrument.programmes()
+        if name not in known:
+            raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(known)}")
+        return m.Programme(_planned(lambda: self._instrument.shipped(name)).plan)
 
-    def programme(self, text: str, name: str) -> Plan:
-        """The plan of a programme in a file `name`. Raises `Refusal` with the line or the move
-        that is wrong."""
+    def programme(self, text: str, name: str) -> Planned:
+        """The programme in a file `name`. Raises `Refusal` with the line or the move that is
+        wrong."""
         data = text.encode("utf-8")
         return _planned(lambda: self._instrument.programme_of(data, name))
 
 
-def _planned(load: Callable[[], programme.Programme]) -> Plan:
+def _planned(load: Callable[[], Planned]) -> Planned:
     try:
-        return plan(load())
+        return load()
     except InputError as error:
         raise Refusal(str(error), "correct it, or change the soft limits") from None
 
