@@ -49,7 +49,8 @@ TEXTS = {
         "overspeed",
         "The stage is faster than allowed.",
         "{value:.4g} mm/s, allowed {limit:.4g} mm/s",
-        "Check gains, direction of encoder and motor; guard.speed sets the limit.",
+        "Check gains, direction of encoder and motor; guard.speed sets the limit, and off a "
+        "tripped limit switch twice switches.leave.",
         1e3,
     ),
     LOST: Text(

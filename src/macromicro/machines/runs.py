@@ -12,7 +12,7 @@ import numpy as np
 
 import macromicro
 from macromicro.arrays import Array
-from macromicro.columns import Column
+from macromicro.columns import Column, whole
 from macromicro.kernel import cache_folder, compiled
 from macromicro.machines import guarding, lines, open_rig, planning, stage, tree
 from macromicro.machines.guarding import Watch
@@ -204,13 +204,14 @@ def perform(
             period = stage.period(kind, law)
             open_rig.switched_on(params, kind, lines.rise(settings), dt)
         run = stage.beginning(kind, law, params, control)
-        rows = len(stage.columns(kind, law))
+        rows = stage.columns(kind, law)
         limit, began = round(longest(settings, plan) / dt), time.perf_counter()
         while run.tick < limit and not run.over:
             noise = random.standard_normal((chunk, kind.noises))
-            block = np.empty((rows, chunk))
+            block = np.empty((len(rows), chunk))
             run, written = period(params, control, run, noise, block, dt)
-            sink.append(block[:, :written])
+            done = block[:, :written]
+            sink.append(done if on is None else whole(done, rows))
             if progress is not None:
                 progress(run.tick * dt, run.progress.move)
     finished = run.progress.phase == DONE
