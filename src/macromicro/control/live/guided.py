@@ -96,7 +96,6 @@ def step(
         g = _fresh(g, place)
         return s, g, Course(on=True, aim=g.aim, restart=g.restart, waiting=True), ()
     notices: tuple[Notice, ...] = ()
-    homing = isinstance(s.work, Search)
     work = None if s.work is None else (WORKS if works is None else works).get(type(s.work))
     if work is not None:
         s, g, notices = work(p, q, s, g, place, dt)
@@ -110,6 +109,7 @@ def step(
     elif q.touch is not None:
         effort = q.touch.effort
     on = s.mode not in (m.DISABLED, m.FAULT)
+    homing = isinstance(s.work, Search)
     course = Course(on, g.aim, low, high, effort, g.restart, homing=homing)
     return s, g._replace(on=on), course, notices
 
