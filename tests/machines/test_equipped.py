@@ -97,7 +97,7 @@ def test_with_all_lines_it_makes_the_same_moves_compiled_interpreted_and_on_a_ri
     assert set(seen["enable"].tolist()) == {1.0} == set(seen["enabled"].tolist())
     assert set(seen["limit_low"].tolist()) == {0.0} == set(seen["drive_fault"].tolist())
     # Any law in plain Python runs interpreted.
-    slow = full._replace(law=full.law._replace(step=lambda *a: full.law.step(*a)))
+    slow = full._replace(law=full.law._replace(step=lambda *a: AXIS.law.step(*a)))  # noqa: PLW0108
     again = runs.record(slow, wired, plan).recording
     for name in ("position", "effort", "home", "enabled"):
         assert np.array_equal(seen[name], again[name])

@@ -1,4 +1,4 @@
-"""Switches trip at their place, let go behind their hysteresis, and scatter; index pulses by turn."""
+"""Switches trip at their place, let go behind their hysteresis, and scatter; index pulses."""
 
 from __future__ import annotations
 

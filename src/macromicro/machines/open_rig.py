@@ -59,13 +59,25 @@ class Kept:
         self._switched = ENABLE in getattr(rig, "outputs", ())
 
     def read(self) -> Shown:
-        """This period's reading."""
+        """This period's reading.
+
+        Returns
+        -------
+        Shown
+            As of the rig; `lines` are of the same.
+        """
         sample = self._rig.read()
         self.lines = lines.read(sample, self.channels)
         return sample
 
     def write(self, outputs: Outputs) -> None:
-        """Set all outputs, the enable line where the rig has one."""
+        """Set all outputs, the enable line where the rig has one.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            For the coming period.
+        """
         given: Any = Wired(*outputs, self.enable) if self._switched else outputs
         self._rig.write(given)
 

@@ -102,7 +102,7 @@ def test_it_touches_the_switch_again_slowly_from_its_way_back() -> None:
     stage.ask(m.Home())
     stage.until("switch found")
     assert stage.course.homing and stage.course.effort == TOUCH.effort
-    deepest, highest = stage.place, -1.0
+    deepest, highest, last = stage.place, -1.0, 0.0
     while "place found" not in stage.causes():
         stage.run(1)
         deepest, highest = min(deepest, stage.place), max(highest, stage.place)

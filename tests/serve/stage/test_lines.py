@@ -1,4 +1,4 @@
-"""A served axis with switches and a drive's lines: homing, its faults, the way back, what is shown."""
+"""A served axis with switches and drive lines: homing, faults, the way back, what is shown."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import os
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ class Bed:
 
     @property
     def place(self) -> float:
-        return float(self.rig._params.axis.load.mass * 0.0 + self.rig._state.axis.x)
+        return float(self.rig._state.axis.x)
 
 
 WAYS = [
@@ -158,7 +159,7 @@ def test_a_jog_into_the_limit_switch_is_a_fault_and_it_leaves_slowly(tmp_path: P
     while bed.line("limit_low") == 1.0:
         places.append(bed.place)
         bed.run(1)
-    fastest = max(b - a for a, b in zip(places, places[1:], strict=False)) / PERIOD
+    fastest = max(b - a for a, b in pairwise(places)) / PERIOD
     assert fastest < 1.3 * bed.tree.switches.leave
     bed.ask(m.Stop())
     bed.run(500)

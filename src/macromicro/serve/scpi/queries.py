@@ -115,8 +115,8 @@ COMMANDS = (
         "LINes?",
         _lines,
         "Limit and home switches and lines of the drive, of those that there are.",
-        answer='"limit_low", "limit_high", "home", "drive_fault", "enabled" or "enable" and 1 if it '
-        'is on or tripped else 0, for each; "",0 for none',
+        answer='"limit_low", "limit_high", "home", "drive_fault", "enabled" or "enable" and 1 if '
+        'it is on or tripped else 0, for each; "",0 for none',
     ),
     Command(
         "DIAGnostic:PACE?",
