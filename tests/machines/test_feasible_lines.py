@@ -122,3 +122,33 @@ def test_the_pulse_above_the_edge_whichever_pulse_is_given() -> None:
     rise = min(homing.speed(tree), 10.0 * homing.slow(tree))
     back = 4.0 * 5e-6 + rise**2 / tree.motion.acceleration + 4.0 * tree.encoder.pitch
     assert homing.back(tree) == pytest.approx(back)
+
+
+def test_the_numbers_of_a_search_worked_out_by_hand() -> None:
+    fine = {**LIMITS, **HOME, **TURN, "encoder.lines": "10000", "encoder.rate": "40e6 counts/s"}
+    tree = DEFAULT.with_({**fine, "homing.on": "home+index"})
+    touch, stop = homing.touch(tree), homing.stop(tree)
+    assert touch.seek is not None
+    assert touch.speed == stop.speed  # nothing is in its way
+    assert touch.slow == pytest.approx(5e-3)  # 5 um of scatter in 1 ms
+    assert touch.seek.rise == pytest.approx(50e-3) and touch.seek.rise < touch.speed
+    way = 310e-3
+    took = 2.0 * way / touch.speed + touch.back / 5e-3 + way / 50e-3
+    assert touch.patience == pytest.approx(5.0 * took + 10.0)
+    assert touch[2:6] == stop[2:6]  # effort, lead, stand, give
+    # 0.1 mm to the stop: it turns within half of that.
+    near = {**fine, "homing.on": "limit", "switches.low": "-4.9 mm"}
+    tree = DEFAULT.with_(near)
+    assert homing.speed(tree) == pytest.approx((tree.motion.acceleration * 1e-4) ** 0.5)
+    assert homing.speed(tree) < homing.stop(tree).speed
+    # Of a home switch the way to the stop is of no interest; nor is there any at the stop itself.
+    home = DEFAULT.with_({**near, "homing.on": "home"})
+    assert homing.speed(home) == homing.stop(home).speed
+    at_stop = DEFAULT.with_({**near, "switches.low": "-5 mm"})
+    assert homing.speed(at_stop) == homing.stop(at_stop).speed
+
+
+def test_a_pulse_per_turn_of_a_linear_motor_is_told_as_such() -> None:
+    changes = {**TURN, **HOME, **LINEAR, "homing.on": "home+index"}
+    with pytest.raises(InputError, match="only an encoder on a motor that turns"):
+        DEFAULT.with_(changes)

@@ -56,7 +56,7 @@ def _seek(tree: Any) -> Touch:
         slow=gentle,
         back=away,
         place=pulse(tree) if seek.pulse else edge(tree),
-        patience=PATIENCE * (2.0 * way / fast + away / gentle + max(apart, way) / seek.rise) + 10.0,
+        patience=PATIENCE * (2.0 * way / fast + away / gentle + way / seek.rise) + 10.0,
         seek=seek,
     )
 

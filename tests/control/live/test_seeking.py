@@ -322,3 +322,19 @@ def test_the_upper_limit_switch_likewise() -> None:
     lost = stage.s._replace(frame=stage.s.frame._replace(trusted=False))
     g = guided._marked(stage.q, lost, g._replace(off_high=True, off_low=True), 0.2)
     assert not g.off_high and not g.off_low
+
+
+def test_what_stood_before_the_switch_was_on_has_its_time_anew() -> None:
+    stage = enabled(SEEK)
+    stage.ask(m.Home())
+    stage.run(100)
+    stage.stuck = True
+    stage.run(round((TOUCH.lead / TOUCH.speed + 0.9 * TOUCH.stand) / DT))
+    stage.low = stage.place  # tripped from here on
+    stage.run(2)
+    assert stage.causes() == ["switch found"]
+    stage.run(60)
+    stage.stuck = False
+    stage.low = EDGE
+    stage.run(20)
+    assert stage.s.mode == m.HOMING
