@@ -14,11 +14,9 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
-from macromicro.programme import FEWEST, MICRO, Limits, Programme
+from macromicro.programme import FEWEST, LONGEST, MICRO, Limits, Programme
 from macromicro.schema.text import printable
 from macromicro.units import shown
-
-LONGEST = 0.25  # s; targets that follow one another so fast are a trajectory
 
 
 class Way(NamedTuple):

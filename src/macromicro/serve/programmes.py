@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from macromicro import programme
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.errors import InputError
@@ -34,9 +36,11 @@ class Programmes(Protocol):
 
 
 class TwoStage(NamedTuple):
-    """`Programmes` of the two-stage machine. `pitch`: way per count of its carriage, m."""
+    """`Programmes` of the two-stage machine. `pitch`: way per count of its carriage, m; `rates`:
+    whether its law looks at speed and acceleration of the set point."""
 
     pitch: float
+    rates: bool = False
 
     def names(self) -> tuple[str, ...]:
         """Those of the package."""
@@ -57,4 +61,7 @@ class TwoStage(NamedTuple):
         if found.profiles:
             accepted = "a programme of [[moves]], or CSV; `macromicro run` runs profiles"
             raise InputError(str(path), "motion profiles", accepted)
-        return Planned(found.title, plan(found), len(found.target))
+        made = plan(found)
+        if not self.rates:  # messages to the loop are short
+            made = made._replace(velocity=np.empty(0), acceleration=np.empty(0))
+        return Planned(found.title, made, len(found.target))

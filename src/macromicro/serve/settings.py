@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
 from macromicro import derived, rules
+from macromicro.control import macro
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.control.settings import Control
 from macromicro.nominal import PERIOD
@@ -158,7 +159,8 @@ class LiveSettings(NamedTuple):
     @property
     def programmes(self) -> TwoStage:
         """What clients may run."""
-        return TwoStage(self.live.pitch)
+        own = self.controller.macro_law not in macro.NAMES
+        return TwoStage(self.live.pitch, rates=own)
 
     def kept_as(self, rig: str) -> str:
         """What the position file calls the machine."""

@@ -112,6 +112,7 @@ class Stage:
 @pytest.mark.parametrize("frame", [0.0, 0.03])
 def test_it_goes_to_where_it_begins_and_visits_every_target(frame: float) -> None:
     stage = Stage(place=0.05, frame=frame)
+    stage.behind = 2e-5  # of what the tolerance allows: 3e-5 m
     end = stage.end(stage.play(plan([0.01, 0.06, 0.02])))
     assert end.outcome == m.DONE and end.evidence["moves"] == 3
     assert stage.place - frame == pytest.approx(0.02, abs=PITCH)
@@ -122,7 +123,29 @@ def test_it_goes_to_where_it_begins_and_visits_every_target(frame: float) -> Non
     first = next(k for k, (_, v, *_) in enumerate(stage.aims) if v != 0.0)
     assert stage.aims[first][0] == pytest.approx(0.05 + frame)  # from where it stood
     assert stage.s.mode == m.READY and stage.g.aim.velocity == 0.0
-    assert stage.events("programme done")
+    assert end.evidence["error_um"] == pytest.approx(20.0, abs=0.6 * PITCH * 1e6)
+    steps = np.diff([p for p, *_ in stage.aims[3:]])
+    assert np.max(np.abs(steps)) <= 0.2 * DT * 1.001  # never a jump
+    modes = [n.cause for n in stage.notices if isinstance(n, m.Event) and n.kind == "mode"]
+    moves = ["arrived", "next move"] * 2
+    assert modes == ["programme", *moves, "arrived", "programme done"]
+
+
+def test_its_clock_starts_in_the_period_after_it_has_come_to_its_beginning() -> None:
+    stage = Stage()
+    stage.play(plan([0.01, 0.02]))
+    while math.isnan(stage.s.work.start):
+        stage.run(1)
+    assert stage.s.work.start == pytest.approx(stage.s.time + DT)
+    stage.run(1)
+    assert stage.s.work.progress.began == 0.0 and stage.s.work.progress.move == 0
+
+
+def test_a_move_that_arrives_at_once_is_reported_like_any_other() -> None:
+    stage = Stage()
+    stage.q = stage.q._replace(arrival=stage.q.arrival._replace(dwell=0.0))
+    end = stage.end(stage.play(plan([0.0, 0.0, 0.01], hold=0.0)))
+    assert end.outcome == m.DONE and end.evidence["moves"] == 3
 
 
 def test_the_set_point_is_smooth_with_its_derivatives() -> None:
@@ -131,7 +154,8 @@ def test_the_set_point_is_smooth_with_its_derivatives() -> None:
     p, v, a, j = np.array(stage.aims).T
     expected = p[:-1] + DT * (v[:-1] + DT * (a[:-1] / 2.0 + DT * j[:-1] / 6.0))
     # Where a piece ends within a period its jerk is that of the next one for the rest.
-    assert np.max(np.abs(expected - p[1:])) < 100.0 * DT**3
+    off = np.abs(expected - p[1:]) > 1e-12
+    assert np.count_nonzero(off) <= 2 * 7 and np.max(np.abs(expected - p[1:])) < 100.0 * DT**3
     assert np.max(np.abs(v)) == pytest.approx(0.2, rel=1e-3)
     assert np.max(np.abs(np.diff(v))) <= 2.0 * DT * 1.001
     assert np.max(np.abs(j)) == pytest.approx(100.0)
@@ -179,9 +203,13 @@ def test_a_beginning_that_is_not_reached_stalls_the_programme() -> None:
     assert end.evidence["error_um"] == pytest.approx(1000.0, abs=15.0)
 
 
-def test_a_scheduled_move_that_is_cut_off_is_told_and_the_schedule_goes_on() -> None:
+@pytest.mark.parametrize(("later", "end_s"), [(0.6, 1.2), (2.0, 3.0)])  # cut off; out of patience
+def test_a_scheduled_move_that_is_cut_off_is_told_and_the_schedule_goes_on(
+    later: float, end_s: float
+) -> None:
     stage = Stage()
-    number = stage.play(plan([0.0, 0.01, 0.02], start=[0.0, 0.1, 0.6], end=1.2, hold=math.inf))
+    schedule = [0.0, 0.1, later]
+    number = stage.play(plan([0.0, 0.01, 0.02], start=schedule, end=end_s, hold=math.inf))
     stage.run(150)
     stage.behind = 1e-3
     while not stage.events("cut off"):
@@ -191,6 +219,15 @@ def test_a_scheduled_move_that_is_cut_off_is_told_and_the_schedule_goes_on() -> 
     assert end.outcome == m.STALLED and stage.place == pytest.approx(0.02, abs=1e-4)
     assert end.evidence["cut_off_move"] == 1 and end.evidence["moves"] == 3
     assert len(stage.events("cut off")) == 1
+
+
+def test_the_first_move_that_was_cut_off_is_told_at_the_end() -> None:
+    stage = Stage()
+    number = stage.play(plan([0.0, 0.01, 0.02], start=[0.0, 0.1, 0.6], end=1.2, hold=math.inf))
+    stage.run(150)
+    stage.behind = 1e-3
+    end = stage.end(number)
+    assert len(stage.events("cut off")) == 2 and end.evidence["cut_off_move"] == 1
 
 
 def test_an_end_before_its_last_moves_is_told() -> None:
@@ -204,8 +241,7 @@ def test_a_stop_ends_it_on_the_way() -> None:
     stage = Stage()
     number = stage.play(plan([0.0, 0.08]))
     stage.run(250)
-    speed = stage.g.aim.velocity
-    assert speed > 0.1
+    assert stage.g.aim.velocity > 0.1 and stage.s.mode == m.MOVING_MACRO
     stage.s, _, notices = stage._accept(m.Stop())
     stage.notices += notices
     end = stage.end(number)
@@ -231,5 +267,6 @@ def test_what_leaves_the_soft_limits_is_refused(made: Plan) -> None:
 
 
 def test_all_of_the_soft_limits_may_be_used() -> None:
-    found = playing.motion(Stage().s, plan([-0.005, 0.1]), PITCH)
+    half = 0.5 * PITCH  # soft limits are whole counts
+    found = playing.motion(Stage().s, plan([-0.005 - half, 0.1 + half]), PITCH)
     assert not isinstance(found, Refused) and found.kind == "programme" and found.id == 1

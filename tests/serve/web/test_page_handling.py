@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_parts import Page
+from page_parts import Page, saved
 from tests.browser import DESK
 from web_parts import until
 
@@ -17,21 +17,6 @@ from macromicro.schema.config import load_overrides
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web.hub import Hub
-
-SAVED = """
-const done = arguments[arguments.length - 1], make = URL.createObjectURL;
-URL.createObjectURL = (blob) => {
-  blob.text().then(done);
-  URL.createObjectURL = make;
-  return make.call(URL, blob);
-};
-document.querySelector(arguments[0]).click();
-"""
-
-
-def saved(page: Page, selector: str) -> str:
-    """The text of the file that a button hands to the browser."""
-    return str(page.driver.execute_async_script(SAVED, selector))
 
 
 def classes(page: Page, selector: str) -> str:

@@ -18,7 +18,7 @@ from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import NAN, LiveState, Motion, Played
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
-from macromicro.machines.sequence import DONE, HOLDING, MOVING, Arrival, Plan, Progress
+from macromicro.machines.sequence import DONE, MOVING, Arrival, Plan, Progress
 
 
 def motion(s: LiveState, plan: Any, pitch: float) -> Motion | Refused:
@@ -115,7 +115,7 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
     found: Evidence = {"move": before.move, "error_um": (g.aim.position - place) * 1e6}
     notices: tuple[Notice, ...] = ()
     if before.phase == MOVING and not progress.arrived and _ended(before, progress):
-        if progress.phase == HOLDING and math.isnan(plan.start[before.move]):
+        if math.isnan(plan.start[before.move]):
             s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
             return s, g, notices
         work = work._replace(cut_off=work.cut_off or found)
@@ -125,15 +125,15 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
     if progress.phase == DONE:
         s, ends = _end(p, s, work, place - offset)
         return s, g._replace(aim=REST._replace(position=g.aim.position)), (*notices, *ends)
-    if progress.arrived and s.mode == m.MOVING_MACRO and before.phase == MOVING:
-        s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
-        notices = (*notices, event)
     if progress.move != before.move:
         if s.mode == m.SETTLING:
             s, event = t.go(s, m.MOVING_MACRO, t.NEXT_MOVE, {"move": progress.move})
             notices = (*notices, event)
         goal = {"move": progress.move, "target_mm": float(plan.target[progress.move]) * 1e3}
         notices = (*notices, t.reported(s, "move", "next move", goal))
+    if progress.arrived and s.mode == m.MOVING_MACRO:
+        s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
+        notices = (*notices, event)
     return s, g, notices
 
 
@@ -178,11 +178,9 @@ def _end(
     plan, move = work.plan, work.progress.move
     left, off = len(plan.target) - move - 1, float(plan.target[move]) - place
     found: Evidence = {"moves": move + 1, "error_um": off * 1e6}
-    if left or work.cut_off is not None or not work.progress.arrived:
+    if left or work.cut_off is not None:
         found |= {"moves_left": left} if left else {}
         if work.cut_off is not None:
             found |= {f"cut_off_{name}": value for name, value in work.cut_off.items()}
         return brake.start(p, s, m.STALLED, t.STALLED, found)
-    if s.mode == m.MOVING_MACRO:
-        s, _ = t.go(s, m.SETTLING, t.ARRIVED, found)
     return t.conclude(p, s, m.READY, (m.DONE, t.PROGRAMME_DONE), found)

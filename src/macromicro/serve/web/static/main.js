@@ -55,7 +55,7 @@ function welcome(server) {
   if (length.suit(server.limits.unit, server.limits.pitch)) units();
   plots[0].least = Math.min(0.5, (server.limits.whole_high - server.limits.whole_low) * 1e3 / 20);
   for (const line of plots[0].lines) line[4] = Math.max(3, length.finest - 1);
-  points.open(server.rig);
+  points.open(`${server.rig} ${server.model}`.trim(), server.stages.length === 1);
   const simulated = server.model ? "simulated" : "virtual bench";
   $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
   $("login").hidden = server.admitted;

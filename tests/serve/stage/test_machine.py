@@ -8,12 +8,13 @@ from typing import Any
 import pytest
 
 from macromicro.control.live import messages as m
-from macromicro.control.live.leading import REST, Course
+from macromicro.control.live.leading import REST, Course, Guided
 from macromicro.control.live.messages import Accepted, Change, Event, Refused
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage import guide, settings
 from macromicro.serve.stage.machine import Led
 from macromicro.serve.stage.rig import Simulated
+from macromicro.types import SAFE, Command
 
 SCREW = Path(__file__).parents[3] / "examples" / "machines" / "screw.toml"
 
@@ -136,7 +137,38 @@ def test_without_trust_no_programme_begins() -> None:
     assert isinstance(reply, Refused) and "home" in f"{reply.reason} {reply.remedy}"
 
 
-def test_the_course_at_rest_is_where_it_stands(screw: Machine) -> None:
+def test_a_command_tells_the_set_point_in_counts() -> None:
+    screw = Machine()
+    assert isinstance(screw.ask(m.MoveTo(0.01)), Accepted)
+    screw.run(4000)
+    command, outputs, _ = screw.led.step(screw.rig.read(), 1e-3)
+    assert command == Command(6000.0, 1.0, 0.0, 0.0, 0.0) and outputs == SAFE  # of 1.67 um each
+    place = screw.led.course.aim.position
+    assert place == pytest.approx(0.01, abs=1e-9)
+    assert screw.led.course.aim == REST._replace(position=place)
+    screw.ask(m.Disable())
+    command, _, _ = screw.led.step(screw.rig.read(), 1e-3)
+    assert command.macro_active == 0.0
+
+
+def test_before_the_first_period_and_anew_nothing_is_led() -> None:
+    screw = Machine()
     assert screw.led.course.on
-    assert screw.led.course.aim == REST._replace(position=screw.led.course.aim.position)
-    assert isinstance(screw.led.course, Course)
+    screw.led.begin(screw.rig.read(), Restored(True, 0.0, "known"))
+    assert screw.led.course == Course() and screw.led._g == Guided()
+    found, tree = screw.settings, screw.settings.tree
+    lead = guide.guide(found.machine, tree)
+    fresh = Led(guide.parameters(found.machine, tree), lead, 1e-3, tree, lambda gains: None)
+    assert fresh.course == Course() and fresh.view().mode == m.DISABLED
+
+
+def test_homing_is_for_a_sensor_that_counts(screw: Machine) -> None:
+    assert screw.led.searches and screw.led.refusal(m.Home()) is None
+    tree, found = screw.settings.tree, screw.settings
+    sure = guide.guide(found.machine, tree)._replace(touch=None)
+    led = Led(guide.parameters(found.machine, tree), sure, 1e-3, tree, lambda gains: None)
+    led.begin(screw.rig.read(), Restored(False, float("nan"), "unknown"))
+    reply, notices = led.accept(m.Home())
+    assert isinstance(reply, Refused) and "absolute" in reply.reason and notices == ()
+    assert led.view().trusted == 1.0 and led._s.frame.carriage is False
+    assert led.accept(m.Stop())[0] == Accepted(0)
