@@ -27,6 +27,7 @@ class Lined(Stage):
         self.edge, self.width, self.low = edge, math.inf, EDGE
         self.pulses: tuple[float, ...] = ()
         self.before, self.lines, self.cut = place, QUIET, False
+        self.high = math.inf
         known = edge
         touch = TOUCH._replace(slow=SLOW, back=1e-3, place=known, seek=seek)
         super().__init__(touch=touch, place=place, raw=raw)
@@ -42,7 +43,10 @@ class Lined(Stage):
         index = math.nan if not passed else float(round((passed[-1] - self.raw) / PITCH))
         on = self.edge - self.width <= self.place <= self.edge and not self.cut
         return QUIET._replace(
-            limit_low=float(self.place <= self.low), home=float(on), index_count=index
+            limit_low=float(self.place <= self.low),
+            limit_high=float(self.place >= self.high),
+            home=float(on),
+            index_count=index,
         )
 
     def run(self, periods: int) -> None:
@@ -265,15 +269,19 @@ def test_the_drive_is_given_its_time_before_the_law_begins() -> None:
     for _ in range(12):
         stage.run(1)
         seen.append(stage.course.waiting)
+        if stage.course.waiting:  # it sinks meanwhile
+            stage.place -= 1e-3
     assert seen == [True] * 5 + [False] * 7
-    assert stage.place > 0.03
+    assert stage.course.aim.position == pytest.approx(0.026, abs=2e-4)  # where it was seen last
+    assert stage.place > 0.0255
     stage.ask(m.Disable())
     stage.run(2)
     assert stage.course == Course()
 
 
-def test_off_a_limit_switch_it_goes_slowly_until_it_is_within_its_soft_limits() -> None:
-    stage = enabled(SEEK)
+@pytest.mark.parametrize("raw", [0.0, 0.0123])
+def test_off_a_limit_switch_it_goes_slowly_until_it_is_within_its_soft_limits(raw: float) -> None:
+    stage = enabled(SEEK, raw=raw)
     homed(stage)
     stage.ask(m.Disable())
     stage.run(1)
@@ -291,7 +299,7 @@ def test_off_a_limit_switch_it_goes_slowly_until_it_is_within_its_soft_limits() 
     assert stage.course.low == -math.inf  # the switch has let go, and it is still too low
     while stage.place < -0.0075:
         stage.run(1)
-    assert stage.course.low == pytest.approx(-0.008, abs=PITCH)
+    assert stage.course.low + raw == pytest.approx(-0.008, abs=PITCH)
     stage.run(300)
     assert stage.fastest > 2.0 * LEAVE
     # A move all the way, from the switch on.
@@ -319,6 +327,17 @@ def test_the_upper_limit_switch_likewise() -> None:
     assert g.off_high and guided.slowed(stage.q, g).velocity == LEAVE
     g = guided._marked(stage.q, stage.s, g._replace(lines=QUIET), 0.1079)
     assert not g.off_high and guided.slowed(stage.q, g) == stage.q
+    stage.ask(m.Disable())
+    stage.run(1)
+    stage.place, stage.high = 0.109, 0.1085
+    stage.run(1)
+    stage.ask(m.Enable())
+    stage.run(10)
+    stage.fastest = 0.0
+    stage.ask(m.Jog("macro", -0.1))
+    while stage.place > 0.1081:
+        stage.run(1)
+    assert stage.fastest == pytest.approx(LEAVE) and stage.course.high == math.inf
     lost = stage.s._replace(frame=stage.s.frame._replace(trusted=False))
     g = guided._marked(stage.q, lost, g._replace(off_high=True, off_low=True), 0.2)
     assert not g.off_high and not g.off_low
