@@ -121,7 +121,7 @@ CANNOT: dict[str, dict[str, str]] = {
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
-    "docs/machines.md": ("machine.toml",),
+    "docs/machines.md": ("machine.toml", "switches.toml"),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml",),
     "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),

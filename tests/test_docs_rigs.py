@@ -8,14 +8,40 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from macromicro.machines import open_rig
 from macromicro.recording import Recording
-from macromicro.rig.session import KINDS
+from macromicro.rig.session import BENCH, KINDS
+from macromicro.types import Lines
 
 PAGE = (Path(__file__).parents[1] / "docs" / "rigs.md").read_text(encoding="utf-8")
-RIG, USE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+RIG, USE, LINED = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_page_s_rig_with_lines_is_a_stage_with_these_lines() -> None:
+    room: dict[str, Any] = {}
+    exec(LINED, room)
+    made = room["Axis"]()
+    made.now, made.counts, made.inputs = lambda: 0.5, lambda: 7.0, (1.0, 0.0)
+    made.clock = SimpleNamespace(now=made.now, wait=lambda dt: None)
+    assert open_rig.of(made).lines == ("limit_low", "limit_high", "enable")
+    params = open_rig.opened(made, 1e-3)
+    kind = open_rig.of(made)
+    assert kind.measure(params, 0.0, 0.0, None, 0).position == pytest.approx(7e-3)
+    said = kind.sense(params, 0.0)
+    assert (said.limit_low, said.limit_high, said.drive_fault) == (0.0, 1.0, 0.0)
+    kind.switch(params, 0.0, 1.0)
+    kind.advance(params, 0.0, 2.5, None, 0, 1e-3)
+    assert (made.volts, made.on) == (2.5, True)
+
+
+def test_the_page_names_the_lines() -> None:
+    for name in Lines._fields:
+        assert f"`{name}`" in PAGE and name in KINDS[BENCH].channels
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import TracebackType
 from typing import Annotated, Any, NamedTuple, Protocol, Self
 
@@ -88,6 +89,42 @@ class Command(NamedTuple):
 
 
 SAFE = Outputs(0.0, 0.0, 0.0, 0.0)
+
+
+class Lines(NamedTuple):
+    """Switches of a machine of one stage, and what its drive says; each a channel of its rig.
+
+    Attributes
+    ----------
+    limit_low, limit_high : float
+        Limit switches: 0 while free; anything else is tripped, a cut wire too.
+    home : float
+        Home switch, 0 or 1.
+    index_count : float
+        counts: what the counter read at the encoder's last index pulse, NaN if none has come since
+        the reading before.
+    drive_fault : float
+        The drive's fault output: 0 while it is well.
+    enabled : float
+        Whether the drive says that it is on, 0 or 1.
+    """
+
+    limit_low: Annotated[float, Quantity("1", "lower limit switch (1: tripped)", "i1")]
+    limit_high: Annotated[float, Quantity("1", "upper limit switch (1: tripped)", "i1")]
+    home: Annotated[float, Quantity("1", "home switch", "i1")]
+    index_count: Annotated[float, Quantity("count", "encoder at an index pulse of this period")]
+    drive_fault: Annotated[float, Quantity("1", "fault output of the drive", "i1")]
+    enabled: Annotated[float, Quantity("1", "the drive says that it is on", "i1")]
+
+
+class Enable(NamedTuple):
+    """The enable output to the drive, 0 or 1."""
+
+    enable: Annotated[float, Quantity("1", "enable output to the drive", "i1")]
+
+
+QUIET = Lines(0.0, 0.0, 0.0, math.nan, 0.0, 1.0)  # as if of a machine that has none of them
+ENABLE = "enable"  # the output that a rig may name in its attribute `outputs`
 
 
 class Clock(Protocol):

@@ -11,7 +11,17 @@ from macromicro.control.cascade import Cascade
 from macromicro.kernel import kernel
 from macromicro.machines import deriving, feasible, parts, sheets
 from macromicro.machines.guarding import Limits
-from macromicro.machines.parts import LOAD, Feedback, Load, Motion, Rubbing, Timing, Travel
+from macromicro.machines.parts import (
+    LOAD,
+    Feedback,
+    Homing,
+    Load,
+    Motion,
+    Rubbing,
+    Switches,
+    Timing,
+    Travel,
+)
 from macromicro.machines.sequence import Arrival
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
@@ -42,6 +52,8 @@ class Axis(NamedTuple):
     arrival: Arrival = Arrival()
     controller: Cascade = Cascade()
     guard: Limits = Limits()
+    switches: Switches = Switches()
+    homing: Homing = Homing()
 
 
 DEFAULT: Any = settled(Axis())

@@ -120,7 +120,7 @@ def _settings(machine: Machine) -> str:
 
 
 def _kernels(machine: Machine) -> str:
-    names = ("measure", "advance", "show")
+    names = stage.kernels_of(machine.kind)
     plain = [name for name in names if not is_kernel(getattr(machine.kind, name))]
     if plain:
         raise Broken(f"{', '.join(plain)} of the kind: plain Python", "mark them with @kernel")

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 from macromicro.machines import loops
-from macromicro.machines.parts import MOTOR
+from macromicro.machines.parts import LOW_LIMIT, MOTOR, TURN
 from macromicro.machines.rounding import rounded as _round
 from macromicro.machines.sheets import (
     constant,
@@ -21,11 +21,11 @@ from macromicro.machines.sheets import (
     mass,
     per_newton,
     plant,
+    turn,
     turning,
     weight,
 )
 from macromicro.machines.tree import Rule
-from macromicro.plant import transmission
 from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
 
@@ -98,8 +98,7 @@ def _robust(tree: Any, most: float) -> float:
 def _pitch(tree: Any) -> float:
     if tree.encoder.at != MOTOR or tree.drive.kind == LINEAR:
         return 1.0e-6
-    per_turn = 2.0 * math.pi / transmission.ratio(tree.drive)
-    return float(round(per_turn / (4.0 * tree.encoder.lines), 15))
+    return float(round(turn(tree) / (4.0 * tree.encoder.lines), 15))
 
 
 def _steps(tree: Any) -> float:
@@ -136,6 +135,25 @@ def _soft(tree: Any, way: float) -> float:
     if way < 0.0:
         return _round(0.5 * (tree.travel.low + tree.load.stop_low))
     return _round(0.5 * (tree.travel.high + tree.load.stop_high))
+
+
+def _switch(tree: Any, soft: float, stop: float) -> float:
+    """Half way from the soft limit to the stop."""
+    return _round(0.5 * (soft + stop))
+
+
+def _along(tree: Any, share: float) -> float:
+    """A place between the targets' ends."""
+    return _round(tree.travel.low + share * (tree.travel.high - tree.travel.low))
+
+
+def _index(tree: Any) -> float:
+    """Half a turn above the edge that homing takes first; a mark, a little above it."""
+    limit = tree.homing.on.startswith(LOW_LIMIT)
+    edge = tree.switches.low if limit else tree.switches.home_place
+    if tree.encoder.index_pulse == TURN and tree.drive.kind != LINEAR:
+        return _round(edge + 0.5 * turn(tree), 9)
+    return _round(max(edge, tree.travel.low) + 0.02 * (tree.travel.high - tree.travel.low), 9)
 
 
 def _following(tree: Any) -> float:
@@ -197,5 +215,12 @@ RULES: tuple[Rule, ...] = (
     ("guard.high", lambda t: _soft(t, 1.0)),
     ("guard.speed", lambda t: _round(1.5 * t.motion.velocity)),
     ("guard.error", _following),
+    ("switches.low", lambda t: _switch(t, t.guard.low, t.load.stop_low)),
+    ("switches.high", lambda t: _switch(t, t.guard.high, t.load.stop_high)),
+    ("switches.home_place", lambda t: _along(t, 0.05)),
+    ("switches.home_width", lambda t: _round(0.02 * (t.travel.high - t.travel.low))),
+    ("switches.leave", lambda t: _round(0.1 * t.motion.velocity)),
+    ("encoder.index_place", _index),
+    ("amplifier.continuous", lambda t: _round(0.5 * t.amplifier.current)),
     ("guard.push", lambda t: _round(min(2.0 * per_newton(t) * held(t), 0.95 * t.guard.effort))),
 )

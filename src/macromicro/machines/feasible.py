@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from macromicro.machines import sheets
+from macromicro.machines import feasible_lines, sheets
 from macromicro.machines.tree import Checked, Problem
 
 
@@ -26,7 +26,13 @@ def problems(tree: Any) -> list[Problem]:
     list[Problem]
         Path, value, and what is accepted and why, of every rule that is broken.
     """
-    every = (*_way(tree), *_force(tree), *_encoder(tree), *_loop(tree))
+    every = (
+        *_way(tree),
+        *_force(tree),
+        *_encoder(tree),
+        *_loop(tree),
+        *feasible_lines.checked(tree),
+    )
     return [(path, value, words) for wrong, path, value, words in every if wrong]
 
 

@@ -8,10 +8,21 @@ from typing import Annotated, NamedTuple
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import kernel
+from macromicro.machines.guard_words import (
+    FAST,
+    HIGH,
+    ILLEGAL,
+    LOST,
+    LOW,
+    OK,
+    SILENT,
+    STUCK,
+    TEXTS,
+)
 from macromicro.rig.faults import SWITCHED_OFF, Fault
 from macromicro.schema.par import Par
 
-OK, ILLEGAL, SILENT, LOW, HIGH, FAST, LOST, STUCK = range(8)
+__all__ = ["FAST", "HIGH", "ILLEGAL", "LOST", "LOW", "OK", "SILENT", "STUCK", "TEXTS"]
 _DERIVED = "derived from the data sheets"
 
 
@@ -162,68 +173,6 @@ def step(p: Limits, s: Watch, sample: Sample, target: Target, effort: float) -> 
     if fault == OK:
         return seen, effort
     return Watch(fault, value, limit, t, heard, place, since, there, pushed, stood), 0.0
-
-
-class _Text(NamedTuple):
-    """Evidence may hold {value} and {limit}, times `scale`."""
-
-    name: str
-    message: str
-    evidence: str
-    remedy: str
-    scale: float = 1.0
-
-
-TEXTS = {
-    ILLEGAL: _Text(
-        "illegal effort",
-        "The law asked for an effort that is not a number or out of range.",
-        "it asked for {value:.4g} V where at most {limit:.4g} V are allowed",
-        "Check the law and its gains; guard.effort sets the limit.",
-    ),
-    SILENT: _Text(
-        "encoder silent",
-        "The encoder gives no new values.",
-        "nothing new for {value:.4f} s, allowed {limit:.4f} s",
-        "Check the encoder's plug and its counter; guard.silent sets the limit.",
-    ),
-    LOW: _Text(
-        "below the soft limit",
-        "The stage is below its lower soft limit.",
-        "position {value:.4f} mm, allowed {limit:.4f} mm or more",
-        "Bring it back by hand and check target and zero; guard.low sets the limit.",
-        1e3,
-    ),
-    HIGH: _Text(
-        "above the soft limit",
-        "The stage is above its upper soft limit.",
-        "position {value:.4f} mm, allowed at most {limit:.4f} mm",
-        "Bring it back by hand and check target and zero; guard.high sets the limit.",
-        1e3,
-    ),
-    FAST: _Text(
-        "overspeed",
-        "The stage is faster than allowed.",
-        "{value:.4g} mm/s, allowed {limit:.4g} mm/s",
-        "Check gains, direction of encoder and motor; guard.speed sets the limit.",
-        1e3,
-    ),
-    LOST: _Text(
-        "following error",
-        "The stage does not follow its set point.",
-        "following error {value:.4g} mm, allowed {limit:.4g} mm",
-        "Check that it is free and its encoder and motor are connected, then gains and motion "
-        "limits; guard.error sets the limit.",
-        1e3,
-    ),
-    STUCK: _Text(
-        "stuck",
-        "The motor pushes and the stage does not move.",
-        "{value:.3g} V without a new position for more than {limit:.3g} s",
-        "Free the stage, check motor supply and encoder; guard.push and guard.stuck set the "
-        "limits.",
-    ),
-}
 
 
 def describe(watch: Watch) -> Fault | None:

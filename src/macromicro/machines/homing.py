@@ -5,17 +5,173 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from macromicro.control.live.leading import Touch
+from macromicro.control.live.leading import Seek, Touch
+from macromicro.machines import wiring
+from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, STOP
 from macromicro.machines.sheets import force, mass, per_newton, weight
+from macromicro.nominal import PERIOD
 
 SHARE = 0.9  # of the guard's push, under which the stage has to move
 EMF = 0.35  # of the effort, for the back-EMF: kinetic friction takes less than 0.56 of it
 STAND = 0.3  # s; shortest standstill that is taken for the stop
 FAST, SLOW = 0.1, 0.01  # of the greatest speed
 PATIENCE = 5.0  # times what the whole way takes
+SURE = 4.0  # standard deviations of a switch within which its edge lies
+LINES = {HOME: "home", LOW_LIMIT: "limit_low"}
+BRISK = 10.0  # times the speed of the touch, off a switch and to an index pulse
 
 
 def touch(tree: Any) -> Touch:
+    """How an axis finds its place: by what `homing.on` names.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    Touch
+        For `control.live.touching`, or `control.live.seeking` of a switch or an index pulse.
+    """
+    return stop(tree) if tree.homing.on == STOP else _seek(tree)
+
+
+def _seek(tree: Any) -> Touch:
+    """The same effort and lead as to the stop; speeds and ways by the switch."""
+    found, on = stop(tree), tree.homing.on
+    away, way = back(tree), tree.load.stop_high - tree.load.stop_low
+    apart = wiring.spacing(tree)
+    fast, gentle = speed(tree), slow(tree)
+    seek = Seek(
+        line=LINES.get(on.split("+")[0], ""),
+        above=on.startswith(HOME) and tree.switches.home == CAM,
+        pulse=INDEX in on,
+        spacing=apart,
+        margin=margin(tree),
+        rise=min(fast, BRISK * gentle),
+    )
+    return found._replace(
+        speed=fast,
+        slow=gentle,
+        back=away,
+        place=pulse(tree) if seek.pulse else edge(tree),
+        patience=PATIENCE * (2.0 * way / fast + away / gentle + way / seek.rise) + 10.0,
+        seek=seek,
+    )
+
+
+def edge(tree: Any) -> float:
+    """Where the switch trips that homing looks for.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m, on the way down.
+    """
+    limit = tree.homing.on.startswith(LOW_LIMIT)
+    return float(tree.switches.low if limit else tree.switches.home_place)
+
+
+def pulse(tree: Any) -> float:
+    """The index pulse that names the place: the mark, or the first one above the switch.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m.
+    """
+    place, apart = float(tree.encoder.index_place), wiring.spacing(tree)
+    if apart == 0.0:
+        return place
+    return place + apart * math.ceil((edge(tree) - place) / apart)
+
+
+def margin(tree: Any) -> float:
+    """What the edge of the switch is uncertain by.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m: its scatter, the way of a period, two counts.
+    """
+    scatter = SURE * tree.switches.repeatability
+    return float(scatter + slow(tree) * PERIOD + 2.0 * tree.encoder.pitch)
+
+
+def speed(tree: Any) -> float:
+    """Speed of the search for a switch.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m/s: as to the stop, and no faster than it can turn within half the way from a limit switch
+        to the stop.
+    """
+    fast = stop(tree).speed
+    room = tree.switches.low - tree.load.stop_low
+    if tree.homing.on.startswith(LOW_LIMIT) and room > 0.0:
+        fast = min(fast, math.sqrt(tree.motion.acceleration * room))
+    return float(fast)
+
+
+def slow(tree: Any) -> float:
+    """Speed of the touch that counts: within a period of the live machine no farther than the
+    switch scatters, or a count.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m/s.
+    """
+    fine = max(tree.switches.repeatability, tree.encoder.pitch) / PERIOD
+    return float(min(stop(tree).slow, fine, speed(tree)))
+
+
+def back(tree: Any) -> float:
+    """How far it leaves a switch before it touches it again.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m, from where it lets go.
+    """
+    rise = min(speed(tree), BRISK * slow(tree))
+    turning = rise * rise / tree.motion.acceleration
+    return float(SURE * tree.switches.repeatability + turning + 4.0 * tree.encoder.pitch)
+
+
+def stop(tree: Any) -> Touch:
     """How an axis feels for its lower end stop.
 
     The effort starts it against friction and weight, and is below what the guard takes for a

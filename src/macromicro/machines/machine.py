@@ -12,7 +12,7 @@ from macromicro.control.live.leading import Touch
 from macromicro.control.outside import find
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
-from macromicro.machines import axis, homing, piezo, sheets, wire
+from macromicro.machines import axis, equipped, homing, piezo, sheets, wire
 from macromicro.machines.stage import Kind
 from macromicro.machines.tree import LAW, is_own, joined
 from macromicro.schema import config, plugins
@@ -51,6 +51,9 @@ class Machine(NamedTuple):
     spread : Path | None
         The table of what is not known exactly about such a machine (`uncertainty.table`); None:
         there is none, and no `robust`.
+    equip : Callable[[Any], Kind] | None
+        From settings to the kernels of a stage with the lines that they name (`types.Lines`); None:
+        it has none.
     """
 
     name: str
@@ -61,19 +64,22 @@ class Machine(NamedTuple):
     model: Callable[[Any, Array], Any] | None = None
     touch: Callable[[Any], Touch] | None = None
     spread: Path | None = None
+    equip: Callable[[Any], Kind] | None = None
 
 
 def _shipped(
     part: Any,
     model: Callable[[Any, Array], Any] | None = None,
     touch: Callable[[Any], Touch] | None = None,
+    equip: Callable[[Any], Kind] | None = None,
 ) -> Machine:
     table = _TABLES / f"{part.NAME}.toml"
-    return Machine(part.NAME, part.TITLE, part.DEFAULT, part.KIND, part.LAW, model, touch, table)
+    made = Machine(part.NAME, part.TITLE, part.DEFAULT, part.KIND, part.LAW, model, touch, table)
+    return made._replace(equip=equip)
 
 
 MACHINES: tuple[Machine, ...] = (
-    _shipped(axis, sheets.plant, homing.touch),
+    _shipped(axis, sheets.plant, homing.touch, equipped.kind),
     _shipped(piezo),
     _shipped(wire),
 )
@@ -191,7 +197,7 @@ def load(path: Path, law: str | None = None) -> tuple[Machine, Any]:
 
 
 def under(machine: Machine, settings: Any) -> Machine:
-    """A machine under the law that settings choose.
+    """A machine under the law that settings choose, with the lines that they name.
 
     Parameters
     ----------
@@ -205,7 +211,9 @@ def under(machine: Machine, settings: Any) -> Machine:
     Machine
         With the law whose gains are ``tree.gains(settings)``.
     """
-    return machine._replace(law=find(settings.law, LAW)) if is_own(settings) else machine
+    if is_own(settings):
+        machine = machine._replace(law=find(settings.law, LAW))
+    return machine if machine.equip is None else machine._replace(kind=machine.equip(settings))
 
 
 def as_toml(machine: Machine, settings: Any, only: str | None = None) -> str:

@@ -10,6 +10,11 @@ from macromicro.plant.friction import Friction
 from macromicro.schema.par import Par
 
 MOTOR, LOAD = "motor", "load"
+NONE, TURN, MARK = "none", "turn", "mark"
+LOW, HIGH, BOTH = "low", "high", "both"
+CLOSED, OPEN = "closed", "open"
+BELOW, CAM = "below", "cam"
+STOP, LOW_LIMIT, HOME, INDEX = "stop", "limit", "home", "index"
 _SHEET = "data sheet or drawing"
 _MEASURED = "data sheet or measurement"
 _DERIVED = "derived from the data sheets"
@@ -90,6 +95,80 @@ class Feedback(NamedTuple):
     rate: Annotated[
         float, Par("counts/s", "fastest counting of encoder and counter", _SHEET, positive=True)
     ] = 4.0e6
+    index_pulse: Annotated[
+        str,
+        Par(
+            "",
+            "none, turn (one per turn of the motor) or mark (one on the way)",
+            _SHEET,
+            choices=(NONE, TURN, MARK),
+        ),
+    ] = NONE
+    index_place: Annotated[float, Par("m", "where an index pulse is", _DERIVED, shown="mm")] = 0.0
+
+
+class Switches(NamedTuple):
+    """Limit and home switches; what there is none of is not read."""
+
+    limits: Annotated[
+        str,
+        Par("", "limit switches: none, low, high or both", _SHEET, choices=(NONE, LOW, HIGH, BOTH)),
+    ] = NONE
+    low: Annotated[
+        float, Par("m", "the lower one trips at or below this place", _DERIVED, shown="mm")
+    ] = -2.0e-3
+    high: Annotated[
+        float, Par("m", "the upper one trips at or above this place", _DERIVED, shown="mm")
+    ] = 302.0e-3
+    contacts: Annotated[
+        str,
+        Par(
+            "",
+            "of the limit switches: closed (opens to trip, so that a cut wire trips) or open",
+            _SHEET,
+            choices=(CLOSED, OPEN),
+        ),
+    ] = CLOSED
+    home: Annotated[
+        str,
+        Par(
+            "",
+            "home switch: none, below (on at and below its place) or cam (on over its width)",
+            _SHEET,
+            choices=(NONE, BELOW, CAM),
+        ),
+    ] = NONE
+    home_place: Annotated[
+        float, Par("m", "upper edge of the home switch", _DERIVED, shown="mm")
+    ] = 20.0e-3
+    home_width: Annotated[
+        float, Par("m", "way over which a cam is on", _DERIVED, shown="mm", positive=True)
+    ] = 6.0e-3
+    hysteresis: Annotated[
+        float, Par("m", "way back until a switch lets go", _SHEET, shown="um", lo=0.0)
+    ] = 50.0e-6
+    repeatability: Annotated[
+        float,
+        Par("m", "scatter of the place where it trips, rms", _SHEET, shown="um", lo=0.0),
+    ] = 5.0e-6
+    leave: Annotated[
+        float,
+        Par("m/s", "greatest speed off a tripped limit switch", _DERIVED, positive=True),
+    ] = 0.1
+
+
+class Homing(NamedTuple):
+    """What names the place of an axis."""
+
+    on: Annotated[
+        str,
+        Par(
+            "",
+            "stop, limit, home, index (a mark), or limit or home with the next index pulse above",
+            _CHOICE,
+            choices=(STOP, LOW_LIMIT, HOME, f"{LOW_LIMIT}+{INDEX}", f"{HOME}+{INDEX}", INDEX),
+        ),
+    ] = STOP
 
 
 class Timing(NamedTuple):

@@ -1,9 +1,5 @@
-"""A machine of one stage as a rig, and any rig that has an encoder as a stage.
-
-The twin of a machine measures `encoder` and is driven by `motor`; whatever takes a `types.Rig` can
-take it. The other way round `STAGE` is the kind of stage whose parameters are an open rig: the same
-control period runs on it, interpreted.
-"""
+"""A machine of one stage as a rig: it measures `encoder`, and its lines, and is driven by `motor`;
+whatever takes a `types.Rig` can take it. The other way round: `open_rig`."""
 
 from __future__ import annotations
 
@@ -11,16 +7,16 @@ import math
 from collections.abc import Iterator
 from functools import lru_cache
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, cast
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.kernel import compiled
-from macromicro.machines.signals import Sample
+from macromicro.machines.parts import CLOSED
 from macromicro.machines.stage import Kind
 from macromicro.rig.twin import VirtualClock, noise_source
-from macromicro.types import SAFE, Outputs, Rig
+from macromicro.types import ENABLE, SAFE, Lines, Outputs
 from macromicro.types import Sample as Shown
 
 
@@ -37,10 +33,12 @@ class Twin:
         Seed of the sensor's noise.
     """
 
-    channels = ("encoder",)
-
     def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
         self._kind = kind
+        self.channels = ("encoder", *(n for n in kind.lines if n != ENABLE))
+        self.outputs = ("motor", ENABLE) if ENABLE in kind.lines else ("motor",)
+        self.injected: dict[str, float] = {}  # what lines are forced to, for tests
+        self._closed = getattr(getattr(settings, "switches", None), "contacts", CLOSED) == CLOSED
         self.params = kind.prepare(settings)
         self.state = kind.initial(self.params)
         self.dt = float(settings.timing.period)
@@ -66,7 +64,21 @@ class Twin:
         t = self.tick * self.dt
         place = self._measured(t)
         counts = place if math.isnan(place) else float(round(place / self.pitch))
-        return Shown(t, counts, *[math.nan] * 4)
+        if not self._kind.lines:
+            return Shown(t, counts, *[math.nan] * 4)
+        values: list[float] = [t, counts, *[math.nan] * 4, *self._said()._replace(**self.injected)]
+        return cast("Shown", Seen(*values))
+
+    def cut(self, name: str) -> None:
+        """Cut the wire of a line: a limit switch that is closed while free trips by that.
+
+        Parameters
+        ----------
+        name : str
+            Of `types.Lines`.
+        """
+        trips = name.startswith("limit") and self._closed
+        self.injected[name] = 1.0 if trips else 0.0
 
     def write(self, outputs: Outputs) -> None:
         """Set the outputs for the coming control period.
@@ -74,19 +86,30 @@ class Twin:
         Parameters
         ----------
         outputs : Outputs
-            Of these the motor's, V.
+            Of these the motor's, V; `open_rig.Wired` with the enable line, where the drive has one.
         """
         self._outputs = outputs
+        if self._kind.lines:
+            self._enabled(float(getattr(outputs, ENABLE, 1.0)))
 
     def advance(self) -> None:
         """Let one control period pass."""
-        self._advanced(self._outputs.motor)
+        tripped = self.injected.get("drive_fault", 0.0) or not self.injected.get("enabled", 1.0)
+        self._advanced(0.0 if tripped else self._outputs.motor)
         self.tick += 1
         self._draw()
 
     def _measured(self, t: float) -> float:
         """Position, m."""
         return self._kind.measure(self.params, self.state, t, self._noise, 0).position
+
+    def _said(self) -> Lines:
+        """What the lines say."""
+        return self._kind.sense(self.params, self.state)
+
+    def _enabled(self, enable: float) -> None:
+        """Set the enable line."""
+        self.state = self._kind.switch(self.params, self.state, enable)
 
     def _advanced(self, effort: float) -> None:
         noise = self._noise
@@ -95,6 +118,8 @@ class Twin:
     def stop(self) -> None:
         """Set every output to its safe value."""
         self._outputs = SAFE
+        if self._kind.lines:
+            self._enabled(0.0)
 
     def __enter__(self) -> Self:
         return self
@@ -108,18 +133,43 @@ class Twin:
         self.stop()
 
 
-_ADVANCE, _MEASURE = 0.0, 1.0
+class Seen(NamedTuple):
+    """What a twin with lines shows: `types.Sample` and `types.Lines`."""
+
+    t: float
+    encoder: float
+    hall: float
+    laser: float
+    extend: float
+    contract: float
+    limit_low: float
+    limit_high: float
+    home: float
+    index_count: float
+    drive_fault: float
+    enabled: float
+
+
+_ADVANCE, _MEASURE, _SENSE, _SWITCH = 0.0, 1.0, 2.0, 3.0
+_LINES = len(Lines._fields)
 
 
 @lru_cache(maxsize=16)
 def _inside(kind: Kind) -> Any:
     """The stage as a coroutine: each `next` does what `asked` orders, and answers in it."""
     measure, advance = kind.measure, kind.advance
+    sense, switch = kind.sense, kind.switch
 
     def stage(params: Any, state: Any, asked: Array, noise: Array, dt: float) -> Iterator[int]:
         while True:
             if asked[0] == _ADVANCE:
                 state = advance(params, state, asked[1], noise, 0, dt)
+            elif asked[0] == _SENSE:
+                said = sense(params, state)
+                for j in range(_LINES):
+                    asked[1 + j] = said[j]
+            elif asked[0] == _SWITCH:
+                state = switch(params, state, asked[1])
             else:
                 asked[1] = measure(params, state, asked[1], noise, 0).position
             yield 0
@@ -142,7 +192,7 @@ class CompiledTwin(Twin):
 
     def __init__(self, kind: Kind, settings: Any, seed: int = 0) -> None:
         super().__init__(kind, settings, seed)
-        self._asked = np.zeros(2)
+        self._asked = np.zeros(1 + _LINES)
         # The coroutine refers to the arrays inside, and does not own them.
         self._kept = (self.params, self.state)
         coroutine = compiled(_inside(kind))
@@ -150,58 +200,19 @@ class CompiledTwin(Twin):
         del self.state
 
     def _measured(self, t: float) -> float:
-        self._asked[:] = (_MEASURE, t)
-        next(self._stage)
+        self._ask(_MEASURE, t)
         return float(self._asked[1])
 
+    def _said(self) -> Lines:
+        self._ask(_SENSE, 0.0)
+        return Lines(*self._asked[1:].tolist())
+
+    def _enabled(self, enable: float) -> None:
+        self._ask(_SWITCH, enable)
+
     def _advanced(self, effort: float) -> None:
-        self._asked[:] = (_ADVANCE, effort)
+        self._ask(_ADVANCE, effort)
+
+    def _ask(self, what: float, value: float) -> None:
+        self._asked[:2] = (what, value)
         next(self._stage)
-
-
-class Opened(NamedTuple):
-    """An open rig as the parameters of a stage.
-
-    Attributes
-    ----------
-    rig : Rig
-        That measures `encoder`.
-    pitch : float
-        Way per count, m.
-    """
-
-    rig: Rig
-    pitch: float
-
-
-class Unknown(NamedTuple):
-    """What is known to be true of a rig: nothing."""
-
-
-def _measure(p: Opened, origin: float, t: float, noise: Array, k: int) -> Sample:
-    """What the rig shows, its time since the run's start."""
-    shown = p.rig.read()
-    return Sample(shown.t - origin, shown.encoder * p.pitch)
-
-
-def _advance(p: Opened, origin: float, effort: float, noise: Array, k: int, dt: float) -> float:
-    """Write the effort and wait for the next period."""
-    p.rig.write(SAFE._replace(motor=float(effort)))
-    p.rig.clock.wait(dt)
-    return origin
-
-
-def _show(p: Opened, origin: float) -> Unknown:
-    return Unknown()
-
-
-def _prepare(settings: Any) -> Any:
-    raise NotImplementedError("the parameters are an open rig: Opened(rig, pitch)")
-
-
-def _now(p: Opened) -> float:
-    """The state of such a stage: the rig's time at the start, s."""
-    return p.rig.clock.now()
-
-
-STAGE = Kind("rig", 0, Unknown, _prepare, _now, _measure, _advance, _show)

@@ -12,12 +12,11 @@ import numpy as np
 
 import macromicro
 from macromicro.arrays import Array
-from macromicro.columns import Column
+from macromicro.columns import Column, whole
 from macromicro.kernel import cache_folder, compiled
-from macromicro.machines import guarding, planning, stage, tree
+from macromicro.machines import guarding, lines, open_rig, planning, stage, tree
 from macromicro.machines.guarding import Watch
 from macromicro.machines.machine import Machine, as_toml
-from macromicro.machines.rig import STAGE, Opened
 from macromicro.machines.sequence import DONE, Plan
 from macromicro.machines.stage import Loop, compiles
 from macromicro.programme import Programme
@@ -74,7 +73,8 @@ def loop(settings: Any, plan: Plan) -> Loop:
     Loop
         For `stage.period`.
     """
-    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan)
+    wired = lines.wired(settings)
+    return Loop(tree.gains(settings), settings.guard, settings.arrival, plan, wired)
 
 
 def longest(settings: Any, plan: Plan) -> float:
@@ -200,16 +200,18 @@ def perform(
             kind, params, chunk = machine.kind, machine.kind.prepare(settings), CHUNK
             period = stage.fastest(kind, law)
         else:
-            kind, params, chunk = STAGE, Opened(on, settings.encoder.pitch), LIVE
+            kind, params, chunk = open_rig.of(on), open_rig.opened(on, settings.encoder.pitch), LIVE
             period = stage.period(kind, law)
+            open_rig.switched_on(params, kind, lines.rise(settings), dt)
         run = stage.beginning(kind, law, params, control)
-        rows = len(stage.columns(kind, law))
+        rows = stage.columns(kind, law)
         limit, began = round(longest(settings, plan) / dt), time.perf_counter()
         while run.tick < limit and not run.over:
             noise = random.standard_normal((chunk, kind.noises))
-            block = np.empty((rows, chunk))
+            block = np.empty((len(rows), chunk))
             run, written = period(params, control, run, noise, block, dt)
-            sink.append(block[:, :written])
+            done = block[:, :written]
+            sink.append(done if on is None else whole(done, rows))
             if progress is not None:
                 progress(run.tick * dt, run.progress.move)
     finished = run.progress.phase == DONE
@@ -263,7 +265,7 @@ def columns(machine: Machine, on: Rig | None = None) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    return stage.columns(machine.kind if on is None else STAGE, machine.law)
+    return stage.columns(machine.kind if on is None else open_rig.of(on), machine.law)
 
 
 def record(

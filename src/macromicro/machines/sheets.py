@@ -55,6 +55,24 @@ def turning(tree: Any) -> float:
     return float((tree.motor.inertia + tree.drive.inertia) * ratio * ratio)
 
 
+def turn(tree: Any) -> float:
+    """Way of the load per turn of the motor.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m; infinity for a linear motor.
+    """
+    if tree.drive.kind == LINEAR:
+        return math.inf
+    return 2.0 * math.pi / transmission.ratio(tree.drive)
+
+
 def mass(tree: Any) -> float:
     """All that moves, at the load.
 

@@ -12,19 +12,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.columns import Column, layout, put
+from macromicro.columns import Column, Layout, layout, put
 from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.kernel import compiled, is_kernel
 from macromicro.machines import guarding, sequence
+from macromicro.machines import lines as guarded_lines
 from macromicro.machines.guarding import OK, Limits, Watch
+from macromicro.machines.lines import Held, Wired
 from macromicro.machines.sequence import DONE, Arrival, Plan, Progress
 from macromicro.machines.signals import Inside, Output, Sample, Target
+from macromicro.types import Enable, Lines
 
 FAULT = 4  # phase that is recorded once the guard has tripped
 
@@ -52,6 +55,12 @@ class Kind(NamedTuple):
         state a period later.
     show : Callable[[Any, Any], Any]
         Kernel: from parameters and state to the truth.
+    lines : tuple[str, ...]
+        Which of `types.Lines` it has, and "enable" if its drive has an enable line.
+    sense : Callable[[Any, Any], Lines]
+        Kernel: from parameters and state to what these say, after `measure`.
+    switch : Callable[[Any, Any, float], Any]
+        Kernel: from parameters, state and the enable output (0 or 1) to the state with it.
     """
 
     name: str
@@ -62,6 +71,9 @@ class Kind(NamedTuple):
     measure: Callable[[Any, Any, float, Array, int], Sample]
     advance: Callable[[Any, Any, float, Array, int, float], Any]
     show: Callable[[Any, Any], Any]
+    lines: tuple[str, ...] = ()
+    sense: Callable[[Any, Any], Lines] = guarded_lines.none
+    switch: Callable[[Any, Any, float], Any] = guarded_lines.as_it_is
 
 
 class Loop(NamedTuple):
@@ -77,12 +89,15 @@ class Loop(NamedTuple):
         When a move has arrived.
     plan : Plan
         The programme.
+    wired : Wired
+        Of the guard, for a stage with lines.
     """
 
     gains: Any
     guard: Limits
     arrival: Arrival
     plan: Plan
+    wired: Wired = Wired()
 
 
 class Run(NamedTuple):
@@ -100,6 +115,8 @@ class Run(NamedTuple):
         The law's.
     watch : Watch
         The guard's.
+    held : Held
+        The guard's, of a stage with lines.
     """
 
     tick: int
@@ -107,6 +124,7 @@ class Run(NamedTuple):
     progress: Progress
     memory: Any
     watch: Watch
+    held: Held = Held()
 
     @property
     def over(self) -> bool:
@@ -133,11 +151,23 @@ def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    found = layout(Sample, Target, Output, law.memory, Inside, kind.truth)
+    found = _layout(kind, law)
     if law.gains not in outside.found():
         return found.columns
     named = {c.name: f"law_{c.name}" for c in layout(law.memory).columns}
     return tuple(c._replace(name=named.get(c.name, c.name)) for c in found.columns)
+
+
+def _layout(kind: Kind, law: StageLaw) -> Layout:
+    """Columns of a run; of the lines, those that the stage has."""
+    recorded = [_only(each, kind.lines) for each in (Lines, Enable)]
+    return layout(Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
+
+
+def _only(kind: Any, names: tuple[str, ...]) -> Any:
+    """A ``NamedTuple`` class of which only some fields are recorded."""
+    hints = get_type_hints(kind, include_extras=True)
+    return NamedTuple(kind.__name__, [(n, h if n in names else float) for n, h in hints.items()])
 
 
 @lru_cache(maxsize=64)
@@ -159,27 +189,34 @@ def period(kind: Kind, law: StageLaw) -> Period:
         is the last written), with `out` of shape (columns, periods).
     """
     measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
-    tell = law.tell
-    outside.joined(measure, advance, show, step)
-    parts = layout(Sample, Target, Output, law.memory, Inside, kind.truth).parts
+    tell, sense, switch = law.tell, kind.sense, kind.switch
+    outside.joined(measure, advance, show, step, sense, switch)
+    watched = guarded_lines.step if kind.lines else guarded_lines.unwatched
+    bounded = guarded_lines.bounded if kind.lines else guarded_lines.unbounded
+    parts = _layout(kind, law).parts
     sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
-        part.rows for part in parts
+        part.rows for part in parts[:6]
     )
     sample_scales, target_scales, output_scales, memory_scales, inside_scales, truth_scales = (
-        part.scales for part in parts
+        part.scales for part in parts[:6]
     )
+    (line_rows, line_scales), (enable_rows, enable_scales) = parts[6:]
 
     def run(
         params: Any, loop: Loop, state: Run, noise: Array, out: Array, dt: float
     ) -> tuple[Run, int]:
         tick, stage, progress = state.tick, state.stage, state.progress
-        memory, watch = state.memory, state.watch
+        memory, watch, held = state.memory, state.watch, state.held
         written = 0
         for k in range(noise.shape[0]):
             sample = measure(params, stage, tick * dt, noise, k)
+            told = sense(params, stage)
             progress, target = sequence.step(loop.plan, loop.arrival, progress, sample)
             memory, wanted = step(loop.gains, memory, target, sample, dt)
-            watch, effort = guarding.step(loop.guard, watch, sample, target, wanted)
+            watch, held, passed = watched(loop.wired, held, watch, told, sample, wanted)
+            guard = bounded(loop.guard, loop.wired, held)
+            watch, effort = guarding.step(guard, watch, sample, target, passed)
+            enable = 1.0 if watch.fault == OK else 0.0
             phase = float(progress.phase if watch.fault == OK else FAULT)
             put(out, k, sample, sample_rows, sample_scales)
             put(out, k, target, target_rows, target_scales)
@@ -188,14 +225,33 @@ def period(kind: Kind, law: StageLaw) -> Period:
             inside = Inside(phase, float(progress.move), float(progress.arrived))
             put(out, k, inside, inside_rows, inside_scales)
             put(out, k, show(params, stage), truth_rows, truth_scales)
-            stage = advance(params, stage, effort, noise, k, dt)
+            put(out, k, told, line_rows, line_scales)
+            put(out, k, Enable(enable), enable_rows, enable_scales)
+            stage = advance(params, switch(params, stage, enable), effort, noise, k, dt)
             tick += 1
             written += 1
             if progress.phase == DONE or watch.fault != OK:
                 break
-        return Run(tick, stage, progress, memory, watch), written
+        return Run(tick, stage, progress, memory, watch, held), written
 
     return run
+
+
+def kernels_of(kind: Kind) -> tuple[str, ...]:
+    """Which fields of a kind of stage are kernels of its own.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Names.
+    """
+    names = ("measure", "advance", "show")
+    return (*names, "sense", "switch") if kind.lines else names
 
 
 def compiles(law: StageLaw) -> bool:
@@ -229,9 +285,10 @@ def quick(kind: Kind) -> Kind:
     Kind
         With the same results.
     """
-    outside.joined(kind.measure, kind.advance, kind.show)
-    measure, advance, show = (compiled(f) for f in (kind.measure, kind.advance, kind.show))
-    return kind._replace(measure=measure, advance=advance, show=show)
+    kernels: dict[str, Any] = {name: getattr(kind, name) for name in kernels_of(kind)}
+    outside.joined(*kernels.values())
+    made: dict[str, Any] = {name: compiled(each) for name, each in kernels.items()}
+    return kind._replace(**made)
 
 
 def fastest(kind: Kind, law: StageLaw) -> Period:
@@ -275,7 +332,7 @@ def beginning(kind: Kind, law: StageLaw, params: Any, loop: Loop) -> Run:
     """
     first = Sample(0.0, loop.plan.origin)
     memory = law.start(loop.gains, first)
-    return Run(0, kind.initial(params), sequence.begin(), memory, guarding.fresh())
+    return Run(0, kind.initial(params), sequence.begin(), memory, guarding.fresh(), Held())
 
 
 class Bounds(NamedTuple):

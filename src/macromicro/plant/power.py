@@ -10,6 +10,7 @@ from macromicro.plant import amplifier
 from macromicro.schema.par import Par
 
 VOLTAGE, CURRENT = "voltage", "current"
+NONE, LINE = "none", "line"
 _SHEET = "amplifier's data sheet"
 _MOTOR = "motor's data sheet"
 
@@ -38,6 +39,22 @@ class Amplifier(NamedTuple):
     transconductance: Annotated[
         float, Par("A/V", "motor current per volt at the D/A (current mode)", _SHEET, positive=True)
     ] = 0.4
+    enable: Annotated[
+        str, Par("", "its enable input: none (always on) or line", _SHEET, choices=(NONE, LINE))
+    ] = NONE
+    enable_time: Annotated[
+        float, Par("s", "from the enable input until it gives current", _SHEET, shown="ms", lo=0.0)
+    ] = 20.0e-3
+    fault: Annotated[
+        str, Par("", "its fault output: none or line", _SHEET, choices=(NONE, LINE))
+    ] = NONE
+    continuous: Annotated[
+        float, Par("A", "current that it gives for ever (fault output)", _SHEET, positive=True)
+    ] = 2.0
+    peak_time: Annotated[
+        float,
+        Par("s", "from cold until the greatest current trips it (fault output)", _SHEET, lo=0.01),
+    ] = 2.0
 
 
 class Motor(NamedTuple):

@@ -15,7 +15,7 @@ from macromicro.plant.kiln import KilnBench, KilnSample
 from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD
 from macromicro.rig.limits import Limits
 from macromicro.rig.unwinding import Unwinding
-from macromicro.types import SAFE, Sample
+from macromicro.types import SAFE, Lines, Sample
 
 BENCH, KILN, CYCLE = "bench", "kiln", "cycle"
 
@@ -43,7 +43,7 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    BENCH: Kind(Sample._fields[1:], PERIOD),
+    BENCH: Kind((*Sample._fields[1:], *Lines._fields), PERIOD),  # lines: of one stage alone
     KILN: Kind(KilnSample._fields[1:], KILN_PERIOD),
     # A thermometer beside the cycle bench is welcome; its twin has none.
     CYCLE: Kind((*CycleSample._fields[1:], "room"), CYCLE_PERIOD),
@@ -187,6 +187,11 @@ class Session:
     def channels(self) -> tuple[str, ...]:
         """Channels of the rig."""
         return tuple(self._rig.channels)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Outputs that the rig names; none where it names none."""
+        return tuple(getattr(self._rig, "outputs", ()))
 
     @property
     def clock(self) -> Self:

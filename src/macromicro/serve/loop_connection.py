@@ -53,6 +53,7 @@ class LoopConnection:
         self._left: str | None = None  # what became of the rig's stop, by the loop process
         self._how = ""  # how a loop that did not end by itself was ended
         self.stages: tuple[str, ...] = m.STAGES
+        self.channels: tuple[str, ...] = ()
         self._child: Child | None = None
         self._store: PositionStore | None = None
         self._lock: persist.Lock | None = None
@@ -82,6 +83,7 @@ class LoopConnection:
         self.trouble, self.trust = None, "not known yet"
         self._leaving, self._left, self._how, self.switched_off = False, None, "", False
         self.realtime, self.stages = child.privileges.words, alone.stages(child.channels)
+        self.channels = tuple(child.channels)
         self._lock, self._child, self.shared = lock, child, shared
         self._store = PositionStore(
             self._path, settings.kept_as(self._rig), self._place, self._report

@@ -42,6 +42,11 @@ class Observed:
         """The stages that the rig has, of `messages.STAGES`."""
         return self._connection.stages
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """What the rig measures."""
+        return self._connection.channels
+
     def snapshot(self) -> Snapshot:
         """The machine now."""
         connection = self._connection

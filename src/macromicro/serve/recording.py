@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from macromicro.columns import whole
@@ -14,7 +14,7 @@ from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
 from macromicro.serve.loop_connection import LoopConnection
 from macromicro.serve.settings import STOP, ServeSettings
-from macromicro.serve.shared import COLUMNS, PERIOD, WRITTEN, Shared
+from macromicro.serve.shared import COLUMNS, PERIOD, WRITTEN, Shared, columns
 from macromicro.serve.snapshot import RecordingState
 from macromicro.serve.storage import make_folder
 from macromicro.serve.trail import Trail
@@ -42,11 +42,14 @@ class Recording:
         failed: Callable[[str], None],
         *,
         overwrite: bool = False,
+        channels: Sequence[str] = (),
     ) -> None:
         self._shared, self._trail = shared, trail
+        self._kept = columns(channels)
+        self._columns = tuple(COLUMNS[k] for k in self._kept)
         self._count = int(shared.cells[WRITTEN])
         self._recorder = Recorder(
-            path, COLUMNS, capacity, PERIOD, attributes, overwrite=overwrite, events=True
+            path, self._columns, capacity, PERIOD, attributes, overwrite=overwrite, events=True
         )
         trail.begin()
         self._failed = failed
@@ -87,7 +90,7 @@ class Recording:
     def _drain(self) -> None:
         lost, self._count, block = self._shared.since(self._count)
         if block.shape[1]:
-            self._recorder.append(whole(block, COLUMNS))
+            self._recorder.append(whole(block[self._kept], self._columns))
         if entries := self._trail.take():
             self._recorder.note(entries)
         self._state = self._state._replace(rows=self._recorder.rows, lost=self._state.lost + lost)
@@ -138,6 +141,7 @@ class Recordings:
                 self._attributes,
                 self._failed,
                 overwrite=overwrite,
+                channels=self._connection.channels,
             )
             begun = self._recording.state.path
             self._begun.append(Path(begun))

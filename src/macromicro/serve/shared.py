@@ -26,7 +26,7 @@ from macromicro import nominal
 from macromicro.arrays import packed
 from macromicro.columns import Quantity, layout
 from macromicro.serve.machine import View
-from macromicro.types import Command, Outputs, Sample
+from macromicro.types import Command, Enable, Lines, Outputs, Sample
 
 RING_S = 60.0
 PERIOD = nominal.PERIOD
@@ -44,7 +44,9 @@ class Vitals(NamedTuple):
     work: Annotated[float, Quantity("us", "time the period before took to compute", scale=1e6)]
 
 
-COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals)
+COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals, Lines, Enable)
+_ALWAYS = len(layout(Sample, Command, Outputs, View, Vitals).columns)
+NO_LINES = (math.nan,) * (len(COLUMNS) - _ALWAYS)
 _FLAT_ROWS = np.concatenate([part.rows for part in _PARTS])
 _recorded = itemgetter(*np.flatnonzero(_FLAT_ROWS >= 0).tolist())
 _SCALED = [
@@ -56,16 +58,28 @@ _SCALED = [
 
 
 def telemetry(
-    sample: Sample, command: Command, given: Outputs, view: View, vitals: Vitals
+    sample: Sample,
+    command: Command,
+    given: Outputs,
+    view: View,
+    vitals: Vitals,
+    lines: tuple[float, ...] = NO_LINES,
 ) -> list[float]:
-    """One period as a row of telemetry, as `COLUMNS` say."""
-    row = list(_recorded((*sample, *command, *given, *view, *vitals)))
+    """One period as a row of telemetry, as `COLUMNS` say. `lines`: `types.Lines` and the enable
+    line, NaN for those that there are not."""
+    row = list(_recorded((*sample, *command, *given, *view, *vitals, *lines)))
     for k, scale in _SCALED:
         row[k] *= scale
     return row
 
 
+def columns(channels: Sequence[str]) -> list[int]:
+    """The columns of a machine whose rig has these channels: of the lines, those that it has."""
+    return [k for k, c in enumerate(COLUMNS) if k < _ALWAYS or c.name in channels]
+
+
 NAMES = tuple(c.name for c in COLUMNS)
+LINES = NAMES[_ALWAYS:]
 INDEX = {name: k for k, name in enumerate(NAMES)}
 
 # Cells, and who writes each.

@@ -58,7 +58,8 @@ class Snapshot(NamedTuple):
 
     `fault`: None if all is well. `holder`: client that holds control, or ""; `clients`:
     all that are connected. `emergency_s`: how long the last emergency stop took until the
-    outputs were safe, NaN before the first.
+    outputs were safe, NaN before the first. `lines`: switches and lines of the drive that there are
+    (`types.Lines` without the index, and "enable"), and whether each is on.
     """
 
     time_s: float
@@ -85,3 +86,4 @@ class Snapshot(NamedTuple):
     holder: str
     clients: tuple[str, ...]
     emergency_s: float
+    lines: tuple[tuple[str, bool], ...] = ()

@@ -26,7 +26,16 @@ from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.requests import Order
 from macromicro.serve.settings import ServeSettings
-from macromicro.serve.shared import EMERGENCY, LEAVE, SAFE_SINCE, SEEN, Shared, Vitals, telemetry
+from macromicro.serve.shared import (
+    EMERGENCY,
+    LEAVE,
+    NO_LINES,
+    SAFE_SINCE,
+    SEEN,
+    Shared,
+    Vitals,
+    telemetry,
+)
 from macromicro.serve.silence import Silence
 from macromicro.types import SAFE, Command, Sample
 
@@ -56,6 +65,7 @@ class Loop:
         self._outbox = outbox
         self._settings = settings
         self._dt, self._paced = dt, paced
+        self._lines: Callable[[], tuple[float, ...]] = getattr(rig, "lines", lambda: NO_LINES)
         self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = 0
         self._heard = time.monotonic()
@@ -223,7 +233,7 @@ class Loop:
         """Telemetry and status of this period."""
         rig, pacer, view = self._rig, self.pacer, self._machine.view()
         vitals = Vitals(rig.temperature, self._fault[0], pacer.late, pacer.worked)
-        row = telemetry(sample, command, rig.given, view, vitals)
+        row = telemetry(sample, command, rig.given, view, vitals, self._lines())
         self._shared.show(row, self._status(view))
 
     def _status(self, view: View) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ from macromicro.control.live.messages import DISABLED, MODES, MOVING
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.serve import faults
 from macromicro.serve.position_store import FLICKER, Place
-from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, PERIOD, SAFE_SINCE, SEEN, Shared
+from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, LINES, PERIOD, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
@@ -76,6 +76,11 @@ def snapshot(
         holder=holder,
         clients=clients,
         emergency_s=emergency_time(shared),
+        lines=tuple(
+            (name, value[name] != 0.0)
+            for name in LINES
+            if name != "index_count" and running and not math.isnan(value[name])
+        ),
     )
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
-from macromicro.control.live import brake, survey, touching
+from macromicro.control.live import brake, seeking, survey, touching
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.leading import (
@@ -34,7 +34,7 @@ from macromicro.control.live.machine import Look, perceive
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import Approach, Braking, Jogged, LiveState, Search
-from macromicro.types import Sample
+from macromicro.types import QUIET, Lines, Sample
 
 Step = tuple[LiveState, Guided, tuple[Notice, ...]]
 Work = Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]
@@ -49,6 +49,7 @@ def step(
     dt: float,
     look: Look = survey.look,
     works: Mapping[type, Work] | None = None,
+    lines: Lines = QUIET,
 ) -> tuple[LiveState, Guided, Course, tuple[Notice, ...]]:
     """One control period of the live machine.
 
@@ -70,6 +71,8 @@ def step(
         As of `machine.step`.
     works : Mapping[type, Work] | None, optional
         How each kind of motion is carried out; None: `WORKS`.
+    lines : Lines, optional
+        What its switches say.
 
     Returns
     -------
@@ -84,10 +87,14 @@ def step(
     """
     s, sample = perceive(p, s, sample, dt, look)
     place = s.seen.encoder * p.settings.pitch
+    g = _marked(q, s, g._replace(lines=lines), place - s.frame.offset * p.settings.pitch)
     if s.mode in (m.DISABLED, m.FAULT):  # else it has been seen, or it could not be enabled
         return s, g._replace(on=False), Course(), ()
     if not g.on:  # the law begins where the stage is
-        g = Guided(REST._replace(position=place), on=True, restart=g.restart + 1)
+        g = _fresh(g, place)._replace(on_since=s.time)
+    if s.time - g.on_since < q.rise - TICK:
+        g = _fresh(g, place)
+        return s, g, Course(on=True, aim=g.aim, restart=g.restart, waiting=True), ()
     notices: tuple[Notice, ...] = ()
     work = None if s.work is None else (WORKS if works is None else works).get(type(s.work))
     if work is not None:
@@ -97,11 +104,63 @@ def step(
     low, high, offset = -math.inf, math.inf, s.frame.offset * p.settings.pitch
     effort = math.inf
     if s.frame.trusted:
-        low, high = q.low + offset, q.high + offset
+        low = -math.inf if g.off_low else q.low + offset
+        high = math.inf if g.off_high else q.high + offset
     elif q.touch is not None:
         effort = q.touch.effort
     on = s.mode not in (m.DISABLED, m.FAULT)
-    return s, g._replace(on=on), Course(on, g.aim, low, high, effort, g.restart), notices
+    homing = isinstance(s.work, Search)
+    course = Course(on, g.aim, low, high, effort, g.restart, homing=homing)
+    return s, g._replace(on=on), course, notices
+
+
+def _fresh(g: Guided, place: float) -> Guided:
+    """The set point where the stage is, for a law that begins anew."""
+    return Guided(
+        REST._replace(position=place),
+        on=True,
+        restart=g.restart + 1,
+        lines=g.lines,
+        on_since=g.on_since,
+        off_low=g.off_low,
+        off_high=g.off_high,
+    )
+
+
+def _marked(q: Guide, s: LiveState, g: Guided, place: float) -> Guided:
+    """From a tripped limit switch on, until it is back within its soft limits, a stage goes
+    slowly, and is not stopped by these."""
+    low = g.lines.limit_low != 0.0 or (g.off_low and s.frame.trusted and place < q.low)
+    high = g.lines.limit_high != 0.0 or (g.off_high and s.frame.trusted and place > q.high)
+    return g._replace(off_low=low, off_high=high)
+
+
+def slowed(q: Guide, g: Guided) -> Guide:
+    """The limits of the motion of a stage that may be on its way back from a limit switch.
+
+    Parameters
+    ----------
+    q : Guide
+        What leads the stage.
+    g : Guided
+        State of the set point.
+
+    Returns
+    -------
+    Guide
+        At the speed off a limit switch, if it is.
+    """
+    if g.off_low or g.off_high:
+        return q._replace(velocity=min(q.velocity, q.leave))
+    return q
+
+
+def _home(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
+    """One period of homing, on the stop or on a switch."""
+    touch = q.touch
+    assert touch is not None
+    search = touching.step if touch.seek is None else seeking.step
+    return search(p, q, s, g, place, dt)
 
 
 def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
@@ -134,7 +193,7 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
     motion = s.motion
     assert motion is not None
     goal = motion.coarse * p.settings.pitch
-    g, late = led(q, g, motion.id, goal, s.time, dt)
+    g, late = led(slowed(q, g), g, motion.id, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()
     g, there = reached(q, g, goal, place, s.time)
@@ -261,6 +320,8 @@ def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: 
     assert isinstance(work, Jogged)
     pitch, aim = p.settings.pitch, at(g.aim, dt)
     goal = work.goal * pitch
+    if g.off_low or g.off_high:
+        goal = math.copysign(min(abs(goal), q.leave), goal)
     if s.frame.trusted:
         bound = s.limits.macro_high if goal > 0.0 else s.limits.macro_low
         way = math.copysign(1.0, goal) * ((bound + s.frame.offset) * pitch - aim.position)
@@ -287,5 +348,5 @@ WORKS: dict[type, Work] = {
     Approach: follow,
     Braking: slow_down,
     Jogged: jog,
-    Search: touching.step,
+    Search: _home,
 }

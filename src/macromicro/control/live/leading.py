@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from macromicro.control.arrival import TICK
 from macromicro.motion import Segment, s_curve
+from macromicro.types import QUIET, Lines
 
 NEVER = -1  # number of no motion
 
@@ -28,8 +29,35 @@ class Ready(NamedTuple):
     patience: float
 
 
+class Seek(NamedTuple):
+    """How a stage finds a switch or an index pulse, which names its place.
+
+    Attributes
+    ----------
+    line : str
+        Of `types.Lines`: "limit_low", "home", or "" for an index pulse alone.
+    above : bool
+        Whether the stage may stand below the switch while it is off, which it then finds upwards.
+    pulse : bool
+        Whether an index pulse names the place: the first one above the switch.
+    spacing : float
+        From one pulse to the next, m; 0: there is one.
+    margin : float
+        Distance of switch and pulse, m, below which it is not sure which pulse it is.
+    rise : float
+        Speed off the switch and to the pulse, m/s.
+    """
+
+    line: str
+    above: bool
+    pulse: bool
+    spacing: float
+    margin: float
+    rise: float
+
+
 class Touch(NamedTuple):
-    """How a stage finds the lower end stop, which names its place.
+    """How a stage finds the lower end stop, which names its place; or, with `seek`, a switch.
 
     Attributes
     ----------
@@ -48,9 +76,11 @@ class Touch(NamedTuple):
     back : float
         Way back between them, m.
     place : float
-        Where the stage is while it leans on the stop, m.
+        Where the stage is while it leans on the stop, or at the switch or the pulse, m.
     patience : float
         Longest search, s.
+    seek : Seek | None
+        How it finds a switch; None: the stop.
     """
 
     speed: float
@@ -62,6 +92,7 @@ class Touch(NamedTuple):
     back: float
     place: float
     patience: float
+    seek: Seek | None = None
 
 
 class Guide(NamedTuple):
@@ -77,6 +108,10 @@ class Guide(NamedTuple):
         Where the guard's soft limits are once the place is known, m.
     touch : Touch | None
         How it finds its place; None: its sensor knows it.
+    leave : float
+        Speed off a tripped limit switch, m/s.
+    rise : float
+        Time from the enable line until the drive gives an effort, s.
     """
 
     velocity: float
@@ -86,6 +121,8 @@ class Guide(NamedTuple):
     low: float
     high: float
     touch: Touch | None = None
+    leave: float = math.inf
+    rise: float = 0.0
 
 
 class Aim(NamedTuple):
@@ -121,6 +158,10 @@ class Course(NamedTuple):
         Greatest effort, V.
     restart : int
         With another number than before, the law begins anew.
+    waiting : bool
+        Whether the drive is being switched on: the law gives no effort yet.
+    homing : bool
+        Whether the lower limit switch is looked for.
     """
 
     on: bool = False
@@ -129,6 +170,8 @@ class Course(NamedTuple):
     high: float = math.inf
     effort: float = math.inf
     restart: int = 0
+    waiting: bool = False
+    homing: bool = False
 
 
 class Guided(NamedTuple):
@@ -154,6 +197,12 @@ class Guided(NamedTuple):
         Where a search has last seen motion, m, or NaN.
     since : float
         When, s.
+    lines : Lines
+        What the switches say.
+    on_since : float
+        When the stage was switched on, s.
+    off_low, off_high : bool
+        Whether it is on its way back from that limit switch into its soft limits.
     """
 
     aim: Aim = REST
@@ -165,6 +214,10 @@ class Guided(NamedTuple):
     inside: float = math.nan
     there: float = math.nan
     since: float = 0.0
+    lines: Lines = QUIET
+    on_since: float = 0.0
+    off_low: bool = False
+    off_high: bool = False
 
 
 def at(aim: Aim, h: float) -> Aim:

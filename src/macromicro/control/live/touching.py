@@ -70,6 +70,50 @@ def step(
         return s, g, notices
     if work.phase == DOWN:
         return _down(p, q, touch, s, work, g, place, dt)
+    return leave(p, q, touch, s, work, g, place, dt)
+
+
+def leave(
+    p: LiveParameters,
+    q: Guide,
+    touch: Touch,
+    s: LiveState,
+    work: Search,
+    g: Guided,
+    place: float,
+    dt: float,
+) -> tuple[LiveState, Guided, tuple[Notice, ...]]:
+    """One period on the way back before the next touch; or, with what was found, to the lowest
+    target, where the place is known.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    q : Guide
+        What leads the stage.
+    touch : Touch
+        How it finds its place.
+    s : LiveState
+        State of the live machine.
+    work : Search
+        How far the homing is.
+    g : Guided
+        State of the set point.
+    place : float
+        Where the stage is, m.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : LiveState
+        New state.
+    guided : Guided
+        New state of the set point.
+    notices : tuple[Notice, ...]
+        What happened.
+    """
     known = work.phase == OUT
     stop = work.stop * p.settings.pitch
     goal = stop - touch.place + p.settings.limits.whole_low if known else stop + touch.back

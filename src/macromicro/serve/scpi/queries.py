@@ -46,6 +46,11 @@ def _fault(call: Call) -> Answer:
     return f"{fault.code}," + ",".join(map(quoted, words))
 
 
+def _lines(call: Call) -> Answer:
+    lines = call.session.snapshot().lines
+    return ",".join(f"{quoted(name)},{flag(on)}" for name, on in lines) or '"",0'
+
+
 def _pace(call: Call) -> Answer:
     pace = call.session.snapshot().pace
     shares = numbers(pace.share, pace.latest_s * 1e6, pace.longest_s * 1e6)
@@ -105,6 +110,13 @@ COMMANDS = (
         _fault,
         "The latched fault in words.",
         answer='code, "name", "message", "evidence", "remedy"; code 0 for none',
+    ),
+    Command(
+        "LINes?",
+        _lines,
+        "Limit and home switches and lines of the drive, of those that there are.",
+        answer='"limit_low", "limit_high", "home", "drive_fault", "enabled" or "enable" and 1 if '
+        'it is on or tripped else 0, for each; "",0 for none',
     ),
     Command(
         "DIAGnostic:PACE?",

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from macromicro.columns import Column
 from macromicro.errors import MacromicroError
 from macromicro.serve.requests import CONTROL
 from macromicro.serve.scpi.answers import block, flag, number
@@ -15,9 +16,15 @@ from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Flag, Number, Text, Word
 from macromicro.serve.shared import COLUMNS as TELEMETRY
-from macromicro.serve.shared import INDEX, PERIOD, RING_S
+from macromicro.serve.shared import INDEX, PERIOD, RING_S, columns
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+
+
+def _columns(call: Call) -> list[Column]:
+    """Those of this machine: of lines that it has not there is nothing to tell."""
+    there = columns(getattr(call.session.station, "channels", ()))
+    return [TELEMETRY[k] for k in there]
 
 
 def _format(call: Call) -> Answer:
@@ -107,13 +114,13 @@ COMMANDS = (
     ),
     Command(
         "WAVeform:CATalog?",
-        lambda call: ",".join(quoted(c.name) for c in TELEMETRY),
+        lambda call: ",".join(quoted(c.name) for c in _columns(call)),
         "Columns of the telemetry.",
         answer="names",
     ),
     Command(
         "WAVeform:UNITs?",
-        lambda call: ",".join(quoted(c.unit) for c in TELEMETRY),
+        lambda call: ",".join(quoted(c.unit) for c in _columns(call)),
         "Their units, in this order.",
         answer="units",
     ),

@@ -11,8 +11,9 @@ from macromicro.arrays import Array
 from macromicro.control.live.leading import Course
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
-from macromicro.machines import guarding, stage
+from macromicro.machines import guarding, lines, stage
 from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.lines import Held, Wired
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import MOVING, Plan, Progress
 from macromicro.machines.signals import Sample
@@ -78,6 +79,11 @@ class Control:
         self._free = compiled(stage.opened(kind)) if simulated else stage.opened(kind)
         names = [column.name for column in stage.columns(kind, law)]
         self._effort_row = names.index("effort")
+        self._index_row = names.index("index_count") if "index_count" in kind.lines else -1
+        self._kind = kind
+        self._switch = compiled(kind.switch) if simulated and kind.lines else kind.switch
+        self._wired = lines.wired(tree) if kind.lines else Wired()
+        self._held = Held()
         self._out = np.empty((len(names), number))
         self._idle = np.zeros(number)
         self._shown = np.empty((2, number))
@@ -85,6 +91,8 @@ class Control:
         self._restart: int | None = None  # the course's, with which the law began
         self.watch: Watch = guarding.fresh()
         self.effort = 0.0  # V, the last that was given
+        self.enable = 0.0
+        self.captured = math.nan  # counts of the last index pulse of the period, before its end
 
     def take(self, gains: Any) -> None:
         """Give the law other gains from the next period on; it keeps its memory."""
@@ -115,9 +123,12 @@ class Control:
         Any
             The stage's state at the end.
         """
-        if not course.on or self.watch.fault != OK:
-            self._restart, self.effort = None, 0.0
+        self.captured = math.nan
+        if not course.on or course.waiting or self.watch.fault != OK:
+            self._restart, self.effort, self._held = None, 0.0, Held()
+            self.enable = 1.0 if course.waiting and self.watch.fault == OK else 0.0
             return self._coast(params, state, noise)
+        self.enable = 1.0
         tree = self._tree
         gained = self._gains
         if course.effort < math.inf:
@@ -136,20 +147,33 @@ class Control:
             origin=aim.position,
             end=math.nan,
         )
-        control = Loop(gained, guard, tree.arrival, plan)
+        wired = self._wired._replace(homing=int(course.homing))
+        control = Loop(gained, guard, tree.arrival, plan, wired)
         tick = round(seen.t / self.dt)
         began = Run(
-            tick, state, Progress(MOVING, 0, 0, seen.t, math.nan, 0), self._memory, self.watch
+            tick,
+            state,
+            Progress(MOVING, 0, 0, seen.t, math.nan, 0),
+            self._memory,
+            self.watch,
+            self._held,
         )
         run, written = self._period(params, control, began, noise, self._out, self.dt)
-        self._memory, self.watch = run.memory, run.watch
+        self._memory, self.watch, self._held = run.memory, run.watch, run.held
         self.effort = float(self._out[self._effort_row, written - 1])
+        if self._index_row >= 0:
+            for each in self._out[self._index_row, 1:written].tolist():  # the first was seen
+                self.captured = self.captured if math.isnan(each) else each
+        if self.watch.fault != OK:
+            self.enable = 0.0
         if written < self._number:
             return self._coast(params, run.stage, noise[written:])
         return run.stage
 
     def _coast(self, params: Any, state: Any, noise: Array) -> Any:
         """The same time without an effort."""
+        if self._kind.lines:
+            state = self._switch(params, state, self.enable)
         left = len(noise)
         efforts, out = self._idle[:left], self._shown[:, :left]
         state, _, _ = self._free(params, state, _FREE, efforts, noise, out, self.dt)

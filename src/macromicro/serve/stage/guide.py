@@ -17,6 +17,7 @@ from macromicro.control.live.parameters import (
     SoftLimits,
     prepare,
 )
+from macromicro.machines import lines
 from macromicro.machines.machine import Machine
 
 WIDE = 8.0  # standard deviations of the noise in a count: a stage at rest shows one or two counts
@@ -39,7 +40,7 @@ def count(tree: Any) -> float:
     return float(max(tree.encoder.pitch, WIDE * tree.encoder.noise))
 
 
-def guide(machine: Machine, tree: Any) -> Guide:
+def guide(machine: Machine, tree: Any, *, switched: bool = False) -> Guide:
     """What leads the stage.
 
     Parameters
@@ -48,6 +49,8 @@ def guide(machine: Machine, tree: Any) -> Guide:
         The machine.
     tree : Any
         Its settings.
+    switched : bool, optional
+        Whether its drive has an enable line.
 
     Returns
     -------
@@ -64,6 +67,8 @@ def guide(machine: Machine, tree: Any) -> Guide:
         guard.low,
         guard.high,
         touch,
+        lines.leaving(tree),
+        lines.rise(tree) if switched else 0.0,
     )
 
 

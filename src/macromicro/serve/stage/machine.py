@@ -16,7 +16,7 @@ from macromicro.machines import tree as trees
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Restored
 from macromicro.serve.stage import playing
-from macromicro.types import SAFE, Command, Outputs, Sample
+from macromicro.types import QUIET, SAFE, Command, Lines, Outputs, Sample
 
 _WORKS = {**guided.WORKS, Played: playing.step}
 _ABSOLUTE = Refused("this machine's sensor is absolute: its place is known", "move it")
@@ -26,7 +26,7 @@ class Led(Live):
     """A `serve.machine.Machine` whose motions are set points for the law of its stage.
 
     `tree`: settings of the machine; `take`: gives the law new gains; `course`: what the law is
-    given for the present period.
+    given for the present period; `lines`: where what the switches say comes from.
     """
 
     def __init__(
@@ -43,6 +43,7 @@ class Led(Live):
         q = parameters.settings
         self._look = Surveying(q.edges, q.pitch, dt)
         self.course = Course()
+        self.lines: Callable[[], Lines] = lambda: QUIET
 
     def begin(self, sample: Sample, restored: Restored) -> None:
         """The stage stands where it was left, if that is known; an absolute sensor knows it."""
@@ -61,7 +62,15 @@ class Led(Live):
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         """One control period."""
         self._s, self._g, self.course, notices = guided.step(
-            self._p, self._guide, self._s, self._g, sample, dt, self._look, _WORKS
+            self._p,
+            self._guide,
+            self._s,
+            self._g,
+            sample,
+            dt,
+            self._look,
+            _WORKS,
+            self.lines(),
         )
         reference = self.course.aim.position / self._p.settings.pitch
         on = 1.0 if self.course.on else 0.0

@@ -4,7 +4,7 @@ period."""
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from macromicro.control.live.messages import (
     ClearFault,
@@ -17,9 +17,10 @@ from macromicro.control.live.messages import (
     Stop,
 )
 from macromicro.errors import InputError
+from macromicro.machines import lines
 from macromicro.machines import rig as machine_rig
 from macromicro.rig.opening import TWIN, open_rig
-from macromicro.rig.session import BENCH, Session
+from macromicro.rig.session import BENCH, Fixture, Session
 from macromicro.rig.twin import VirtualClock
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.loop_spec import Spec
@@ -30,7 +31,7 @@ from macromicro.serve.stage import machine as live
 from macromicro.serve.stage import rig as stage_rig
 from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import Loop
-from macromicro.types import Sample
+from macromicro.types import ENABLE, QUIET, Sample
 
 _REST = 100  # periods within which a set point is braked and the stage stands
 
@@ -54,7 +55,7 @@ class Opened(NamedTuple):
 
     def guarded(self, session: Session) -> stage_rig.Led:
         """The rig under its guard."""
-        return stage_rig.Led(session, self.rig.control)
+        return stage_rig.Led(session, self.rig)
 
     def warm(self) -> None:
         """Drive a simulated stage of the same kind through the very loop."""
@@ -63,13 +64,14 @@ class Opened(NamedTuple):
         rig: stage_rig.Simulated | stage_rig.Real = twin
         if isinstance(self.rig, stage_rig.Real):
             machine, tree = settings.machine, settings.tree
-            own = machine_rig.Twin(machine.kind, tree)
+            own = _Like(machine.kind, tree)
+            own.channels, own.outputs = self.rig.channels, self.rig.outputs
             rig = stage_rig.Real(machine, tree, own, PERIOD)
         shared = Shared.create(256)
         ours, theirs = pair()
         try:
             machine_ = _live(settings, rig)
-            led = stage_rig.Led(Session(rig, PERIOD), rig.control)
+            led = stage_rig.Led(Session(rig, PERIOD), rig)
             loop = Loop(led, machine_, shared, Outbox(theirs), settings.serve, PERIOD, False)
             middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
             requests = (
@@ -96,6 +98,17 @@ class Opened(NamedTuple):
             shared.close()
 
 
+class _Like(machine_rig.Twin):
+    """A twin that names channels of another rig: lines that it has not are quiet."""
+
+    def read(self) -> Any:
+        """Measure now."""
+        shown = super().read()
+        if isinstance(shown, machine_rig.Seen) or not lines.of(self.channels):
+            return shown
+        return machine_rig.Seen(*shown, *QUIET)
+
+
 def opened(spec: Spec) -> Opened:
     """The machine of one stage that `spec` names; nothing is switched on. Raises InputError."""
     settings = spec.settings
@@ -108,10 +121,25 @@ def opened(spec: Spec) -> Opened:
         shown = ", ".join(fixture.channels) or "nothing"
         where = f"--rig {fixture.name}, channels"
         raise InputError(where, shown, "encoder: the stage's, in counts of encoder.pitch")
+    _needed(settings, fixture)
     made = fixture.make(spec.seed)
     paced = not isinstance(made.clock, VirtualClock)
     real = stage_rig.Real(settings.machine, settings.tree, made, PERIOD)
     return Opened(real, _live(settings, real), paced, fixture.counted, settings)
+
+
+def _needed(settings: StageSettings, fixture: Fixture) -> None:
+    """InputError where a rig lacks a line that homing needs."""
+    touch = guide.guide(settings.machine, settings.tree).touch
+    seek = None if touch is None else touch.seek
+    if seek is None:
+        return
+    needs = (seek.line, "index_count" if seek.pulse else "")
+    missing = [name for name in needs if name and not fixture.has(name)]
+    if missing:
+        shown, on = ", ".join(fixture.channels), settings.tree.homing.on
+        accepted = f'{" and ".join(missing)}: homing.on = "{on}" needs it'
+        raise InputError(f"--rig {fixture.name}, channels", shown, accepted)
 
 
 def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
@@ -121,7 +149,8 @@ def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
 
 def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) -> live.Led:
     machine, tree = settings.machine, settings.tree
-    p, q = guide.parameters(machine, tree), guide.guide(machine, tree)
-    made = live.Led(p, q, PERIOD, tree, rig.control.take)
+    q = guide.guide(machine, tree, switched=ENABLE in rig.kind.lines)
+    made = live.Led(guide.parameters(machine, tree), q, PERIOD, tree, rig.control.take)
     rig.source = lambda: made.course
+    made.lines = lambda: rig.lines
     return made

@@ -11,7 +11,7 @@ from macromicro.control.arrival import TICK
 from macromicro.control.live import brake
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
-from macromicro.control.live.guided import Step, reached
+from macromicro.control.live.guided import Step, reached, slowed
 from macromicro.control.live.leading import REST, Aim, Guide, Guided, led
 from macromicro.control.live.messages import Evidence, Notice, Refused
 from macromicro.control.live.parameters import LiveParameters
@@ -144,7 +144,7 @@ def _approach(
     work, motion = s.work, s.motion
     assert isinstance(work, Played) and motion is not None
     goal = work.plan.origin + s.frame.offset * p.settings.pitch
-    g, late = led(q, g, motion.id, goal, s.time, dt)
+    g, late = led(slowed(q, g), g, motion.id, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()
     g, there = reached(q, g, goal, place, s.time)

@@ -11,17 +11,16 @@ import numpy as np
 
 from macromicro.control.live.leading import Course
 from macromicro.kernel import compiled
-from macromicro.machines import guarding
+from macromicro.machines import guarding, lines, open_rig
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
-from macromicro.machines.rig import STAGE, Opened
 from macromicro.machines.signals import Sample
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage.control import Control, periods
-from macromicro.types import SAFE, Clock, Command, Outputs, Rig
+from macromicro.types import ENABLE, QUIET, SAFE, Clock, Command, Outputs, Rig
 from macromicro.types import Sample as Shown
 
 Source = Callable[[], Course]
@@ -44,20 +43,21 @@ class Simulated:
         Seed of its sensor's noise.
     """
 
-    channels = ("encoder",)
-
     def __init__(self, machine: Machine, tree: Any, pitch: float, dt: float, seed: int) -> None:
-        kind = machine.kind
+        kind = self.kind = machine.kind
+        self.channels: tuple[str, ...] = ("encoder", *kind.lines)
         self.dt, self.tick, self.pitch = dt, 0, pitch
         self.clock = VirtualClock(self)
         number = periods(tree, dt)
         self.control = Control(machine, tree, kind, number)
         self.source: Source = Course
         self._measure = compiled(kind.measure)
+        self._sense = compiled(kind.sense) if kind.lines else kind.sense
         self._params = kind.prepare(tree)
         self._state = kind.initial(self._params)
         self._random = noise_source(seed)
         self._noise = np.empty((number, kind.noises))
+        self.lines = QUIET
         self._draw()
 
     def _draw(self) -> None:
@@ -71,6 +71,10 @@ class Simulated:
     def read(self) -> Shown:
         """What the stage shows now, in whole counts."""
         seen = self._seen()
+        if self.kind.lines:
+            self.lines = self._sense(self._params, self._state)
+            if math.isnan(self.lines.index_count):
+                self.lines = self.lines._replace(index_count=self.control.captured)
         return _shown(seen.t, seen.position / self.pitch)
 
     def write(self, outputs: Outputs) -> None:
@@ -120,9 +124,12 @@ class Real:
     """
 
     def __init__(self, machine: Machine, tree: Any, rig: Rig, dt: float) -> None:
-        self.control = Control(machine, tree, STAGE, periods(tree, dt))
+        self.kind = open_rig.of(rig)
+        self.control = Control(machine, tree, self.kind, periods(tree, dt))
         self.source: Source = Course
-        self.channels = rig.channels
+        self.outputs = tuple(getattr(rig, "outputs", ()))
+        self.channels = tuple(dict.fromkeys((*rig.channels, *self.kind.lines)))
+        self.lines = QUIET
         self._rig, self._pitch = rig, float(tree.encoder.pitch)
         self._sample = Shown(0.0, *[math.nan] * 5)
         self._noise = np.empty((1, 0))
@@ -131,7 +138,10 @@ class Real:
     def read(self) -> Shown:
         """What the rig shows now."""
         self._sample = self._rig.read()
-        return self._sample
+        if not self.kind.lines:
+            return self._sample
+        self.lines = lines.read(self._sample, self.channels)
+        return Shown(self._sample.t, self._sample.encoder, *[math.nan] * 4)
 
     def write(self, outputs: Outputs) -> None:
         """The law gives the effort."""
@@ -144,7 +154,7 @@ class Real:
         """Give the law's effort, and wait for the next period."""
         seen = Sample(self._sample.t, self._sample.encoder * self._pitch)
         read: Any = _Read(self._rig, self._sample)
-        opened = Opened(read, self._pitch)
+        opened = open_rig.opened(read, self._pitch)
         self.control.run(self.source(), opened, 0.0, seen, self._noise)
 
     def stop(self) -> None:
@@ -171,6 +181,7 @@ class _Read:
     def __init__(self, rig: Rig, sample: Shown) -> None:
         self._sample = sample
         self.write, self.clock = rig.write, rig.clock
+        self.channels, self.outputs = rig.channels, getattr(rig, "outputs", ())
 
     def read(self) -> Shown:
         return self._sample
@@ -183,15 +194,15 @@ class Led:
     ----------
     session : Session
         The opened rig.
-    control : Control
-        Its law and guard.
+    rig : Simulated | Real
+        The rig itself, with its law and guard.
     """
 
     doubt = ""
     temperature = math.nan
 
-    def __init__(self, session: Session, control: Control) -> None:
-        self._session, self._control = session, control
+    def __init__(self, session: Session, rig: Simulated | Real) -> None:
+        self._session, self._rig, self._control = session, rig, rig.control
         self.channels, self.clock = session.channels, session.clock
 
     @property
@@ -208,6 +219,12 @@ class Led:
         """What the stage shows."""
         found: Shown = self._session.read()
         return found
+
+    def lines(self) -> tuple[float, ...]:
+        """What its lines say, NaN where it has none, and the enable line."""
+        rig, there = self._rig, self._rig.kind.lines
+        enable = self._control.enable if ENABLE in there else math.nan
+        return (*lines.shown(rig.lines, there), enable)
 
     def expect(self, command: Command) -> None:
         """The law is led by the course."""

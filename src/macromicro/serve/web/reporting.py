@@ -51,6 +51,7 @@ def state(
     state["target_m"] = target
     state["possible"] = offered(now, settings.supersede == 1, stages)
     state["fault"] = None if now.fault is None else now.fault._asdict()
+    state["lines"] = [list(each) for each in now.lines]
     state["pace"] = now.pace._asdict()
     state["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}
     found: dict[str, Any] = plain(state)

@@ -140,6 +140,7 @@ function state(now) {
   if (trusted !== now.trusted || !document.querySelector(".jog option")) orders.speeds();
   words(now);
   trusting();
+  lamps(now.lines || []);
   softLimits.show();
   permit();
   alarms();
@@ -147,6 +148,30 @@ function state(now) {
   recordings.show(now);
   drawPlane($("plane"), now.plane);
   if (ring) for (const plot of plots) plot.words(ring);
+}
+
+// Switches and lines of the drive: what each says when it is off and on, and the badge when it is on.
+const LINES = {
+  limit_low: ["lower limit", "free", "tripped", "bad"],
+  limit_high: ["upper limit", "free", "tripped", "bad"],
+  home: ["home switch", "off", "on", "good"],
+  drive_fault: ["drive", "well", "fault", "bad"],
+  enabled: ["drive", "off", "on", "good"],
+  enable: ["enable line", "off", "on", "good"],
+};
+
+function lamps(lines) {
+  const place = $("lines"), said = JSON.stringify(lines);
+  if (place.dataset.said === said) return;
+  place.dataset.said = said;
+  place.hidden = lines.length === 0;
+  place.replaceChildren(...lines.flatMap(([name, on]) => {
+    const [title, off, yes, badge] = LINES[name];
+    const lamp = document.createElement("span");
+    lamp.className = on ? `badge ${badge}` : "badge";
+    lamp.textContent = `${title} ${on ? yes : off}`;
+    return [lamp, " "];
+  }));
 }
 
 function words(now) {

@@ -1,0 +1,108 @@
+"""What the guard of one stage finds, by number and in words."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+OK, ILLEGAL, SILENT, LOW, HIGH, FAST, LOST, STUCK = range(8)
+LIMIT_LOW, LIMIT_HIGH, LIMITS, DRIVE, NOT_ENABLED = range(8, 13)
+
+
+class Text(NamedTuple):
+    """A fault in words; `evidence` may hold {value} and {limit}, times `scale`."""
+
+    name: str
+    message: str
+    evidence: str
+    remedy: str
+    scale: float = 1.0
+
+
+TEXTS = {
+    ILLEGAL: Text(
+        "illegal effort",
+        "The law asked for an effort that is not a number or out of range.",
+        "it asked for {value:.4g} V where at most {limit:.4g} V are allowed",
+        "Check the law and its gains; guard.effort sets the limit.",
+    ),
+    SILENT: Text(
+        "encoder silent",
+        "The encoder gives no new values.",
+        "nothing new for {value:.4f} s, allowed {limit:.4f} s",
+        "Check the encoder's plug and its counter; guard.silent sets the limit.",
+    ),
+    LOW: Text(
+        "below the soft limit",
+        "The stage is below its lower soft limit.",
+        "position {value:.4f} mm, allowed {limit:.4f} mm or more",
+        "Bring it back by hand and check target and zero; guard.low sets the limit.",
+        1e3,
+    ),
+    HIGH: Text(
+        "above the soft limit",
+        "The stage is above its upper soft limit.",
+        "position {value:.4f} mm, allowed at most {limit:.4f} mm",
+        "Bring it back by hand and check target and zero; guard.high sets the limit.",
+        1e3,
+    ),
+    FAST: Text(
+        "overspeed",
+        "The stage is faster than allowed.",
+        "{value:.4g} mm/s, allowed {limit:.4g} mm/s",
+        "Check gains, direction of encoder and motor; guard.speed sets the limit, and off a "
+        "tripped limit switch twice switches.leave.",
+        1e3,
+    ),
+    LOST: Text(
+        "following error",
+        "The stage does not follow its set point.",
+        "following error {value:.4g} mm, allowed {limit:.4g} mm",
+        "Check that it is free and its encoder and motor are connected, then gains and motion "
+        "limits; guard.error sets the limit.",
+        1e3,
+    ),
+    STUCK: Text(
+        "stuck",
+        "The motor pushes and the stage does not move.",
+        "{value:.3g} V without a new position for more than {limit:.3g} s",
+        "Free the stage, check motor supply and encoder; guard.push and guard.stuck set the "
+        "limits.",
+    ),
+    LIMIT_LOW: Text(
+        "lower limit switch",
+        "The stage has run into its lower limit switch.",
+        "it tripped with the encoder at {value:.4f} mm",
+        "Clear the fault, enable and jog or move up: the stage leaves the switch slowly. Then find "
+        "out why it went there: its home, the sign of the encoder, a cut wire of the switch.",
+        1e3,
+    ),
+    LIMIT_HIGH: Text(
+        "upper limit switch",
+        "The stage has run into its upper limit switch.",
+        "it tripped with the encoder at {value:.4f} mm",
+        "Clear the fault, enable and jog or move down: the stage leaves the switch slowly. Then "
+        "find out why it went there: its home, the sign of the encoder, a cut wire of the switch.",
+        1e3,
+    ),
+    LIMITS: Text(
+        "both limit switches",
+        "Both limit switches are tripped at once.",
+        "the encoder is at {value:.4f} mm",
+        "Check the supply and the wires of the switches: a cut wire trips.",
+        1e3,
+    ),
+    DRIVE: Text(
+        "drive fault",
+        "The drive reports a fault.",
+        "its fault output is on",
+        "Read what the drive shows itself: too much current, too hot, its supply. Let motor and "
+        "drive cool and free the stage, then clear the fault and enable.",
+    ),
+    NOT_ENABLED: Text(
+        "drive not enabled",
+        "The drive is off although its enable line is on.",
+        "off {value:.4f} s after it was switched on, allowed {limit:.4f} s",
+        "Check the enable wire, the drive's supply and its safe-torque-off inputs; "
+        "amplifier.enable_time says how long it may take.",
+    ),
+}

@@ -1,0 +1,52 @@
+"""Which switches, index pulses and drive lines the settings of an axis name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from macromicro.machines import sheets
+from macromicro.machines.parts import BOTH, HIGH, LOW, NONE, TURN
+from macromicro.plant.power import LINE
+from macromicro.types import ENABLE
+
+
+def lines(tree: Any) -> tuple[str, ...]:
+    """The lines that settings of an axis name.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Names of `types.Lines`, and "enable".
+    """
+    switches, amplifier = tree.switches, tree.amplifier
+    there = {
+        "limit_low": switches.limits in (LOW, BOTH),
+        "limit_high": switches.limits in (HIGH, BOTH),
+        "home": switches.home != NONE,
+        "index_count": tree.encoder.index_pulse != NONE,
+        "drive_fault": amplifier.fault == LINE,
+        "enabled": amplifier.enable == LINE,
+        ENABLE: amplifier.enable == LINE,
+    }
+    return tuple(name for name, has in there.items() if has)
+
+
+def spacing(tree: Any) -> float:
+    """Way from one index pulse to the next.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of an axis.
+
+    Returns
+    -------
+    float
+        m; 0: there is one at most.
+    """
+    return sheets.turn(tree) if tree.encoder.index_pulse == TURN else 0.0

@@ -1,0 +1,296 @@
+"""A served axis with switches and drive lines: homing, faults, the way back, what is shown."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import time
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import Accepted, Finished
+from macromicro.errors import InputError
+from macromicro.rig.session import Session
+from macromicro.serve import shared
+from macromicro.serve.persist import Restored
+from macromicro.serve.shared import LINES, PERIOD
+from macromicro.serve.stage import opening, settings
+from macromicro.serve.stage import rig as stage_rig
+from macromicro.serve.station import Station
+
+EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
+ALL = """
+[switches]
+limits = "both"
+home = "{home}"
+[homing]
+on = "{on}"
+[amplifier]
+enable = "line"
+fault = "line"
+enable_time = "10 ms"
+[encoder]
+index_pulse = "{pulse}"
+"""
+
+
+def written(
+    folder: Path, on: str, home: str = "below", pulse: str = "turn", more: str = ""
+) -> Path:
+    file = folder / "axis.toml"
+    text = ALL.format(on=on, home=home, pulse=pulse)
+    file.write_text(f'machine = "axis"\n{text}{more}', encoding="utf-8")
+    return file
+
+
+class Bed:
+    """The loop's own parts, without its process."""
+
+    def __init__(self, file: Path, seed: int = 0) -> None:
+        found = settings.load(file)
+        assert found is not None
+        self.tree, self.pitch = found.tree, found.live.pitch
+        self.rig = opening._simulated(found, seed)
+        self.machine = opening._live(found, self.rig)
+        self.led = stage_rig.Led(Session(self.rig, PERIOD), self.rig)
+        self.led.__enter__()
+        self.machine.begin(self.led.read(), Restored(False, math.nan, "no"))
+        self.notices: list[Any] = []
+        self.fault: Any = None
+        self.rows: list[tuple[float, ...]] = []
+        self.run(2)
+
+    def run(self, periods: int) -> None:
+        for _ in range(periods):
+            sample = self.led.read()
+            self.rows.append(self.led.lines())
+            _, outputs, notices = self.machine.step(sample, PERIOD)
+            self.notices += notices
+            if self.led.tripped and self.fault is None:
+                self.fault, blind = self.led.fault()
+                words = {"evidence": self.fault.evidence}
+                self.notices += self.machine.fail(self.fault.name, words, blind)
+            self.led.write(outputs)
+            self.led.clock.wait(PERIOD)
+
+    def ask(self, request: Any) -> Any:
+        reply, notices = self.machine.accept(request)
+        self.notices += notices
+        return reply
+
+    def end(self, request: Any) -> Finished:
+        reply = self.ask(request)
+        assert isinstance(reply, Accepted), reply
+        for _ in range(60_000):
+            self.run(1)
+            ends = [n for n in self.notices if isinstance(n, Finished) and n.id == reply.id]
+            if ends:
+                return ends[0]
+        raise AssertionError(reply)
+
+    def clear(self) -> None:
+        self.led.renew()
+        self.fault = None
+        assert isinstance(self.ask(m.ClearFault(gone=True)), Accepted)
+
+    def line(self, name: str) -> float:
+        return self.led.lines()[LINES.index(name)]
+
+    @property
+    def place(self) -> float:
+        return float(self.rig._state.axis.x)
+
+
+WAYS = [
+    ("stop", "below", "turn", 0.05),
+    ("limit", "below", "turn", 30e-6),
+    ("home", "below", "turn", 30e-6),
+    ("home", "cam", "turn", 30e-6),
+    ("limit+index", "below", "turn", 0.0),
+    ("home+index", "cam", "turn", 0.0),
+    ("home+index", "below", "mark", 0.0),
+    ("index", "below", "mark", 0.0),
+]
+
+
+@pytest.mark.parametrize(("on", "home", "pulse", "off"), WAYS)
+def test_it_homes_by_each_way(tmp_path: Path, on: str, home: str, pulse: str, off: float) -> None:
+    bed = Bed(written(tmp_path, on, home, pulse))
+    assert bed.line("enable") == 0.0 == bed.line("enabled")
+    assert isinstance(bed.ask(m.Enable()), Accepted)
+    for _ in range(2):
+        end = bed.end(m.Home())
+        assert end.outcome == m.DONE and bed.fault is None, (end, bed.fault)
+        assert abs(bed.machine.view().offset) * bed.pitch <= off + 2.0 * bed.pitch * (off > 0.0)
+        assert bed.end(m.MoveTo(0.12)).outcome == m.DONE
+        assert bed.place == pytest.approx(0.12, abs=max(off, bed.tree.arrival.tolerance) + 1e-4)
+    assert bed.line("enable") == 1.0 == bed.line("enabled")
+
+
+def test_a_jog_into_the_limit_switch_is_a_fault_and_it_leaves_slowly(tmp_path: Path) -> None:
+    bed = Bed(written(tmp_path, "home+index", more='[motion]\nvelocity = "0.5 m/s"\n'))
+    bed.ask(m.Enable())
+    # It is not homed: nothing but the switch knows where the way ends.
+    bed.ask(m.Jog("macro", -bed.machine._p.settings.jogging.slow))
+    while bed.fault is None:
+        bed.run(1)
+    assert bed.fault.code == 208 and bed.fault.name == "lower limit switch"
+    assert bed.tree.load.stop_low < bed.place <= bed.tree.switches.low + 1e-5
+    bed.run(20)
+    assert bed.line("enable") == 0.0 and bed.rig.control.effort == 0.0
+    bed.clear()
+    assert isinstance(bed.ask(m.Enable()), Accepted)
+    bed.run(100)
+    assert bed.fault is None and bed.line("limit_low") == 1.0
+    # No farther: it pushes no harder than friction holds.
+    before = bed.place
+    bed.ask(m.Jog("macro", -0.05))
+    bed.run(400)
+    assert bed.fault is None and bed.place == pytest.approx(before, abs=2e-5)
+    bed.ask(m.Stop())
+    bed.run(500)
+    bed.ask(m.Jog("macro", 0.05))
+    places = []
+    while bed.line("limit_low") == 1.0:
+        places.append(bed.place)
+        bed.run(1)
+    fastest = max(b - a for a, b in pairwise(places)) / PERIOD
+    assert fastest < 1.3 * bed.tree.switches.leave
+    bed.ask(m.Stop())
+    bed.run(500)
+    assert bed.fault is None
+    assert bed.end(m.Home()).outcome == m.DONE
+    # Homed, it goes anywhere at once.
+    assert bed.end(m.MoveTo(0.2)).outcome == m.DONE
+
+
+def test_homing_from_the_limit_switch_is_allowed(tmp_path: Path) -> None:
+    bed = Bed(written(tmp_path, "limit+index"))
+    bed.ask(m.Enable())
+    bed.ask(m.Jog("macro", -bed.machine._p.settings.jogging.slow))
+    while bed.fault is None:
+        bed.run(1)
+    bed.clear()
+    bed.ask(m.Enable())
+    assert bed.end(m.Home()).outcome == m.DONE and bed.machine.view().offset == 0.0
+
+
+def test_a_homed_stage_that_was_pushed_onto_a_switch_comes_back(tmp_path: Path) -> None:
+    bed = Bed(written(tmp_path, "home+index"))
+    bed.ask(m.Enable())
+    bed.end(m.Home())
+    bed.ask(m.Disable())
+    s = bed.rig._state
+    body = s.axis._replace(x=-4e-3, xm=-4e-3)  # by hand, below the soft limit and the switch
+    bed.rig._state = s._replace(axis=body)
+    bed.run(50)
+    assert bed.line("limit_low") == 1.0
+    bed.ask(m.Enable())
+    bed.run(50)
+    assert bed.fault is None
+    assert bed.end(m.MoveTo(0.05)).outcome == m.DONE
+    assert bed.fault is None
+
+
+def test_a_drive_that_trips_is_a_fault_with_its_words_until_it_has_cooled(tmp_path: Path) -> None:
+    bed = Bed(written(tmp_path, "home+index"))
+    bed.ask(m.Enable())
+    bed.end(m.Home())
+    s = bed.rig._state
+    bed.rig._state = s._replace(drive=s.drive._replace(heat=1.5))
+    bed.run(5)
+    assert bed.fault.code == 211 and bed.fault.name == "drive fault"
+    assert "clear the fault and enable" in bed.fault.remedy
+    bed.clear()
+    bed.ask(m.Enable())
+    bed.run(20)
+    assert bed.fault is not None and bed.fault.code == 211  # still hot
+    bed.clear()
+    bed.run(6000)
+    bed.ask(m.Enable())
+    bed.run(20)
+    assert bed.fault is None and bed.end(m.MoveTo(0.1)).outcome == m.DONE
+
+
+def test_telemetry_and_records_have_the_lines_that_there_are(tmp_path: Path) -> None:
+    assert [shared.COLUMNS[k].name for k in shared.columns(("encoder", "home", "enable"))][-2:] == [
+        "home",
+        "enable",
+    ]
+    plain = shared.columns(("encoder",))
+    assert len(plain) == len(shared.COLUMNS) - len(LINES) and not set(LINES) & {
+        shared.COLUMNS[k].name for k in plain
+    }
+    bed = Bed(written(tmp_path, "home+index"))
+    assert len(bed.led.lines()) == len(LINES)
+    seen = dict(zip(LINES, bed.led.lines(), strict=True))
+    assert seen["limit_low"] == 0.0 and math.isnan(seen["index_count"])
+    assert bed.rig.channels == ("encoder", *LINES)
+
+
+RIG = """
+from pathlib import Path
+from macromicro.machines import machine, rig
+
+FILE = Path({file!r})
+
+def bench(seed):
+    own, tree = machine.load(FILE)
+    return rig.CompiledTwin(own.kind, tree, seed)
+
+def bare(seed):
+    made = bench(seed)
+    made.channels = ("encoder", "limit_low", "limit_high")
+    return made
+"""
+
+
+@pytest.fixture
+def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, Path]:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    name = f"lined{os.getpid()}"
+    file = written(tmp_path, "home+index")
+    (tmp_path / f"{name}.py").write_text(RIG.format(file=str(file)), encoding="utf-8")
+    return name, file
+
+
+def test_a_rig_of_a_users_with_lines(lab: tuple[str, Path], tmp_path: Path) -> None:
+    name, file = lab
+    found = settings.load(file)
+    assert found is not None
+    patient = found._replace(serve=found.serve._replace(miss_share=1.0, loop_timeout=5.0))
+    with Station(f"{name}:bench", settings=patient, state=tmp_path / "p.json") as station:
+        station.acquire("a test")
+        lines = dict(station.snapshot().lines)
+        assert lines == {
+            "limit_low": False,
+            "limit_high": False,
+            "home": True,
+            "drive_fault": False,
+            "enabled": False,
+            "enable": False,
+        }
+        station.record(tmp_path / "live.h5")
+        station.request("a test", m.Enable())
+        reply = station.request("a test", m.Home())
+        assert isinstance(reply, Accepted), reply
+        end = station.finished(reply.id, 60.0)
+        assert end is not None and end.outcome == m.DONE
+        assert end.evidence["offset_raw_counts"] == 0.0
+        time.sleep(0.2)
+        lines = dict(station.snapshot().lines)
+        assert lines["enable"] and lines["enabled"] and not lines["limit_low"]
+        station.end_recording()
+    from macromicro.recording import Recording
+
+    recording = Recording.load(tmp_path / "live.h5")
+    assert set(LINES) <= {c.name for c in recording.columns}
+    assert recording["enable"].max() == 1.0 and recording["home"].max() == 1.0
+    with pytest.raises(InputError, match=r'channels.*home and index_count: homing.on = "home'):
+        Station(f"{name}:bare", settings=patient, state=tmp_path / "p.json").start()
