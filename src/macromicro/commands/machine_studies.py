@@ -61,7 +61,7 @@ def tune(
     machine, settings = load(asked.config, asked.law)
     if stage not in (machine.kind.name, machine.name, "macro"):
         raise InputError("stage", stage, f"{machine.kind.name} for this machine")
-    aim = tuning.named(objective)
+    aim = tuning.named(objective, machine.kind.place)
     keys.seed(asked.seed, "--seed")
     keys.whole(evaluations, 10, 1_000_000, "--evaluations")
     plan = planning.plan(planning.usual(settings), settings)
@@ -101,7 +101,7 @@ def robust(
     of requirements."""
     from macromicro import programme as programmes
     from macromicro.batch import cores
-    from macromicro.batch.stage_job import METRICS
+    from macromicro.batch.stage_job import metrics
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
     from macromicro.machines import planning
@@ -117,7 +117,7 @@ def robust(
     machine, settings = load(asked.config, asked.law)
     keys.seed(asked.seed, "--seed")
     workers, limits = how
-    required = () if limits is None else requirements.load(limits, METRICS, ())
+    required = () if limits is None else requirements.load(limits, metrics(machine.kind.place), ())
     if programme is None:
         moves = planning.usual(settings)
     else:

@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import kernel
+from macromicro.place import LENGTH, Place
 from macromicro.rig.faults import SWITCHED_OFF, Fault
 from macromicro.schema.par import Par
 
@@ -165,13 +166,13 @@ def step(p: Limits, s: Watch, sample: Sample, target: Target, effort: float) -> 
 
 
 class _Text(NamedTuple):
-    """Evidence may hold {value} and {limit}, times `scale`."""
+    """Evidence may hold {value} and {limit}: of a place in its {unit}."""
 
     name: str
     message: str
     evidence: str
     remedy: str
-    scale: float = 1.0
+    placed: bool = False
 
 
 TEXTS = {
@@ -190,31 +191,31 @@ TEXTS = {
     LOW: _Text(
         "below the soft limit",
         "The stage is below its lower soft limit.",
-        "position {value:.4f} mm, allowed {limit:.4f} mm or more",
+        "position {value:.4f} {unit}, allowed {limit:.4f} {unit} or more",
         "Bring it back by hand and check target and zero; guard.low sets the limit.",
-        1e3,
+        True,
     ),
     HIGH: _Text(
         "above the soft limit",
         "The stage is above its upper soft limit.",
-        "position {value:.4f} mm, allowed at most {limit:.4f} mm",
+        "position {value:.4f} {unit}, allowed at most {limit:.4f} {unit}",
         "Bring it back by hand and check target and zero; guard.high sets the limit.",
-        1e3,
+        True,
     ),
     FAST: _Text(
         "overspeed",
         "The stage is faster than allowed.",
-        "{value:.4g} mm/s, allowed {limit:.4g} mm/s",
+        "{value:.4g} {unit}/s, allowed {limit:.4g} {unit}/s",
         "Check gains, direction of encoder and motor; guard.speed sets the limit.",
-        1e3,
+        True,
     ),
     LOST: _Text(
         "following error",
         "The stage does not follow its set point.",
-        "following error {value:.4g} mm, allowed {limit:.4g} mm",
+        "following error {value:.4g} {unit}, allowed {limit:.4g} {unit}",
         "Check that it is free and its encoder and motor are connected, then gains and motion "
         "limits; guard.error sets the limit.",
-        1e3,
+        True,
     ),
     STUCK: _Text(
         "stuck",
@@ -226,13 +227,15 @@ TEXTS = {
 }
 
 
-def describe(watch: Watch) -> Fault | None:
+def describe(watch: Watch, place: Place = LENGTH) -> Fault | None:
     """The fault of a guard's state.
 
     Parameters
     ----------
     watch : Watch
         The state.
+    place : Place, optional
+        What the stage's places are counted in.
 
     Returns
     -------
@@ -242,7 +245,10 @@ def describe(watch: Watch) -> Fault | None:
     if watch.fault == OK:
         return None
     text = TEXTS[watch.fault]
-    evidence = text.evidence.format(value=watch.value * text.scale, limit=watch.limit * text.scale)
+    scale = place.per if text.placed else 1.0
+    evidence = text.evidence.format(
+        value=watch.value * scale, limit=watch.limit * scale, unit=place.unit
+    )
     return Fault(
         watch.fault,
         text.name,

@@ -12,7 +12,7 @@ from macromicro.control.live.leading import Touch
 from macromicro.control.outside import find
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
-from macromicro.machines import axis, homing, piezo, sheets, wire
+from macromicro.machines import axis, homing, piezo, rotary, sheets, wire
 from macromicro.machines.stage import Kind
 from macromicro.machines.tree import LAW, is_own, joined
 from macromicro.schema import config, plugins
@@ -75,6 +75,7 @@ MACHINES: tuple[Machine, ...] = (
     _shipped(axis, sheets.plant, homing.touch),
     _shipped(piezo),
     _shipped(wire),
+    _shipped(rotary, rotary.model, rotary.touch),
 )
 NAMES = (TWO_STAGE, *(m.name for m in MACHINES))
 

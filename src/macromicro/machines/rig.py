@@ -205,3 +205,19 @@ def _now(p: Opened) -> float:
 
 
 STAGE = Kind("rig", 0, Unknown, _prepare, _now, _measure, _advance, _show)
+
+
+def of_rig(kind: Kind) -> Kind:
+    """The kind of stage that an open rig is.
+
+    Parameters
+    ----------
+    kind : Kind
+        That of the machine whose stage is on the rig.
+
+    Returns
+    -------
+    Kind
+        `STAGE`, its places counted as the machine's.
+    """
+    return STAGE._replace(place=kind.place)

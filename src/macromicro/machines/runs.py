@@ -17,9 +17,10 @@ from macromicro.kernel import cache_folder, compiled
 from macromicro.machines import guarding, planning, stage, tree
 from macromicro.machines.guarding import Watch
 from macromicro.machines.machine import Machine, as_toml
-from macromicro.machines.rig import STAGE, Opened
+from macromicro.machines.rig import Opened, of_rig
 from macromicro.machines.sequence import DONE, Plan
 from macromicro.machines.stage import Loop, compiles
+from macromicro.place import LENGTH, Place
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
@@ -46,17 +47,20 @@ class Outcome(NamedTuple):
         Time on the machine, s.
     wall : float
         Time that it took, s.
+    place : Place
+        What the stage's places are counted in.
     """
 
     finished: bool
     watch: Watch
     simulated: float
     wall: float
+    place: Place = LENGTH
 
     @property
     def fault(self) -> Fault | None:
         """The guard's fault in words; None if all went well."""
-        return guarding.describe(self.watch)
+        return guarding.describe(self.watch, self.place)
 
 
 def loop(settings: Any, plan: Plan) -> Loop:
@@ -200,7 +204,7 @@ def perform(
             kind, params, chunk = machine.kind, machine.kind.prepare(settings), CHUNK
             period = stage.fastest(kind, law)
         else:
-            kind, params, chunk = STAGE, Opened(on, settings.encoder.pitch), LIVE
+            kind, params, chunk = of_rig(machine.kind), Opened(on, settings.encoder.pitch), LIVE
             period = stage.period(kind, law)
         run = stage.beginning(kind, law, params, control)
         rows = len(stage.columns(kind, law))
@@ -213,7 +217,8 @@ def perform(
             if progress is not None:
                 progress(run.tick * dt, run.progress.move)
     finished = run.progress.phase == DONE
-    return Outcome(finished, run.watch, run.tick * dt, time.perf_counter() - began)
+    took = time.perf_counter() - began
+    return Outcome(finished, run.watch, run.tick * dt, took, machine.kind.place)
 
 
 class Blocks:
@@ -263,7 +268,7 @@ def columns(machine: Machine, on: Rig | None = None) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    return stage.columns(machine.kind if on is None else STAGE, machine.law)
+    return stage.columns(machine.kind if on is None else of_rig(machine.kind), machine.law)
 
 
 def record(

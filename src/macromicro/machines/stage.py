@@ -25,12 +25,14 @@ from macromicro.machines import guarding, sequence
 from macromicro.machines.guarding import OK, Limits, Watch
 from macromicro.machines.sequence import DONE, Arrival, Plan, Progress
 from macromicro.machines.signals import Inside, Output, Sample, Target
+from macromicro.place import LENGTH, Place
 
 FAULT = 4  # phase that is recorded once the guard has tripped
 
 
 class Kind(NamedTuple):
-    """The kernels of one kind of stage; efforts are V at the D/A, positions m.
+    """The kernels of one kind of stage; efforts are V at the D/A, positions m, or rad of a stage
+    that turns.
 
     Attributes
     ----------
@@ -52,6 +54,8 @@ class Kind(NamedTuple):
         state a period later.
     show : Callable[[Any, Any], Any]
         Kernel: from parameters and state to the truth.
+    place : Place
+        What its places are counted in.
     """
 
     name: str
@@ -62,6 +66,7 @@ class Kind(NamedTuple):
     measure: Callable[[Any, Any, float, Array, int], Sample]
     advance: Callable[[Any, Any, float, Array, int, float], Any]
     show: Callable[[Any, Any], Any]
+    place: Place = LENGTH
 
 
 class Loop(NamedTuple):
@@ -133,7 +138,8 @@ def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    found = layout(Sample, Target, Output, law.memory, Inside, kind.truth)
+    shown = (Sample, Target, Output, law.memory, Inside, kind.truth)
+    found = layout(*shown, place=kind.place)
     if law.gains not in outside.found():
         return found.columns
     named = {c.name: f"law_{c.name}" for c in layout(law.memory).columns}
@@ -161,7 +167,8 @@ def period(kind: Kind, law: StageLaw) -> Period:
     measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
     tell = law.tell
     outside.joined(measure, advance, show, step)
-    parts = layout(Sample, Target, Output, law.memory, Inside, kind.truth).parts
+    shown = (Sample, Target, Output, law.memory, Inside, kind.truth)
+    parts = layout(*shown, place=kind.place).parts
     sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
         part.rows for part in parts
     )

@@ -43,7 +43,7 @@ def metrics(found: Study) -> dict[str, dict[str, Any]]:
 
     amounts = found.amounts[: len(found.found)]
     told: dict[str, dict[str, Any]] = {}
-    for name, about in quantities(Trial).items():
+    for name, about in quantities(Trial, found.machine.kind.place).items():
         if name == "fault":
             continue
         values = np.array([getattr(t, name) for t in found.found])
@@ -176,7 +176,7 @@ def draw_figure(found: Study) -> Any:
     for ax, name in zip(
         axes.flat, ("settling", "peak_error", "rest_error", "true_error"), strict=True
     ):
-        about = quantities(Trial)[name]
+        about = quantities(Trial, found.machine.kind.place)[name]
         values = np.array([getattr(t, name) for t in found.found])
         values = values[np.isfinite(values)]
         if len(values):

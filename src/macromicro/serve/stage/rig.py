@@ -14,7 +14,7 @@ from macromicro.kernel import compiled
 from macromicro.machines import guarding
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
-from macromicro.machines.rig import STAGE, Opened
+from macromicro.machines.rig import Opened, of_rig
 from macromicro.machines.signals import Sample
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
@@ -120,7 +120,7 @@ class Real:
     """
 
     def __init__(self, machine: Machine, tree: Any, rig: Rig, dt: float) -> None:
-        self.control = Control(machine, tree, STAGE, periods(tree, dt))
+        self.control = Control(machine, tree, of_rig(machine.kind), periods(tree, dt))
         self.source: Source = Course
         self.channels = rig.channels
         self._rig, self._pitch = rig, float(tree.encoder.pitch)
