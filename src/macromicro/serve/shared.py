@@ -16,6 +16,7 @@ import mmap
 import os
 import time
 from collections.abc import Sequence
+from functools import cache
 from operator import itemgetter
 from typing import Annotated, NamedTuple
 
@@ -23,10 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro import nominal
-from macromicro.arrays import packed
-from macromicro.columns import Quantity, layout
+from macromicro.arrays import Array, packed
+from macromicro.columns import Column, Quantity, layout
+from macromicro.place import Place
 from macromicro.serve.machine import View
 from macromicro.types import Command, Outputs, Sample
+from macromicro.units import size
 
 RING_S = 60.0
 PERIOD = nominal.PERIOD
@@ -63,6 +66,18 @@ def telemetry(
     for k, scale in _SCALED:
         row[k] *= scale
     return row
+
+
+@cache
+def shown(place: Place) -> tuple[tuple[Column, ...], Array]:
+    """The columns as people read them where a machine counts places so, and how many of a
+    column's unit stand in the ring for one: float64[columns, 1]. The ring has those of a slide."""
+    columns = tuple(c._replace(unit=place.named(c.unit)) for c in COLUMNS)
+    scales = [
+        1.0 if made.unit == own.unit else size(own.unit) / size(made.unit)
+        for own, made in zip(COLUMNS, columns, strict=True)
+    ]
+    return columns, np.array(scales)[:, None]
 
 
 NAMES = tuple(c.name for c in COLUMNS)

@@ -108,6 +108,22 @@ def test_an_axis_homes_and_moves(tmp_path: Path) -> None:
         assert client.ask("ENAB?") == "0" and float(client.ask("STAG1:OUTP?")) == 0.0
 
 
+def test_an_axis_that_turns_is_led_in_degrees(tmp_path: Path) -> None:
+    with served(tmp_path, 'machine = "rotary"\n[load]\ninertia = "0.012 kg*m^2"\n') as client:
+        assert client.ask("SYST:LOCK:REQ?;:ENAB;:HOME;*OPC?") == "1;1"
+        for order, target in (("90 DEG", 90.0), ("0.5 TURN", 180.0), ("1 RAD", 57.2958)):
+            assert client.ask(f"MOVE:ABS {order};*OPC?") == "1"
+            assert client.mm() == pytest.approx(target, abs=0.036)
+        client.fine()
+        assert client.ask("LIM:ABS?") == "0,269.4"
+        client.send("MOVE:ABS 10 MM")
+        assert "accepted: DEG" in client.ask("SYST:ERR?")
+        page = Page(int(client.page.rstrip("/").rpartition(":")[2]), {})
+        limits = page.welcome["limits"]
+        assert limits["unit"] == "deg" and limits["base"] == "rad"
+        page.close()
+
+
 def test_a_piezo_stage_knows_its_place(tmp_path: Path) -> None:
     with served(tmp_path, example("piezo-100um")) as client:
         assert client.ask("*IDN?").startswith("macromicro,piezo own,0,")

@@ -135,7 +135,8 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
         return s, g, ()
     inside = arrival.since(q.arrival, goal - place, g.inside, s.time)
     g = g._replace(inside=inside)
-    found = {"error_um": (goal - place) * 1e6, "seconds": s.time - motion.began}
+    unit = p.settings.place
+    found = {f"error_{unit.fine}": (goal - place) * unit.fines, "seconds": s.time - motion.began}
     if arrival.arrived(q.arrival, inside, s.time):
         s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)

@@ -16,6 +16,7 @@ from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Flag, Number, Text, Word
 from macromicro.serve.shared import COLUMNS as TELEMETRY
 from macromicro.serve.shared import INDEX, PERIOD, RING_S
+from macromicro.serve.shared import shown as told
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
@@ -48,7 +49,8 @@ def _data(call: Call) -> Answer:
     if column.lower() not in INDEX:
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
     rows = call.session.instrument.newest(round(seconds / PERIOD))
-    values = rows[INDEX[column.lower()]]
+    k = INDEX[column.lower()]
+    values = rows[k] * float(told(call.session.instrument.place)[1][k, 0])
     kind, length = call.session.format
     if kind == "ASC":
         return ",".join(number(x) for x in values.tolist()) or '""'
@@ -113,7 +115,7 @@ COMMANDS = (
     ),
     Command(
         "WAVeform:UNITs?",
-        lambda call: ",".join(quoted(c.unit) for c in TELEMETRY),
+        lambda call: ",".join(quoted(c.unit) for c in told(call.session.instrument.place)[0]),
         "Their units, in this order.",
         answer="units",
     ),

@@ -227,7 +227,7 @@ class Led:
 
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault in words, and whether counts may have been missed."""
-        found = faults.of_stage(*self.evidence())
+        found = faults.of_stage(*self.evidence(), self._control.place)
         return found, self._control.watch.fault in (guarding.SILENT, guarding.STUCK)
 
     def renew(self) -> None:
