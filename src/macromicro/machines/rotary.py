@@ -52,13 +52,15 @@ def as_axis(tree: Any) -> Any:
     Parameters
     ----------
     tree : Any
-        Settings of an axis that turns.
+        Settings of an axis that turns; or of one that slides, which stay as they are.
 
     Returns
     -------
     Any
         Of the machine `axis`, driven by a belt on a pulley of 1 m.
     """
+    if isinstance(tree, axis.Axis):
+        return tree
     motor, gear, load, encoder = tree.motor, tree.drive, tree.load, tree.encoder
     return axis.DEFAULT._replace(
         law=tree.law,
