@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 MINUTES ?= 60
-MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/watching.py rig/opening.py rig/replay.py control/live machines/homing.py serve/stage/control.py
+MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/watching.py rig/opening.py rig/replay.py control/live machines/homing.py serve/stage/control.py serve/stage/playing.py serve/stage/machine.py
 SOAK ?= docs/reliability.md
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 

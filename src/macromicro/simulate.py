@@ -20,6 +20,7 @@ from macromicro.loop import PERIOD, Run
 from macromicro.plant import bench
 from macromicro.plant.bench import NOISES, Plant, Truth
 from macromicro.programme import Programme, moves
+from macromicro.programme.rates import rates
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
@@ -102,12 +103,15 @@ def plan(programme: Programme) -> Plan:
     Plan
         Macro targets in counts, micro targets in m.
     """
+    velocity, acceleration = rates(programme)
     return Plan(
         np.ascontiguousarray(programme.start, dtype=float),
         np.ascontiguousarray(programme.stage, dtype=np.int64),
         np.ascontiguousarray(programme.target, dtype=float),
         np.ascontiguousarray(programme.hold, dtype=float),
         float(programme.end),
+        velocity,
+        acceleration,
     )
 
 

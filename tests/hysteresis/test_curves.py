@@ -56,15 +56,18 @@ def test_missing_rows_are_left_out() -> None:
     assert (found.u.tolist(), found.f.tolist()) == ([10.0, 6.0, 2.0, 0.0], [9.0, 7.0, 2.0, 0.0])
 
 
-@pytest.mark.parametrize("kept", [2, 3])
-def test_a_curve_needs_three_different_inputs(kept: int) -> None:
-    u = [4.0, 4.0, 2.0] if kept == 2 else [4.0, 3.0, 2.0]
-    given = [(u, [1.0, 2.0, 3.0]), (DOWN, OUT), OTHER]
-    if kept == 3:
-        assert len(tidy(given, "descending")) == 3
-    else:
-        with pytest.warns(DroppedCurveWarning, match=r"curves\[0\]: only 2 different"):
-            assert len(tidy(given, "descending")) == 2
+@pytest.mark.parametrize("u", [[4.0, 2.0], [4.0, 4.0, 2.0], [4.0, 3.0, 2.0]])
+def test_a_curve_of_two_different_inputs_is_one(u: list[float]) -> None:
+    given = [(u, [3.0, 2.0, 1.0][: len(u)]), (DOWN, OUT), OTHER]
+    kept = tidy(given, "descending")
+    assert [curve.u.tolist() for curve in kept if curve.u[0] == 4.0] == [u]
+
+
+@pytest.mark.parametrize("u", [[4.0], [4.0, 4.0]])
+def test_a_curve_that_stays_where_it_is_is_left_out(u: list[float]) -> None:
+    given = [(u, [3.0, 2.0][: len(u)]), (DOWN, OUT), OTHER]
+    with pytest.warns(DroppedCurveWarning, match=r"curves\[0\]: only 1 different"):
+        assert len(tidy(given, "descending")) == 2
 
 
 @pytest.mark.parametrize("before", [2, 3])

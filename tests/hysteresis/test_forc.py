@@ -158,13 +158,33 @@ def test_missing_files_and_missing_calibrations_are_refused(tmp_path: Path) -> N
 
 def test_a_calibration_of_nothing_is_refused_and_one_of_one_is_not() -> None:
     """Moments are scaled by the mean calibration over the one before the curve."""
-    curve = np.array([[3.0, 2.0], [1.0, 1.0]])
-    blocks = [np.array([[5.0, 1.0]]), curve, np.array([[5.0, 3.0]]), curve]
-    found = _without_drift(blocks, np.array([[5.0, 1.0], [5.0, 3.0]]), "here")
+    curve = np.array([3.0, 1.0]), np.array([2.0, 1.0])
+    found = _without_drift([curve, curve], np.array([[0.0, 1.0], [5.0, 3.0]]), "here")
     for (u, f), gain in zip(found, (2.0, 2.0 / 3.0), strict=True):
         assert u.tolist() == [3.0, 1.0]
-        np.testing.assert_allclose(f, gain * curve[:, 1])
-    with pytest.raises(InputError, match="one calibration before each curve"):
-        _without_drift(blocks, np.array([[5.0, 0.0], [5.0, 3.0]]), "here")
+        np.testing.assert_allclose(f, gain * curve[1])
+    with pytest.raises(InputError, match="a moment of 0 at calibration 2'; accepted: moments"):
+        _without_drift([curve, curve], np.array([[5.0, 1.0], [5.0, 0.0]]), "here")
     with pytest.raises(InputError, match="2 calibrations for 1 curves"):
-        _without_drift(blocks[:3], np.array([[5.0, 1.0], [5.0, 3.0]]), "here")
+        _without_drift([curve], np.array([[5.0, 1.0], [5.0, 3.0]]), "here")
+
+
+FIRST = "+1.0E+00,+2.0E+00\n\n+0.9E+00,+1.9E+00\n\n+1.0E+00,+3.0E+00\n"
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_first_curve_of_one_point_is_no_calibration(tmp_path: Path, cut: bool) -> None:
+    """Every second block is one, the first too: so a point between two of them is a curve."""
+    text = SMALL.format(points=10).replace("+1.0E+00,+3.0E+00\n", FIRST, 1)
+    if cut:  # in the middle of a calibration and its curve
+        text = text[: text.index("-1.0E+00,-1.0E+00")].replace("= 10", "= 6")
+        with pytest.warns(CutFileWarning):
+            file = read_forc(written(tmp_path, text))
+        assert [len(u) for u, _ in file.curves] == [1, 3] and len(file.calibration) == 3
+        return
+    file = read_forc(written(tmp_path, text), drift=True)
+    assert [len(u) for u, _ in file.curves] == [1, 3, 3]
+    assert file.calibration[:, 1].tolist() == [2.0, 3.0, 3.3]
+    mean = (2.0 + 3.0 + 3.3) / 3.0
+    for (_, f), end in zip(file.curves, (1.9 / 2.0, 3.0 / 3.0, 3.0 / 3.3), strict=True):
+        assert f[-1] == pytest.approx(mean * end)

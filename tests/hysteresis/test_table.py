@@ -297,8 +297,10 @@ def test_what_is_mended_is_said() -> None:
     with pytest.warns(CutWarning, match=r"curves\[4\]: 59 rows before the reversal"):
         kept = tidy([*GOOD[:4], (np.r_[rise, u], np.r_[0.0 * rise, f])], "descending")
     assert sum(np.array_equal(curve.u, u) for curve in kept) == 2
-    with pytest.warns(DroppedCurveWarning, match="only 2 different inputs"):
-        assert len(tidy([*GOOD, ([50.0, 40.0], [1.0, 0.5])], "descending")) == len(GOOD)
+    with pytest.warns(DroppedCurveWarning, match="only 1 different inputs"):
+        assert len(tidy([*GOOD, ([50.0, 50.0], [1.0, 0.5])], "descending")) == len(GOOD)
+    two = FodTable.from_curves([*GOOD, ([50.0, 40.0], [1.0, 0.5])], nodes=21)
+    assert len(two.raw) == len(GOOD) + 1
     with pytest.warns(MissingRowsWarning):
         FodTable.from_curves([(np.r_[u, np.nan], np.r_[f, 1.0]) for u, f in GOOD], nodes=21)
 

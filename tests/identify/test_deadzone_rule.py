@@ -51,6 +51,20 @@ def test_a_pause_is_the_longest_time_without_a_new_count(
     assert (found.volts, found.start, found.end) == (sign * 3.0, sign * x[0], sign * x[-1])
 
 
+def test_what_even_the_quickest_run_waits_is_no_pause() -> None:
+    """The rig's own delay: 0.3 s behind the step; a run that hesitates 0.2 s longer pauses."""
+    late = [0.0] * 30
+    quick, slow = (
+        late + [float(k) for k in range(40)],
+        late + [0.0] * 20 + [float(k) for k in range(40)],
+    )
+    runs = [run(quick, 3.0), run(slow, 2.0), run([-x for x in quick], -3.0)]
+    found = dead_zone([tuple(r) for r in runs], pause=0.05)
+    assert [t.pause for t in found.trials] == pytest.approx([0.01, 0.21, 0.01], abs=0.011)
+    assert (found.positive, found.negative) == (3.0, 3.0)
+    assert dead_zone([tuple(r) for r in runs], pause=0.25).positive == 2.0
+
+
 def test_a_run_that_begins_at_the_end_of_the_travel_has_no_pause() -> None:
     found = _trial(run([10.0, 10.0, 10.0]), 1, 0.05, (0.0, 10.0))
     assert (found.pause, found.uninterrupted, found.arrived) == (0.0, True, True)

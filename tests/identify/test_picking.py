@@ -47,10 +47,37 @@ def test_a_unit_that_is_named_by_hand_counts_more_than_the_files() -> None:
 
 
 def test_a_whole_name_is_taken_before_one_without_its_unit() -> None:
-    assert pick(table(x_m=[1.0], X=[2.0]), (Role("x", "", ("x",)),), {}).names == {"x": "X"}
+    whole = Role("x", "", ("x", "X"))
+    assert pick(table(x_m=[1.0], X=[2.0]), (whole,), {}).names == {"x": "x_m"}
+    assert pick(table(Place_m=[1.0], PLACE=[2.0]), (Role("x", "", ("place",)),), {}).names == {
+        "x": "PLACE"
+    }
     assert pick(table(x_m=[1.0], x_mm=[2.0]), (X,), {}).names == {"x": "x_m"}  # else the first
     order = Role("x", "", ("first", "second"))
     assert pick(table(second=[1.0], first=[2.0]), (order,), {}).names == {"x": "first"}
+
+
+def test_names_of_one_letter_are_taken_as_they_are_written() -> None:
+    """T is a temperature, t a time."""
+    time, heat = Role("t", "", ("t", "time")), Role("T", "", ("temperature", "T"))
+    assert pick(table(T=[1.0], t=[2.0]), (time, heat), {}).names == {"t": "t", "T": "T"}
+    assert pick(table(Time=[1.0], Temperature=[2.0]), (time, heat), {}).names == {
+        "t": "Time", "T": "Temperature",
+    }  # fmt: skip
+    with pytest.raises(InputError, match="no column for t"):
+        pick(table(T=[1.0]), (time,), {})
+
+
+def test_a_column_that_has_a_role_fills_no_other() -> None:
+    first, second = Role("a", "", ("u", "v")), Role("b", "", ("v", "u"))
+    assert pick(table(u=[1.0], v=[2.0]), (first, second), {}).names == {"a": "u", "b": "v"}
+    assert pick(table(u=[1.0], v=[2.0]), (first, second), {"b": "u"}).names == {"a": "v", "b": "u"}
+    with pytest.raises(InputError, match="no column for b"):
+        pick(table(u=[1.0]), (first, second), {})
+    assert pick(table(u=[1.0]), (first, second._replace(optional=True)), {}).names == {"a": "u"}
+    # Whoever names a column for both means it.
+    both = {"a": "u", "b": "u"}
+    assert pick(table(u=[1.0]), (first, second), both).names == both
 
 
 def test_an_optional_column_may_be_missing() -> None:

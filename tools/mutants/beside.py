@@ -15,7 +15,8 @@ _HERE = Path(__file__).parent
 STRICT = (
     "rig/guard.py", "rig/guarded.py", "rig/limits.py", "rig/envelope.py", "rig/sensing.py",
     "rig/watching.py", "rig/opening.py", "rig/replay.py", "control/live/",
-    "machines/homing.py", "serve/stage/control.py",
+    "machines/homing.py", "serve/stage/control.py", "serve/stage/machine.py",
+    "serve/stage/playing.py",
 )  # fmt: skip
 
 

@@ -116,7 +116,7 @@ def deadzone(
 
 
 @app.command()
-def hysteresis(
+def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     curves: Annotated[str, typer.Option(help="auto, ascending or descending.")] = "auto",
@@ -124,13 +124,23 @@ def hysteresis(
         str, typer.Option(help="Relay density: free, monotone or nonnegative.")
     ] = "monotone",
     smooth: Annotated[float, typer.Option(help="Noise is shorter than this [grid steps].")] = 1.0,
+    drift: Annotated[
+        bool,
+        typer.Option("--drift", help="Scale each curve of a MicroMag file by its calibration."),
+    ] = False,
     test: Annotated[list[str] | None, typer.Option(help="A recording to predict.")] = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """A Preisach table from first-order curves (columns u, f, and curve; or over time t)."""
-    options = {"curves": curves, "shape": shape, "smooth": smooth, "tests": tuple(test or ())}
+    options = {
+        "curves": curves,
+        "shape": shape,
+        "smooth": smooth,
+        "tests": tuple(test or ()),
+        "drift": drift,
+    }
     _identify("hysteresis", options, files, columns, out, overwrite, as_json)
 
 

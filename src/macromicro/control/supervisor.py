@@ -51,6 +51,9 @@ class Supervisor(NamedTuple):
     fan: float
 
 
+_AT_REST = np.empty(0)
+
+
 class Plan(NamedTuple):
     """A programme as arrays of one length.
 
@@ -66,6 +69,8 @@ class Plan(NamedTuple):
         s.
     end : float
         s, or NaN.
+    velocity, acceleration : ndarray, shape (n,) or (0,)
+        Of a trajectory's set point at each target, in units of the target per s and s^2; (0,): 0.
     """
 
     start: npt.NDArray[np.float64]
@@ -73,6 +78,8 @@ class Plan(NamedTuple):
     target: npt.NDArray[np.float64]
     hold: npt.NDArray[np.float64]
     end: float
+    velocity: npt.NDArray[np.float64] = _AT_REST
+    acceleration: npt.NDArray[np.float64] = _AT_REST
 
 
 class Progress(NamedTuple):
@@ -267,6 +274,8 @@ def step(
     # A missing reading gives no effort and leaves the memory: the guard counts how long.
     if moving and not math.isnan(sample.encoder):
         target = Target(s.macro_reference, 0.0, 0.0)
+        if s.phase == MACRO and len(plan.velocity) > 0:
+            target = Target(s.macro_reference, plan.velocity[s.move], plan.acceleration[s.move])
         memory, motor = macro.step(p.macro, memory, target, StageSample(t, sample.encoder), dt)
     ctrl = 0.0
     if s.phase == MICRO and not math.isnan(sample.hall):

@@ -14,11 +14,9 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design.response import PITCH
-from macromicro.programme import FEWEST, MACRO, MICRO, Programme
+from macromicro.programme import FEWEST, LONGEST, MACRO, MICRO, Programme
 from macromicro.recording import Recording
 
-# A trajectory has FEWEST targets or more, and from one to the next at most this median time [s].
-LONGEST = 0.25
 MOST_LAG = 1.0  # s
 ROWS = 20_000  # that a lag is estimated from, evenly spread
 

@@ -40,7 +40,7 @@ class CutWarning(CurveWarning):
 
 
 class DroppedCurveWarning(CurveWarning):
-    """A curve with fewer than three different inputs was left out."""
+    """A curve with fewer than two different inputs was left out."""
 
 
 class ClosureWarning(CurveWarning):
@@ -132,7 +132,7 @@ def _one(
     different = np.unique(u).size
     if u.size >= 3 and different == 1:
         raise InputError(f"{where}, input", f"constant at {sign * u[0]:g}", "an input that moves")
-    if different < 3:
+    if different < 2:
         _warn(DroppedCurveWarning, f"{where}: only {different} different inputs; left out")
         return None
     trend = direction(u)
@@ -147,9 +147,6 @@ def _one(
     if trend > -0.9 and top >= 2 and direction(u[: top + 1]) > 0.9 and direction(u[top:]) < -0.9:
         _warn(CutWarning, f"{where}: {top} rows before the reversal left out")
         u, f = u[top:], f[top:]
-        if u.size < 3:
-            _warn(DroppedCurveWarning, f"{where}: {u.size} rows after the reversal; left out")
-            return None
     elif trend > -0.9:
         _warn(OrderWarning, f"{where}: rows are not in the order of their input; sorted")
     order = np.argsort(-u, kind="stable")

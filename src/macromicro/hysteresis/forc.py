@@ -3,7 +3,8 @@
 A title line, settings as ``name = value``, then blocks of ``field,moment`` lines with
 empty lines between them, then a closing line. Each block of several points is an
 ascending curve from its reversal field on; blocks of one point are measurements at a
-calibration field, taken between the curves to follow the drift.
+calibration field, taken between the curves to follow the drift. Where every second block,
+the first one too, is such a measurement, the others are curves, however short.
 """
 
 from __future__ import annotations
@@ -76,19 +77,19 @@ def read_forc(path: str | Path, *, drift: bool = False) -> ForcFile:
         raise InputError(f"{where}, line 1", printable(lines[0]), _WHAT)
     settings, first = _header(lines)
     blocks, closed = _blocks(lines, first, where)
-    curves = [(block[:, 0].copy(), block[:, 1].copy()) for block in blocks if len(block) > 1]
+    blocks, single = _parted(blocks)
+    curves = [(block[:, 0].copy(), block[:, 1].copy()) for block in blocks]
     if len(curves) < 2:
         raise InputError(where, f"{len(curves)} curves", f"{_WHAT}, at least 2 curves")
-    points = sum(len(block) for block in blocks)
+    points = sum(len(block) for block in (*blocks, *single))
     said = settings.get("NData", str(points))
     if not closed or said != str(points):
         found = "no closing line" if not closed else "a closing line"
         message = f"{where}: {points} points ({said} announced) and {found}; all of them are used"
         warnings.warn(message, CutFileWarning, stacklevel=2)
-    single = [block for block in blocks if len(block) == 1]
     calibration = np.concatenate(single) if single else np.empty((0, 2))
     if drift:
-        curves = _without_drift(blocks, calibration, where)
+        curves = _without_drift(curves, calibration, where)
     return ForcFile(curves, calibration, settings)
 
 
@@ -125,14 +126,25 @@ def _blocks(lines: list[str], first: int, where: str) -> tuple[list[Array], bool
     return [np.array(block) for block in blocks if block], False
 
 
+def _parted(blocks: list[Array]) -> tuple[list[Array], list[Array]]:
+    """Curves and calibrations: one before each curve, or all blocks of one point."""
+    before, after = blocks[::2], blocks[1::2]
+    if after and all(len(block) == 1 for block in before):  # a cut file may end with one
+        return after, before
+    short = [block for block in blocks if len(block) == 1]
+    return [block for block in blocks if len(block) > 1], short
+
+
 def _without_drift(
-    blocks: list[Array], calibration: Array, where: str
+    curves: list[tuple[Array, Array]], calibration: Array, where: str
 ) -> list[tuple[Array, Array]]:
     """The curves, each scaled by the calibration before it."""
-    paired = len(blocks) == 2 * len(calibration)
-    if not paired or any(len(block) > 1 for block in blocks[::2]) or np.any(calibration == 0.0):
-        found = f"{len(calibration)} calibrations for {len(blocks) - len(calibration)} curves"
+    if len(calibration) != len(curves):
+        found = f"{len(calibration)} calibrations for {len(curves)} curves"
         raise InputError(f"{where}, drift", found, "one calibration before each curve")
+    if np.any(calibration[:, 1] == 0.0):
+        zero = int(np.argmin(np.abs(calibration[:, 1]))) + 1
+        found = f"a moment of 0 at calibration {zero}"
+        raise InputError(f"{where}, drift", found, "moments other than 0")
     gains = float(np.mean(calibration[:, 1])) / calibration[:, 1]
-    pairs = zip(blocks[1::2], gains, strict=True)
-    return [(block[:, 0].copy(), block[:, 1] * gain) for block, gain in pairs]
+    return [(u, f * gain) for (u, f), gain in zip(curves, gains, strict=True)]

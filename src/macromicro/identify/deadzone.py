@@ -109,7 +109,8 @@ def dead_zone(
     """Lowest voltage that gives uninterrupted motion from every start (Section 4.2.3, Figure 4.8).
 
     A voltage passes when all runs at it and at every higher voltage of its direction were
-    uninterrupted. Warns when the lowest one tried already passes.
+    uninterrupted. What even the run that starts soonest waits for its first count is the rig's
+    delay, and no interruption. Warns when the lowest one tried already passes.
 
     Parameters
     ----------
@@ -138,7 +139,10 @@ def dead_zone(
     if not high > low:
         raise InputError("travel", (low, high), "low below high: runs that move")
     ways = [_under_way(r, low, high) for r in runs]
-    trials = tuple(_trial(r, way, pause, (low, high)) for r, way in zip(runs, ways, strict=True))
+    delay = min((_marks(r, way)[1] - 1) * r.dt for r, way in zip(runs, ways, strict=True))
+    trials = tuple(
+        _trial(r, way, pause, (low, high), delay) for r, way in zip(runs, ways, strict=True)
+    )
     positive, negative = (_lowest(trials, direction) for direction in (1.0, -1.0))
     volts, places, speeds = _map(runs, ways, np.linspace(low, high, bins + 1))
     width = max(positive, negative)
@@ -166,11 +170,20 @@ def _under_way(run: Run, low: float, high: float) -> int:
     return int(there.argmax()) + 1 if there.any() else len(run.x)
 
 
-def _trial(run: Run, way: int, pause: float, travel: tuple[float, float]) -> Trial:
-    direction = np.sign(run.u[0])
-    ahead = np.maximum.accumulate(direction * run.x[:way])
-    marks = np.concatenate([[0], np.flatnonzero(np.diff(ahead) > 0.0) + 1, [way - 1]])
-    longest = float(np.diff(marks).max()) * run.dt if way > 1 else 0.0
+def _marks(run: Run, way: int) -> npt.NDArray[np.intp]:
+    """Samples with a new count on the way, between the first and the last."""
+    ahead = np.maximum.accumulate(np.sign(run.u[0]) * run.x[:way])
+    return np.concatenate([[0], np.flatnonzero(np.diff(ahead) > 0.0) + 1, [way - 1]])
+
+
+def _trial(
+    run: Run, way: int, pause: float, travel: tuple[float, float], delay: float = 0.0
+) -> Trial:
+    """`delay`: what even the quickest run waits at its start, s; no pause of this one."""
+    direction, marks = np.sign(run.u[0]), _marks(run, way)
+    waits = np.diff(marks) * run.dt
+    waits[0] -= delay
+    longest = max(float(waits.max()), 0.0)
     start, end = float(run.x[0]), float(run.x[way - 1])
     arrived = end >= travel[1] if direction > 0.0 else end <= travel[0]
     return Trial(float(run.u[0]), start, end, longest, longest <= pause, arrived)

@@ -6,7 +6,7 @@ found, and records cut where the column `run` changes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +37,8 @@ class Role(NamedTuple):
     meaning : str
         Meaning in words.
     names : tuple[str, ...]
-        Column names that are taken for it, lower case, best first.
+        Column names that are taken for it, best first: as written where they have one letter (T is
+        not t), else in lower case, whatever the file's is.
     units : tuple[str, ...]
         It is converted to the first that fits; without units it stays as it is.
     optional : bool
@@ -136,8 +137,12 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
     found: dict[str, Array] = {}
     units: dict[str, str] = {}
     named: dict[str, str] = {}
+    taken = {r.name: _column(table, r, requested[r.name]) for r in roles if r.name in requested}
     for role in roles:
-        name, unit = _column(table, role, requested.get(role.name))
+        if role.name not in taken:
+            used = {name for name, _ in taken.values()}
+            taken[role.name] = _column(table, role, None, used)
+        name, unit = taken[role.name]
         if not name:
             continue
         found[role.name], units[role.name] = _converted(table, role, name, unit)
@@ -148,7 +153,9 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
     return Picked(table.file, _finite(table.file, found), units, named, table.constants)
 
 
-def _column(table: Table, role: Role, requested: str | None) -> tuple[str, str]:
+def _column(
+    table: Table, role: Role, requested: str | None, used: Collection[str] = ()
+) -> tuple[str, str]:
     """Name and unit of the column for a role; no name for an optional one that is not there."""
     if requested is not None:
         name, mark, unit = requested.rpartition(":")
@@ -160,8 +167,9 @@ def _column(table: Table, role: Role, requested: str | None) -> tuple[str, str]:
         if len(near) == 1:
             return near[0], unit or table.units[near[0]]
         raise InputError(f"{table.file}, --columns {role.name}", printable(name), _listed(table))
-    plain = {parted(n)[0].lower(): n for n in reversed(table.columns)}
-    plain |= {n.lower(): n for n in table.columns}
+    free = [n for n in table.columns if n not in used]
+    plain = {_spelled(parted(n)[0]): n for n in reversed(free)}
+    plain |= {_spelled(n): n for n in free}
     for name in role.names:
         if name in plain:
             return plain[name], table.units[plain[name]]
@@ -172,6 +180,11 @@ def _column(table: Table, role: Role, requested: str | None) -> tuple[str, str]:
         f"no column for {role.name} ({role.meaning})",
         f"{_listed(table)}; name it with --columns {role.name}=COLUMN",
     )
+
+
+def _spelled(name: str) -> str:
+    """A column's name as roles have it."""
+    return name if len(name) == 1 else name.lower()
 
 
 def _listed(table: Table) -> str:

@@ -15,10 +15,8 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
-from macromicro.programme import FEWEST, MICRO, Limits, Programme
+from macromicro.programme import FEWEST, LONGEST, MICRO, Limits, Programme
 from macromicro.schema.text import printable
-
-LONGEST = 0.25  # s; targets that follow one another so fast are a trajectory
 
 
 class Way(NamedTuple):
@@ -102,7 +100,7 @@ def usual(tree: Any) -> Programme:
     )
 
 
-def plan(programme: Programme, tree: Any) -> Plan:
+def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
     """Moves and their profiles, from 0 m on.
 
     Parameters
@@ -111,6 +109,9 @@ def plan(programme: Programme, tree: Any) -> Plan:
         Targets in counts.
     tree : Any
         Settings with encoder, motion limits and guard.
+    anywhere : bool, optional
+        Whether it may begin elsewhere: at its first target, or the first position of its
+        trajectory, which is then the plan's `origin`.
 
     Returns
     -------
@@ -121,7 +122,7 @@ def plan(programme: Programme, tree: Any) -> Plan:
     ------
     InputError
         A scheduled move takes longer than there is time; a trajectory begins elsewhere than at
-        0 m, or is faster than the guard allows.
+        `origin`, or is faster than the guard allows.
     """
     where = printable(programme.source, 300)
     place = programme.target * tree.encoder.pitch
@@ -130,9 +131,15 @@ def plan(programme: Programme, tree: Any) -> Plan:
     elif programme.scheduled and _dense(programme):
         ways = [_track(programme.start, place)]
     else:
-        ways = _moves(programme, place, tree, where)
-    _check(ways, tree, where)
-    return _joined(ways, programme.end)
+        ways = _moves(programme, place, tree, where, float(place[0]) if anywhere else 0.0)
+    origin = _first(ways[0]) if anywhere else 0.0
+    _check(ways, tree, where, origin)
+    return _joined(ways, programme.end, origin)
+
+
+def _first(way: Way) -> float:
+    """Where a way begins; one without pieces stays where it is."""
+    return float(way.pieces[0, 1]) if len(way.pieces) else way.target
 
 
 def _dense(programme: Programme) -> bool:
@@ -140,9 +147,9 @@ def _dense(programme: Programme) -> bool:
     return len(start) >= FEWEST and float(np.median(np.diff(start))) <= LONGEST
 
 
-def _moves(programme: Programme, place: Array, tree: Any, where: str) -> list[Way]:
+def _moves(programme: Programme, place: Array, tree: Any, where: str, before: float) -> list[Way]:
     """A profile of the quickest motion within the limits for each target."""
-    most, before, ways = tree.motion, 0.0, []
+    most, ways = tree.motion, []
     for k, (start, target) in enumerate(zip(programme.start, place.tolist(), strict=True)):
         profile = s_curve(
             target - before, most.velocity, most.acceleration, most.jerk, start=before
@@ -184,9 +191,9 @@ def _track(t: Array, place: Array) -> Way:
     return Way(float(t[0]), float(place[-1]), math.inf, pieces)
 
 
-def _check(ways: Sequence[Way], tree: Any, where: str) -> None:
+def _check(ways: Sequence[Way], tree: Any, where: str, before: float) -> None:
     """InputError for a jump of the set point, or a speed that the guard would end."""
-    before, place = 0.0, places.of(tree)
+    place = places.of(tree)
     for number, way in enumerate(ways, 1):
         if not len(way.pieces):
             continue
@@ -213,7 +220,7 @@ def _check(ways: Sequence[Way], tree: Any, where: str) -> None:
         before = way.target
 
 
-def _joined(ways: Sequence[Way], end: float) -> Plan:
+def _joined(ways: Sequence[Way], end: float, origin: float) -> Plan:
     pieces, first, length = [], [0], []
     for way in ways:
         own = way.pieces
@@ -228,6 +235,6 @@ def _joined(ways: Sequence[Way], end: float) -> Plan:
         length=np.array(length),
         first=np.array(first, np.int64),
         pieces=np.ascontiguousarray(np.concatenate(pieces)).reshape(-1, 5),
-        origin=0.0,
+        origin=origin,
         end=float(end),
     )

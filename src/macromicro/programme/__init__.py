@@ -13,6 +13,7 @@ from pathlib import Path
 from macromicro.errors import InputError
 from macromicro.programme.moves import (
     FEWEST,
+    LONGEST,
     MACRO,
     MAX_HOLD,
     MAX_MOVES,
@@ -29,6 +30,7 @@ from macromicro.schema.text import printable
 
 __all__ = [
     "FEWEST",
+    "LONGEST",
     "MACRO",
     "MAX_HOLD",
     "MAX_MOVES",

@@ -17,7 +17,8 @@ from macromicro.units import shown
 MACRO, MICRO = 0, 1
 MAX_HOLD = 3600.0
 MAX_MOVES = 1_000_000
-FEWEST = 20  # targets that may be a trajectory
+# A trajectory has FEWEST targets or more, one every LONGEST [s] at the latest.
+FEWEST, LONGEST = 20, 0.25
 MAX_TITLE = 200  # characters
 WHAT = "a motion programme (.toml or .csv)"
 

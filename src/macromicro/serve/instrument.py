@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from macromicro import programme
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event
 from macromicro.control.live.targets import reach
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
 from macromicro.place import PLACES, Place
-from macromicro.programme import Limits, Programme
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
+from macromicro.serve.programmes import Planned
 from macromicro.serve.shared import PERIOD
 from macromicro.serve.snapshot import Snapshot
 
@@ -102,25 +101,24 @@ class Instrument:
             return reach(self.settings.live, limits, tolerance)[which == "MAX"]
         return float(getattr(limits, f"{kind}_{'low' if which == 'MIN' else 'high'}"))
 
-    def programme(self, path: Path, shown: str = "") -> Programme:
+    def programmes(self) -> tuple[str, ...]:
+        """The programmes that the machine brings along."""
+        return self.settings.programmes.names()
+
+    def shipped(self, name: str) -> Planned:
+        """One of them. Raises InputError where it does not fit into the soft limits."""
+        return self.settings.programmes.named(name, self.station.snapshot().limits)
+
+    def programme(self, path: Path, shown: str = "") -> Planned:
         """The programme in a file, within the soft limits. Raises InputError, in which the file
         is called `shown`, or by its name without the folder."""
-        # Its micro targets may be 0: there the micro-stage is let go.
-        soft, pitch = self.station.snapshot().limits, self.settings.live.pitch
-        micro = 0.0, soft.micro_high
         try:
-            found = programme.load(
-                path, Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / pitch)
-            )
-            if found.profiles:  # they begin at 0, this machine wherever it stands
-                accepted = "a programme of [[moves]], or CSV; `macromicro run` runs profiles"
-                raise InputError(str(path), "motion profiles", accepted)
-            return found
+            return self.settings.programmes.read(path, self.station.snapshot().limits)
         except InputError as error:
             where = error.where.replace(str(path), shown or path.name)
             raise InputError(where, error.value, error.accepted) from None
 
-    def programme_of(self, data: bytes, name: str, shown: str = "") -> Programme:
+    def programme_of(self, data: bytes, name: str, shown: str = "") -> Planned:
         """The programme that a file `name` would hold, likewise."""
         with tempfile.TemporaryDirectory(prefix="macromicro-") as folder:
             path = Path(folder) / name

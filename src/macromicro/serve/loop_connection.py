@@ -41,7 +41,7 @@ class LoopConnection:
         self._path = state or persist.default_path(settings.place(rig))
         self._rig, self._seed, self._settings, self._machine = rig, seed, settings, machine
         self.shared: Shared | None = None
-        self.trail = Trail()
+        self.trail = Trail(settings.controller)
         self.ledger = Ledger(self.trail)
         self.trouble: Trouble | None = None
         self.trust = "not started"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
 from macromicro import derived, rules
+from macromicro.control import macro
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.control.settings import Control
 from macromicro.nominal import PERIOD
@@ -16,6 +17,7 @@ from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema.config import changed_toml
 from macromicro.schema.par import Par
+from macromicro.serve.programmes import TwoStage
 from macromicro.settings import chosen
 
 CHOICE = "service choice"
@@ -153,6 +155,12 @@ class LiveSettings(NamedTuple):
     def model(self) -> str:
         """What the machine is called."""
         return "two-stage positioner"
+
+    @property
+    def programmes(self) -> TwoStage:
+        """What clients may run."""
+        own = self.controller.macro_law not in macro.NAMES
+        return TwoStage(self.live.pitch, rates=own)
 
     def kept_as(self, rig: str) -> str:
         """What the position file calls the machine."""

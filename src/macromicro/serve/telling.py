@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.control import outside
 from macromicro.control.live.messages import Event, MoveMicro, SetGains, SetLimits
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
@@ -14,11 +13,8 @@ from macromicro.units import convert
 _IN_MM = ("micro_low", "micro_high")
 
 
-def _pars() -> dict[str, Par]:
-    known = {e.path: e.par for e in entries(Control())}
-    for gains in outside.found():
-        known |= {e.path: e.par for e in entries(gains(), "own.")}
-    return known
+def _pars(control: Any) -> dict[str, Par]:
+    return {e.path: e.par for e in entries(Control() if control is None else control)}
 
 
 def millimetres(metres: Any) -> Any:
@@ -37,10 +33,11 @@ def soft_limits(values: dict[str, float]) -> SoftLimits:
     return SoftLimits(**values | {name: convert(values[name], "mm", "m") for name in _IN_MM})
 
 
-def event(event: Event) -> Event:
-    """An event, its gains and limits in these units; lengths elsewhere name their unit."""
+def event(event: Event, control: Any = None) -> Event:
+    """An event, its gains and limits in these units; lengths elsewhere name their unit.
+    `control`: the gains of this machine; None: those of the two-stage one."""
     if event.kind == "gains":
-        pars = _pars()
+        pars = _pars(control)
         facts = {
             path: {k: pars[path].given(v) for k, v in change.items()} if path in pars else change
             for path, change in event.evidence.items()
@@ -55,13 +52,13 @@ def event(event: Event) -> Event:
     return event._replace(evidence=facts)
 
 
-def request(request: Any) -> dict[str, Any]:
-    """The values of a request by name, without the client's."""
+def request(request: Any, control: Any = None) -> dict[str, Any]:
+    """The values of a request by name, without the client's; `control` as of `event`."""
     facts: dict[str, Any] = {k: v for k, v in request._asdict().items() if k != "client"}
     if isinstance(request, MoveMicro):
         facts["position"] = millimetres(request.position)
     elif isinstance(request, SetGains):
-        pars = _pars()
+        pars = _pars(control)
         facts["changes"] = tuple(
             (p, pars[p].given(v) if p in pars else v) for p, v in request.changes
         )

@@ -29,10 +29,11 @@ class Trail:
 
     What clients cause is bounded by a rate, so that nobody fills a disk with it; what was
     done and what was refused have rates of their own, so that one does not hide the other.
-    What the machine reports is always noted.
+    What the machine reports is always noted. `control`: its gains, None: the two-stage machine's.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, control: Any = None) -> None:
+        self._control = control
         self._lock = threading.Lock()
         self._buckets = {done: Bucket(RATE, BURST) for done in (True, False)}
         self._left_out = 0
@@ -42,7 +43,7 @@ class Trail:
 
     def event(self, event: Event) -> None:
         """Something happened."""
-        facts = dict(telling.event(event).evidence)
+        facts = dict(telling.event(event, self._control).evidence)
         who = str(facts.pop("client", ""))
         if event.from_mode != event.to_mode:
             facts = {"from": event.from_mode, "to": event.to_mode, **facts}
@@ -60,7 +61,7 @@ class Trail:
 
     def order(self, time: float, client: str, request: Any, reply: Reply) -> None:
         """A client asked for something, and what was answered."""
-        facts = {k: _plain(v) for k, v in telling.request(request).items()}
+        facts = {k: _plain(v) for k, v in telling.request(request, self._control).items()}
         if isinstance(reply, Refused):
             facts["refused"] = reply.reason
         elif reply.id:
@@ -125,5 +126,5 @@ def _plain(value: Any) -> str | float | int:
     if isinstance(value, Mapping):
         value = ", ".join(f"{key} {item}" for key, item in value.items())
     if type(value).__name__ == "Plan":
-        return f"{len(value.stage)} moves"
+        return f"{len(value.target)} moves"
     return printable(value, LONGEST)

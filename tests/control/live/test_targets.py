@@ -238,7 +238,7 @@ def plan(**columns: Any) -> Plan:
 MISSHAPEN = ("this is no programme with moves", "load it with macromicro.programme")
 
 
-@pytest.mark.parametrize("column", ["start", "stage", "target", "hold"])
+@pytest.mark.parametrize("column", ["start", "stage", "target", "hold", "velocity", "acceleration"])
 @pytest.mark.parametrize(
     "values",
     [
@@ -272,6 +272,12 @@ def test_a_programme_may_have_an_end_or_none(end: float) -> None:
     [
         ({"target": np.array([1.0, 1.0, 1.0])}, "the programme's columns differ in length"),
         ({"start": np.array([NAN])}, "the programme's columns differ in length"),
+        ({"velocity": np.zeros(2)}, "the programme's columns differ in length"),
+        ({"acceleration": np.zeros(2)}, "the programme's columns differ in length"),
+        (
+            {"velocity": np.zeros(3), "acceleration": np.zeros(3)},
+            "the programme's columns differ in length",
+        ),
         ({"start": np.array([NAN, math.inf])}, "the programme has times that are none"),
         ({"end": -math.inf}, "the programme has times that are none"),
         ({"end": "x"}, "the programme has times that are none"),

@@ -101,7 +101,7 @@ def test_few_curves_hold_none_out_and_a_free_density_has_negative_weight(tmp_pat
     assert set(found.plot()) == {"curves", "density"}
     assert "# unit of the input\n" in found.toml and "# unit of the output\n" in found.toml
     assert lines["input, to"].unit == lines["output, low"].unit == ""
-    assert Options() == ("auto", "monotone", 1.0, ())
+    assert Options() == ("auto", "monotone", 1.0, (), False)
     with pytest.raises(InputError, match="--shape: 'x'; accepted: free, monotone, nonnegative"):
         hysteresis.identify(given(file), Options(shape="x"))
 
@@ -211,7 +211,11 @@ def micromag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, units: str) -> Pat
     curves = [(30.0 - u, -f) for u, f in relays(TOPS)]
     settings = {"Units of measure": units} if units else {}
     monkeypatch.setattr(
-        forc, "read_forc", lambda file: forc.ForcFile(curves, np.zeros((0, 2)), settings)
+        forc,
+        "read_forc",
+        lambda file, drift: forc.ForcFile(
+            [(u, 2.0 * f) if drift else (u, f) for u, f in curves], np.zeros((0, 2)), settings
+        ),
     )
     return place
 
@@ -229,7 +233,11 @@ def test_a_magnetometer_s_curves_ascend_in_its_own_units(
     assert hysteresis._found(given(place), Options(curves="ascending"))[0].kind == "ascending"
     with pytest.raises(InputError, match="--curves: 'descending'; accepted: ascending: a MicroM"):
         hysteresis._found(given(place), Options(curves="descending"))
+    drifting, _ = hysteresis._found(given(place), Options(drift=True))
+    np.testing.assert_array_equal(drifting.curves[3][1], 2.0 * found.curves[3][1])
     other = written(tmp_path / "a.csv", relays(TOPS))
+    with pytest.raises(InputError, match=r"--drift: .*a\.csv'; accepted: a MicroMag file"):
+        hysteresis._found(given(other), Options(drift=True))
     for files in ((place, other), (other, place)):
         with pytest.raises(InputError, match="FILE: '2 files'; accepted: one MicroMag file alone"):
             hysteresis._found(given(*files), Options())

@@ -90,12 +90,8 @@ def test_an_axis_homes_and_moves(tmp_path: Path) -> None:
         assert client.ask("MODE?") == '"ready"' and abs(float(client.ask("STAG1:OUTP?"))) > 0.5
         client.send("MOVE:ABS 82 MM")
         assert "81.28" in client.ask("SYST:ERR?")
-        for order, words in (
-            ("MOVE:MICR 1 MM", "no micro-stage"),
-            ('GAIN "position",1', "settings file"),
-        ):
-            client.send(order)
-            assert words in client.ask("SYST:ERR?")
+        client.send("MOVE:MICR 1 MM")
+        assert "no micro-stage" in client.ask("SYST:ERR?")
         client.send("MOVE:ABS 80 MM")
         while client.mm() < 5.0:
             pass
@@ -116,12 +112,73 @@ def test_an_axis_that_turns_is_led_in_degrees(tmp_path: Path) -> None:
             assert client.mm() == pytest.approx(target, abs=0.036)
         client.fine()
         assert client.ask("LIM:ABS?") == "0,269.4"
+        text = '[[moves]]\nmacro = ["30 deg", "0.25 turn"]\nhold = "0.1 s"\n'
+        client.send(f"PROG:LOAD #{len(str(len(text)))}{len(text)}{text}")
+        assert client.ask("PROG:RUN;*OPC?") == "1"
+        client.fine()
+        assert client.mm() == pytest.approx(90.0, abs=0.036)
         client.send("MOVE:ABS 10 MM")
         assert "accepted: DEG" in client.ask("SYST:ERR?")
         page = Page(int(client.page.rstrip("/").rpartition(":")[2]), {})
         limits = page.welcome["limits"]
         assert limits["unit"] == "deg" and limits["base"] == "rad"
         page.close()
+
+
+PLACES = """title = "three places"
+[[moves]]
+macro = ["10 mm", "60 mm", "20 mm"]
+hold = "0.1 s"
+"""
+PROFILE = """[[profiles]]
+macro = ["40 mm", "5 mm"]
+velocity = "100 mm/s"
+acceleration = "1 m/s^2"
+hold = "0.1 s"
+"""
+
+
+def block(text: str) -> str:
+    return f"#{len(str(len(text)))}{len(text)}{text}"
+
+
+def test_programmes_run_live_and_gains_change(tmp_path: Path) -> None:
+    with served(tmp_path, example("screw")) as client:
+        assert client.ask("SYST:LOCK:REQ?;:ENAB;:HOME;*OPC?") == "1;1"
+        assert client.ask("PROG:CAT?") == '"usual"'
+        tolerance = 6.667e-3
+        for loaded, last in (('"usual"', 0.0), (block(PLACES), 20.0), (block(PROFILE), 5.0)):
+            client.send(f"PROG:LOAD {loaded}")
+            assert client.ask("PROG:RUN;*OPC?") == "1"
+            client.fine()
+            assert client.mm() == pytest.approx(last, abs=tolerance)
+        for text, words in (
+            (PLACES.replace("60 mm", "82 mm"), "82 mm"),
+            ('[[moves]]\nmicro = "1 mm"\nhold = "1 s"', "one stage"),
+            (PROFILE.replace("100 mm/s", "9 m/s").replace("1 m/s", "90 m/s"), "guard.speed"),
+        ):
+            client.send(f"PROG:LOAD {block(text)}")
+            assert words in client.ask("SYST:ERR?")
+        names = client.ask("GAIN:CAT?")
+        assert '"position"' in names and '"notch.depth"' in names
+        was = float(client.ask('GAIN? "position"'))
+        client.send(f'GAIN "position",{0.5 * was}')
+        client.fine()
+        assert float(client.ask('GAIN? "position"')) == 0.5 * was
+        assert client.ask("MOVE:ABS 50 MM;*OPC?") == "1"
+        assert client.mm() == pytest.approx(50.0, abs=tolerance)
+        client.send('GAIN "velocity",1E6')
+        assert "does not fit the others" in client.ask("SYST:ERR?")
+        client.send('GAIN "position",-1')
+        assert "accepted" in client.ask("SYST:ERR?")
+        client.send("MOVE:ABS 80 MM;:GAIN:DEF")
+        assert "a motion is under way" in client.ask("SYST:ERR?")
+        client.ask("*OPC?")
+        client.send("GAIN:DEF")
+        client.fine()
+        assert float(client.ask('GAIN? "position"')) == was
+        assert client.ask("MOVE:ABS 30 MM;*OPC?") == "1"
+        assert client.mm() == pytest.approx(30.0, abs=tolerance)
 
 
 def test_a_piezo_stage_knows_its_place(tmp_path: Path) -> None:

@@ -111,3 +111,19 @@ class Page(Window):
             return held()
 
         until(pressed)
+
+
+SAVED = """
+const done = arguments[arguments.length - 1], make = URL.createObjectURL;
+URL.createObjectURL = (blob) => {
+  blob.text().then(done);
+  URL.createObjectURL = make;
+  return make.call(URL, blob);
+};
+document.querySelector(arguments[0]).click();
+"""
+
+
+def saved(page: Page, selector: str) -> str:
+    """The text of the file that a button hands to the browser."""
+    return str(page.driver.execute_async_script(SAVED, selector))

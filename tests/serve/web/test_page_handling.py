@@ -8,31 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_parts import Page
+from page_parts import Page, saved
 from tests.browser import DESK
 from web_parts import until
 
-from macromicro import simulate
 from macromicro.control.live import messages as m
 from macromicro.schema.config import load_overrides
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web.hub import Hub
-
-SAVED = """
-const done = arguments[arguments.length - 1], make = URL.createObjectURL;
-URL.createObjectURL = (blob) => {
-  blob.text().then(done);
-  URL.createObjectURL = make;
-  return make.call(URL, blob);
-};
-document.querySelector(arguments[0]).click();
-"""
-
-
-def saved(page: Page, selector: str) -> str:
-    """The text of the file that a button hands to the browser."""
-    return str(page.driver.execute_async_script(SAVED, selector))
 
 
 def classes(page: Page, selector: str) -> str:
@@ -202,7 +186,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     assert page.station.snapshot().position_m == pytest.approx(taught, abs=20e-6)
     file = tmp_path / "points.toml"
     file.write_text(saved(page, "#points-save"), encoding="utf-8")
-    assert len(simulate.plan(Instrument(page.station).programme(file)).stage) == 2
+    assert Instrument(page.station).programme(file).moves == 2
     page.click("#point-list button:last-of-type")
     until(lambda: page.text("#point-list") == "")
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from page_parts import Page
+from page_parts import Page, saved
 from tests import browser
 from web_parts import until
 
@@ -51,3 +51,30 @@ def test_a_piezo_stage_is_moved_in_micrometres(piezo: Page) -> None:
 
     until(there)
     assert len(piezo.text("#position").split()[0].partition(".")[2]) == 3  # a count is 3.2 nm
+
+
+def test_points_become_a_programme_that_is_uploaded_and_run(piezo: Page, tmp_path: Path) -> None:
+    piezo.take()
+    station = piezo.station
+    station.request(station.snapshot().holder, m.Enable())
+    until(lambda: station.snapshot().mode == "ready")
+    until(lambda: piezo.find("#move").is_enabled())
+    for place in (20.0, 30.0):
+        assert piezo.outcome(piezo.move(place)) == "done"
+        piezo.click("#teach")
+        piezo.says("Point kept")
+    file = tmp_path / "points.toml"
+    file.write_text(saved(piezo, "#points-save"), encoding="utf-8")
+    piezo.find("#programme-file").send_keys(str(file))
+    until(lambda: "points.toml" in piezo.text("#programme"))
+    assert piezo.outcome(piezo.move(60.0)) == "done"
+    piezo.click("#run")
+    number = int(until(lambda: station.snapshot().motion))
+    assert piezo.outcome(number) == "done"
+    assert station.snapshot().position_m == pytest.approx(30e-6, abs=20e-9)
+
+
+def test_the_gains_of_its_law_are_shown(piezo: Page) -> None:
+    assert piezo.run("return document.querySelectorAll('#gains-rows tr').length") > 3
+    shown = "return document.getElementById('programme').options[0].value"
+    assert piezo.run(shown) == "usual"

@@ -183,18 +183,50 @@ def _obstacle(
     return None if may and s.mode != m.HOMING else _BUSY
 
 
-def _unready(p: LiveParameters, s: LiveState, replace: Any) -> Refused | None:
-    """Why no move to a place can begin now."""
+def unready(p: LiveParameters, s: LiveState, replace: Any) -> Refused | None:
+    """Why no move to a place can begin now.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    replace : Any
+        Whether it may replace a motion under way.
+
+    Returns
+    -------
+    Refused | None
+        None where one can.
+    """
     return _obstacle(p, s, replace=replace) or (None if s.frame.trusted else targets.HOME_FIRST)
 
 
-def _begin(
+def begin(
     p: LiveParameters,
     s: LiveState,
     motion: Motion | Refused,
     start: Callable[[LiveState, Motion], tuple[LiveState, tuple[Notice, ...]]],
 ) -> Answer:
-    """Begin a motion, in place of one under way if there is one."""
+    """Begin a motion, in place of one under way if there is one.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+    motion : Motion | Refused
+        The motion, or why it cannot be.
+    start : Callable[[LiveState, Motion], tuple[LiveState, tuple[Notice, ...]]]
+        Begins it.
+
+    Returns
+    -------
+    Answer
+        New state, reply and notices.
+    """
     if isinstance(motion, Refused):
         return s, motion, ()
     s, ends = t.finished(p, s, m.SUPERSEDED, {"by": motion.kind})
@@ -210,7 +242,7 @@ def _home(p: LiveParameters, s: LiveState, request: m.Home) -> Answer:
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         return homing.start(p, s, motion)
 
-    return _begin(p, s, _obstacle(p, s) or motion, start)
+    return begin(p, s, _obstacle(p, s) or motion, start)
 
 
 def _rests(s: LiveState) -> bool:
@@ -219,7 +251,7 @@ def _rests(s: LiveState) -> bool:
 
 
 def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str, replace: Any) -> Answer:
-    refusal = _unready(p, s, replace)
+    refusal = unready(p, s, replace)
     motion = refusal or targets.whole(p, s, position, kind, _rests(s))
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
@@ -231,7 +263,7 @@ def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str, replace: A
         facts["target_counts"] = motion.coarse - s.frame.offset
         return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
 
-    return _begin(p, s, motion, start)
+    return begin(p, s, motion, start)
 
 
 def _move_to(p: LiveParameters, s: LiveState, request: m.MoveTo) -> Answer:
@@ -247,17 +279,17 @@ def _move_by(p: LiveParameters, s: LiveState, request: m.MoveBy) -> Answer:
 
 
 def _move_macro(p: LiveParameters, s: LiveState, request: m.MoveMacro) -> Answer:
-    refusal = _unready(p, s, request.replace)
+    refusal = unready(p, s, request.replace)
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         facts = {"target_counts": motion.coarse - s.frame.offset}
         return moves.start_macro(s, motion, t.MACRO_MOVE, facts)
 
-    return _begin(p, s, refusal or targets.coarse(s, request.counts), start)
+    return begin(p, s, refusal or targets.coarse(s, request.counts), start)
 
 
 def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer:
-    refusal = _unready(p, s, request.replace)
+    refusal = unready(p, s, request.replace)
     if refusal is None and not _rests(s):
         refusal = Refused("the carriage is moving", "stop it first")
 
@@ -265,7 +297,7 @@ def _move_micro(p: LiveParameters, s: LiveState, request: m.MoveMicro) -> Answer
         facts = {"micro_mm": motion.fine * 1e3, "target_m": carriage(p, s) + motion.fine}
         return moves.start_micro(s, motion, t.MICRO_MOVE, facts)
 
-    return _begin(p, s, refusal or targets.contraction(s, request.position), start)
+    return begin(p, s, refusal or targets.contraction(s, request.position), start)
 
 
 def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
@@ -287,7 +319,7 @@ def _jog(p: LiveParameters, s: LiveState, request: m.Jog) -> Answer:
             return jog.start_macro(p, s, motion, request.speed)
         return jog.start_micro(s, motion, request.speed)
 
-    return _begin(p, s, motion, start)
+    return begin(p, s, motion, start)
 
 
 def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog) -> Answer:
@@ -304,12 +336,12 @@ def _other_speed(p: LiveParameters, s: LiveState, motion: Motion, request: m.Jog
 
 
 def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
-    refusal = _unready(p, s, False)
+    refusal = unready(p, s, False)
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         return programme.start(s, motion, request.plan)
 
-    return _begin(p, s, refusal or targets.plan(s, request.plan), start)
+    return begin(p, s, refusal or targets.plan(s, request.plan), start)
 
 
 _FAULT = Refused("a fault is latched", "remove its cause and clear it first")

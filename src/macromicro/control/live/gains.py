@@ -43,31 +43,110 @@ def change(
     notices : tuple[Notice, ...]
         What was changed.
     """
-    if busy(s) and p.settings.gains_while_moving != 1:
-        return s, Refused("a motion is under way", "wait for its end, or stop it"), ()
-    new: Control = s.control
-    known = {e.path: e for e in entries(s.control)}
-    done: list[Change] = []
-    pairs = changes if isinstance(changes, tuple) and changes else (None,)
-    for pair in pairs:
-        taken = _taken(known, pair)
-        if isinstance(taken, Refused):
-            return s, taken, ()
-        new = replaced(new, taken.path, taken.new)
-        done.append(taken)
+    if refused := waits(p, s):
+        return s, refused, ()
+    found = taken(s.control, changes, FIXED)
+    if isinstance(found, Refused):
+        return s, found, ()
+    new: Control = found[0]
     most = 2.0 * p.settings.fine.bias_high / p.settings.pitch
     if new.sequence.tolerance > most:
         words = f"sequence.tolerance: {new.sequence.tolerance:g} count is above {most:.0f} count"
         return s, Refused(words, "twice what the micro-stage can make up for"), ()
-    for path, value, accepted in problems(new):
-        return s, Refused(f"{path}: {value} does not fit the others", f"accepted: {accepted}"), ()
+    if refused := unfit(new):
+        return s, refused, ()
     if busy(s) and (new.macro_law, new.micro_law) != (s.control.macro_law, s.control.micro_law):
         return s, Refused("a motion is under way", "change the law when it has ended"), ()
     s = _put(p, s, new)
-    event = t.reported(
-        s, "gains", "set gains", {c.path: {"old": c.old, "new": c.new} for c in done}
-    )
-    return s, Accepted(0, tuple(done)), (event,)
+    return s, Accepted(0, found[1]), (told(s, found[1]),)
+
+
+def waits(p: LiveParameters, s: LiveState) -> Refused | None:
+    """Why no gains can be changed now.
+
+    Parameters
+    ----------
+    p : LiveParameters
+        Parameters of the live machine.
+    s : LiveState
+        State of the live machine.
+
+    Returns
+    -------
+    Refused | None
+        None where they can.
+    """
+    if busy(s) and p.settings.gains_while_moving != 1:
+        return Refused("a motion is under way", "wait for its end, or stop it")
+    return None
+
+
+def taken(
+    control: Any, changes: Any, fixed: tuple[str, ...] = ()
+) -> tuple[Any, tuple[Change, ...]] | Refused:
+    """A set of gains with new values, each within its own bounds.
+
+    Parameters
+    ----------
+    control : Any
+        The gains in force.
+    changes : Any
+        Pairs of a dotted path and a value, or anything that a client sent.
+    fixed : tuple[str, ...], optional
+        Paths that nobody changes live.
+
+    Returns
+    -------
+    tuple[Any, tuple[Change, ...]] | Refused
+        The new set and what differs, or why not.
+    """
+    known = {e.path: e for e in entries(control)}
+    done: list[Change] = []
+    pairs = changes if isinstance(changes, tuple) and changes else (None,)
+    for pair in pairs:
+        one = _taken(known, pair, fixed)
+        if isinstance(one, Refused):
+            return one
+        control = replaced(control, one.path, one.new)
+        done.append(one)
+    return control, tuple(done)
+
+
+def unfit(tree: Any) -> Refused | None:
+    """What in a set of settings does not fit the rest of it.
+
+    Parameters
+    ----------
+    tree : Any
+        With the new values.
+
+    Returns
+    -------
+    Refused | None
+        The first such thing.
+    """
+    for path, value, accepted in problems(tree):
+        return Refused(f"{path}: {value} does not fit the others", f"accepted: {accepted}")
+    return None
+
+
+def told(s: LiveState, done: tuple[Change, ...]) -> Notice:
+    """The event of new gains.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    done : tuple[Change, ...]
+        What was changed.
+
+    Returns
+    -------
+    Notice
+        With the old and new values.
+    """
+    facts = {c.path: {"old": c.old, "new": c.new} for c in done}
+    return t.reported(s, "gains", "set gains", facts)
 
 
 def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
@@ -92,13 +171,13 @@ def _parked(s: LiveState) -> bool:
     return s.mode in (m.HOLDING, m.MOVING_MICRO) and not isinstance(s.work, Running)
 
 
-def _taken(known: dict[str, Entry], pair: Any) -> Change | Refused:
+def _taken(known: dict[str, Entry], pair: Any, fixed: tuple[str, ...]) -> Change | Refused:
     """One change, checked."""
     if not isinstance(pair, tuple) or len(pair) != 2:
         return Refused("this names no setting and its value", LIST)
     path, value = pair
     entry = known.get(path) if isinstance(path, str) else None
-    if path in FIXED:
+    if path in fixed:
         return Refused(f"{path} follows from the machine", "set it in the settings file")
     if entry is None:
         return Refused(f"{shown(path)} is no setting of the controller", LIST)

@@ -10,7 +10,7 @@ Positions are in m of the encoder's own frame, as in `Course`; those of `LiveSta
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from macromicro.control import arrival
 from macromicro.control.arrival import TICK
@@ -37,6 +37,7 @@ from macromicro.control.live.state import Approach, Braking, Jogged, LiveState, 
 from macromicro.types import Sample
 
 Step = tuple[LiveState, Guided, tuple[Notice, ...]]
+Work = Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]
 
 
 def step(
@@ -47,6 +48,7 @@ def step(
     sample: Sample,
     dt: float,
     look: Look = survey.look,
+    works: Mapping[type, Work] | None = None,
 ) -> tuple[LiveState, Guided, Course, tuple[Notice, ...]]:
     """One control period of the live machine.
 
@@ -66,6 +68,8 @@ def step(
         Control period, s.
     look : Look, optional
         As of `machine.step`.
+    works : Mapping[type, Work] | None, optional
+        How each kind of motion is carried out; None: `WORKS`.
 
     Returns
     -------
@@ -85,7 +89,7 @@ def step(
     if not g.on:  # the law begins where the stage is
         g = Guided(REST._replace(position=place), on=True, restart=g.restart + 1)
     notices: tuple[Notice, ...] = ()
-    work = None if s.work is None else _WORKS.get(type(s.work))
+    work = None if s.work is None else (WORKS if works is None else works).get(type(s.work))
     if work is not None:
         s, g, notices = work(p, q, s, g, place, dt)
     else:
@@ -133,11 +137,10 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
     g, late = led(q, g, motion.id, goal, s.time, dt)
     if late < 0.0:
         return s, g, ()
-    inside = arrival.since(q.arrival, goal - place, g.inside, s.time)
-    g = g._replace(inside=inside)
+    g, there = reached(q, g, goal, place, s.time)
     unit = p.settings.place
     found = {f"error_{unit.fine}": (goal - place) * unit.fines, "seconds": s.time - motion.began}
-    if arrival.arrived(q.arrival, inside, s.time):
+    if there:
         s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)
         return s, g, (event, *notices)
@@ -145,6 +148,33 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
         s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
         return s, g, notices
     return s, g, ()
+
+
+def reached(q: Guide, g: Guided, goal: float, place: float, now: float) -> tuple[Guided, bool]:
+    """Whether a stage has arrived at the end of a profile.
+
+    Parameters
+    ----------
+    q : Guide
+        What leads the stage.
+    g : Guided
+        State of the set point.
+    goal : float
+        m.
+    place : float
+        Where the stage is, m.
+    now : float
+        s.
+
+    Returns
+    -------
+    guided : Guided
+        New state.
+    there : bool
+        Within the tolerance for long enough.
+    """
+    inside = arrival.since(q.arrival, goal - place, g.inside, now)
+    return g._replace(inside=inside), arrival.arrived(q.arrival, inside, now)
 
 
 def slow_down(
@@ -254,7 +284,7 @@ def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: 
     return s, g, ()
 
 
-_WORKS: dict[type, Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]] = {
+WORKS: dict[type, Work] = {
     Approach: follow,
     Braking: slow_down,
     Jogged: jog,

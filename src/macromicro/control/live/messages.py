@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 from macromicro.control.live import parameters
 from macromicro.control.live.parameters import SoftLimits
-from macromicro.control.supervisor import Plan
 
 (
     DISABLED,
@@ -195,18 +194,19 @@ class Programme(NamedTuple):
 
     Attributes
     ----------
-    plan : Plan
-        Macro targets in counts of the homed frame, micro targets in m.
+    plan : Any
+        Of the two-stage machine `supervisor.Plan`, macro targets in counts of the homed frame,
+        micro targets in m; of a machine of one stage `machines.sequence.Plan`, in m of that frame.
     client : str
         Who sent it.
     """
 
-    plan: Plan
+    plan: Any
     client: str = ""
 
 
 class SetGains(NamedTuple):
-    """New values of settings of `control.settings.Control`, all or none of them.
+    """New values of gains (of `control.settings.Control`, or of a machine's law), all or none.
 
     Attributes
     ----------
@@ -293,7 +293,7 @@ class Change(NamedTuple):
     Attributes
     ----------
     path : str
-        Dotted path within `Control`.
+        Dotted path within the gains.
     old : float | int | str
         Value before, in the stored unit.
     new : float | int | str

@@ -61,9 +61,10 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
 def _raw(plan: Plan, offset: float) -> Plan:
     """The plan with raw counts, as plain numbers: interpreted, they are faster than arrays."""
     target = plan.target + (plan.stage == moves.MACRO) * offset
-    listed: Any = [a.tolist() for a in (plan.start, plan.stage, target, plan.hold)]
-    start, stage, goal, hold = listed
-    return Plan(start, stage, goal, hold, float(plan.end))
+    columns = (plan.start, plan.stage, target, plan.hold, plan.velocity, plan.acceleration)
+    listed: Any = [a.tolist() for a in columns]
+    start, stage, goal, hold, velocity, acceleration = listed
+    return Plan(start, stage, goal, hold, float(plan.end), velocity, acceleration)
 
 
 def step(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from macromicro.control import macro, settings
 from macromicro.control.live import survey
@@ -299,7 +299,28 @@ class Running(NamedTuple):
     cut_off: Evidence | None
 
 
-Work = Approach | Settle | Search | Jogged | Braking | Running
+class Played(NamedTuple):
+    """A programme of a stage that is led by set points.
+
+    Attributes
+    ----------
+    plan : Any
+        Moves and their profiles, in m of the homed frame.
+    progress : Any
+        State of their sequence.
+    start : float
+        When it began, s; NaN: the stage is on its way to where it begins.
+    cut_off : Evidence | None
+        What the first move cut off lacked, if any.
+    """
+
+    plan: Any
+    progress: Any
+    start: float
+    cut_off: Evidence | None
+
+
+Work = Approach | Settle | Search | Jogged | Braking | Running | Played
 
 
 class Trouble(NamedTuple):

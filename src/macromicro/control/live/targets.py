@@ -283,11 +283,12 @@ def plan(s: LiveState, plan: Any) -> Motion | Refused:
 
 
 def _misshapen(plan: Any) -> Refused | None:
-    if not isinstance(plan, Plan) or not all(_column(a) for a in plan[:4]):
+    if not isinstance(plan, Plan) or not all(_column(a) for a in (*plan[:4], *plan[5:])):
         return Refused("this is no programme with moves", _LOAD)
     if plan.stage.dtype.kind not in "iu" or not plan.stage.size:
         return Refused("this is no programme with moves", _LOAD)
-    if any(a.shape != plan.stage.shape for a in plan[:4]):
+    rates = [a for a in plan[5:] if a.size]
+    if any(a.shape != plan.stage.shape for a in (*plan[:4], *rates)) or len(rates) == 1:
         return Refused("the programme's columns differ in length", "give one value per move")
     return None
 

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
 
 
 T = Role("t", "time", ("t", "time"), ("s",))
-U = Role("u", "drive voltage", ("u", "motor", "voltage", "volts", "v", "input", "vir"), ("V",))
+U = Role(
+    "u", "drive voltage", ("u", "U", "motor", "voltage", "volts", "v", "V", "input", "vir"), ("V",)
+)
 X = Role(
     "x",
     "position",
-    ("x", "macro_position", "position", "pos", "qm", "q"),
+    ("x", "X", "macro_position", "position", "pos", "qm", "q"),
     ("counts", "m", "rad"),
 )
 ROLES = (T, U, X, RUN)

@@ -23,13 +23,13 @@ T = Role("t", "time", ("t", "time", "zeit"), ("s",))
 U = Role(
     "u",
     "drive voltage or force",
-    ("u", "motor", "voltage", "volts", "v", "force", "f", "vir", "input"),
+    ("u", "U", "motor", "voltage", "volts", "v", "V", "force", "f", "vir", "input"),
     ("V", "N", "A"),
 )
 X = Role(
     "x",
     "position",
-    ("x", "macro_position", "position", "pos", "qm", "q", "y", "angle"),
+    ("x", "X", "macro_position", "position", "pos", "qm", "q", "y", "Y", "angle"),
     ("m", "rad", "counts"),
 )
 ROLES = (T, U, X, RUN)

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from macromicro.identify.hall import HallFit
 
 
-V = Role("v", "sensor voltage", ("v", "hall_voltage", "hall", "voltage", "sensor", "u"), ("V",))
-X = Role("x", "position by the reference", ("x", "laser", "position", "pos"), ("mm",))
+V = Role(
+    "v", "sensor voltage", ("v", "V", "hall_voltage", "hall", "voltage", "sensor", "u", "U"), ("V",)
+)
+X = Role("x", "position by the reference", ("x", "X", "laser", "position", "pos"), ("mm",))
 ROLES = (V, X, RUN)
 FILE = "hall_calibration.csv"
 LEAST = 50

@@ -27,8 +27,14 @@ if TYPE_CHECKING:
 
 
 T = Role("t", "time", ("t", "time"), ("s",), optional=True)
-U = Role("u", "input", ("u", "thermocouple", "field", "h", "input", "temperature", "voltage"))
-F = Role("f", "output", ("f", "moment", "m", "output", "position", "x", "y", "laser"))
+U = Role(
+    "u",
+    "input",
+    ("u", "U", "thermocouple", "field", "h", "H", "input", "temperature", "T", "voltage"),
+)
+F = Role(
+    "f", "output", ("f", "moment", "m", "M", "output", "position", "x", "X", "y", "Y", "laser")
+)
 CURVE = Role("curve", "which curve a row belongs to", ("curve", "curves"), optional=True)
 ROLES = (T, U, F, CURVE)
 TABLE, SHEET = "table.h5", "table.csv"
@@ -49,12 +55,15 @@ class Options(NamedTuple):
         Grid steps.
     tests : tuple[str, ...]
         Recordings to predict.
+    drift : bool
+        Whether each curve of a MicroMag file is scaled by the calibration before it.
     """
 
     curves: str = "auto"
     shape: str = "monotone"
     smooth: float = 1.0
     tests: tuple[str, ...] = ()
+    drift: bool = False
 
 
 class Errors(NamedTuple):
@@ -181,6 +190,10 @@ def identify(picking: Picking, options: Options) -> Result:
 def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
     """Curves of the files and the units of u and f."""
     if not any(is_forc(file) for file in picking.files):
+        if options.drift:
+            named = printable(picking.files[0], 300)
+            accepted = "a MicroMag file: no other has calibrations between its curves"
+            raise InputError("--drift", named, accepted)
         tables = loaded(picking, ROLES)
         for table in tables:
             railed(table.values["f"], f"{table.file}, f")
@@ -191,7 +204,7 @@ def _found(picking: Picking, options: Options) -> tuple[Found, dict[str, str]]:
         raise InputError("FILE", f"{len(picking.files)} files", "one MicroMag file alone")
     if options.curves not in ("auto", "ascending"):
         raise InputError("--curves", options.curves, "ascending: a MicroMag file has no others")
-    file = read_forc(picking.files[0])
+    file = read_forc(picking.files[0], drift=options.drift)
     cgs = "cgs" in file.settings.get("Units of measure", "").lower()
     units = {"u": "Oe", "f": "emu"} if cgs else {"u": "T", "f": "A*m^2"}
     return Found(file.curves, "ascending", []), units

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 
 T = Role("t", "time", ("t", "time"), ("s",))
-U = Role("u", "input", ("u", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
-Y = Role("y", "output", ("y", "speed", "velocity", "output"), optional=True)
+U = Role("u", "input", ("u", "U", "motor", "voltage", "volts", "input", "force", "vir", "ctrl"))
+Y = Role("y", "output", ("y", "Y", "speed", "velocity", "output"), optional=True)
 X = Role(
     "x",
     "position, to be differentiated",
-    ("x", "macro_position", "position", "pos", "qm", "q"),
+    ("x", "X", "macro_position", "position", "pos", "qm", "q"),
     optional=True,
 )
 ROLES = (T, U, Y, X, RUN)

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 
 T = Role("t", "time", ("t", "time"), ("s",))
-U = Role("u", "heating voltage", ("u", "ctrl", "voltage", "volts", "v", "input"), ("V",))
+U = Role("u", "heating voltage", ("u", "U", "ctrl", "voltage", "volts", "v", "V", "input"), ("V",))
 TEMPERATURE = Role(
     "T",
     "temperature; a position x gives it with --table",
-    ("temperature", "thermocouple", "temp"),
+    ("temperature", "thermocouple", "temp", "T"),
     ("degC",),
 )
-X = Role("x", "position", ("x", "laser", "position", "pos"), ("mm",))
+X = Role("x", "position", ("x", "X", "laser", "position", "pos"), ("mm",))
 _STILL = 0.01  # a rise that changes by less than this part in its last tenth has settled
 
 

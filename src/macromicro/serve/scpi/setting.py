@@ -136,20 +136,16 @@ def _default_gains(call: Call) -> Answer:
 
 
 def _load(call: Call) -> Answer:
-    from macromicro import programme
-    from macromicro.simulate import plan
-
     given, instrument = call.values[0], call.session.instrument
     try:
         if not isinstance(given, str):
             loaded = instrument.programme_of(given, "programme.toml", "programme")
-            call.session.programme = (loaded.title, plan(loaded))
+            call.session.programme = (loaded.title, loaded.plan)
             return None
-        shipped = programme.shipped()
-        if given not in shipped:
-            known = ", ".join(shipped)
+        if given not in instrument.programmes():
+            known = ", ".join(instrument.programmes())
             raise ScpiError(-256, f"{given[:60]}; accepted: {known}, or a block of TOML text")
-        call.session.programme = (given, plan(instrument.programme(shipped[given])))
+        call.session.programme = (given, instrument.shipped(given).plan)
     except InputError as error:
         raise ScpiError(-285, str(error)) from None
     return None
@@ -200,8 +196,8 @@ COMMANDS = (
     ),
     Command(
         "PROGram:CATalog?",
-        lambda call: ",".join(quoted(name) for name in _shipped()),
-        "Programmes that come with the package.",
+        lambda call: ",".join(quoted(name) for name in call.session.instrument.programmes()),
+        "Programmes that come with the machine.",
         answer="names",
     ),
     Command(
@@ -228,9 +224,3 @@ COMMANDS = (
     ),
     Command("PROGram:STATe?", _state, "Is it running?", answer="RUN or STOP"),
 )
-
-
-def _shipped() -> list[str]:
-    from macromicro import programme
-
-    return list(programme.shipped())

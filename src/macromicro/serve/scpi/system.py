@@ -60,7 +60,8 @@ def _event(call: Call) -> Answer:
     first = last - len(events) + 1
     session.event_place = first
     event = events[0]
-    evidence = json.dumps(telling.event(event).evidence, default=str)[:_EVENT_TEXT]
+    told = telling.event(event, session.instrument.settings.controller)
+    evidence = json.dumps(told.evidence, default=str)[:_EVENT_TEXT]
     words = (event.kind, event.from_mode, event.to_mode, event.cause, evidence)
     return f"{first + 1},{number(event.time)}," + ",".join(map(quoted, words))
 

@@ -67,6 +67,7 @@ class Control:
     def __init__(self, machine: Machine, tree: Any, kind: Kind, number: int) -> None:
         self._law, self._tree, self._number = machine.law, tree, number
         self.place = machine.kind.place
+        self._gains = gains(tree)
         self.dt = float(tree.timing.period)
         if machine.touch is not None and not hasattr(gains(tree), "limit"):
             accepted = (
@@ -85,6 +86,10 @@ class Control:
         self._restart: int | None = None  # the course's, with which the law began
         self.watch: Watch = guarding.fresh()
         self.effort = 0.0  # V, the last that was given
+
+    def take(self, gains: Any) -> None:
+        """Give the law other gains from the next period on; it keeps its memory."""
+        self._gains = gains
 
     def renew(self) -> None:
         """Forget a fault."""
@@ -115,7 +120,7 @@ class Control:
             self._restart, self.effort = None, 0.0
             return self._coast(params, state, noise)
         tree = self._tree
-        gained = gains(tree)
+        gained = self._gains
         if course.effort < math.inf:
             gained = gained._replace(limit=min(gained.limit, course.effort))
         if course.restart != self._restart:

@@ -2,36 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from macromicro.control.live import guided, state
+from macromicro.control.live import accept, gains, guided, state
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import Course, Guide, Guided
-from macromicro.control.live.messages import Notice, Refused, Reply
+from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.state import LiveState, Motion, Played
 from macromicro.control.live.surveying import Surveying
+from macromicro.machines import tree as trees
 from macromicro.serve.live import Live
 from macromicro.serve.persist import Restored
+from macromicro.serve.stage import playing
 from macromicro.types import SAFE, Command, Outputs, Sample
 
-_FROM_FILE = Refused(
-    "the gains of this machine are those of its settings file",
-    "set them there ([controller]), and start again",
-)
-_NO_PROGRAMME = Refused(
-    "this machine takes single moves live", "`macromicro run` runs programmes on it"
-)
+_WORKS = {**guided.WORKS, Played: playing.step}
 _ABSOLUTE = Refused("this machine's sensor is absolute: its place is known", "move it")
 
 
 class Led(Live):
     """A `serve.machine.Machine` whose motions are set points for the law of its stage.
 
-    `course`: what the law is given for the present period.
+    `tree`: settings of the machine; `take`: gives the law new gains; `course`: what the law is
+    given for the present period.
     """
 
-    def __init__(self, parameters: LiveParameters, guide: Guide, dt: float) -> None:
+    def __init__(
+        self,
+        parameters: LiveParameters,
+        guide: Guide,
+        dt: float,
+        tree: Any,
+        take: Callable[[Any], None],
+    ) -> None:
         self._p, self._guide = parameters, guide
+        self._tree, self._take = tree, take
         self._s, self._g = state.begin(parameters), Guided()
         q = parameters.settings
         self._look = Surveying(q.edges, q.pitch, dt)
@@ -54,7 +61,7 @@ class Led(Live):
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         """One control period."""
         self._s, self._g, self.course, notices = guided.step(
-            self._p, self._guide, self._s, self._g, sample, dt, self._look
+            self._p, self._guide, self._s, self._g, sample, dt, self._look, _WORKS
         )
         reference = self.course.aim.position / self._p.settings.pitch
         on = 1.0 if self.course.on else 0.0
@@ -63,17 +70,57 @@ class Led(Live):
     def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
         """A request, between two periods."""
         refused = self._unable(request)
-        return (refused, ()) if refused is not None else super().accept(request)
+        if refused is not None:
+            return refused, ()
+        if isinstance(request, m.SetGains):
+            return self._retune(request)
+        if isinstance(request, m.Programme):
+            self._s, reply, notices = self._programme(request)
+            return reply, tuple(notices)
+        return super().accept(request)
 
     def refusal(self, request: Any) -> Refused | None:
         """Why it would be refused now."""
-        return self._unable(request) or super().refusal(request)
+        refused = self._unable(request)
+        if refused is not None:
+            return refused
+        if isinstance(request, m.SetGains):
+            found = self._retuned(request)
+            return found if isinstance(found, Refused) else None
+        if isinstance(request, m.Programme):
+            reply = self._programme(request)[1]
+            return reply if isinstance(reply, Refused) else None
+        return super().refusal(request)
+
+    def _retune(self, request: m.SetGains) -> tuple[Reply, tuple[Notice, ...]]:
+        """New gains for the law, which keeps its memory."""
+        found = self._retuned(request)
+        if isinstance(found, Refused):
+            return found, ()
+        self._tree, done = found
+        self._take(trees.gains(self._tree))
+        return Accepted(0, done), (gains.told(self._s, done),)
+
+    def _retuned(self, request: m.SetGains) -> tuple[Any, tuple[m.Change, ...]] | Refused:
+        """The settings with other gains, by the rules of a settings file; and what differs."""
+        refused = gains.waits(self._p, self._s)
+        found = refused or gains.taken(trees.gains(self._tree), request.changes)
+        if isinstance(found, Refused):
+            return found
+        tree = self._tree._replace(**{trees.gains_set(self._tree): found[0]})
+        return gains.unfit(tree) or (tree, found[1])
+
+    def _programme(self, request: m.Programme) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
+        s, plan = self._s, request.plan
+        refused = accept.unready(self._p, s, False)
+
+        def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
+            return playing.start(s, motion, plan)
+
+        found = refused or playing.motion(s, plan, self._p.settings.pitch, self._p.settings.place)
+        return accept.begin(self._p, s, found, start)
 
     def _unable(self, request: Any) -> Refused | None:
-        if isinstance(request, m.SetGains):
-            return _FROM_FILE
-        if isinstance(request, m.Programme):
-            return _NO_PROGRAMME
         if isinstance(request, m.Home) and not self.searches:
             return _ABSOLUTE
         return None

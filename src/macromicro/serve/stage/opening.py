@@ -121,6 +121,7 @@ def _simulated(settings: StageSettings, seed: int) -> stage_rig.Simulated:
 
 def _live(settings: StageSettings, rig: stage_rig.Simulated | stage_rig.Real) -> live.Led:
     machine, tree = settings.machine, settings.tree
-    made = live.Led(guide.parameters(machine, tree), guide.guide(machine, tree), PERIOD)
+    p, q = guide.parameters(machine, tree), guide.guide(machine, tree)
+    made = live.Led(p, q, PERIOD, tree, rig.control.take)
     rig.source = lambda: made.course
     return made

@@ -19,6 +19,7 @@ from macromicro.schema.text import printable, read_toml
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.stage import guide
 from macromicro.serve.stage.control import periods
+from macromicro.serve.stage.programmes import OneStage
 
 _SERVE = "serve"
 
@@ -51,6 +52,11 @@ class StageSettings(NamedTuple):
     def controller(self) -> Any:
         """Gains of its law."""
         return gains(self.tree)
+
+    @property
+    def programmes(self) -> OneStage:
+        """What clients may run."""
+        return OneStage(self.tree)
 
     def kept_as(self, rig: str) -> str:
         """What the position file calls this machine: with other settings it is another one."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from macromicro import __version__, programme
+from macromicro import __version__
 from macromicro.hysteresis.table import FodTable
 from macromicro.serve.client import Dispatcher
 from macromicro.serve.guesses import Token
@@ -35,7 +35,7 @@ class Context:
         self.sessions = Sessions(self.instrument, self.dispatcher)
         self.orders = Orders(self.instrument)
         self.recordings = Downloads(station, folder)
-        two = isinstance(station.settings, LiveSettings)  # others take single moves live
+        two = isinstance(station.settings, LiveSettings)
         self.about: dict[str, Any] = {
             "version": __version__,
             "rig": station.rig,
@@ -44,7 +44,7 @@ class Context:
             "stages": list(station.stages),
             "limits": reporting.limits(station.settings),
             "units": list(units(station.settings.live.place)),
-            "programmes": list(programme.shipped()) if two else [],
+            "programmes": list(self.instrument.programmes()),
             "channels": list(bins.CHANNELS),
             "spans": list(bins.SPANS),
             "jog_s": bounds.jog,

@@ -76,7 +76,7 @@ class Hub:
         self._seen, events = self.station.events(self._seen)
         for event in events:
             # Ends come before the events behind them; whoever is late is not reordered.
-            self._note(reporting.event(self._newest + 1, event))
+            self._note(reporting.event(self._newest + 1, event, self.control))
             if event.kind == "loop" and event.cause == "started":
                 self._motion = 1
         self.control = self._instrument.control()

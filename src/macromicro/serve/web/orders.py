@@ -7,18 +7,16 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from macromicro import programme
 from macromicro.control.live import messages as m
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
-from macromicro.control.supervisor import Plan
 from macromicro.errors import InputError
 from macromicro.place import LENGTH, Place
 from macromicro.schema.par import entries, finite
 from macromicro.serve import telling
 from macromicro.serve.instrument import Instrument
+from macromicro.serve.programmes import Planned
 from macromicro.serve.requests import KINDS, Field, RequestType
-from macromicro.simulate import plan
 from macromicro.units import size
 
 
@@ -106,21 +104,21 @@ class Orders:
         return _read(KINDS[what], order, self._instrument.place)
 
     def _shipped(self, order: dict[str, Any]) -> m.Request:
-        name, shipped = text(order, "name"), programme.shipped()
-        if name not in shipped:
-            raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(shipped)}")
-        return m.Programme(_planned(lambda: self._instrument.programme(shipped[name])))
+        name, known = text(order, "name"), self._instrument.programmes()
+        if name not in known:
+            raise Refusal(f"there is no programme {name!r:.60}", f"one of {', '.join(known)}")
+        return m.Programme(_planned(lambda: self._instrument.shipped(name)).plan)
 
-    def programme(self, text: str, name: str) -> Plan:
-        """The plan of a programme in a file `name`. Raises `Refusal` with the line or the move
-        that is wrong."""
+    def programme(self, text: str, name: str) -> Planned:
+        """The programme in a file `name`. Raises `Refusal` with the line or the move that is
+        wrong."""
         data = text.encode("utf-8")
         return _planned(lambda: self._instrument.programme_of(data, name))
 
 
-def _planned(load: Callable[[], programme.Programme]) -> Plan:
+def _planned(load: Callable[[], Planned]) -> Planned:
     try:
-        return plan(load())
+        return load()
     except InputError as error:
         raise Refusal(str(error), "correct it, or change the soft limits") from None
 

@@ -58,9 +58,9 @@ def state(
     return found
 
 
-def event(number: int, event: Event) -> dict[str, Any]:
-    """An event as the page's list shows it."""
-    found: dict[str, Any] = plain({"event": number, **telling.event(event)._asdict()})
+def event(number: int, event: Event, control: Any) -> dict[str, Any]:
+    """An event as the page's list shows it; `control`: gains of the machine."""
+    found: dict[str, Any] = plain({"event": number, **telling.event(event, control)._asdict()})
     return found
 
 

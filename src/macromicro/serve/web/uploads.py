@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from macromicro.control.supervisor import Plan
+from macromicro.serve.programmes import Planned
 from macromicro.serve.web.orders import Refusal, number, text
 
 MOST = 4_000_000  # characters of a programme: some 100,000 rows
@@ -18,11 +18,11 @@ class Upload:
 
     def __init__(self) -> None:
         self.name = ""
-        self.plan: Plan | None = None
+        self.plan: Any = None
         self._pieces: list[str] = []
         self._size = 0
 
-    def take(self, order: dict[str, Any], load: Callable[[str, str], Plan]) -> dict[str, Any]:
+    def take(self, order: dict[str, Any], load: Callable[[str, str], Planned]) -> dict[str, Any]:
         """One piece: `name` of the file, `offset` in characters, `text`, and `last`. `load`
         reads the text of the programme of this name when it is whole.
 
@@ -45,5 +45,6 @@ class Upload:
         if order.get("last") is not True:
             return {"size": self._size}
         whole, self._pieces = "".join(self._pieces), []
-        self.plan = load(whole, name)
-        return {"size": self._size, "moves": int(self.plan.stage.size)}
+        found = load(whole, name)
+        self.plan = found.plan
+        return {"size": self._size, "moves": found.moves}

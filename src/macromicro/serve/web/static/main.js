@@ -55,7 +55,7 @@ function welcome(server) {
   if (length.suit(server.limits)) units();
   plots[0].least = Math.min(0.5, (server.limits.whole_high - server.limits.whole_low) / length.scale / 20);
   for (const line of plots[0].lines) line.splice(3, 2, length.main, Math.max(3, length.finest - 1));
-  points.open(server.rig);
+  points.open(`${server.rig} ${server.model}`.trim(), server.stages.length === 1);
   const simulated = server.model ? "simulated" : "virtual bench";
   $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
   $("login").hidden = server.admitted;

@@ -52,8 +52,9 @@ export class Points {
     $("points-save").addEventListener("click", () => this.save());
   }
 
-  // The points of this rig, as this browser keeps them.
-  open(rig) {
+  // The points of this machine, as this browser keeps them; `alone`: it has one stage.
+  open(rig, alone) {
+    this.alone = alone;
     if (this.rig === rig) return;
     this.rig = rig;
     try { this.list = JSON.parse(localStorage.getItem(this.key) ?? "[]"); } catch { this.list = []; }
@@ -100,7 +101,8 @@ export class Points {
     if (!this.list.length) return this.page.say("There are no points to save. Keep a position first.", true);
     const move = (stage, target, hold) => `[[moves]]\n${stage} = "${target}"\nhold = "${hold}"\n`;
     const text = this.list.map((point) => `# ${point.name.replace(/[^\x20-\x7e]/g, "?")}\n` +
-      move("macro", `${point.macro} counts`, "0.1 s") + move("micro", `${point.micro.toFixed(4)} mm`, "2 s")).join("\n");
+      (this.alone ? move("macro", `${(point.place / length.scale).toFixed(6)} ${length.main}`, "2 s")
+        : move("macro", `${point.macro} counts`, "0.1 s") + move("micro", `${point.micro.toFixed(4)} mm`, "2 s"))).join("\n");
     return download("points.toml", text, "application/toml");
   }
 }

@@ -1,0 +1,174 @@
+"""The live machine of one stage: gains and programmes are taken by the rules of its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.leading import REST, Course, Guided
+from macromicro.control.live.messages import Accepted, Change, Event, Refused
+from macromicro.serve.persist import Restored
+from macromicro.serve.stage import guide, settings
+from macromicro.serve.stage.machine import Led
+from macromicro.serve.stage.rig import Simulated
+from macromicro.types import SAFE, Command
+
+SCREW = Path(__file__).parents[3] / "examples" / "machines" / "screw.toml"
+
+
+class Machine:
+    """A simulated screw under the live machine, its place known."""
+
+    def __init__(self) -> None:
+        found = settings.load(SCREW)
+        assert found is not None
+        self.settings, tree = found, found.tree
+        self.rig = Simulated(found.machine, tree, found.live.pitch, 1e-3, 0)
+        self.led = Led(
+            guide.parameters(found.machine, tree),
+            guide.guide(found.machine, tree),
+            1e-3,
+            tree,
+            self.rig.control.take,
+        )
+        self.rig.source = lambda: self.led.course
+        self.led.begin(self.rig.read(), Restored(True, 0.0, "known"))
+        self.notices: list[Any] = []
+        self.run(2)
+        assert self.ask(m.Enable()) == Accepted(0)
+        self.run(2)
+
+    def run(self, periods: int) -> None:
+        for _ in range(periods):
+            self.notices += self.led.step(self.rig.read(), 1e-3)[2]
+            self.rig.clock.wait(1e-3)
+
+    def ask(self, request: Any) -> m.Reply:
+        reply, notices = self.led.accept(request)
+        self.notices += notices
+        return reply
+
+
+@pytest.fixture(scope="module")
+def screw() -> Machine:
+    return Machine()
+
+
+def test_new_gains_are_the_laws_from_the_next_period_on(screw: Machine) -> None:
+    was = screw.settings.controller.position
+    law, seen = screw.rig.control, []
+    whole = law._period
+    law._period = lambda params, loop, *rest: (seen.append(loop.gains), whole(params, loop, *rest))[
+        1
+    ]
+    screw.run(1)
+    memory = law._memory
+    change = m.SetGains((("position", 0.5 * was), ("notch.depth", 0.25)))
+    assert screw.led.refusal(change) is None and seen[-1].position == was
+    assert screw.ask(change) == Accepted(
+        0, (Change("position", was, 0.5 * was), Change("notch.depth", 0.1, 0.25))
+    )
+    assert law._memory is memory
+    screw.run(1)
+    assert seen[-1].position == 0.5 * was and seen[-1].notch.depth == 0.25
+    told = [n for n in screw.notices if isinstance(n, Event) and n.kind == "gains"]
+    assert told[-1].evidence["position"] == {"old": was, "new": 0.5 * was}
+    screw.ask(m.SetGains((("position", was), ("notch.depth", 0.1))))
+    screw.run(1)
+    assert seen[-1] == screw.settings.controller
+
+
+@pytest.mark.parametrize("changes", [
+    (), None, (("nothing", 1.0),), (("position", -1.0),), (("position", "1"),),
+    (("velocity", 1e6),), (("controller.position", 1.0),),
+])  # fmt: skip
+def test_gains_that_a_file_may_not_have_change_nothing(screw: Machine, changes: Any) -> None:
+    reply = screw.ask(m.SetGains(changes))
+    assert isinstance(reply, Refused) and reply.reason and reply.remedy
+    assert screw.led.refusal(m.SetGains(changes)) == reply
+    assert screw.rig.control._gains == screw.settings.controller
+
+
+def test_a_velocity_loop_that_the_delays_do_not_allow_is_told_with_the_rule(
+    screw: Machine,
+) -> None:
+    reply = screw.ask(m.SetGains((("velocity", 1e6),)))
+    assert isinstance(reply, Refused)
+    assert "controller.velocity" in reply.reason and "timing.delay" in reply.remedy
+
+
+def test_gains_and_programmes_wait_for_the_end_of_a_motion() -> None:
+    screw = Machine()
+    plan = screw.settings.programmes.named("usual", screw.settings.live.limits).plan
+    assert isinstance(screw.ask(m.MoveTo(0.05)), Accepted)
+    screw.run(20)
+    for request in (m.SetGains((("position", 1.0),)), m.Programme(plan)):
+        reply = screw.ask(request)
+        assert isinstance(reply, Refused) and reply.reason == "a motion is under way"
+        assert screw.led.refusal(request) == reply
+
+
+def test_a_programme_follows_its_plan_and_is_refused_where_it_leads_too_far() -> None:
+    screw = Machine()
+    plan = screw.settings.programmes.named("usual", screw.settings.live.limits).plan
+    assert screw.led.refusal(m.Programme(plan)) is None
+    reply = screw.ask(m.Programme(plan._replace(target=plan.target + 0.1)))
+    assert isinstance(reply, Refused) and "soft limits" in reply.reason
+    assert isinstance(screw.led.refusal(m.Programme(None)), Refused)
+    assert screw.ask(m.Programme(plan)) == Accepted(1)
+    screw.run(4000)
+    (end,) = [n for n in screw.notices if isinstance(n, m.Finished)]
+    assert (end.id, end.outcome) == (1, m.DONE)
+    tolerance = screw.settings.tree.arrival.tolerance
+    assert screw.rig.read().encoder * screw.rig.pitch == pytest.approx(0.0, abs=tolerance)
+
+
+def test_without_trust_no_programme_begins() -> None:
+    screw = Machine()
+    plan = screw.settings.programmes.named("usual", screw.settings.live.limits).plan
+    screw.led.begin(screw.rig.read(), Restored(False, float("nan"), "unknown"))
+    screw.run(2)
+    screw.ask(m.Enable())
+    screw.run(2)
+    reply = screw.ask(m.Programme(plan))
+    assert isinstance(reply, Refused) and "home" in f"{reply.reason} {reply.remedy}"
+
+
+def test_a_command_tells_the_set_point_in_counts() -> None:
+    screw = Machine()
+    assert isinstance(screw.ask(m.MoveTo(0.01)), Accepted)
+    screw.run(4000)
+    command, outputs, _ = screw.led.step(screw.rig.read(), 1e-3)
+    assert command == Command(6000.0, 1.0, 0.0, 0.0, 0.0) and outputs == SAFE  # of 1.67 um each
+    place = screw.led.course.aim.position
+    assert place == pytest.approx(0.01, abs=1e-9)
+    assert screw.led.course.aim == REST._replace(position=place)
+    screw.ask(m.Disable())
+    command, _, _ = screw.led.step(screw.rig.read(), 1e-3)
+    assert command.macro_active == 0.0
+
+
+def test_before_the_first_period_and_anew_nothing_is_led() -> None:
+    screw = Machine()
+    assert screw.led.course.on
+    screw.led.begin(screw.rig.read(), Restored(True, 0.0, "known"))
+    assert screw.led.course == Course() and screw.led._g == Guided()
+    found, tree = screw.settings, screw.settings.tree
+    lead = guide.guide(found.machine, tree)
+    fresh = Led(guide.parameters(found.machine, tree), lead, 1e-3, tree, lambda gains: None)
+    assert fresh.course == Course() and fresh.view().mode == m.DISABLED
+
+
+def test_homing_is_for_a_sensor_that_counts(screw: Machine) -> None:
+    assert screw.led.searches and screw.led.refusal(m.Home()) is None
+    tree, found = screw.settings.tree, screw.settings
+    sure = guide.guide(found.machine, tree)._replace(touch=None)
+    led = Led(guide.parameters(found.machine, tree), sure, 1e-3, tree, lambda gains: None)
+    led.begin(screw.rig.read(), Restored(False, float("nan"), "unknown"))
+    reply, notices = led.accept(m.Home())
+    assert isinstance(reply, Refused) and "absolute" in reply.reason and notices == ()
+    assert led.view().trusted == 1.0 and led._s.frame.carriage is False
+    assert led.accept(m.Stop())[0] == Accepted(0)
