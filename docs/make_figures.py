@@ -1,6 +1,6 @@
 """Draws docs/figures/integrated-run.png, the README's figure, from a run of the default
-programme (the counterpart of Figure 6.2), and docs/figures/motion-profile.png, a profile and
-how the carriage follows it.
+programme (the counterpart of Figure 6.2), docs/figures/motion-profile.png, a profile and how the
+carriage follows it, and docs/figures/xy-path.png, the usual moves of two axes in the plane.
 
     python docs/make_figures.py
 """
@@ -18,14 +18,18 @@ from macromicro import api
 from macromicro.arrays import Array
 from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thinned
+from macromicro.machines.joint import course, machine, planning, runs
 from macromicro.motion import Trajectory, s_curve, trapezoid
 from macromicro.programme import follow
 from macromicro.recording import Recording
+from macromicro.report import joint_figures
 from macromicro.settings import Settings
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 PICTURE = FIGURES / "integrated-run.png"
 PROFILE = FIGURES / "motion-profile.png"
+PATH = FIGURES / "xy-path.png"
+PLOTTER = Path(__file__).resolve().parents[1] / "examples" / "machines" / "xy-plotter.toml"
 SET_POINT = 32  # the move to 3.0 mm after the seventh macro move
 PITCH = 1e3 * Settings().sensors.encoder.pitch
 
@@ -101,11 +105,20 @@ def draw_profile() -> Figure:
     return figure
 
 
+def draw_path() -> Figure:
+    """The usual moves of the example of two axes, the distance from the path magnified."""
+    made, settings = machine.load(PLOTTER)
+    plan = planning.plan(course.usual(settings), settings)
+    run = runs.record(made, settings, plan).recording
+    return joint_figures.path(run, plan, settings.path.tolerance).figure
+
+
 def main() -> None:
-    """Run the default programme and a profile, and write the pictures."""
+    """Run the default programme, a profile and two axes, and write the pictures."""
     FIGURES.mkdir(parents=True, exist_ok=True)
     PICTURE.write_bytes(encoded(draw(api.run())))
     PROFILE.write_bytes(encoded(draw_profile()))
+    PATH.write_bytes(encoded(draw_path()))
 
 
 if __name__ == "__main__":

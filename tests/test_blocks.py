@@ -75,6 +75,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "$ nc": TESTED + "tests/serve/stage/test_served.py, such",
         "macromicro sweep examples": TESTED + "tests/sweep/test_command.py",
     },
+    "docs/xy.md": {
+        "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
+        "macromicro robust --config": TESTED + "tests/robustness/test_joint.py",
+    },
     "docs/recording.md": {"n = double(h5read": "MATLAB"},
     "docs/reproduce.md": {
         "macromicro reproduce --only kiln --json -": TESTED + "tests/test_cli_reproduce.py",
@@ -120,6 +124,7 @@ FILES = {
     "docs/machines.md": ("machine.toml", "turntable.toml"),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml",),
+    "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),
     "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
 }
 # Commands that a page needs before its blocks, as it says in words.
@@ -237,8 +242,9 @@ def python(code: str, folder: Path) -> str:
 
 
 def command(words: str, folder: Path) -> None:
-    """A command of the package, with patterns of files as a shell would give them."""
+    """A command of the package, with patterns of files and ` > file` as a shell has them."""
     given: list[str] = []
+    words, _, kept = words.partition(" > ")
     for word in shlex.split(words):
         paths = sorted(str(p.relative_to(folder)) for p in folder.glob(word)) if "*" in word else []
         given += paths or [word]
@@ -247,6 +253,8 @@ def command(words: str, folder: Path) -> None:
         cwd=folder, capture_output=True, text=True, timeout=600, check=False,
     )  # fmt: skip
     assert done.returncode == 0, f"{words}: {done.stderr}"
+    if kept:
+        (folder / kept).write_text(done.stdout, encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -50,13 +50,14 @@ def test_bench_page_lists_every_parameter(maker: ModuleType) -> None:
 
 
 def test_the_figures_can_be_drawn_anew() -> None:
-    """docs/make_figures.py has what it imports, and both of its pictures are there."""
+    """docs/make_figures.py has what it imports, and its pictures are there."""
     spec = importlib.util.spec_from_file_location("make_figures", DOCS / "make_figures.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert module.PICTURE.is_file() and module.PROFILE.is_file()
+    assert module.PICTURE.is_file() and module.PROFILE.is_file() and module.PATH.is_file()
     assert len(module.draw_profile().axes) == 4
+    assert len(module.draw_path().axes) == 1
 
 
 def test_recording_page_names_every_column() -> None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="macromicro",
-    help="Design, simulate, identify, tune and run positioners: two-stage, axis, piezo, wire.",
+    help="Design, simulate, identify, tune and run positioners: two-stage, axis, xy, piezo, wire.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -86,7 +86,7 @@ def options(
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """Design, simulate, identify, tune and run positioners: two-stage, axis, piezo, wire."""
+    """Design, simulate, identify, tune and run positioners: two-stage, axis, xy, piezo, wire."""
 
 
 @app.command()
@@ -136,7 +136,8 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     The thesis' integrated test (Chapter 6) runs if no programme is named. On replay:FILE nothing
     moves: controller and guard see the sensors of that recording, to its end. On a rig of your own
     what will move is said and asked for first. A file of settings that begins with
-    machine = "axis" is that of one motor-driven axis (docs/machines.md).
+    machine = "axis" is that of one motor-driven axis (docs/machines.md), machine = "xy" of two
+    with coordinated motion (docs/xy.md).
     """
     from macromicro.drawing.files import formats
 
@@ -219,15 +220,33 @@ def config_show(
         str, typer.Option(metavar="NAME", help="Of this machine, such as axis.")
     ] = "two_stage",
     law: Law = None,
+    axis: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="One axis of the machine xy, x or y, as a file of the machine axis.",
+            show_default=False,
+        ),
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(help="With --axis: the file of the machine xy.", show_default=False),
+    ] = None,
 ) -> None:
     """Print the default settings as TOML, with units, meaning and source.
 
     With --law MODULE:LAW the gains of that law are there, as `controller.own`.
     `live` and `serve`, the tables that only the live machine has, are printed by their names.
     """
+    from macromicro.errors import InputError
     from macromicro.schema.config import as_toml
     from macromicro.settings import Settings, chosen
 
+    if axis is not None:
+        machine_run.show_axis(config, axis)
+        return
+    if config is not None:
+        raise InputError("--config", str(config), "a file beside --axis x or --axis y alone")
     if machine != "two_stage":
         machine_run.show(machine, key, law)
         return

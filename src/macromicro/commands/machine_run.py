@@ -1,4 +1,4 @@
-"""``run`` and ``config show`` for the machines of one stage."""
+"""``run`` and ``config show`` for the machines of one stage and of two axes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,14 @@ def other(config: Path) -> bool:
     """Whether a settings file names another machine than the thesis' two-stage one."""
     from macromicro.machines.machine import chosen
 
-    return chosen(config) is not None
+    return is_joint(config) or chosen(config) is not None
+
+
+def is_joint(config: Path) -> bool:
+    """Whether a settings file names the machine of two axes."""
+    from macromicro.machines.joint import machine
+
+    return machine.is_joint(config)
 
 
 def refuse(*, fan: bool, rig: str) -> None:
@@ -28,39 +35,53 @@ def refuse(*, fan: bool, rig: str) -> None:
 
 
 def run(asked: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
-    """Run a programme on a machine of one stage, into its folder."""
-    from macromicro.machines import job as experiment
+    """Run a programme on a machine of one stage or of two axes, into its folder."""
+    from macromicro.machines.job import Request
     from macromicro.runs.folder import held
 
-    job = experiment.check(experiment.Request(*asked))
-    with held(job.out, overwrite=job.request.overwrite, names=experiment.FILES):
-        _run(job, as_json, signals)
+    rooms = _rooms(asked[0])
+    job = rooms[0].check(Request(*asked))
+    with held(job.out, overwrite=job.request.overwrite, names=rooms[0].FILES):
+        _run(job, rooms, as_json, signals)
 
 
-def _run(job: Any, as_json: bool, signals: Signals) -> None:
+def _rooms(config: Path) -> tuple[Any, Any, Any]:
+    """What runs and what tells of the machine that a file names: its job, runs and report."""
+    if is_joint(config):
+        from macromicro.machines.joint import job as joint_job
+        from macromicro.machines.joint import runs as joint_runs
+        from macromicro.report import joint
+
+        return joint_job, joint_runs, joint
+    from macromicro.machines import job, runs
+    from macromicro.report import stage
+
+    return job, runs, stage
+
+
+def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals) -> None:
     from datetime import datetime
 
-    from macromicro.machines import job as experiment
-    from macromicro.machines import runs
-    from macromicro.report import stage, terminal
+    from macromicro.report import terminal
     from macromicro.report.summary import as_json as to_json
     from macromicro.runs.job import Stop
 
+    experiment, runs, report = rooms
     if not runs.is_compiled():
-        print("compiling the machine, once, about 5 s", file=sys.stderr)
+        print("compiling the machine, once, about 10 s", file=sys.stderr)
     runs.compile_machine(job.machine, job.settings, job.plan)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-    with terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}") as report:
+    with terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}") as pace:
 
         def step(t: float, move: int) -> None:
-            report(t, move)
+            pace(t, move)
             if signals.received:
                 raise Stop
 
         ended = experiment.execute(job, step)
     try:
-        content = stage.write(ended, started)
+        content = report.write(ended, started)
     except OSError as error:
         reason = error.strerror or str(error)
         said = f"the report could not be written: {reason}; the recording is in {job.out}"
@@ -69,9 +90,9 @@ def _run(job: Any, as_json: bool, signals: Signals) -> None:
     if as_json:
         print(to_json(content), end="")
     else:
-        terminal.show_lines(stage.HEADINGS, stage.table(ended), stage.remarks(ended))
+        terminal.show_lines(report.HEADINGS, report.table(ended), report.remarks(ended))
         print(f"results: {job.out}")
-    problems = stage.problems(ended)
+    problems = report.problems(ended)
     if problems:
         print(f"macromicro: {'; '.join(problems)}", file=sys.stderr)
     if problems or signals.received:
@@ -80,10 +101,28 @@ def _run(job: Any, as_json: bool, signals: Signals) -> None:
 
 def show(name: str, key: str | None, law: str | None) -> None:
     """Print a machine's default settings."""
-    from macromicro.machines.machine import as_toml, named
+    from macromicro.machines.joint import machine as joint
+    from macromicro.machines.joint.settings import DEFAULT
+    from macromicro.machines.machine import JOINT, as_toml, named
     from macromicro.machines.tree import joined
 
+    if name == JOINT:
+        if law is not None:
+            raise InputError("--law", law, "nothing: each axis has its own, x.law and y.law")
+        print(joint.as_toml(DEFAULT, key), end="")
+        return
     machine = named(name, "--machine")
     assert machine is not None  # the two-stage machine is shown elsewhere
     settings = machine.settings if law is None else joined(machine.settings, law, "--law")
     print(as_toml(machine, settings, key), end="")
+
+
+def show_axis(config: Path | None, axis: str) -> None:
+    """Print one axis of a machine of two as settings of the machine `axis`."""
+    from macromicro.machines.joint import machine as joint
+    from macromicro.machines.joint.settings import AXES, DEFAULT
+
+    if axis not in AXES:
+        raise InputError("--axis", axis, f"{' or '.join(AXES)}")
+    settings = DEFAULT if config is None else joint.load(config)[1]
+    print(joint.alone(settings, axis), end="")

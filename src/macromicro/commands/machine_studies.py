@@ -1,13 +1,14 @@
-"""``tune`` and ``robust`` for the machines of one stage."""
+"""``tune`` and ``robust`` for the machines of one stage and of two axes."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import typer
 
+from macromicro.commands import machine_run
 from macromicro.commands.signals import Signals
 from macromicro.errors import InputError
 
@@ -34,9 +35,11 @@ def only(given: dict[str, object], name: str) -> None:
 
 
 def name_of(config: Path) -> str:
-    """The machine that a file names, which is one of one stage."""
-    from macromicro.machines.machine import chosen
+    """The machine that a file names, which is not the two-stage one."""
+    from macromicro.machines.machine import JOINT, chosen
 
+    if machine_run.is_joint(config):
+        return JOINT
     machine = chosen(config)
     assert machine is not None  # the two-stage machine has commands of its own
     return machine.name
@@ -49,49 +52,69 @@ def tune(
     from macromicro.batch import cores
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
-    from macromicro.machines import planning
-    from macromicro.machines.machine import load
     from macromicro.report.summary import as_json as to_json
     from macromicro.runs import folder
     from macromicro.schema import keys
     from macromicro.tuning import stage as tuning
-    from macromicro.tuning import stage_files as told
 
     kinds = formats(asked.figures)
-    machine, settings = load(asked.config, asked.law)
-    if stage not in (machine.kind.name, machine.name, "macro"):
-        raise InputError("stage", stage, f"{machine.kind.name} for this machine")
-    aim = tuning.named(objective, machine.kind.place)
+    pick = _tuned_pair if machine_run.is_joint(asked.config) else _tuned_stage
+    names, search, told = pick(asked)
+    if stage not in names:
+        raise InputError("stage", stage, f"{names[0]} for this machine")
+    aim = tuning.named(objective)
     keys.seed(asked.seed, "--seed")
     keys.whole(evaluations, 10, 1_000_000, "--evaluations")
-    plan = planning.plan(planning.usual(settings), settings)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
         folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
-        progress(f"{machine.kind.name}, objective {aim.name}", "designs at most") as pace,
+        progress(f"{names[0]}, objective {aim.name}", "designs at most") as pace,
     ):
         pace.begin(evaluations)
 
         def tell(done: int, best: float) -> None:
             pace.reach(done, evaluations, f"least cost {best:.4g}")
 
-        found = tuning.search(
-            machine,
-            settings,
-            plan,
-            aim,
-            tuning.Budget(evaluations, asked.seed, *machines, cores()),
-            tell,
-        )
+        budget = tuning.Budget(evaluations, asked.seed, *machines, cores())
+        found = search(aim, budget, tell)
         signals.later()
         told.write(asked.out, found, kinds)
     if asked.as_json:
         print(to_json(told.content(found)), end="")
         return
-    for name, before, after, unit in told.table(found):
-        print(f"{name:66} {before:12.5g} {after:12.5g} {unit}".rstrip())
+    print("\n".join(told.lines(found)))
     print(f"results: {asked.out}; try: macromicro run --config {asked.out / told.SETTINGS}")
+
+
+def _tuned_stage(asked: Asked) -> tuple[tuple[str, ...], Any, Any]:
+    """Names of what is tuned, its search and its files: of a machine of one stage."""
+    from macromicro.machines import planning
+    from macromicro.machines.machine import load
+    from macromicro.tuning import stage, stage_files
+
+    machine, settings = load(asked.config, asked.law)
+    plan = planning.plan(planning.usual(settings), settings)
+
+    def search(aim: Any, budget: Any, tell: Any) -> Any:
+        aim = stage.named(aim.name, machine.kind.place)
+        return stage.search(machine, settings, plan, aim, budget, tell)
+
+    return (machine.kind.name, machine.name, "macro"), search, stage_files
+
+
+def _tuned_pair(asked: Asked) -> tuple[tuple[str, ...], Any, Any]:
+    """The same of a machine of two axes."""
+    from functools import partial
+
+    from macromicro.machines.joint import course, planning
+    from macromicro.machines.joint.machine import load
+    from macromicro.tuning import joint, joint_files
+
+    only({"--law": asked.law}, name_of(asked.config))
+    machine, settings = load(asked.config)
+    plan = planning.plan(course.usual(settings), settings)
+    return (machine.name,), partial(joint.search, machine, settings, plan), joint_files
 
 
 def robust(
@@ -99,46 +122,33 @@ def robust(
 ) -> None:
     """Try machines that differ from their sheets under the nominal law; `how`: threads, and a file
     of requirements."""
-    from macromicro import programme as programmes
     from macromicro.batch import cores
-    from macromicro.batch.stage_job import metrics
     from macromicro.drawing.bar import progress
     from macromicro.drawing.files import formats
-    from macromicro.machines import planning
-    from macromicro.machines.machine import load
     from macromicro.report.summary import as_json as to_json
-    from macromicro.robustness import requirements
-    from macromicro.robustness import stage as robustness
     from macromicro.robustness import stage_files as told
     from macromicro.runs import folder
     from macromicro.schema import keys
 
     kinds = formats(asked.figures)
-    machine, settings = load(asked.config, asked.law)
     keys.seed(asked.seed, "--seed")
     workers, limits = how
-    required = () if limits is None else requirements.load(limits, metrics(machine.kind.place), ())
-    if programme is None:
-        moves = planning.usual(settings)
-    else:
-        moves = planning.load(programmes.find(programme), settings)
-    plan = planning.plan(moves, settings)
+    pick = _pair if machine_run.is_joint(asked.config) else _stage
+    title, required, study = pick(asked, programme, limits)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (
         Signals() as signals,
         folder.held(asked.out, overwrite=asked.overwrite, names=told.FILES),
     ):
         signals.later()
-        with progress(moves.title, "runs") as pace:
+        with progress(title, "runs") as pace:
             pace.begin(samples + 1)
 
             def done(n: int) -> bool:
                 pace.reach(n, samples + 1)
                 return bool(signals.received)
 
-            found = robustness.study(
-                machine, settings, plan, samples, asked.seed, workers or cores(), done
-            )
+            found = study(samples, asked.seed, workers or cores(), done)
         if not found.found:
             print("macromicro: interrupted; nothing written", file=sys.stderr)
             raise typer.Exit(signals.status)
@@ -153,3 +163,41 @@ def robust(
         said = f"interrupted after {len(found.found)} of {samples} machines"
         print(f"macromicro: {said}", file=sys.stderr)
         raise typer.Exit(signals.status or 1)
+
+
+def _stage(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
+    """Title, requirements and study of a machine of one stage."""
+    from functools import partial
+
+    from macromicro import programme as programmes
+    from macromicro.batch.stage_job import metrics
+    from macromicro.machines import planning
+    from macromicro.machines.machine import load
+    from macromicro.robustness import requirements, stage
+
+    machine, settings = load(asked.config, asked.law)
+    required = () if limits is None else requirements.load(limits, metrics(machine.kind.place), ())
+    if programme is None:
+        moves = planning.usual(settings)
+    else:
+        moves = planning.load(programmes.find(programme), settings)
+    plan = planning.plan(moves, settings)
+    return moves.title, required, partial(stage.study, machine, settings, plan)
+
+
+def _pair(asked: Asked, programme: str | None, limits: Path | None) -> tuple[str, Any, Any]:
+    """The same of a machine of two axes."""
+    from functools import partial
+
+    from macromicro.machines.joint import job, planning
+    from macromicro.machines.joint.machine import load
+    from macromicro.robustness import joint, requirements
+
+    only({"--law": asked.law}, name_of(asked.config))
+    machine, settings = load(asked.config)
+    required = joint.required(settings)
+    if limits is not None:
+        required = requirements.load(limits, joint.METRICS, required)
+    moves = job.chosen(settings, programme)
+    plan = planning.plan(moves, settings)
+    return moves.title, required, partial(joint.study, machine, settings, plan)

@@ -21,7 +21,9 @@ class _Stopped(Exception):
 
 
 def tune(  # noqa: PLR0913, PLR0917 - one for each option
-    stage: Annotated[str, typer.Argument(help="macro or micro; axis for a machine of one stage.")],
+    stage: Annotated[
+        str, typer.Argument(help="macro or micro; axis, xy, ... for another machine.")
+    ],
     objective: Annotated[
         str, typer.Option(metavar="NAME", help="settling, iae or effort.")
     ] = "settling",
@@ -98,7 +100,8 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     """Find better gains for a control law, and say what they are worth on the bench.
 
     With a --config file of a machine of one stage (docs/machines.md) the gains are those of its
-    law, and --objective is settling, error or rest.
+    law, and --objective is settling, error or rest. Of the machine xy (docs/xy.md) each axis is
+    tuned so, and then both for the path.
     """
     if config is not None and machine_run.other(config):
         options: dict[str, object] = {
@@ -107,6 +110,8 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
             "--penalty": penalty,
         }
         options |= {"--route": route if route != "optimise" else None}
+        if machine_run.is_joint(config):
+            options |= {"--robust": robust}
         if not robust:
             options |= {"--benches": benches, "--held-out": held_out}
         machine_studies.only(options, machine_studies.name_of(config))

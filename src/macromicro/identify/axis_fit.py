@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify import axis_doubts
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
@@ -194,6 +195,7 @@ def drive(
     if structure == "auto":
         structure, scores = _chosen(train, test)
     inverse = fitted(rows, structure)
+    axis_doubts.against(inverse)
     if not plausible(inverse):
         notice(
             DataWarning,
@@ -203,6 +205,7 @@ def drive(
     trained = refined(train, fitted(train, structure), lag)
     missed = np.concatenate(free_runs(test, trained.axis)[1])
     final = refined(rows, inverse, lag)
+    axis_doubts.coarse((inverse, final), runs[0].dt)
     free, errors = free_runs(rows, final.axis)
     return DriveFit(
         structure,
@@ -268,6 +271,7 @@ def _rows(
         if np.ptp(run.x) == 0.0:
             found = f"{run.x[0]:g} throughout"
             raise InputError(f"record[{i}].x", found, "a position that moves")
+        axis_doubts.jumps(run, f"record[{i}].x")
         corner = 0.08 / run.dt if filtering.cutoff is None else filtering.cutoff
         if not 0.0 < corner < 0.5 / run.dt:
             raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")

@@ -7,7 +7,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals
-from macromicro.identify.notices import ConvergenceWarning, notice
+from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.spread import autoregression
 
 _DRAWS = 60
@@ -124,6 +124,15 @@ def refined(rows: list[Rows], start: Estimate, lag: float | None = None) -> Esti
     pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
     disturbed = force_residuals(pushed, start)
     spread = _covariance(rows, disturbed, final, runs, found.jac) * np.outer(scale, scale)
+    least = ~signed & (found.x <= 2.0 * low)
+    if least.any():
+        ended = ", ".join(n for n, at in zip(names, least, strict=True) if at)
+        notice(
+            DataWarning,
+            f"output error: {ended} at the least that is allowed, next to 0; the record does not "
+            "show how much there is, and no standard error is told for it",
+        )
+        spread[least, :] = spread[:, least] = np.nan
     about = np.concatenate([r.run.x - r.run.x.mean() for r in rows])
     rms = float(np.sqrt(np.mean(error**2)))
     return Estimate(final, names, spread, rms, 100.0 * rms / float(np.sqrt(np.mean(about**2))))

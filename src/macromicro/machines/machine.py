@@ -20,6 +20,7 @@ from macromicro.schema.keys import nearest
 from macromicro.schema.text import printable, read_toml
 
 TWO_STAGE = "two_stage"  # the thesis' machine, whose settings are `settings.Settings`
+JOINT = "xy"  # two axes (`machines.joint`), which only some commands know
 KEY = config.MACHINE
 GROUP = "macromicro.machines"
 FORM = "MODULE:MACHINE, a machine of your own (docs/own-machines.md)"
@@ -77,7 +78,11 @@ MACHINES: tuple[Machine, ...] = (
     _shipped(wire),
     _shipped(rotary, rotary.model, rotary.touch),
 )
-NAMES = (TWO_STAGE, *(m.name for m in MACHINES))
+NAMES = (TWO_STAGE, JOINT, *(m.name for m in MACHINES))
+_ONE = (
+    "a machine of one stage: this command takes one axis of it, whose file "
+    "`macromicro config show --config FILE --axis x` prints"
+)
 
 _found: dict[str, Machine] = {}  # of other packages
 
@@ -101,10 +106,12 @@ def named(name: object, where: str) -> Machine | None:
     Raises
     ------
     InputError
-        There is none; names the nearest and all.
+        There is none, with the nearest and all; or it has several axes.
     """
     if name == TWO_STAGE:
         return None
+    if name == JOINT:
+        raise InputError(where, JOINT, _ONE)
     for machine in MACHINES:
         if machine.name == name:
             return machine

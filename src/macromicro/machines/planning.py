@@ -129,12 +129,12 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
     if programme.profiles:
         ways = _spans(programme, place)
     elif programme.scheduled and _dense(programme):
-        ways = [_track(programme.start, place)]
+        ways = [track(programme.start, place)]
     else:
         ways = _moves(programme, place, tree, where, float(place[0]) if anywhere else 0.0)
     origin = _first(ways[0]) if anywhere else 0.0
-    _check(ways, tree, where, origin)
-    return _joined(ways, programme.end, origin)
+    check(ways, tree, where, origin)
+    return joined(ways, programme.end, origin)
 
 
 def _first(way: Way) -> float:
@@ -176,13 +176,26 @@ def _spans(programme: Programme, place: Array) -> list[Way]:
     for span in programme.profiles:
         rows = (programme.start > span.begin - 1e-9) & (programme.start <= span.finish + 1e-9)
         t = np.concatenate(([span.begin], programme.start[rows]))
-        ways.append(_track(t, np.concatenate(([span.origin], place[rows]))))
+        ways.append(track(t, np.concatenate(([span.origin], place[rows]))))
     return ways
 
 
-def _track(t: Array, place: Array) -> Way:
+def track(t: Array, place: Array) -> Way:
     """A trajectory through some places, at rest at either end: a cubic spline, which gives the law
-    velocity and acceleration."""
+    velocity and acceleration.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        s, increasing.
+    place : ndarray, shape (n,)
+        m.
+
+    Returns
+    -------
+    Way
+        From the first time on.
+    """
     from scipy.interpolate import CubicSpline
 
     c = CubicSpline(t, place, bc_type="clamped").c
@@ -191,8 +204,25 @@ def _track(t: Array, place: Array) -> Way:
     return Way(float(t[0]), float(place[-1]), math.inf, pieces)
 
 
-def _check(ways: Sequence[Way], tree: Any, where: str, before: float) -> None:
-    """InputError for a jump of the set point, or a speed that the guard would end."""
+def check(ways: Sequence[Way], tree: Any, where: str, before: float = 0.0) -> None:
+    """Refuse a jump of the set point, and a speed that the guard would end.
+
+    Parameters
+    ----------
+    ways : sequence of Way
+        One after the other.
+    tree : Any
+        Settings with guard.
+    where : str
+        The programme, for messages.
+    before : float, optional
+        Where the stage stands at first, m.
+
+    Raises
+    ------
+    InputError
+        There is one.
+    """
     place = places.of(tree)
     for number, way in enumerate(ways, 1):
         if not len(way.pieces):
@@ -220,7 +250,23 @@ def _check(ways: Sequence[Way], tree: Any, where: str, before: float) -> None:
         before = way.target
 
 
-def _joined(ways: Sequence[Way], end: float, origin: float) -> Plan:
+def joined(ways: Sequence[Way], end: float, origin: float = 0.0) -> Plan:
+    """Moves as a plan.
+
+    Parameters
+    ----------
+    ways : sequence of Way
+        One after the other.
+    end : float
+        When the programme ends, s; NaN: after the last hold.
+    origin : float, optional
+        Where it begins, m.
+
+    Returns
+    -------
+    Plan
+        For `sequence.step`.
+    """
     pieces, first, length = [], [0], []
     for way in ways:
         own = way.pieces

@@ -145,8 +145,23 @@ def aim(plan: Plan, s: Progress, t: float) -> tuple[int, Target]:
 
 
 @kernel
-def _due(plan: Plan, s: Progress, t: float) -> bool:
-    """Whether the next move begins now."""
+def due(plan: Plan, s: Progress, t: float) -> bool:
+    """Whether the next move begins now.
+
+    Parameters
+    ----------
+    plan : Plan
+        The moves.
+    s : Progress
+        State.
+    t : float
+        Now, s.
+
+    Returns
+    -------
+    bool
+        True if its time has come, or the hold before it has ended.
+    """
     following = s.move + 1
     if following >= len(plan.target):
         return False
@@ -157,8 +172,23 @@ def _due(plan: Plan, s: Progress, t: float) -> bool:
 
 
 @kernel
-def _over(plan: Plan, s: Progress, t: float) -> bool:
-    """Whether the programme ends now."""
+def over(plan: Plan, s: Progress, t: float) -> bool:
+    """Whether the programme ends now.
+
+    Parameters
+    ----------
+    plan : Plan
+        The moves.
+    s : Progress
+        State.
+    t : float
+        Now, s.
+
+    Returns
+    -------
+    bool
+        True at its end, or after the last hold.
+    """
     if not math.isnan(plan.end):
         return t >= plan.end - TICK
     last = s.move == len(plan.target) - 1
@@ -190,10 +220,10 @@ def step(plan: Plan, rule: Arrival, s: Progress, sample: Sample) -> tuple[Progre
     t = sample.t
     if s.phase == DONE:
         return s, Target(plan.target[s.move], 0.0, 0.0)
-    if _over(plan, s, t):
+    if over(plan, s, t):
         done = Progress(DONE, s.move, s.piece, t, s.inside, s.arrived)
         return done, Target(plan.target[s.move], 0.0, 0.0)
-    if _due(plan, s, t):
+    if due(plan, s, t):
         s = Progress(MOVING, s.move + 1, plan.first[s.move + 1], t, math.nan, 0)
     piece, target = aim(plan, s, t)
     s = Progress(s.phase, s.move, piece, s.began, s.inside, s.arrived)

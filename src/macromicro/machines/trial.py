@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from macromicro.machines import results, runs
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
 from macromicro.recording import Recording
+
+Found = TypeVar("Found")
 
 
 class Trial(NamedTuple):
@@ -118,10 +120,41 @@ def trials(
     """
     if trees:
         runs.compile_machine(machine, trees[0], plan)
-    found: list[Trial] = []
+    return threaded(
+        lambda tree, seed: trial(machine, tree, plan, seed), trees, seeds, workers, done
+    )
+
+
+def threaded(
+    run: Callable[[Any, int], Found],
+    trees: Sequence[Any],
+    seeds: Sequence[int],
+    workers: int,
+    done: Callable[[int], bool] = lambda n: False,
+) -> list[Found]:
+    """Run something on many machines, in threads.
+
+    Parameters
+    ----------
+    run : Callable[[Any, int], Found]
+        Of settings and a seed.
+    trees : Sequence[Any]
+        Settings, one a run.
+    seeds : Sequence[int]
+        Of each run's noise.
+    workers : int
+        Threads.
+    done : Callable[[int], bool], optional
+        Hears runs done; when it answers True, the rest is left out.
+
+    Returns
+    -------
+    list[Found]
+        In the order of the settings, perhaps fewer; the same for any number of threads.
+    """
+    found: list[Found] = []
     with ThreadPoolExecutor(workers) as pool:
-        pairs = zip(trees, seeds, strict=True)
-        waiting = [pool.submit(trial, machine, tree, plan, seed) for tree, seed in pairs]
+        waiting = [pool.submit(run, *pair) for pair in zip(trees, seeds, strict=True)]
         for each in waiting:
             found.append(each.result())
             if done(len(found)):

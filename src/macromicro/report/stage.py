@@ -136,8 +136,30 @@ def problems(ended: Ended) -> list[str]:
     list[str]
         None for a good run.
     """
+    plan, patience = ended.job.plan, ended.job.settings.arrival.patience
+    waits = patience if np.isnan(plan.end) else None
+    return said(ended, len(plan.target), waits)
+
+
+def said(ended: Any, planned: int, patience: float | None) -> list[str]:
+    """What went wrong in a run of moves, a sentence each.
+
+    Parameters
+    ----------
+    ended : Any
+        The run, of one axis or of several.
+    planned : int
+        Moves of its programme.
+    patience : float | None
+        How long an arrival was waited for, s; None: it was not.
+
+    Returns
+    -------
+    list[str]
+        None for a good run.
+    """
     found = []
-    count = f"move {len(ended.moves)} of {len(ended.job.plan.target)}"
+    count = f"move {len(ended.moves)} of {planned}"
     if ended.interrupted:
         found.append(f"interrupted at {ended.simulated:.3f} s, {count}; the recording is kept")
     if ended.fault is not None:
@@ -146,9 +168,8 @@ def problems(ended: Ended) -> list[str]:
     elif not ended.finished and not ended.interrupted:
         found.append(f"the programme did not finish: {count} at {ended.simulated:.3f} s")
     lost = [str(m.move + 1) for m in ended.moves if m.complete and m.arrived_s is None]
-    if lost and np.isnan(ended.job.plan.end):
+    if lost and patience is not None:
         shown = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
-        patience = ended.job.settings.arrival.patience
         verb = "move" if len(lost) == 1 else "moves"
         found.append(f"{verb} {shown} did not arrive within {patience:g} s of the profile's end")
     return found

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.machines.joint.machine import Joint
+from macromicro.machines.joint.trial import JointTrial
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trials
@@ -31,15 +33,15 @@ class Study(NamedTuple):
 
     Attributes
     ----------
-    machine : Machine
+    machine : Machine | Joint
         The machine.
     rows : tuple[Uncertain, ...]
         What was varied.
     amounts : ndarray, shape (n, rows)
         Of each machine.
-    nominal : Trial
+    nominal : Trial | JointTrial
         Of the settings themselves.
-    found : list[Trial]
+    found : Sequence[Trial | JointTrial]
         Of the machines, perhaps fewer than were drawn.
     asked : int
         Machines that were drawn.
@@ -49,11 +51,11 @@ class Study(NamedTuple):
         Limits on the figures of a run.
     """
 
-    machine: Machine
+    machine: Machine | Joint
     rows: tuple[Uncertain, ...]
     amounts: Array
-    nominal: Trial
-    found: list[Trial]
+    nominal: Trial | JointTrial
+    found: Sequence[Trial | JointTrial]
     asked: int
     seed: int
     required: tuple[Requirement, ...] = ()

@@ -13,7 +13,8 @@ import macromicro
 from macromicro.columns import quantities
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
-from macromicro.machines.trial import Trial
+from macromicro.machines.joint.trial import JointTrial
+from macromicro.place import LENGTH, Place
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.stage import LEAST, Study
 from macromicro.robustness.statistics import CONFIDENCE
@@ -23,6 +24,14 @@ from macromicro.schema.text import plain
 NUMBERS, FIGURE = "robust.json", "robust"
 FILES = (NUMBERS, *drawings.names((FIGURE,)))
 _LEVELS = (0.05, 0.5, 0.95)
+_SHOWN = ("settling", "peak_error", "rest_error", "true_error")
+_JOINT = ("contour", "rms_contour", "true_contour", "true_error")
+
+
+def _place(found: Study) -> Place:
+    """What the machine's places are counted in; two axes slide."""
+    kind = getattr(found.machine, "kind", None)
+    return LENGTH if kind is None else kind.place
 
 
 def metrics(found: Study) -> dict[str, dict[str, Any]]:
@@ -43,7 +52,7 @@ def metrics(found: Study) -> dict[str, dict[str, Any]]:
 
     amounts = found.amounts[: len(found.found)]
     told: dict[str, dict[str, Any]] = {}
-    for name, about in quantities(Trial, found.machine.kind.place).items():
+    for name, about in quantities(type(found.nominal), _place(found)).items():
         if name == "fault":
             continue
         values = np.array([getattr(t, name) for t in found.found])
@@ -160,7 +169,7 @@ def _required(found: Study, words: str, *required: Requirement) -> str:
 
 
 def draw_figure(found: Study) -> Any:
-    """How settling, errors and overshoot are distributed.
+    """How settling and errors are distributed, or the distance from the path.
 
     Parameters
     ----------
@@ -173,10 +182,9 @@ def draw_figure(found: Study) -> Any:
         A figure of matplotlib.
     """
     figure, axes = new(5.4, 2, 2)
-    for ax, name in zip(
-        axes.flat, ("settling", "peak_error", "rest_error", "true_error"), strict=True
-    ):
-        about = quantities(Trial, found.machine.kind.place)[name]
+    shown = _JOINT if isinstance(found.nominal, JointTrial) else _SHOWN
+    for ax, name in zip(axes.flat, shown, strict=True):
+        about = quantities(type(found.nominal), _place(found))[name]
         values = np.array([getattr(t, name) for t in found.found])
         values = values[np.isfinite(values)]
         if len(values):

@@ -62,6 +62,25 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
     return lines
 
 
+def lines(found: Tuning) -> list[str]:
+    """The table in words.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    list[str]
+        For the terminal.
+    """
+    return [
+        f"{name:66} {before:12.5g} {after:12.5g} {unit}".rstrip()
+        for name, before, after, unit in table(found)
+    ]
+
+
 def as_toml(found: Tuning) -> str:
     """Settings for ``macromicro run --config``.
 

@@ -222,7 +222,7 @@ def test_the_machine_of_a_drive_in_metres() -> None:
     ]
     assert head[2:] == [
         "#", "As found, by output error, with standard errors:",
-        "  mass = 1.5 +- 0.1 kg", "  viscous = 12 +- 0.5 N*s/m", "  coulomb = 3 +- nan N",
+        "  mass = 1.5 +- 0.1 kg", "  viscous = 12 +- 0.5 N*s/m", "  coulomb = 3 N",
     ]  # fmt: skip
     units = drive.units_of("V", "m")
     text = drive.machine(fit(axis, NAMES, STD, 1.0, 0), records[:1], units, errors)

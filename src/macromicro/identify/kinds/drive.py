@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -244,10 +245,28 @@ def settings(fit: DriveFit, records: list[Run], force: str, x: str, units: dict[
     head = "A motor-driven axis: parameters by output error, for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is another axis."
     values = {
-        n: (float(v), f"{units[n]}, +- {errors[n]:.2g}")
+        n: (float(v), ", ".join(filter(None, (units[n], about(errors[n])))))
         for n, v in zip(fit.refined.names, fit.refined.values, strict=True)
     }
     return model_file.plain(head, {"axis": values})
+
+
+def about(error: float, unit: str = "") -> str:
+    """A standard error in words.
+
+    Parameters
+    ----------
+    error : float
+        NaN where none is known.
+    unit : str, optional
+        Its unit.
+
+    Returns
+    -------
+    str
+        "" where none is known.
+    """
+    return "" if math.isnan(error) else f"+- {error:.2g} {unit}".rstrip()
 
 
 def machine(
@@ -307,7 +326,8 @@ def machine(
         )
     head += ["", "As found, by output error, with standard errors:"]
     for name, value in zip(fit.refined.names, fit.refined.values, strict=True):
-        head.append(f"  {name} = {float(value):.5g} +- {errors[name]:.2g} {units[name]}")
+        spread = about(errors[name])
+        head.append(" ".join(filter(None, (f"  {name} = {float(value):.5g}", spread, units[name]))))
     values, name = axis_settings.values(axis, around), "axis"
     if place.turns:
         values, name = axis_settings.turned(values), "rotary"
@@ -352,13 +372,14 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
     values = {
         "bench.carriage.mass": (
             axis.mass * per_count,
-            f"+- {errors['mass'] * per_count * 1e3:.2g} g",
+            about(errors["mass"] * per_count * 1e3, "g"),
         ),
     }
     if axis.coulomb > 0.0:
-        values["bench.friction.coulomb"] = (axis.coulomb * g, f"+- {errors['coulomb'] * g:.2g} N")
+        values["bench.friction.coulomb"] = (axis.coulomb * g, about(errors["coulomb"] * g, "N"))
     if viscous > 0.0:
-        note = f"+- {errors['viscous'] * per_count:.2g} N*s/m, back-EMF taken off"
+        spread = about(errors["viscous"] * per_count, "N*s/m")
+        note = ", ".join(filter(None, (spread, "back-EMF taken off")))
         values["bench.friction.viscous"] = (viscous, note)
     else:
         head += f"\nViscous friction would be {viscous:.3g} N*s/m without back-EMF: left out."
@@ -366,7 +387,7 @@ def bench(fit: DriveFit, errors: dict[str, float]) -> str:
         pitch = nominal.sensors.encoder.pitch
         values["bench.friction.stribeck"] = (
             axis.stribeck * g,
-            f"+- {errors['stribeck'] * g:.2g} N",
+            about(errors["stribeck"] * g, "N"),
         )
         values["bench.friction.stribeck_speed"] = (axis.stribeck_speed * pitch, "with it")
     try:

@@ -41,7 +41,7 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
     for path, (value, comment) in values.items():
         table, _, name = path.rpartition(".")
         texts[path] = shown(value, pars[path].unit, pars[path].shown, 6)
-        tables.setdefault(table, []).append(f'{name} = "{texts[path]}"  # {comment}')
+        tables.setdefault(table, []).append(_line(name, f'"{texts[path]}"', comment))
     config.overridden(tree, texts, "model.toml")
     body = [f"[{table}]\n" + "\n".join(lines) + "\n" for table, lines in tables.items()]
     return "\n".join([_comment(head), *body])
@@ -64,9 +64,13 @@ def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> s
     """
     body = []
     for table, values in tables.items():
-        lines = [f"{name} = {_toml(v)}  # {comment}" for name, (v, comment) in values.items()]
+        lines = [_line(name, _toml(v), comment) for name, (v, comment) in values.items()]
         body.append(f"[{table}]\n" + "\n".join(lines) + "\n")
     return "\n".join([_comment(head), *body])
+
+
+def _line(name: str, value: str, comment: str) -> str:
+    return f"{name} = {value}  # {comment}" if comment else f"{name} = {value}"
 
 
 def _comment(text: str) -> str:

@@ -1,0 +1,98 @@
+"""What a record of a drive cannot tell: said before numbers are printed that mean nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.identify.axis_inverse import Estimate
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.runs import Run
+
+_FAR = 5.0  # a jump is that many times as large as any other step
+_JUMPS = 0.02  # of the samples at most
+_SURE = 2.0  # standard errors
+_REFUSED, _COARSE = 1.5, 4.0  # samples in the time constant
+
+
+def jumps(run: Run, where: str) -> None:
+    """Refuse a position that jumps: a counter that wraps, or rows that are missing.
+
+    Parameters
+    ----------
+    run : Run
+        As measured.
+    where : str
+        Record and column, for the message.
+
+    Raises
+    ------
+    InputError
+        Some steps are far larger than all others.
+    """
+    steps = np.abs(np.diff(run.x))
+    order = np.argsort(steps)[::-1]
+    count = int(_JUMPS * len(steps))
+    top = steps[order[: count + 1]]
+    apart = np.flatnonzero(top[:-1] > _FAR * top[1:])
+    if not len(apart) or top[apart[-1] + 1] == 0.0:
+        return
+    many = int(apart[-1]) + 1
+    first = int(order[:many].min()) + 1
+    raise InputError(
+        f"{where}, row {first + 1}",
+        f"a jump by {run.x[first] - run.x[first - 1]:.6g}; {many} of them, all other steps are "
+        f"{top[many]:.3g} at most",
+        "a position without jumps: unwrap the counter, or cut the record there",
+    )
+
+
+def against(estimate: Estimate) -> None:
+    """Refuse a force that acts against the motion.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        By inverse dynamics.
+
+    Raises
+    ------
+    InputError
+        Its mass is below 0 by two standard errors.
+    """
+    mass, error = estimate.axis.mass, float(estimate.std[estimate.names.index("mass")])
+    if mass + _SURE * error < 0.0:
+        raise InputError(
+            "record",
+            f"a mass of {mass:.4g} +- {error:.2g}: the force acts against the acceleration",
+            "a force that drives the motion: check the signs of u, x and gain",
+        )
+
+
+def coarse(estimates: Sequence[Estimate], dt: float) -> None:
+    """Refuse samples too far apart for the axis, or warn.
+
+    Parameters
+    ----------
+    estimates : Sequence[Estimate]
+        By both methods.
+    dt : float
+        Sample time, s.
+
+    Raises
+    ------
+    InputError
+        The time constant M/Fv is shorter than one and a half samples: between two of them the
+        axis has reached its speed, and its mass shows nowhere.
+    """
+    times = [e.axis.mass / e.axis.viscous for e in estimates if e.axis.viscous > 0.0]
+    least = min((t for t in times if t > 0.0), default=math.inf)
+    found = f"{dt * 1e3:.4g} ms between samples, a time constant M/Fv of {least * 1e3:.3g} ms"
+    if least < _REFUSED * dt:
+        accepted = "a record with six samples or more in a time constant"
+        raise InputError("record", found, accepted)
+    if least < _COARSE * dt:
+        notice(DataWarning, f"{found}: the mass is uncertain beyond what is told; sample faster")

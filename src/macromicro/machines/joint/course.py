@@ -1,0 +1,312 @@
+"""Programmes of two axes: moves, lines and arcs from TOML, a trajectory from CSV."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.machines.joint.settings import AXES
+from macromicro.motion import path as paths
+from macromicro.motion.path import Piece
+from macromicro.programme.entries import hold as held
+from macromicro.programme.entries import text
+from macromicro.programme.moves import MAX_MOVES, MAX_TITLE, WHAT
+from macromicro.schema import csv_rows
+from macromicro.schema.keys import found, only, unknown
+from macromicro.schema.text import printable, read_text, read_toml
+from macromicro.units import quantity
+
+HOLD = "0.2 s"
+STOP, ROUND = "stop", "round"
+_KEYS = ("title", "moves", "paths")
+_MOVE = ("x", "y", "speed", "hold")
+_ARC = ("centre", "angle", "speed", "hold", "on")
+_THROUGH = ("points", "rounding", "corners", "speed", "hold", "on")
+_LINE = (*_MOVE, "on")
+_TANGENT = 1e-6  # rad
+_TABLES = "one table [[moves]] or more, or of [[paths]]"
+_TIMES = {"t_s": 1.0, "t_ms": 1e3}
+_SCALES = {"m": 1.0, "mm": 1e3, "um": 1e6}
+_HEADER = "t_s or t_ms, then x and y in m, mm or um, such as t_s,x_mm,y_mm"
+
+Point = tuple[float, float]
+
+
+class Leg(NamedTuple):
+    """One move, from rest to rest, along a path without corners or by times.
+
+    Attributes
+    ----------
+    name : str
+        For people: line, arc, path or trajectory.
+    pieces : tuple[Piece, ...]
+        Of the path; none for one by times, and for one that stays.
+    speeds : tuple[float, ...]
+        Greatest speed of each piece, m/s; infinity: no own limit.
+    end : tuple[float, float]
+        m.
+    hold : float
+        s.
+    times : ndarray, shape (3, n)
+        t (s), x and y (m) of a trajectory; n is 0 for a path.
+    """
+
+    name: str
+    pieces: tuple[Piece, ...]
+    speeds: tuple[float, ...]
+    end: Point
+    hold: float
+    times: Array = np.empty((3, 0))
+
+
+class Course(NamedTuple):
+    """A programme of two axes.
+
+    Attributes
+    ----------
+    title : str
+        For people.
+    legs : tuple[Leg, ...]
+        One after the other, from (0, 0) on.
+    source : str
+        The file.
+    """
+
+    title: str
+    legs: tuple[Leg, ...]
+    source: str
+
+
+def load(path: Path) -> Course:
+    """Read a programme.
+
+    Parameters
+    ----------
+    path : Path
+        .toml with [[moves]] or [[paths]], or .csv of times and places.
+
+    Returns
+    -------
+    Course
+        Not yet looked at by any machine's limits.
+
+    Raises
+    ------
+    InputError
+        Names file, entry and key, or file and line.
+    """
+    if path.suffix.lower() == ".csv":
+        return _table(path)
+    raw, file = read_toml(path, WHAT), printable(path, 300)
+    unknown(raw, _KEYS, f"{file}, ")
+    title = raw.get("title", "")
+    if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
+        accepted = f"one line of text of at most {MAX_TITLE} characters"
+        raise InputError(f"{file}, title", printable(title), accepted)
+    if "moves" in raw and "paths" in raw:
+        accepted = "one of them, for TOML does not say which comes first: a path may be a line, too"
+        raise InputError(file, "moves and paths", accepted)
+    key = "paths" if "paths" in raw else "moves"
+    tables = raw.get(key)
+    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
+        raise InputError(f"{file}, {key}", found(tables), _TABLES)
+    return Course(title or path.stem, tuple(_legs(tables, key[:-1], file)), str(path))
+
+
+def _legs(tables: list[dict[str, Any]], word: str, file: str) -> list[Leg]:
+    legs: list[Leg] = []
+    here: Point = (0.0, 0.0)
+    open_leg: Leg | None = None  # that goes on without a stop
+    for number, table in enumerate(tables, 1):
+        where = f"{file}, {word} {number}"
+        unknown(table, _MOVE if word == "move" else {*_LINE, *_ARC, *_THROUGH}, f"{where}, ")
+        for leg in _entry(table, here, where):
+            here = leg.end
+            whole = leg if open_leg is None else _on(open_leg, leg, where)
+            open_leg = None
+            legs.append(whole)
+        if _flag(table, where):
+            if number == len(tables):
+                raise InputError(f"{where}, on", "true", "false at the end: nothing follows")
+            open_leg = legs.pop()
+        if len(legs) > MAX_MOVES:
+            raise InputError(where, "too many moves", f"at most {MAX_MOVES} in all")
+    return legs
+
+
+def _flag(table: dict[str, Any], where: str) -> bool:
+    on = table.get("on", False)
+    if not isinstance(on, bool):
+        raise InputError(f"{where}, on", printable(on), "true or false")
+    return on
+
+
+def _on(before: Leg, after: Leg, where: str) -> Leg:
+    """Two legs as one, without a stop where they meet."""
+    if not before.pieces or not after.pieces:
+        raise InputError(where, "no way", "a way, where the path before goes on into this one")
+    turn = paths.turning(before.pieces[-1], after.pieces[0])
+    if abs(turn) > _TANGENT:
+        accepted = "a path that begins in the direction in which the one before ends, or no `on`"
+        raise InputError(where, f"a corner of {math.degrees(turn):.4g} deg", accepted)
+    return Leg(
+        "path",
+        (*before.pieces, *after.pieces),
+        (*before.speeds, *after.speeds),
+        after.end,
+        after.hold,
+    )
+
+
+def _entry(table: dict[str, Any], here: Point, where: str) -> list[Leg]:
+    """The moves of one table."""
+    hold = held(text({"hold": HOLD} | table, "hold", where), f"{where}, hold", zero=True)
+    speed = math.inf
+    if "speed" in table:
+        speed = quantity(text(table, "speed", where, "20 mm/s"), "m/s", f"{where}, speed", "mm/s")
+        if not speed > 0.0:
+            raise InputError(f"{where}, speed", table["speed"], "a speed above zero")
+    if "centre" in table or "angle" in table:
+        only(table, _ARC, where)
+        piece, end = _arc(table, here, where)
+        return [Leg("arc", (piece,), (speed,), end, hold)]
+    if "points" in table:
+        only(table, _THROUGH, where)
+        return _through(table, here, (speed, hold), where)
+    if "x" not in table and "y" not in table:
+        raise InputError(where, "no way", "x, y or both; or centre and angle; or points")
+    only(table, _LINE, where)
+    x, y = (
+        _length(table[name], f"{where}, {name}") if name in table else at
+        for name, at in zip(AXES, here, strict=True)
+    )
+    return [_straight(here, (x, y), speed, hold)]
+
+
+def _straight(here: Point, end: Point, speed: float, hold: float) -> Leg:
+    if math.dist(here, end) <= paths.MEET:
+        return Leg("line", (), (), here, hold)
+    return Leg("line", (paths.line(here, end),), (speed,), end, hold)
+
+
+def _arc(table: dict[str, Any], here: Point, where: str) -> tuple[Piece, Point]:
+    centre = _point(table.get("centre"), f"{where}, centre")
+    written = text(table, "angle", where, "90 deg")
+    angle = quantity(written, "rad", f"{where}, angle", "deg")
+    if math.dist(here, centre) <= paths.MEET:
+        accepted = "a point away from the path's beginning"
+        raise InputError(f"{where}, centre", printable(table["centre"]), accepted)
+    if angle == 0.0:
+        raise InputError(f"{where}, angle", written, "more or less than 0 deg")
+    piece = paths.arc(here, centre, angle)
+    closed = abs(math.remainder(angle, paths.TURN)) < 1e-12
+    return piece, here if closed else piece.end
+
+
+def _through(table: dict[str, Any], here: Point, how: tuple[float, float], where: str) -> list[Leg]:
+    raw = table["points"]
+    if not isinstance(raw, list) or not raw:
+        raise InputError(f"{where}, points", printable(raw), 'a list such as [["5 mm", "0 mm"]]')
+    points = [here]
+    points += [_point(each, f"{where}, point {k}") for k, each in enumerate(raw, 1)]
+    corners = table.get("corners", ROUND if "rounding" in table else STOP)
+    if corners not in (STOP, ROUND):
+        raise InputError(f"{where}, corners", printable(corners), f'"{STOP}" or "{ROUND}"')
+    if (corners == ROUND) != ("rounding" in table):
+        accepted = f'a rounding with corners = "{ROUND}", and none with "{STOP}"'
+        raise InputError(f"{where}, rounding", found(table.get("rounding")), accepted)
+    speed, hold = how
+    if corners == STOP:
+        ends = itertools.pairwise(points)
+        legs = [_straight(a, b, speed, 0.0) for a, b in ends]
+        return [*legs[:-1], legs[-1]._replace(hold=hold)]
+    radius = _length(table["rounding"], f"{where}, rounding")
+    if radius <= 0.0:
+        raise InputError(f"{where}, rounding", table["rounding"], "a radius above zero")
+    pieces = paths.rounded(points, radius, where)
+    return [Leg("path", tuple(pieces), (speed,) * len(pieces), points[-1], hold)]
+
+
+def _length(raw: object, where: str) -> float:
+    if not isinstance(raw, str):
+        raise InputError(where, printable(raw), "text with a unit such as '1.5 mm'")
+    return quantity(raw, "m", where, "mm")
+
+
+def _point(raw: object, where: str) -> Point:
+    if not isinstance(raw, list) or len(raw) != 2:
+        raise InputError(where, found(raw), 'x and y, such as ["10 mm", "5 mm"]')
+    x, y = (_length(each, f"{where}, {name}") for each, name in zip(raw, AXES, strict=True))
+    return x, y
+
+
+def _header(cells: list[str], where: str) -> None:
+    """InputError unless there are a time, x and y."""
+    names = [c.rpartition("_")[0] for c in cells if c.rpartition("_")[2] in _SCALES]
+    times = [c for c in cells if c in _TIMES]
+    places = sorted(n for n in names if n in AXES)
+    if len(times) != 1 or places != list(AXES) or len(cells) != 3:
+        raise InputError(where, f"columns {printable(', '.join(cells), 80)}", _HEADER)
+
+
+def _table(path: Path) -> Course:
+    """A trajectory: to its first place by a move, then by its times."""
+    file = printable(path, 300)
+    rows = list(csv_rows.table(read_text(path, WHAT), file, _header, _HEADER))
+    if len(rows) < 3:
+        raise InputError(file, f"{len(rows)} rows", "three rows or more")
+    names = list(rows[0].cells)
+    time = next(name for name in names if name in _TIMES)
+    columns = [(time, _TIMES[time])]
+    for axis in AXES:
+        name = next(n for n in names if n.rpartition("_")[0] == axis)
+        columns.append((name, _SCALES[name.rpartition("_")[2]]))
+    values = np.array(
+        [
+            [csv_rows.number(row.cells[name], f"{row.where}, {name}") / per for row in rows]
+            for name, per in columns
+        ]
+    )
+    for k, row in enumerate(rows):
+        csv_rows.increasing(values[0, k], values[0, k - 1] if k else -math.inf, row.where)
+    values[0] -= values[0, 0]
+    hold = quantity(HOLD, "s", file)
+    first, last = (float(values[1, 0]), float(values[2, 0])), (values[1, -1], values[2, -1])
+    track = Leg("trajectory", (), (), (float(last[0]), float(last[1])), hold, values)
+    return Course(path.stem, (_straight((0.0, 0.0), first, math.inf, hold), track), str(path))
+
+
+def usual(tree: Any) -> Course:
+    """A square with exact stops, a circle and a diagonal, over most of the smaller travel.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of the machine.
+
+    Returns
+    -------
+    Course
+        From (0, 0) and back.
+    """
+    span = min(tree.x.travel.high, tree.y.travel.high)
+    low, high, middle, hold = 0.1 * span, 0.9 * span, 0.5 * span, quantity(HOLD, "s", "hold")
+    corners = [(low, low), (high, low), (high, high), (low, high), (low, low)]
+    legs, here = [], (0.0, 0.0)
+    for corner in (*corners, (low, middle)):
+        legs.append(_straight(here, corner, math.inf, hold))
+        here = corner
+    circle = paths.arc(here, (middle, middle), paths.TURN)
+    legs.append(Leg("arc", (circle,), (math.inf,), here, hold))
+    legs += [
+        _straight(here, (low, high), math.inf, hold),
+        _straight((low, high), (high, low), math.inf, hold),
+        _straight((high, low), (0.0, 0.0), math.inf, hold),
+    ]
+    return Course("square, circle, diagonal", tuple(legs), "the machine's usual moves")

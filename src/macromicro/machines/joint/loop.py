@@ -1,0 +1,397 @@
+"""One control period of two stages on one clock, interpreted and compiled.
+
+Each stage has its own kind, law and guard, whose kernels run as they do for one stage alone
+(`machines.stage`). What joins them is here: a move begins once both have arrived, and what trips
+one guard is told to the other before any effort goes out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.columns import Column, Quantity, layout, put
+from macromicro.control import arrival, outside
+from macromicro.control.arrival import TICK
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.kernel import compiled, kernel
+from macromicro.machines import guarding, sequence, stage
+from macromicro.machines.guarding import OK, Watch
+from macromicro.machines.joint.settings import AXES
+from macromicro.machines.sequence import DONE, HOLDING, MOVING, Progress
+from macromicro.machines.signals import Inside, Output
+from macromicro.machines.stage import FAULT, Kind, Loop
+
+TOLD = 100  # fault of a guard that was told of another axis' fault
+
+
+class Joined(NamedTuple):
+    """State of the sequence of both stages.
+
+    Attributes
+    ----------
+    progress : Progress
+        Of both; its `inside` is the first stage's.
+    inside : float
+        Since when the second stage is within its tolerance, s; NaN: it is not.
+    """
+
+    progress: Progress
+    inside: float
+
+
+class Half(NamedTuple):
+    """State of one stage of a run.
+
+    Attributes
+    ----------
+    stage : Any
+        The stage's.
+    memory : Any
+        The law's.
+    watch : Watch
+        The guard's.
+    """
+
+    stage: Any
+    memory: Any
+    watch: Watch
+
+
+class Run(NamedTuple):
+    """State of a run.
+
+    Attributes
+    ----------
+    tick : int
+        Control periods so far.
+    joined : Joined
+        The sequence's.
+    first, second : Half
+        Each stage's.
+    """
+
+    tick: int
+    joined: Joined
+    first: Half
+    second: Half
+
+    @property
+    def over(self) -> bool:
+        """Whether the programme is done or a guard has tripped."""
+        tripped = self.first.watch.fault != OK or self.second.watch.fault != OK
+        return self.joined.progress.phase == DONE or tripped
+
+
+class Clock(NamedTuple):
+    """What both stages share."""
+
+    t: Annotated[float, Quantity("s", "time since the start")]
+
+
+class Place(NamedTuple):
+    """Where the load truly is in the plane, with the axes as square as they are."""
+
+    x: Annotated[float, Quantity("mm", "true place in the plane", column="true_x", scale=1e3)]
+    y: Annotated[float, Quantity("mm", "true place in the plane", column="true_y", scale=1e3)]
+
+
+class Plane(NamedTuple):
+    """How the second axis lies in the plane, whose x is the first one.
+
+    Attributes
+    ----------
+    along : float
+        What a way of the second axis is along x, m/m.
+    across : float
+        And across it.
+    """
+
+    along: float
+    across: float
+
+
+class Bench(NamedTuple):
+    """Runtime parameters of both stages.
+
+    Attributes
+    ----------
+    first, second : Any
+        Of each kind.
+    plane : Plane
+        How they stand.
+    """
+
+    first: Any
+    second: Any
+    plane: Plane
+
+
+Period = Callable[..., tuple[Run, int]]
+
+
+@kernel
+def placed(plane: Plane, first: float, second: float) -> Place:
+    """Where the load is in the plane.
+
+    Parameters
+    ----------
+    plane : Plane
+        How the axes stand.
+    first, second : float
+        True positions along each axis, m.
+
+    Returns
+    -------
+    Place
+        m.
+    """
+    return Place(first + plane.along * second, plane.across * second)
+
+
+@kernel
+def aims(
+    loops: tuple[Loop, Loop], s: Joined, first: Sample, second: Sample
+) -> tuple[Joined, Target, Target]:
+    """One control period of the sequence: where both are to be.
+
+    Parameters
+    ----------
+    loops : tuple[Loop, Loop]
+        Of each stage; their plans have the same times.
+    s : Joined
+        State.
+    first, second : Sample
+        What the stages show.
+
+    Returns
+    -------
+    joined : Joined
+        New state.
+    first, second : Target
+        Set points with their derivatives.
+    """
+    plan, other = loops[0].plan, loops[1].plan
+    now, t = s.progress, first.t
+    if sequence.over(plan, now, t):
+        now = Progress(DONE, now.move, now.piece, t, now.inside, now.arrived)
+    if now.phase == DONE:
+        return (
+            Joined(now, s.inside),
+            Target(plan.target[now.move], 0.0, 0.0),
+            Target(other.target[now.move], 0.0, 0.0),
+        )
+    inside = s.inside
+    if sequence.due(plan, now, t):
+        now = Progress(MOVING, now.move + 1, plan.first[now.move + 1], t, math.nan, 0)
+        inside = math.nan
+    piece, one = sequence.aim(plan, now, t)
+    piece, two = sequence.aim(other, now, t)
+    now = Progress(now.phase, now.move, piece, now.began, now.inside, now.arrived)
+    since = t - now.began
+    if now.phase == MOVING and since >= plan.length[now.move] - TICK:
+        a, b = loops[0].arrival, loops[1].arrival
+        within = arrival.since(a, one.position - first.position, now.inside, t)
+        inside = arrival.since(b, two.position - second.position, inside, t)
+        there = arrival.arrived(a, within, t) and arrival.arrived(b, inside, t)
+        patience = max(a.patience, b.patience)
+        if there or since >= plan.length[now.move] + patience - TICK:
+            now = Progress(HOLDING, now.move, piece, t, within, int(there))
+        else:
+            now = Progress(MOVING, now.move, piece, now.began, within, 0)
+    return Joined(now, inside), one, two
+
+
+@kernel
+def told(watch: Watch, other: Watch, effort: float, t: float) -> tuple[Watch, float]:
+    """A guard that hears of the other one, in the same control period.
+
+    Parameters
+    ----------
+    watch : Watch
+        Its state.
+    other : Watch
+        That of the other axis' guard.
+    effort : float
+        V; what it let through.
+    t : float
+        Now, s.
+
+    Returns
+    -------
+    watch : Watch
+        As it was, unless the other has tripped and this one has not.
+    effort : float
+        V: 0 if any of both has tripped.
+    """
+    if other.fault == OK:
+        return watch, effort
+    if watch.fault != OK:
+        return watch, 0.0
+    s = watch
+    return (
+        Watch(TOLD, 0.0, 0.0, t, s.heard, s.place, s.since, s.there, s.pushed, s.stood),
+        0.0,
+    )
+
+
+_SHARED = ("t", *(c.name for c in layout(Inside).columns))
+
+
+@lru_cache(maxsize=64)
+def columns(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> tuple[Column, ...]:
+    """What a run of two stages records.
+
+    Parameters
+    ----------
+    kinds : tuple[Kind, Kind]
+        Kinds of the stages.
+    laws : tuple[StageLaw, StageLaw]
+        Their laws.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        Time and sequence, the true place, then each stage's with its letter in front.
+    """
+    found = list(layout(Clock, Inside, Place).columns)
+    for name, kind, law in zip(AXES, kinds, laws, strict=True):
+        own = [c for c in stage.columns(kind, law) if c.name not in _SHARED]
+        found += [c._replace(name=f"{name}_{c.name}") for c in own]
+    return tuple(found)
+
+
+def _rows(name: str, kind: Kind, law: StageLaw, every: tuple[Column, ...]) -> tuple[Any, ...]:
+    """Where sample, target, output, memory, sequence and truth of one stage go in a row."""
+    index = {c.name: k for k, c in enumerate(every)}
+    names = [c.name for c in stage.columns(kind, law)]
+    place = np.array([index[n if n in _SHARED else f"{name}_{n}"] for n in names])
+    parts = layout(Sample, Target, Output, law.memory, Inside, kind.truth).parts
+    return tuple((np.where(p.rows >= 0, place[p.rows], -1), p.scales) for p in parts)
+
+
+@lru_cache(maxsize=64)
+def period(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
+    """The loop of two stages under their laws.
+
+    Parameters
+    ----------
+    kinds : tuple[Kind, Kind]
+        Kinds of the stages.
+    laws : tuple[StageLaw, StageLaw]
+        Their laws.
+
+    Returns
+    -------
+    Period
+        ``run(bench, loops, state, noise, out, dt) -> (state, written)``: runs for up to
+        ``len(noise[0])`` control periods, until the programme is done or a guard trips (that period
+        is the last written), with draws for each stage and `out` of shape (columns, periods).
+    """
+    (kind_a, kind_b), (law_a, law_b) = kinds, laws
+    measure_a, advance_a, show_a, step_a = kind_a.measure, kind_a.advance, kind_a.show, law_a.step
+    measure_b, advance_b, show_b, step_b = kind_b.measure, kind_b.advance, kind_b.show, law_b.step
+    tell_a, tell_b = law_a.tell, law_b.tell
+    outside.joined(measure_a, advance_a, show_a, step_a, measure_b, advance_b, show_b, step_b)
+    every = columns(kinds, laws)
+    (sample_a, target_a, output_a, memory_a, inside, truth_a) = _rows(AXES[0], kind_a, law_a, every)
+    (sample_b, target_b, output_b, memory_b, _, truth_b) = _rows(AXES[1], kind_b, law_b, every)
+    place = layout(Clock, Inside, Place).parts[2]
+
+    def run(
+        bench: Bench, loops: Any, state: Run, noise: Any, out: Array, dt: float
+    ) -> tuple[Run, int]:
+        tick, joined = state.tick, state.joined
+        first, second = state.first, state.second
+        written = 0
+        for k in range(noise[0].shape[0]):
+            t = tick * dt
+            seen_a = measure_a(bench.first, first.stage, t, noise[0], k)
+            seen_b = measure_b(bench.second, second.stage, t, noise[1], k)
+            joined, aim_a, aim_b = aims(loops, joined, seen_a, seen_b)
+            mind_a, effort_a = step_a(loops[0].gains, first.memory, aim_a, seen_a, dt)
+            mind_b, effort_b = step_b(loops[1].gains, second.memory, aim_b, seen_b, dt)
+            watch_a, effort_a = guarding.step(loops[0].guard, first.watch, seen_a, aim_a, effort_a)
+            watch_b, effort_b = guarding.step(loops[1].guard, second.watch, seen_b, aim_b, effort_b)
+            watch_a, effort_a = told(watch_a, watch_b, effort_a, t)
+            watch_b, effort_b = told(watch_b, watch_a, effort_b, t)
+            tripped = watch_a.fault != OK  # and so has the other: it was told
+            now = joined.progress
+            phase = float(FAULT if tripped else now.phase)
+            put(out, k, seen_a, sample_a[0], sample_a[1])
+            put(out, k, seen_b, sample_b[0], sample_b[1])
+            put(out, k, aim_a, target_a[0], target_a[1])
+            put(out, k, aim_b, target_b[0], target_b[1])
+            put(out, k, Output(effort_a), output_a[0], output_a[1])
+            put(out, k, Output(effort_b), output_b[0], output_b[1])
+            put(out, k, tell_a(mind_a), memory_a[0], memory_a[1])
+            put(out, k, tell_b(mind_b), memory_b[0], memory_b[1])
+            told_now = Inside(phase, float(now.move), float(now.arrived))
+            put(out, k, told_now, inside[0], inside[1])
+            true_a, true_b = show_a(bench.first, first.stage), show_b(bench.second, second.stage)
+            put(out, k, true_a, truth_a[0], truth_a[1])
+            put(out, k, true_b, truth_b[0], truth_b[1])
+            put(out, k, placed(bench.plane, true_a[0], true_b[0]), place.rows, place.scales)
+            stage_a = advance_a(bench.first, first.stage, effort_a, noise[0], k, dt)
+            stage_b = advance_b(bench.second, second.stage, effort_b, noise[1], k, dt)
+            first, second = Half(stage_a, mind_a, watch_a), Half(stage_b, mind_b, watch_b)
+            tick += 1
+            written += 1
+            if now.phase == DONE or tripped:
+                break
+        return Run(tick, joined, first, second), written
+
+    return run
+
+
+def fastest(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
+    """The loop of two stages, as fast as it can run.
+
+    Parameters
+    ----------
+    kinds : tuple[Kind, Kind]
+        Kinds of the stages.
+    laws : tuple[StageLaw, StageLaw]
+        Their laws.
+
+    Returns
+    -------
+    Period
+        `period`, compiled; with a law in plain Python interpreted, over compiled kernels.
+    """
+    if all(map(stage.compiles, laws)):
+        return compiled(period(kinds, laws))
+    return period((stage.quick(kinds[0]), stage.quick(kinds[1])), laws)
+
+
+def beginning(
+    kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw], bench: Bench, loops: Any
+) -> Run:
+    """The state at the start of a run.
+
+    Parameters
+    ----------
+    kinds : tuple[Kind, Kind]
+        Kinds of the stages.
+    laws : tuple[StageLaw, StageLaw]
+        Their laws.
+    bench : Bench
+        The stages.
+    loops : tuple[Loop, Loop]
+        What controls them.
+
+    Returns
+    -------
+    Run
+        At rest at 0.
+    """
+    halves = []
+    for kind, law, params, loop in zip(kinds, laws, bench[:2], loops, strict=True):
+        memory = law.start(loop.gains, Sample(0.0, loop.plan.origin))
+        halves.append(Half(kind.initial(params), memory, guarding.fresh()))
+    return Run(0, Joined(sequence.begin(), math.nan), halves[0], halves[1])

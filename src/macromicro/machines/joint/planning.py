@@ -1,0 +1,262 @@
+"""A programme of two axes as a plan of each: one profile along the path, within the limits of both
+axes and of the path."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.machines import planning
+from macromicro.machines.joint.course import Course, Leg
+from macromicro.machines.joint.settings import AXES, of
+from macromicro.machines.planning import Way
+from macromicro.machines.sequence import Plan
+from macromicro.motion.feed import Limits, feed
+from macromicro.motion.path import MEET, Piece, line
+from macromicro.motion.profile import Segment
+from macromicro.schema.text import printable
+from macromicro.units import shown
+
+CENTRAL, FORWARD = 0.8, 0.6  # shares of the acceleration in an arc: to its centre, along it
+TURN = 0.02  # rad; an arc is cut into cubics of at most so much
+STEP = 1e-3  # s; and of at most so much while the speed changes
+FINE = 4  # pieces of a trajectory for each control period
+
+
+class Trace(NamedTuple):
+    """The path of one move, for measuring how far from it the load is.
+
+    Attributes
+    ----------
+    pieces : tuple[Piece, ...]
+        Of the path; none where it stays.
+    border : ndarray, shape (pieces + 1,)
+        Way at the beginning of each piece, and at the end, m.
+    s : ndarray, shape (periods,)
+        Way of the set point at each control period since the move's begin, m.
+    """
+
+    pieces: tuple[Piece, ...]
+    border: Array
+    s: Array
+
+
+class JointPlan(NamedTuple):
+    """A programme for both axes.
+
+    Attributes
+    ----------
+    plans : tuple[Plan, Plan]
+        Of each axis; their times are the same.
+    legs : tuple[Leg, ...]
+        The moves.
+    traces : tuple[Trace, ...]
+        Their paths.
+    """
+
+    plans: tuple[Plan, Plan]
+    legs: tuple[Leg, ...]
+    traces: tuple[Trace, ...]
+
+
+def limits(piece: Piece, tree: Any, speed: float = math.inf) -> Limits:
+    """What both axes and the path allow along a piece.
+
+    Parameters
+    ----------
+    piece : Piece
+        Of a path.
+    tree : Any
+        Settings of the machine.
+    speed : float, optional
+        A limit of its own, m/s.
+
+    Returns
+    -------
+    Limits
+        On a straight piece each axis takes its share. In an arc every direction occurs: `CENTRAL`
+        of the acceleration is for the centre, which with `FORWARD` along the path is all of it.
+    """
+    x, y = (each.motion for each in of(tree))
+    path = tree.path
+    if piece.curvature == 0.0:
+        shares = [(m, abs(u)) for m, u in ((x, piece.ux), (y, piece.uy)) if u != 0.0]
+        return Limits(
+            min(speed, path.speed, *(m.velocity / u for m, u in shares)),
+            min(path.acceleration, *(m.acceleration / u for m, u in shares)),
+            min(m.jerk / u for m, u in shares),
+        )
+    radius = 1.0 / abs(piece.curvature)
+    most = min(path.acceleration, x.acceleration, y.acceleration)
+    jerk = min(x.jerk, y.jerk)
+    central = math.sqrt(CENTRAL * most * radius)
+    swept = math.cbrt(CENTRAL * jerk * radius * radius)  # the centre's direction turns: v^3/r^2
+    fastest = min(speed, path.speed, x.velocity, y.velocity, central, swept)
+    return Limits(fastest, FORWARD * most, FORWARD * jerk)
+
+
+def plan(course: Course, tree: Any, cycles: int = 1) -> JointPlan:
+    """Moves and their profiles, from (0, 0) on.
+
+    Parameters
+    ----------
+    course : Course
+        The programme.
+    tree : Any
+        Settings of the machine.
+    cycles : int, optional
+        How often in a row; each begins where the one before ended, by a straight move if the first
+        path begins elsewhere.
+
+    Returns
+    -------
+    JointPlan
+        In m.
+
+    Raises
+    ------
+    InputError
+        A path leaves the travel of an axis, or a trajectory is faster than its guard allows.
+    """
+    where = printable(course.source, 300)
+    legs = _repeated(course, cycles)
+    ways: tuple[list[Way], list[Way]] = ([], [])
+    traces = []
+    for number, leg in enumerate(course.legs, 1):
+        _check_travel(leg, tree, f"{where}, move {number}")
+    for leg in legs:
+        made, trace = _leg(leg, tree)
+        for each, pieces, end in zip(ways, made, leg.end, strict=True):
+            each.append(Way(math.nan, end, leg.hold, pieces))
+        traces.append(trace)
+    for name, each, own in zip(AXES, ways, of(tree), strict=True):
+        planning.check(each, own, f"{where}, {name}")
+    first, second = (planning.joined(each, math.nan) for each in ways)
+    return JointPlan((first, second), legs, tuple(traces))
+
+
+def _repeated(course: Course, cycles: int) -> tuple[Leg, ...]:
+    """All cycles; between them a straight move, where it must be."""
+    legs = course.legs
+    first = legs[0]
+    begin = (first.pieces[0].x, first.pieces[0].y) if first.pieces else first.end
+    if cycles == 1 or math.dist(begin, legs[-1].end) < 1e-12:
+        return legs * cycles
+    if first.name == "line":  # it goes to the same place from wherever it begins
+        again = line(legs[-1].end, first.end)
+        rest = (first._replace(pieces=(again,)), *legs[1:])
+    else:
+        rest = (Leg("line", (line(legs[-1].end, begin),), (math.inf,), begin, 0.0), *legs)
+    return (*legs, *(rest * (cycles - 1)))
+
+
+def _check_travel(leg: Leg, tree: Any, where: str) -> None:
+    """InputError for a path beyond an axis' travel."""
+    boxes = [piece.extent for piece in leg.pieces]
+    if leg.times.size:
+        boxes = [tuple(f(leg.times[k]) for k in (1, 2) for f in (np.min, np.max))]
+    for k, (name, own) in enumerate(zip(AXES, of(tree), strict=True)):
+        low, high = own.travel.low, own.travel.high
+        for box in boxes:
+            for value in (box[2 * k], box[2 * k + 1]):
+                if not low - MEET <= value <= high + MEET:
+                    accepted = (
+                        f"{shown(low, 'm', 'mm', 6)} to {shown(high, 'm', 'mm', 6)} ({name}.travel)"
+                    )
+                    raise InputError(f"{where}, {name}", shown(value, "m", "mm", 6), accepted)
+
+
+def _leg(leg: Leg, tree: Any) -> tuple[tuple[Array, Array], Trace]:
+    """Pieces of both axes' profiles, and the path."""
+    dt = tree.x.timing.period
+    if leg.times.size:
+        return _tracked(leg, dt)
+    if not leg.pieces:
+        nothing = np.empty((0, 5))
+        return (nothing, nothing), Trace((), np.zeros(1), np.zeros(1))
+    most = [limits(p, tree, v) for p, v in zip(leg.pieces, leg.speeds, strict=True)]
+    lengths = [piece.length for piece in leg.pieces]
+    runs = feed(lengths, most)
+    rows = [
+        row
+        for piece, run in zip(leg.pieces, runs, strict=True)
+        for segment in run
+        for row in _cubics(piece, segment, min(STEP, dt))
+    ]
+    both = np.array(rows)
+    border = np.concatenate(([0.0], np.cumsum(lengths)))
+    s = _ways(runs, border, dt)
+    return (both[:, (0, 1, 2, 3, 4)], both[:, (0, 5, 6, 7, 8)]), Trace(leg.pieces, border, s)
+
+
+def _cubics(piece: Piece, segment: Segment, step: float) -> Iterator[tuple[float, ...]]:
+    """A segment of the way as cubics of both axes: duration, then x and y with derivatives."""
+    h, s, v, a, j = segment
+    if piece.curvature == 0.0:
+        x, y = (float(p) for p in piece.at(s))
+        yield (
+            h, x, piece.ux * v, piece.ux * a, piece.ux * j, y, piece.uy * v, piece.uy * a,
+            piece.uy * j,
+        )  # fmt: skip
+        return
+    turned = abs(piece.curvature) * h * max(v, v + h * (a + 0.5 * h * j))
+    n = math.ceil(max(turned / TURN, 0.0 if a == j == 0.0 else h / step, 1.0))
+    t = np.linspace(0.0, h, n + 1)
+    along, speed = s + t * (v + t * (0.5 * a + t * j / 6.0)), v + t * (a + 0.5 * t * j)
+    columns = []
+    for place, u in zip(piece.at(along), piece.direction(along), strict=True):
+        columns.append(_hermite(h / n, place, speed * u))
+    for k in range(n):
+        yield (h / n, *(float(c[k]) for column in columns for c in column))
+
+
+def _hermite(h: float, place: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
+    """Cubics of one duration through places with speeds: place, speed, acceleration, jerk."""
+    far, p, v, w = np.diff(place), place[:-1], speed[:-1], speed[1:]
+    a = (6.0 * far - h * (4.0 * v + 2.0 * w)) / h**2
+    return p, v, a, (6.0 * h * (v + w) - 12.0 * far) / h**3
+
+
+def _ways(runs: list[list[Segment]], border: Array, dt: float) -> Array:
+    """Way of the set point, each control period from the begin to the end."""
+    rows = np.array(
+        [
+            (s.duration, border[k] + s.position, s.velocity, s.acceleration, s.jerk)
+            for k, run in enumerate(runs)
+            for s in run
+        ]
+    )
+    return _sampled(rows, dt)
+
+
+def _sampled(rows: Array, dt: float) -> Array:
+    """Cubics, one after the other, each control period."""
+    begin = np.concatenate(([0.0], np.cumsum(rows[:, 0])))
+    t = np.arange(math.ceil(begin[-1] / dt) + 1) * dt
+    k = np.clip(np.searchsorted(begin, t, side="right") - 1, 0, len(rows) - 1)
+    h = np.minimum(t - begin[k], rows[k, 0])
+    p, v, a, j = rows[k, 1:].T
+    found: Array = p + h * (v + h * (0.5 * a + h * j / 6.0))
+    return found
+
+
+def _tracked(leg: Leg, dt: float) -> tuple[tuple[Array, Array], Trace]:
+    """A trajectory: splines over its times, and their path as short straight pieces."""
+    t, x, y = leg.times
+    first, second = (planning.track(t, place).pieces for place in (x, y))
+    fine = dt / FINE
+    points = np.stack([_sampled(each, fine) for each in (first, second)], axis=1)
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    kept = np.concatenate(([True], steps > 0.0))
+    corners = points[kept]
+    ends = [(float(px), float(py)) for px, py in corners]
+    pieces = tuple(line(a, b) for a, b in itertools.pairwise(ends))
+    border = np.concatenate(([0.0], np.cumsum([p.length for p in pieces])))
+    s = np.concatenate(([0.0], np.cumsum(steps)))[::FINE]
+    return (first, second), Trace(pieces, border, s)

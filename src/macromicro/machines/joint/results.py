@@ -1,0 +1,230 @@
+"""How the moves of two axes went, from the recording and the paths."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.machines import results
+from macromicro.machines.joint import contour
+from macromicro.machines.joint.planning import JointPlan
+from macromicro.machines.joint.settings import AXES, of
+from macromicro.machines.results import MoveResult
+from macromicro.machines.sequence import HOLDING
+from macromicro.recording import Recording
+
+
+class Beside(NamedTuple):
+    """Distance from the path while the profile lasts; lengths in mm.
+
+    Attributes
+    ----------
+    rms, peak : float
+        Of the places that the encoders show.
+    true_rms, true_peak : float
+        Of the true places in the plane.
+    """
+
+    rms: float
+    peak: float
+    true_rms: float
+    true_peak: float
+
+
+class JointMove(NamedTuple):
+    """One move; lengths in mm. None: cannot be known.
+
+    Attributes
+    ----------
+    move : int
+        Index.
+    name : str
+        Line, arc, path or trajectory.
+    target : tuple[float, float]
+        Where to.
+    way : float
+        Length of the path.
+    start_s : float
+        When it began, s.
+    profile_s : float
+        Duration of its profile, s.
+    arrived_s : float | None
+        From its begin until both axes stay within their tolerances, s.
+    contour : Beside | None
+        Distance from the path; None for a move that stays where it is.
+    axes : tuple[MoveResult, MoveResult]
+        How each axis followed.
+    true_error : float | None
+        Distance of the true place from the target at rest.
+    complete : bool
+        Whether its hold began.
+    """
+
+    move: int
+    name: str
+    target: tuple[float, float]
+    way: float
+    start_s: float
+    profile_s: float
+    arrived_s: float | None
+    contour: Beside | None
+    axes: tuple[MoveResult, MoveResult]
+    true_error: float | None
+    complete: bool
+
+
+def alone(recording: Recording, name: str) -> Recording:
+    """What a recording shows of one axis, as that of a machine of one stage.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of both axes.
+    name : str
+        One of `AXES`.
+
+    Returns
+    -------
+    Recording
+        Its columns without the letter in front, and those of time and sequence.
+    """
+    letters = tuple(f"{each}_" for each in AXES)
+    kept = [
+        c
+        for c in recording.columns
+        if c.name.startswith(f"{name}_")
+        or (not c.name.startswith(letters) and not c.name.startswith("true_"))
+    ]
+    columns = [c._replace(name=c.name.removeprefix(f"{name}_")) for c in kept]
+    values = [recording[c.name] for c in kept]
+    return Recording.from_arrays(columns, values, recording.dt, recording.attributes)
+
+
+def moves(recording: Recording, plan: JointPlan, settings: Any) -> list[JointMove]:
+    """How each move went.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a run of the plan.
+    plan : JointPlan
+        Its moves.
+    settings : Any
+        Of the machine.
+
+    Returns
+    -------
+    list[JointMove]
+        Those that began.
+    """
+    if not len(recording):
+        return []
+    each = [
+        results.moves(alone(recording, name), own_plan, own.arrival)
+        for name, own_plan, own in zip(AXES, plan.plans, of(settings), strict=True)
+    ]
+    return [_move(recording, plan, pair) for pair in zip(*each, strict=True)]
+
+
+def rows(recording: Recording, move: int) -> slice:
+    """The rows of one move.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a run.
+    move : int
+        Index.
+
+    Returns
+    -------
+    slice
+        Those in which it is the present one.
+    """
+    found = np.flatnonzero(recording["move"] == move)
+    return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 0)
+
+
+def under_way(recording: Recording, plan: JointPlan, move: int) -> slice:
+    """The rows of one move in which its profile lasts.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a run.
+    plan : JointPlan
+        Its moves.
+    move : int
+        Index.
+
+    Returns
+    -------
+    slice
+        From its begin on; at least one row of a move that began.
+    """
+    own = rows(recording, move)
+    t = recording["t"][own]
+    n = int(np.sum(t - t[0] < plan.plans[0].length[move] - 1e-9)) if len(t) else 0
+    return slice(own.start, min(own.start + max(n, 1), own.stop))
+
+
+def _distance(recording: Recording, names: tuple[str, str], part: slice, trace: Any) -> Array:
+    """From the path, mm; what has no reading counts as where it was."""
+    places = [known(recording[name][part]) * 1e-3 for name in names]
+    return contour.off(trace, *places).distance * 1e3
+
+
+def known(values: Array) -> Array:
+    """A column with the last reading where there is none.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        A column; NaN: no new reading.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Without gaps; 0 before the first reading.
+    """
+    good = ~np.isnan(values)
+    if good.all() or not good.any():
+        return np.nan_to_num(values)
+    last = np.maximum.accumulate(np.where(good, np.arange(len(values)), 0))
+    filled: Array = np.nan_to_num(values[last])
+    return filled
+
+
+def _move(recording: Recording, plan: JointPlan, pair: tuple[MoveResult, MoveResult]) -> JointMove:
+    k, first = pair[0].move, pair[0]
+    leg, trace = plan.legs[k], plan.traces[k]
+    found = None
+    if trace.pieces:
+        part = under_way(recording, plan, k)
+        read = _distance(recording, ("x_position", "y_position"), part, trace)
+        true = _distance(recording, ("true_x", "true_y"), part, trace)
+        rms = [float(np.sqrt(np.mean(d * d))) for d in (read, true)]
+        found = Beside(rms[0], float(read.max()), rms[1], float(true.max()))
+    part = rows(recording, k)
+    rest = recording["t"][part] > recording["t"][part][-1] - results.REST
+    rest &= recording["phase"][part] == HOLDING
+    away = None
+    if rest.any():
+        here = [float(np.mean(recording[name][part][rest])) for name in ("true_x", "true_y")]
+        away = float(np.hypot(here[0] - 1e3 * leg.end[0], here[1] - 1e3 * leg.end[1]))
+    times = [m.arrived_s for m in pair if m.arrived_s is not None]
+    return JointMove(
+        move=k,
+        name=leg.name,
+        target=(1e3 * leg.end[0], 1e3 * leg.end[1]),
+        way=1e3 * float(trace.border[-1]),
+        start_s=first.start_s,
+        profile_s=first.profile_s,
+        arrived_s=max(times) if len(times) == len(pair) else None,
+        contour=found,
+        axes=pair,
+        true_error=away,
+        complete=first.complete,
+    )

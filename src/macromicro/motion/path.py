@@ -1,0 +1,237 @@
+"""Paths in a plane: straight pieces and arcs, corners rounded, and how far a point is from them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+
+MEET = 1e-9  # m; pieces that are nearer than this meet
+TURN = 2.0 * math.pi
+_SLIGHT = 1e-9  # rad; a smaller turn is none
+_BACK = math.pi - 1e-6  # rad; a turn beyond it goes back the same way
+
+
+class Piece(NamedTuple):
+    """A piece of constant curvature.
+
+    Attributes
+    ----------
+    x, y : float
+        Where it begins, m.
+    ux, uy : float
+        Direction there, a unit vector; a straight piece along an axis has exactly 0 in the other.
+    curvature : float
+        1/m, positive to the left; 0: straight.
+    length : float
+        m.
+    """
+
+    x: float
+    y: float
+    ux: float
+    uy: float
+    curvature: float
+    length: float
+
+    def at(self, s: Array | float) -> tuple[Array, Array]:
+        """Places.
+
+        Parameters
+        ----------
+        s : Array | float
+            Way from its beginning, m.
+
+        Returns
+        -------
+        x, y : ndarray, shape of `s`
+            m.
+        """
+        s = np.asarray(s, dtype=np.float64)
+        if self.curvature == 0.0:
+            return self.x + self.ux * s, self.y + self.uy * s
+        angle = self.curvature * s
+        along, aside = np.sin(angle) / self.curvature, (1.0 - np.cos(angle)) / self.curvature
+        x = self.x + along * self.ux - aside * self.uy
+        return x, self.y + along * self.uy + aside * self.ux
+
+    def direction(self, s: Array | float) -> tuple[Array, Array]:
+        """Directions, unit vectors.
+
+        Parameters
+        ----------
+        s : Array | float
+            Way from its beginning, m.
+
+        Returns
+        -------
+        ux, uy : ndarray, shape of `s`
+            Exactly those of the beginning on a straight piece.
+        """
+        s = np.asarray(s, dtype=np.float64)
+        if self.curvature == 0.0:
+            return np.full_like(s, self.ux), np.full_like(s, self.uy)
+        c, n = np.cos(self.curvature * s), np.sin(self.curvature * s)
+        return c * self.ux - n * self.uy, c * self.uy + n * self.ux
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Where it ends, m."""
+        x, y = self.at(self.length)
+        return float(x), float(y)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Least and greatest x, then y, m."""
+        s = [0.0, self.length]
+        if self.curvature != 0.0:  # an arc goes farthest where its direction is along an axis
+            first, quarter = math.atan2(self.uy, self.ux), 0.5 * math.pi
+            last = first + self.curvature * self.length
+            low, high = min(first, last), max(first, last)
+            turns = range(math.ceil(low / quarter), math.floor(high / quarter) + 1)
+            s += [(k * quarter - first) / self.curvature for k in turns]
+        x, y = self.at(np.array(s))
+        return float(x.min()), float(x.max()), float(y.min()), float(y.max())
+
+    def nearest(self, x: Array, y: Array) -> Array:
+        """Where on the piece points are nearest to it.
+
+        Parameters
+        ----------
+        x, y : ndarray, shape (n,)
+            Points, m.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Way from its beginning, m.
+        """
+        dx, dy = x - self.x, y - self.y
+        if self.curvature == 0.0:
+            return np.clip(dx * self.ux + dy * self.uy, 0.0, self.length)
+        sign, radius = math.copysign(1.0, self.curvature), 1.0 / abs(self.curvature)
+        # From the centre, in the frame of the beginning: out of the circle, and along the way.
+        out = radius + sign * (dx * self.uy - dy * self.ux)
+        turned = np.mod(np.arctan2(dx * self.ux + dy * self.uy, out), TURN)
+        angle = self.length / radius
+        after = turned - angle  # beyond its end by so much, before its beginning by the rest
+        beyond = np.where(after < 0.5 * (TURN - angle), angle, 0.0)
+        return np.where(after <= 0.0, turned, beyond) * radius
+
+
+def line(begin: tuple[float, float], end: tuple[float, float]) -> Piece:
+    """A straight piece.
+
+    Parameters
+    ----------
+    begin, end : tuple[float, float]
+        m; not the same.
+
+    Returns
+    -------
+    Piece
+        From one to the other.
+    """
+    dx, dy = end[0] - begin[0], end[1] - begin[1]
+    length = math.hypot(dx, dy)
+    return Piece(begin[0], begin[1], dx / length, dy / length, 0.0, length)
+
+
+def arc(begin: tuple[float, float], centre: tuple[float, float], angle: float) -> Piece:
+    """An arc around a centre.
+
+    Parameters
+    ----------
+    begin : tuple[float, float]
+        Where it begins, m; not the centre.
+    centre : tuple[float, float]
+        m.
+    angle : float
+        How far it goes around, rad; positive: to the left, against the clock.
+
+    Returns
+    -------
+    Piece
+        The arc.
+    """
+    dx, dy = begin[0] - centre[0], begin[1] - centre[1]
+    radius, sign = math.hypot(dx, dy), math.copysign(1.0, angle)
+    ux, uy = -sign * dy / radius, sign * dx / radius
+    return Piece(begin[0], begin[1], ux, uy, sign / radius, radius * abs(angle))
+
+
+def turning(before: Piece, after: Piece) -> float:
+    """By how much the direction turns between two pieces.
+
+    Parameters
+    ----------
+    before, after : Piece
+        One after the other.
+
+    Returns
+    -------
+    float
+        rad, positive to the left.
+    """
+    ux, uy = (float(u) for u in before.direction(before.length))
+    return math.atan2(ux * after.uy - uy * after.ux, ux * after.ux + uy * after.uy)
+
+
+def rounded(points: Sequence[tuple[float, float]], radius: float, where: str) -> list[Piece]:
+    """Straight pieces through points, each corner replaced by an arc that is tangent to both.
+
+    Parameters
+    ----------
+    points : sequence of tuple[float, float]
+        Two or more, m.
+    radius : float
+        Of the arcs, m.
+    where : str
+        For messages.
+
+    Returns
+    -------
+    list[Piece]
+        From the first point to the last, without a corner.
+
+    Raises
+    ------
+    InputError
+        Two points are one, the way goes back on itself, or there is no room for the arcs.
+    """
+    legs = []
+    for k, (begin, end) in enumerate(itertools.pairwise(points), 2):
+        if math.dist(begin, end) <= MEET:
+            raise InputError(f"{where}, point {k}", "the same as the one before", "another one")
+        legs.append(line(begin, end))
+    turns = [turning(a, b) for a, b in itertools.pairwise(legs)]
+    cuts = [0.0]
+    for k, turn in enumerate(turns, 2):
+        if abs(turn) > _BACK:
+            accepted = "corners that do not go back the same way, or an exact stop"
+            raise InputError(f"{where}, point {k}", "a turn by 180 deg", accepted)
+        cuts.append(radius * math.tan(0.5 * abs(turn)) if abs(turn) > _SLIGHT else 0.0)
+    cuts.append(0.0)
+    for k, leg in enumerate(legs):
+        if cuts[k] + cuts[k + 1] > leg.length * (1.0 + 1e-9):
+            most = radius * leg.length / (cuts[k] + cuts[k + 1])
+            found = f"{1e3 * radius:.6g} mm"
+            accepted = f"at most {1e3 * most:.6g} mm between points {k + 1} and {k + 2}"
+            raise InputError(f"{where}, rounding", found, accepted)
+    pieces: list[Piece] = []
+    for k, leg in enumerate(legs):
+        x, y = (float(u) for u in leg.at(cuts[k]))
+        left = leg.length - cuts[k] - cuts[k + 1]
+        if left > MEET:
+            pieces.append(leg._replace(x=x, y=y, length=left))
+        if cuts[k + 1] > 0.0:
+            x, y = (float(u) for u in leg.at(leg.length - cuts[k + 1]))
+            bend = math.copysign(1.0 / radius, turns[k])
+            pieces.append(Piece(x, y, leg.ux, leg.uy, bend, radius * abs(turns[k])))
+    return pieces

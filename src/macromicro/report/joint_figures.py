@@ -1,0 +1,193 @@
+"""Figures of a run of two axes: the path in the plane with the error magnified, and both axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
+from macromicro.machines.joint import contour, results
+from macromicro.machines.joint.planning import JointPlan
+from macromicro.machines.joint.settings import AXES, of
+from macromicro.recording import Recording
+from macromicro.report.figures import Drawn
+
+SHOWN = 0.05  # of the picture's width; what the largest contour error is magnified to
+_COLORS = (BLUE, ORANGE)
+
+
+def magnification(peak: float, span: float) -> float:
+    """A round factor that makes an error visible in a picture.
+
+    Parameters
+    ----------
+    peak : float
+        The largest error.
+    span : float
+        Width of what is shown, in the same unit.
+
+    Returns
+    -------
+    float
+        1, 2 or 5 times a power of ten, 1 at least.
+    """
+    if not peak > 0.0:
+        return 1.0
+    wanted = SHOWN * span / peak
+    power = 10.0 ** math.floor(math.log10(max(wanted, 1.0)))
+    return max(power * max(k for k in (1.0, 2.0, 5.0) if k * power <= max(wanted, 1.0)), 1.0)
+
+
+def _beside(recording: Recording, plan: JointPlan, names: tuple[str, str]) -> Iterator[Any]:
+    """Of each move with a path, while its profile lasts: rows, places (mm), nearest points."""
+    for k in np.unique(recording["move"][recording["move"] >= 0]).tolist():
+        if plan.traces[k].pieces:
+            part = results.under_way(recording, plan, k)
+            x, y = (results.known(recording[name][part]) for name in names)
+            yield part, x, y, contour.off(plan.traces[k], 1e-3 * x, 1e-3 * y)
+
+
+def path(recording: Recording, plan: JointPlan, tolerance: float) -> Drawn:
+    """The path in the plane, and the places that the encoders show and the true ones beside it.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a run.
+    plan : JointPlan
+        Its moves.
+    tolerance : float
+        Of the contour, m.
+
+    Returns
+    -------
+    Drawn
+        Figure `path`.
+    """
+    ways = (
+        ("true_x", "true_y", RED, "true"),
+        ("x_position", "y_position", BLUE, "by the encoders"),
+    )
+    found = {way[3]: list(_beside(recording, plan, way[:2])) for way in ways}
+    every = [each for parts in found.values() for each in parts]
+    peak = max((float(np.max(each[3].distance)) for each in every), default=0.0)
+    width = max(float(np.ptp(recording[f"{name}_target"])) for name in AXES) * 1e-3
+    factor = magnification(peak, max(width, 1e-9))
+    figure, axes = new(7.6, 1)
+    ax = axes[0, 0]
+    for *_, color, label in ways:
+        for number, (_, x, y, near) in enumerate(found[label]):
+            px, py = 1e3 * near.x, 1e3 * near.y
+            ax.plot(
+                px + factor * (x - px),
+                py + factor * (y - py),
+                color=color,
+                linewidth=0.9,
+                label=label if number == 0 else "",
+            )
+    for number, trace in enumerate(t for t in plan.traces if t.pieces):
+        x, y = outline(trace)
+        label = "path" if number == 0 else ""
+        ax.plot(1e3 * x, 1e3 * y, color=BLACK, linewidth=0.8, linestyle="--", label=label)
+    ax.set_aspect("equal", adjustable="datalim")
+    ticks = f"{factor:,.0f}".replace(",", " ")
+    finish(
+        ax,
+        f"Distance from the path, {ticks} times as large",
+        "x [mm]",
+        "y [mm]",
+        legend=True,
+    )
+    return Drawn(
+        "path",
+        "The path",
+        "The path, and beside it the places while a profile lasts, their distance from it "
+        f"magnified {ticks} times: {1e6 * tolerance:.4g} um, the tolerance, would be "
+        f"{1e3 * factor * tolerance:.3g} mm of the picture.",
+        figure,
+    )
+
+
+def outline(trace: Any, turn: float = 0.02) -> tuple[Array, Array]:
+    """Points along a path, for drawing.
+
+    Parameters
+    ----------
+    trace : Any
+        The path of a move.
+    turn : float, optional
+        From point to point in an arc, rad.
+
+    Returns
+    -------
+    x, y : ndarray, shape (n,)
+        m.
+    """
+    xs, ys = [], []
+    for piece in trace.pieces:
+        n = math.ceil(abs(piece.curvature) * piece.length / turn) + 2
+        x, y = piece.at(np.linspace(0.0, piece.length, n))
+        xs.append(x)
+        ys.append(y)
+    return np.concatenate(xs), np.concatenate(ys)
+
+
+def axes_over_time(recording: Recording, plan: JointPlan, settings: Any) -> Drawn:
+    """Positions, errors, distance from the path and efforts over the run.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a run.
+    plan : JointPlan
+        Its moves.
+    settings : Any
+        Of the machine.
+
+    Returns
+    -------
+    Drawn
+        Figure `axes`.
+    """
+    figure, grid = new(9.4, 4, sharex=True)
+    places, errors, beside, efforts = grid[:, 0]
+    t = recording["t"]
+    for name, color, own in zip(AXES, _COLORS, of(settings), strict=True):
+        target, position = recording[f"{name}_target"], recording[f"{name}_position"]
+        line(places, t, target, BLACK, "", linewidth=0.8, linestyle="--")
+        line(places, t, position, color, name)
+        line(errors, t, 1e3 * (target - position), color, name)
+        for edge in (-1e6 * own.arrival.tolerance, 1e6 * own.arrival.tolerance):
+            errors.axhline(edge, color=color, linewidth=0.8, linestyle=":")
+        line(efforts, t, recording[f"{name}_effort"], color, name)
+    ways = (
+        ("true_x", "true_y", RED, "true"),
+        ("x_position", "y_position", BLUE, "by the encoders"),
+    )
+    for *names, color, label in ways:
+        far = np.full(len(t), np.nan)
+        for part, _, _, near in _beside(recording, plan, (names[0], names[1])):
+            far[part] = 1e6 * near.distance
+        line(beside, t, far, color, label)
+    beside.axhline(1e6 * settings.path.tolerance, color=GREEN, linewidth=0.8, linestyle=":")
+    finish(places, "Position; dashed: set point", "", "[mm]", legend=True)
+    finish(errors, "Set point minus position; dotted: tolerance", "", "[um]", legend=True)
+    finish(
+        beside,
+        "Distance from the path while the profile lasts; dotted: tolerance",
+        "",
+        "[um]",
+        legend=True,
+    )
+    finish(efforts, "Effort at the D/A", y="[V]", legend=True)
+    figure.subplots_adjust(hspace=0.3)
+    return Drawn(
+        "axes",
+        "Both axes",
+        "Position, error and effort of each axis, and what the errors make beside the path.",
+        figure,
+    )

@@ -1,0 +1,196 @@
+"""The folder of a tuning of a machine of two axes: settings that run, numbers, figure."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import macromicro
+from macromicro.columns import quantities
+from macromicro.drawing import files as drawings
+from macromicro.drawing.style import BLUE, GREEN, RED, finish, line, new
+from macromicro.machines.joint import contour, results, runs
+from macromicro.machines.joint.trial import JointTrial
+from macromicro.machines.machine import KEY
+from macromicro.runs import folder
+from macromicro.schema import config
+from macromicro.schema.par import entries, value_at
+from macromicro.schema.text import plain
+from macromicro.tuning.joint import Tuning
+from macromicro.tuning.stage import ROUGH
+
+SETTINGS, NUMBERS, FIGURE = "tuned.toml", "tuning.json", "contour"
+FILES = (SETTINGS, NUMBERS, *drawings.names((FIGURE,)))
+
+
+class Row(NamedTuple):
+    """One quantity of every version.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    values : tuple[float, ...]
+        In the order of the versions.
+    unit : str
+        Of all.
+    """
+
+    name: str
+    values: tuple[float, ...]
+    unit: str
+
+
+def table(found: Tuning) -> list[Row]:
+    """Gains and measures of every version.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    list[Row]
+        Gains, then measures, then the cost.
+    """
+    versions = found.versions
+    units = {e.path: e.par.unit.replace("*", " ") for e in entries(versions[0].settings)}
+    rows = [
+        Row(path, tuple(float(value_at(v.settings, path)) for v in versions), units[path])
+        for path in found.knobs
+    ]
+    for name, about in quantities(JointTrial).items():
+        unit = "" if about.unit == "1" else about.unit
+        rows.append(Row(about.meaning, tuple(getattr(v.found, name) for v in versions), unit))
+    rows.append(Row("cost (contour)", tuple(v.cost for v in versions), "um"))
+    return rows
+
+
+def lines(found: Tuning) -> list[str]:
+    """The table in words.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    list[str]
+        For the terminal.
+    """
+    told = [f"{'':62}" + "".join(f"{v.name:>12}" for v in found.versions)]
+    for row in table(found):
+        values = "".join(f"{value:12.5g}" for value in row.values)
+        told.append(f"{row.name:62}{values} {row.unit}".rstrip())
+    told.append(f"least cost: {found.best.name}")
+    return told
+
+
+def as_toml(found: Tuning) -> str:
+    """Settings for ``macromicro run --config``.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    str
+        The machine, the gains of the best version, and whatever else the start set.
+    """
+    head = (
+        f"# {found.machine.title}: tuned for {found.objective.name} of each axis, then for the "
+        f"contour: {found.best.name}\n"
+        f"# {found.evaluations} designs, seed {found.seed}, macromicro {macromicro.__version__}\n"
+    )
+    body = config.changed_toml(found.best.settings, found.machine.settings, found.knobs)
+    return f'{head}{KEY} = "{found.machine.name}"\n{body}'
+
+
+def content(found: Tuning) -> dict[str, Any]:
+    """The content of tuning.json.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    dict[str, Any]
+        Objective, versions, gains and measures.
+    """
+    return {
+        "machine": found.machine.name,
+        "objective": {"name": found.objective.name, "meaning": found.objective.meaning},
+        "penalties": {"rough": ROUGH},
+        "evaluations": found.evaluations,
+        "seed": found.seed,
+        "version": macromicro.__version__,
+        "versions": [v.name for v in found.versions],
+        "best": found.best.name,
+        "table": [row._asdict() for row in table(found)],
+    }
+
+
+def draw_figure(found: Tuning) -> Any:
+    """Distance from the path with the gains of the sheets and with the best, over the same moves.
+
+    Parameters
+    ----------
+    found : Tuning
+        What was found.
+
+    Returns
+    -------
+    Any
+        A figure of matplotlib.
+    """
+    figure, axes = new(4.6, 2, sharex=True)
+    both = ((found.versions[0], RED), (found.best, BLUE))
+    for ax, (version, color) in zip(axes[:, 0], both, strict=True):
+        done = runs.record(found.machine, version.settings, found.plan, seed=found.seed)
+        r = done.recording
+        for k, trace in enumerate(found.plan.traces):
+            part = results.under_way(r, found.plan, k)
+            if trace.pieces and part.stop > part.start:
+                x, y = (1e-3 * results.known(r[f"{n}_position"][part]) for n in "xy")
+                far = contour.off(trace, x, y).distance
+                line(ax, r["t"][part], 1e6 * far, color, "")
+        tolerance = 1e6 * version.settings.path.tolerance
+        ax.axhline(tolerance, color=GREEN, linewidth=0.8, linestyle=":")
+        last = ax is axes[-1, 0]
+        finish(
+            ax,
+            f"Distance from the path, {version.name}; dotted: tolerance",
+            "time [s]" if last else "",
+            "[um]",
+        )
+    high = max(ax.get_ylim()[1] for ax in axes[:, 0])
+    for ax in axes[:, 0]:
+        ax.set_ylim(0.0, high)
+    return figure
+
+
+def write(out: Path, found: Tuning, kinds: Sequence[str]) -> None:
+    """Write all files, or none.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    found : Tuning
+        What was found.
+    kinds : Sequence[str]
+        Formats of the figure.
+    """
+    with folder.staged(out, remove=FILES) as place:
+        (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
+        text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
+        (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
+        drawings.save(draw_figure(found), place, FIGURE, kinds)

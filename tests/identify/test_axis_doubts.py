@@ -1,0 +1,137 @@
+"""Records of a drive that tell nothing, or something else: refused, or no error is told."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify import drive
+from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.axis_doubts import against, coarse, jumps
+from macromicro.identify.axis_inverse import Estimate
+from macromicro.identify.kinds.drive import about
+from macromicro.identify.notices import DataWarning
+from macromicro.identify.runs import Run
+
+DT = 1e-3
+
+
+def record(seconds: float = 8.0, dt: float = DT, **axis: float) -> tuple[Array, Array, Array]:
+    """An axis of 95 kg under steps of force both ways, its position with a noise of 2 um."""
+    random = np.random.default_rng(0)
+    each = round(0.4 / dt)
+    u = np.repeat(random.uniform(-120.0, 120.0, round(seconds / 0.4)), each)
+    made = Axis(**({"mass": 95.0, "viscous": 200.0, "coulomb": 20.0} | axis))
+    x = simulate(made, u, dt, 0.0, 0.0)
+    return np.arange(len(u)) * dt, u, x + 2e-6 * random.standard_normal(len(u))
+
+
+@pytest.mark.parametrize("structure", ["viscous", "coulomb", "auto"])
+def test_a_force_of_the_wrong_sign_is_refused(structure: str) -> None:
+    t, u, x = record()
+    with pytest.raises(InputError, match="check the signs of u, x and gain"):
+        drive(t, -u, x, structure=structure)
+
+
+def estimate(mass: float, error: float, viscous: float = 1.0) -> Estimate:
+    axis = Axis(mass=mass, viscous=viscous)
+    return Estimate(axis, ("viscous", "mass"), np.diag([1.0, error**2]), 0.0, 0.0)
+
+
+def test_a_mass_below_zero_is_refused_where_it_is_sure() -> None:
+    against(estimate(-1.0, 0.51))
+    against(estimate(1.0, 0.01))
+    with pytest.raises(InputError, match=r"a mass of -1 \+- 0\.49: the force acts against"):
+        against(estimate(-1.0, 0.49))
+
+
+@given(st.integers(1, 2), st.floats(0.02, 0.4), st.integers(1, 20))
+def test_a_counter_that_wraps_is_refused(seed: int, speed: float, most: int) -> None:
+    random = np.random.default_rng(seed)
+    t = np.arange(4000) * DT
+    x = np.cumsum(np.repeat(random.uniform(-speed, speed, 8), 500)) * DT
+    way = float(np.ptp(x)) / (most + 0.5)
+    wrapped = np.mod(x - x.min(), way)
+    large = float(np.abs(np.diff(x)).max())
+    many = int(np.count_nonzero(np.abs(np.diff(wrapped)) > 0.5 * way))
+    if way < 7.0 * large or many > 60:
+        return
+    jumps(Run(t, x, x), "record[0].x")
+    with pytest.raises(InputError, match=rf"; {many} of them, all other.*unwrap the counter") as e:
+        jumps(Run(t, x, wrapped), "record[0].x")
+    row = int(e.value.where.rsplit(" ", 1)[1])
+    assert abs(wrapped[row - 1] - wrapped[row - 2]) > 0.5 * way
+    assert np.all(np.abs(np.diff(wrapped[: row - 1])) < 0.5 * way)
+
+
+@pytest.mark.parametrize("x", [
+    np.zeros(500), np.r_[np.zeros(250), np.ones(250)], np.arange(500.0),
+    np.floor(np.arange(500) / 7.0), np.floor(np.cumsum(np.linspace(0.0, 3.0, 500))),
+    np.r_[np.zeros(100), 0.02 * np.arange(400.0) ** 2],
+    100.0 * (1.0 - np.exp(-np.arange(500) / 40.0)),
+])  # fmt: skip
+def test_positions_that_rest_count_or_speed_up_are_no_jumps(x: Array) -> None:
+    jumps(Run(np.arange(500) * DT, x, x), "x")
+
+
+def test_five_times_any_other_step_is_a_jump() -> None:
+    x = np.r_[np.arange(100.0), np.arange(100.0) + 104.0]
+    jumps(Run(x, x, x), "x")
+    x[100:] += 0.01
+    with pytest.raises(InputError, match=r"x, row 101: 'a jump by 5\.01; 1 of them, .* 1 at most"):
+        jumps(Run(x, x, x), "x")
+
+
+def test_jumps_of_more_than_a_fiftieth_of_the_samples_are_how_it_moves() -> None:
+    """A coarse and rapid position: each seventh sample."""
+    x = np.arange(700.0) + 50.0 * (np.arange(700) // 7)
+    jumps(Run(x, x, x), "x")
+
+
+def test_a_wrapped_record_is_refused_with_its_row() -> None:
+    t, u, x = record()
+    with pytest.raises(InputError, match=r"record\[0\]\.x, row \d+: 'a jump by"):
+        drive(t, u, np.mod(x, 0.4 * np.ptp(x)))
+
+
+def test_samples_too_far_apart_are_refused() -> None:
+    t, u, x = record(80.0, viscous=95.0 * 2.0 * math.pi * 10.0)
+    with pytest.raises(InputError, match="50 ms between samples, a time constant"):
+        drive(t[::50], u[::50], x[::50])
+
+
+@pytest.mark.parametrize(("samples", "told"), [(1.49, "refused"), (1.51, "warned"), (4.01, "")])
+def test_the_shorter_time_constant_of_both_methods_counts(samples: float, told: str) -> None:
+    both = (estimate(9.0, 0.1), estimate(samples * DT, 0.1))
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        if told == "refused":
+            with pytest.raises(InputError, match=r"1 ms between samples, .* of 1\.49 ms"):
+                coarse(both, DT)
+        else:
+            coarse(both, DT)
+    assert [w.category for w in seen] == ([DataWarning] if told == "warned" else [])
+    coarse((estimate(1.0, 0.1, viscous=0.0), estimate(-1.0, 0.1)), DT)
+
+
+def test_what_ends_at_zero_has_no_standard_error() -> None:
+    """There is no Coulomb friction; the search for some ends at nothing."""
+    t, u, x = record(coulomb=0.0, viscous=400.0)
+    with pytest.warns(DataWarning, match="coulomb at the least that is allowed, next to 0"):
+        found = drive(t, u - 3.0 * np.sign(np.gradient(x)), x, structure="coulomb")
+    errors: dict[str, Any] = dict(zip(found.refined.names, found.refined.std, strict=True))
+    assert math.isnan(errors.pop("coulomb")) and found.axis.coulomb < 1e-3
+    assert all(0.0 < error < 9.0 for error in errors.values())
+
+
+def test_an_error_in_words() -> None:
+    assert about(0.0123, "N") == "+- 0.012 N" and about(2.0) == "+- 2"
+    assert about(math.nan, "N") == ""
