@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,10 +20,12 @@ from macromicro.schema import config
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "machines"
 SHOWN = {
     "axis": ("mass", "coulomb", "offset"),
+    "rotary": ("mass", "coulomb", "offset"),
     "piezo": ("stroke", "hysteresis", "resonance"),
     "wire": ("way", "start", "tau"),
 }
 SPEED, TRAVEL = 0.5, 1.0  # m/s, m: what a person allows
+TURNING = math.radians(720.0), math.radians(400.0)  # rad/s, rad: of an axis that turns
 
 
 class Drawn(NamedTuple):
@@ -87,7 +90,8 @@ def examples() -> str:
     lines = ["| file | found | verification |", "|---|---|---|"]
     for path in sorted(EXAMPLES.glob("[!x]*.toml")):
         place = places.virtual(path)
-        options = Options(place.effort, SPEED, SPEED / 25.0, SPEED, lowest=place.lowest)
+        fast, far = TURNING if place.kind.place.turns else (SPEED, SPEED)
+        options = Options(place.effort, fast, fast / 25.0, far, lowest=place.lowest)
         try:
             found = commission(place, options)
         except (CommissionError, InputError) as error:

@@ -121,7 +121,7 @@ CANNOT: dict[str, dict[str, str]] = {
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
-    "docs/machines.md": ("machine.toml", "switches.toml"),
+    "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml"),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml",),
     "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),
@@ -131,6 +131,7 @@ FILES = {
 BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
 BEHIND = {
     "docs/laws.md": ("run staircase --config mine.toml --out results/mine",),
+    "docs/machines.md": ("run --config turntable.toml --out results/turntable",),
     "docs/programmes.md": ("run sequenced.toml", "run scheduled.csv", "run profiles.toml"),
 }
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro.kernel import kernel
+from macromicro.place import LENGTH, Place
 
 
 class Column(NamedTuple):
@@ -72,13 +73,15 @@ class Layout(NamedTuple):
     parts: tuple[Part, ...]
 
 
-def quantities(kind: Any) -> dict[str, Quantity]:
+def quantities(kind: Any, place: Place = LENGTH) -> dict[str, Quantity]:
     """The recorded fields of a ``NamedTuple`` class.
 
     Parameters
     ----------
     kind : Any
         The class.
+    place : Place, optional
+        What the places of the stage that they are of are counted in.
 
     Returns
     -------
@@ -90,17 +93,19 @@ def quantities(kind: Any) -> dict[str, Quantity]:
     for field in kind._fields:
         for note in getattr(hints[field], "__metadata__", ()):
             if isinstance(note, Quantity):
-                found[field] = note._replace(column=note.column or field)
+                found[field] = place.column(note._replace(column=note.column or field))
     return found
 
 
-def layout(*kinds: Any) -> Layout:
+def layout(*kinds: Any, place: Place = LENGTH) -> Layout:
     """The columns that follow from types, in their order and that of their fields.
 
     Parameters
     ----------
     *kinds : type
         ``NamedTuple`` classes; their fields that are annotated with a `Quantity` are recorded.
+    place : Place, optional
+        What the places of the stage that they are of are counted in.
 
     Returns
     -------
@@ -115,7 +120,7 @@ def layout(*kinds: Any) -> Layout:
     columns: list[Column] = []
     parts = []
     for kind in kinds:
-        known = quantities(kind)
+        known = quantities(kind, place)
         rows, scales = [], []
         for note in map(known.get, kind._fields):
             rows.append(len(columns) if note else -1)

@@ -29,7 +29,10 @@ K = [difference]
 degC = [temperature]
 counts = [encoder] = count
 bits = [bit] = bit
-rad = [angle]; deg = 0.0174532925199432957692369076849 rad; rev = 360 deg
+rad = [angle]; mrad = 1e-3 rad; urad = 1e-6 rad
+deg = 0.0174532925199432957692369076849 rad; mdeg = 1e-3 deg; udeg = 1e-6 deg
+arcmin = 2.90888208665721596153948461415e-4 rad; arcsec = 4.84813681109535993589914102357e-6 rad
+rev = 360 deg = turn
 Hz = rev/s; kHz = 1e3 Hz; rpm = rev/min
 N = kg*m/s^2; mN = 1e-3 N; kN = 1e3 N; gf = 9.80665e-3 N; kgf = 9.80665 N
 J = N*m; kJ = 1e3 J; mJ = 1e-3 J
@@ -250,6 +253,22 @@ def quantity(text: str, unit: str, where: str, offered: str = "") -> float:
         return measured(text, (unit,), where)[0]
     except InputError as error:
         raise InputError(where, error.value, remedy(offered or unit)) from None
+
+
+def size(unit: str) -> float:
+    """How many base units a unit is.
+
+    Parameters
+    ----------
+    unit : str
+        The program's own, not a user's.
+
+    Returns
+    -------
+    float
+        1e-3 for "mm/s".
+    """
+    return float(_size(unit)[0])
 
 
 def convert(value: float, unit: str, to: str) -> float:

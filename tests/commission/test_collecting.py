@@ -15,7 +15,7 @@ from macromicro.commission.collecting import Given
 from macromicro.commission.probing import CommissionError
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
-from macromicro.machines import sheets
+from macromicro.machines import planning, rotary, runs, sheets
 from macromicro.machines.rig import Twin
 from macromicro.recording import Recording
 
@@ -41,6 +41,27 @@ def test_the_mass_of_an_axis_is_found_from_its_strokes(record: Recording, tmp_pa
     assert abs(mass - sheets.mass(tree)) < 2.0 * error and error < 0.3 * mass
     # In SI, for the file says what a volt pushes with.
     assert found.model.coulomb == pytest.approx(tree.friction.coulomb, rel=0.05)
+
+
+def test_the_inertia_of_an_axis_that_turns_is_found_in_its_own_units(tmp_path: Path) -> None:
+    one = given("rotary")
+    taken = collecting.find("drive", one.machine).collect(one, lambda: False)
+    assert {c.name: c.unit for c in taken.columns} == {"t": "s", "u": "V", "x": "rad"}
+    same = rotary.as_axis(one.tree)
+    assert same.travel.low <= taken["x"].min() and taken["x"].max() <= same.travel.high
+    taken.save(tmp_path / "drive.h5")
+    found = identify.from_files("drive", str(tmp_path / "drive.h5"))
+    inertia, error = found.model.mass, found.uncertainty["mass"]
+    assert abs(inertia - sheets.mass(same)) < 2.5 * error and error < 0.1 * inertia
+    assert found.model.coulomb == pytest.approx(same.friction.coulomb, rel=0.05)
+    units = {line.name: line.unit for line in found.lines}
+    assert units["mass"] == "kg*m^2" and units["viscous"] == "N*m*s/rad"
+    model = tmp_path / "model.toml"
+    model.write_text(found.to_toml(), encoding="utf-8")
+    machine, tree = machines.load(model)
+    assert machine.name == "rotary" and tree.load.inertia == pytest.approx(inertia)
+    done = runs.record(machine, tree, planning.usual(tree))
+    assert done.outcome.fault is None and done.outcome.finished
 
 
 def test_the_strokes_stay_within_the_travel_and_what_the_motor_gives(record: Recording) -> None:

@@ -10,19 +10,23 @@ import pytest
 
 from macromicro.control.live.leading import Touch
 from macromicro.machines import homing, machine, sheets
+from macromicro.machines.rotary import as_axis
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "machines").glob("[!x]*.toml"))
 AXES = [p for p in EXAMPLES if machine.load(p)[0].touch is not None]
 
 
 def test_only_an_axis_has_to_look_for_its_place() -> None:
-    assert [p.stem for p in AXES] == ["emps", "micro", "printer", "screw", "stage"]
+    names = ["coil", "disc", "emps", "micro", "printer", "screw", "servo", "stage"]
+    assert [p.stem for p in AXES] == names
 
 
 @pytest.mark.parametrize("path", AXES, ids=lambda p: p.stem)
 def test_it_starts_the_axis_and_trips_no_guard(path: Path) -> None:
-    tree = machine.load(path)[1]
-    found = homing.touch(tree)
+    chosen, settings = machine.load(path)
+    tree = as_axis(settings)  # one that turns as one that slides
+    assert chosen.touch is not None
+    found = chosen.touch(settings)
     per_newton = sheets.per_newton(tree)
     assert per_newton * sheets.held(tree) < found.effort < tree.guard.push
     assert found.lead <= 0.5 * tree.guard.error

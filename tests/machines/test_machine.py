@@ -70,7 +70,7 @@ def test_a_machine_of_another_package_is_known_by_the_name_it_was_given(monkeypa
         machine.plugins, "registered", lambda group: offered if group == machine.GROUP else {}
     )
     assert machine.named("lab-coil", "test").name == "lab-coil"
-    with pytest.raises(InputError, match="piezo, wire, lab-coil; or MODULE"):
+    with pytest.raises(InputError, match="wire, rotary, lab-coil; or MODULE"):
         machine.named("lab-cool", "test")
 
 
@@ -82,7 +82,12 @@ def test_what_is_no_machine_is_refused():
 
 
 def test_the_shipped_machines_have_their_tables():
-    assert [m.spread.name for m in machine.MACHINES] == ["axis.toml", "piezo.toml", "wire.toml"]
+    assert [m.spread.name for m in machine.MACHINES] == [
+        "axis.toml",
+        "piezo.toml",
+        "wire.toml",
+        "rotary.toml",
+    ]
     assert all(m.spread.is_file() for m in machine.MACHINES)
 
 

@@ -29,7 +29,7 @@ class Plain:
 
 def test_a_rig_without_lines_is_the_plain_stage_and_is_given_plain_outputs() -> None:
     rig = Plain(("encoder",), ("motor",))
-    assert open_rig.of(rig) is open_rig.STAGE
+    assert open_rig.of(rig) == open_rig.STAGE
     params = open_rig.opened(rig, 1e-3)
     assert params.rig is rig
     open_rig.switched_on(params, open_rig.STAGE, 1.0, 1e-3)

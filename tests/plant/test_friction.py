@@ -146,8 +146,8 @@ def test_the_level_changes_along_the_rod_by_two_sines(x: float) -> None:
     )
 
 
-def test_friction_that_is_none_stays_a_millinewton() -> None:
+def test_friction_that_is_none_stays_a_micronewton() -> None:
     """Bristles need a level to be drawn against."""
     none = P._replace(coulomb=0.4, stribeck=0.0)
-    assert friction.level(none, 0.1, -0.4) == friction.level(none, 0.1, -9.0) == 1e-3
+    assert friction.level(none, 0.1, -0.4) == friction.level(none, 0.1, -9.0) == 1e-6
     assert friction.level(none, 0.1, -0.3) == pytest.approx(0.1)

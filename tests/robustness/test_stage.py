@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from macromicro import cli
-from macromicro.batch.stage_job import METRICS
+from macromicro.batch.stage_job import metrics
 from macromicro.errors import InputError
 from macromicro.machines import machine, planning
 from macromicro.robustness import requirements, stage, stage_files
@@ -73,7 +73,7 @@ def test_requirements_are_met_by_some(tmp_path):
     middle = float(np.median([t.rms_error for t in found.found]))
     path = tmp_path / "limits.toml"
     path.write_text(f'rms_error = "{middle} um"\nfault = 0\nsettling = "0.1 ms"\n')
-    required = requirements.load(path, METRICS, ())
+    required = requirements.load(path, metrics(), ())
     assert [r.metric.name for r in required] == ["fault", "settling", "rms_error"]
     none, quick, near = required
     found = found._replace(required=required)
@@ -90,7 +90,7 @@ def test_requirements_are_met_by_some(tmp_path):
     assert said[4].startswith("required: all of them: met on ")
     path.write_text('macro_settling = "1 s"\n')
     with pytest.raises(InputError, match="unknown metric"):
-        requirements.load(path, METRICS, ())
+        requirements.load(path, metrics(), ())
 
 
 @pytest.mark.parametrize("samples", [9, 100_001])

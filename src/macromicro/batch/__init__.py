@@ -71,7 +71,7 @@ JOBS: dict[str, Callable[..., Job]] = {
     "macro-bench": _macro_bench,
     "micro-bench": _micro_bench,
     "programme": _programme,
-    **{machine: _stage(machine) for machine in ("axis", "piezo", "wire")},
+    **{machine: _stage(machine) for machine in ("axis", "piezo", "wire", "rotary")},
 }
 
 

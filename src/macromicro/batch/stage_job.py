@@ -1,4 +1,4 @@
-"""The jobs "axis", "piezo" and "wire": a machine of one stage on a programme, in figures."""
+"""The jobs "axis", "piezo", "wire", "rotary": a machine of one stage on a programme, in figures."""
 
 from __future__ import annotations
 
@@ -17,13 +17,30 @@ from macromicro.machines import machine as machines
 from macromicro.machines import planning, runs
 from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trial
+from macromicro.place import LENGTH, Place
 from macromicro.schema.config import check
 from macromicro.schema.par import NO_UNIT
 
 TRACED = ("position", "target", "effort")
-METRICS: tuple[Metric, ...] = tuple(
-    Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning) for c in layout(Trial).columns
-)
+
+
+def metrics(place: Place = LENGTH) -> tuple[Metric, ...]:
+    """Figures of a run, as `trial.Trial` has them.
+
+    Parameters
+    ----------
+    place : Place, optional
+        What the places of the machine are counted in.
+
+    Returns
+    -------
+    tuple[Metric, ...]
+        In the order of its fields.
+    """
+    return tuple(
+        Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning)
+        for c in layout(Trial, place=place).columns
+    )
 
 
 class StageJob:
@@ -45,7 +62,6 @@ class StageJob:
         That variants start from; None for the machine's own.
     """
 
-    metrics = METRICS
     block = 1
 
     def __init__(
@@ -62,6 +78,7 @@ class StageJob:
         self.name, self._seed, self.machine = found.name, seed, found
         self._settings = found.settings if settings is None else settings
         self._machine = machines.under(found, self._settings)
+        self.metrics = metrics(found.kind.place)
         self._known = parameters(self._settings)
         self._path = programmes.find(str(programme)) if programme else None
         self._plan(self._settings)  # a wrong programme is refused at once
@@ -117,7 +134,7 @@ class StageJob:
             trial(self._machine, tree, self._plan(tree), seed)
             for tree, seed in zip(trees, noise, strict=True)
         ]
-        return np.array(found, dtype=np.float64).reshape(len(found), len(METRICS))
+        return np.array(found, dtype=np.float64).reshape(len(found), len(self.metrics))
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
         """Give position, set point and effort of each run.

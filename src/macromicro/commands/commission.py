@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from macromicro.commission.running import Commissioned, Place
 
 SPEED, TRAVEL = "0.5 m/s", "500 mm"
+TURNING = "720 deg/s", "400 deg"  # of an axis that turns
 CREEP = 25.0  # the greatest speed is so many times that of the creep
 
 
@@ -37,7 +38,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str, typer.Option(help="Travel per encoder count of your own rig, such as '5 um'.")
     ] = "",
     kind: Annotated[
-        str, typer.Option(metavar="NAME", help="What your own rig is: axis, piezo or wire.")
+        str, typer.Option(metavar="NAME", help="What your own rig is: axis, rotary, piezo or wire.")
     ] = "axis",
     effort: Annotated[
         str, typer.Option(help="Largest effort, such as '8 V'.", show_default="all there is")
@@ -49,13 +50,19 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
             show_default="0 V",
         ),
     ] = "",
-    speed: Annotated[str, typer.Option(help="Greatest speed.")] = SPEED,
+    speed: Annotated[
+        str, typer.Option(help="Greatest speed.", show_default=f"{SPEED}, or {TURNING[0]}")
+    ] = "",
     creep: Annotated[
         str, typer.Option(help="Speed at which ends are felt for.", show_default="speed / 25")
     ] = "",
     travel: Annotated[
-        str, typer.Option(help="Longest way on which an end is looked for.")
-    ] = TRAVEL,
+        str,
+        typer.Option(
+            help="Longest way on which an end is looked for.",
+            show_default=f"{TRAVEL}, or {TURNING[1]}",
+        ),
+    ] = "",
     low: Annotated[
         str,
         typer.Option("--from", help="Low end of a window, from where the axis stands: '-20 mm'."),
@@ -132,8 +139,9 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
 
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
-    from macromicro.commission import places
+    from macromicro.commission import kinds, places
     from macromicro.errors import InputError
+    from macromicro.place import LENGTH
     from macromicro.rig.opening import TWIN
     from macromicro.units import quantity
 
@@ -148,7 +156,10 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
     if not pitch:
         raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
     below = quantity(lowest, "V", "--lowest") if lowest else None
-    return places.own(rig, quantity(pitch, "m", "--pitch", "um"), seed, kind, below)
+    found = kinds.named(kind)
+    unit = LENGTH if found is None else found.place
+    way = quantity(pitch, unit.base, "--pitch", unit.fine)
+    return places.own(rig, way, seed, kind, below)
 
 
 def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Options:
@@ -157,16 +168,18 @@ def _options(place: Place, given: tuple[str, str, str, str, str, str]) -> Option
     from macromicro.units import quantity
 
     effort, speed, creep, travel, low, high = given
-    fastest = quantity(speed, "m/s", "--speed")
+    p = place.kind.place
+    usual = TURNING if p.turns else (SPEED, TRAVEL)
+    fastest = quantity(speed or usual[0], p.named("m/s"), "--speed")
     if not effort and math.isnan(place.effort):
         raise InputError("--effort", "missing", "the largest effort for this rig, as '5 V'")
     return Options(
         quantity(effort, "V", "--effort") if effort else place.effort,
         fastest,
-        quantity(creep, "m/s", "--creep") if creep else fastest / CREEP,
-        quantity(travel, "m", "--travel", "mm"),
-        quantity(low, "m", "--from", "mm") if low else None,
-        quantity(high, "m", "--to", "mm") if high else None,
+        quantity(creep, p.named("m/s"), "--creep") if creep else fastest / CREEP,
+        quantity(travel or usual[1], p.base, "--travel", p.unit),
+        quantity(low, p.base, "--from", p.unit) if low else None,
+        quantity(high, p.base, "--to", p.unit) if high else None,
         place.lowest,
     ).checked()
 

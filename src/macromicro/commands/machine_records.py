@@ -30,7 +30,7 @@ def listed(config: Path) -> None:
 
     machine, _ = load(config)
     for one in collecting.PROCEDURES:
-        if one.machine == machine.name:
+        if machine.name in one.machines:
             then = one.then.format(file=Path("results") / one.name / f"{one.name}.h5")
             print(f"{one.name:16}{one.gives}\n{'':16}then: {then}")
 

@@ -89,15 +89,17 @@ def tune(
 
 def _tuned_stage(asked: Asked) -> tuple[tuple[str, ...], Any, Any]:
     """Names of what is tuned, its search and its files: of a machine of one stage."""
-    from functools import partial
-
     from macromicro.machines import planning
     from macromicro.machines.machine import load
     from macromicro.tuning import stage, stage_files
 
     machine, settings = load(asked.config, asked.law)
     plan = planning.plan(planning.usual(settings), settings)
-    search = partial(stage.search, machine, settings, plan)
+
+    def search(aim: Any, budget: Any, tell: Any) -> Any:
+        aim = stage.named(aim.name, machine.kind.place)
+        return stage.search(machine, settings, plan, aim, budget, tell)
+
     return (machine.kind.name, machine.name, "macro"), search, stage_files
 
 
@@ -168,13 +170,13 @@ def _stage(asked: Asked, programme: str | None, limits: Path | None) -> tuple[st
     from functools import partial
 
     from macromicro import programme as programmes
-    from macromicro.batch.stage_job import METRICS
+    from macromicro.batch.stage_job import metrics
     from macromicro.machines import planning
     from macromicro.machines.machine import load
     from macromicro.robustness import requirements, stage
 
     machine, settings = load(asked.config, asked.law)
-    required = () if limits is None else requirements.load(limits, METRICS, ())
+    required = () if limits is None else requirements.load(limits, metrics(machine.kind.place), ())
     if programme is None:
         moves = planning.usual(settings)
     else:

@@ -51,12 +51,12 @@ def ends_of(work: Work) -> Ends:
 
 
 def _weight_intent(work: Work) -> str:
-    o = work.options
+    o, p = work.options, work.stand.place
     return (
         f"No effort for {weight.QUIET} s. If it sinks then, it is left to sink to its lower end "
         f"for up to {weight.SINKING:.0f} s, and effort rises from 0 to at most {o.effort:.3g} V of "
-        f"either sign until it is lifted by {_LIFT * o.travel * 1e3:.2g} mm; it is held there, and "
-        "sinks whenever this is interrupted."
+        f"either sign until it is lifted by {p.per * _LIFT * o.travel:.2g} {p.unit}; it is held "
+        "there, and sinks whenever this is interrupted."
     )
 
 
@@ -78,16 +78,16 @@ def _direction(work: Work) -> Direction:
 
 
 def _ends_intent(work: Work) -> str:
-    o = work.options
+    o, p = work.options, work.stand.place
     push = probing.PUSH * direction_of(work).surely(o.effort)
     if o.low is not None and o.high is not None:
         return (
-            f"The window that was named is used, {o.low * 1e3:.4g} to {o.high * 1e3:.4g} mm from "
-            "where the axis stands now. Nothing moves."
+            f"The window that was named is used, {o.low * p.per:.4g} to {o.high * p.per:.4g} "
+            f"{p.unit} from where the axis stands now. Nothing moves."
         )
     return (
-        f"The axis creeps at {o.creep * 1e3:.3g} mm/s to one end and to the other, at most "
-        f"{o.travel * 1e3:.4g} mm each way, until a stop holds it against {push:.3g} V."
+        f"The axis creeps at {o.creep * p.per:.3g} {p.unit}/s to one end and to the other, at most "
+        f"{o.travel * p.per:.4g} {p.unit} each way, until a stop holds it against {push:.3g} V."
     )
 
 
@@ -100,10 +100,10 @@ def _ends(work: Work) -> Ends:
 
 
 def _friction_intent(work: Work) -> str:
-    ends = ends_of(work)
+    ends, p = ends_of(work), work.stand.place
     return (
-        f"The axis creeps to {friction.PLACES} places between {ends.low * 1e3:.4g} and "
-        f"{ends.high * 1e3:.4g} mm; at each, effort rises until it moves, both ways."
+        f"The axis creeps to {friction.PLACES} places between {ends.low * p.per:.4g} and "
+        f"{ends.high * p.per:.4g} {p.unit}; at each, effort rises until it moves, both ways."
     )
 
 
@@ -113,12 +113,13 @@ def _friction(work: Work) -> FrictionMap:
 
 
 def _strokes_intent(work: Work) -> str:
-    o, ends = work.options, ends_of(work)
+    o, ends, p = work.options, ends_of(work), work.stand.place
     least = direction_of(work).surely(o.effort)
     most = least + exciting.LEVELS[-1] * (o.effort - least)
     return (
         f"{len(exciting.LEVELS) * exciting.STROKES} strokes with efforts up to {most:.3g} V and "
-        f"speeds up to {o.speed:.3g} m/s, within {ends.low * 1e3:.4g} and {ends.high * 1e3:.4g} mm."
+        f"speeds up to {p.told(o.speed, 'm/s', 3)}, within {ends.low * p.per:.4g} and "
+        f"{ends.high * p.per:.4g} {p.unit}."
     )
 
 

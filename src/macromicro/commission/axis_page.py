@@ -14,6 +14,7 @@ from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 from macromicro.identify.axis import simulate
+from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,10 +66,11 @@ def rows(work: Work) -> list[tuple[str, ...]]:
         Quantity, value, half interval, unit.
     """
     ends, direction, weight = work["ends"], work["direction"], work["weight"]
+    p = work.stand.place
     held = [("effort that holds its weight", f"{weight.hold:.4g}", "", "V")] if weight.hold else []
     return [
         *held,
-        ("travel", f"{ends.travel * 1e3:.5g}", "", "mm"),
+        ("travel", f"{ends.travel * p.per:.5g}", "", p.unit),
         ("starts forwards at", f"{direction.forward:.3g}", "", "V"),
         ("starts backwards at", f"{direction.backward:.3g}", "", "V"),
     ]
@@ -125,7 +127,7 @@ def doubts(work: Work, model: Model) -> list[str]:
     return said
 
 
-def friction(found: FrictionMap, model: Model) -> Figure:
+def friction(found: FrictionMap, model: Model, place: Place = LENGTH) -> Figure:
     """Breakaway along the travel, and the kinetic friction of the model.
 
     Parameters
@@ -134,6 +136,8 @@ def friction(found: FrictionMap, model: Model) -> Figure:
         Breakaway both ways.
     model : Model
         Its Coulomb level and offset.
+    place : Place, optional
+        What places are counted in.
 
     Returns
     -------
@@ -141,16 +145,18 @@ def friction(found: FrictionMap, model: Model) -> Figure:
         One picture.
     """
     figure, axes = new(2.6, 1)
-    ax, places = axes[0, 0], np.array(found.places) * 1e3
+    ax, places = axes[0, 0], np.array(found.places) * place.per
     ax.plot(places, found.forward, "o-", color=BLUE, label="starts forwards", linewidth=1.0)
     ax.plot(places, found.backward, "s--", color=RED, label="starts backwards", linewidth=1.0)
     ax.axhline(model.axis.coulomb, color=BLACK, linewidth=0.9, linestyle=":", label="sliding")
     ax.set_ylim(bottom=0.0)
-    finish(ax, "Friction over position", "from the low end [mm]", "effort [V]", legend=True)
+    finish(
+        ax, "Friction over position", f"from the low end [{place.unit}]", "effort [V]", legend=True
+    )
     return figure
 
 
-def strokes(records: Sequence[Record], model: Model, dt: float) -> Figure:
+def strokes(records: Sequence[Record], model: Model, dt: float, place: Place = LENGTH) -> Figure:
     """Some strokes, the model's free run from the same start under the same effort, the rest.
 
     Parameters
@@ -161,6 +167,8 @@ def strokes(records: Sequence[Record], model: Model, dt: float) -> Figure:
         What runs free.
     dt : float
         Control period, s.
+    place : Place, optional
+        What places are counted in.
 
     Returns
     -------
@@ -172,18 +180,20 @@ def strokes(records: Sequence[Record], model: Model, dt: float) -> Figure:
     figure.subplots_adjust(wspace=0.4)
     for k, one in enumerate(picked):
         free = simulate(model.axis, one.u, dt, float(one.x[0]))
-        line(axes[0, k], one.t, (one.x - one.x[0]) * 1e3, BLUE, "measured")
-        line(axes[0, k], one.t, (free - one.x[0]) * 1e3, RED, "model", linestyle="--")
-        line(axes[1, k], one.t, (one.x - free) * 1e6, BLACK, "")
+        line(axes[0, k], one.t, (one.x - one.x[0]) * place.per, BLUE, "measured")
+        line(axes[0, k], one.t, (free - one.x[0]) * place.per, RED, "model", linestyle="--")
+        line(axes[1, k], one.t, (one.x - free) * place.fines, BLACK, "")
         line(axes[2, k], one.t, one.u, BLUE, "")
         finish(
             axes[0, k],
             "" if k else "strokes",
             "",
-            "way [mm]" if not k else "",
+            f"way [{place.unit}]" if not k else "",
             legend=k == _SHOWN - 1,
         )
-        finish(axes[1, k], "" if k else "measured less model", "", "[um]" if not k else "")
+        finish(
+            axes[1, k], "" if k else "measured less model", "", f"[{place.fine}]" if not k else ""
+        )
         finish(axes[2, k], "" if k else "effort", "time [s]", "[V]" if not k else "")
     return figure
 
@@ -192,11 +202,11 @@ FIGURES = {
     "friction": Drawn(
         "Friction over position",
         "Effort that starts the axis, both ways, and the model's sliding friction.",
-        lambda work, model: friction(work["friction"], model),
+        lambda work, model: friction(work["friction"], model, work.stand.place),
     ),
     "strokes": Drawn(
         "Strokes and model",
         "Some strokes, and the model's free run from the same start under the same effort.",
-        lambda work, model: strokes(work["strokes"], model, work.stand.dt),
+        lambda work, model: strokes(work["strokes"], model, work.stand.dt, work.stand.place),
     ),
 }

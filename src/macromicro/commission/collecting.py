@@ -21,6 +21,7 @@ from macromicro.errors import InputError
 from macromicro.machines import rig as machine_rig
 from macromicro.machines import sheets, stage
 from macromicro.machines.machine import Machine, as_toml
+from macromicro.machines.rotary import as_axis
 from macromicro.machines.stage import Bounds
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
@@ -95,8 +96,8 @@ class Procedure(NamedTuple):
     ----------
     name : str
         As the command names it.
-    machine : str
-        Name of the machines that it is for.
+    machines : tuple[str, ...]
+        Names of the machines that it is for.
     collect : Callable[[Given, Callable[[], bool]], Recording]
         Runs it; asks whether somebody wants it to end.
     gives : str
@@ -106,7 +107,7 @@ class Procedure(NamedTuple):
     """
 
     name: str
-    machine: str
+    machines: tuple[str, ...]
     collect: Callable[[Given, Callable[[], bool]], Recording]
     gives: str
     then: str
@@ -136,7 +137,7 @@ def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recordin
     CommissionError
         A weight that runs away without an effort; or as `exciting.excite`.
     """
-    tree = given.tree
+    tree, place = as_axis(given.tree), given.machine.kind.place
     per_newton, weight = sheets.per_newton(tree), sheets.weight(tree)
     rubbing = tree.friction
     if abs(weight) >= rubbing.coulomb:
@@ -149,7 +150,7 @@ def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recordin
     found = Direction(1.0, up, down, 0.0, 1.0)
     rig: Any = given.rig
     if rig is None:
-        rig = machine_rig.CompiledTwin(given.machine.kind, tree, given.seed)
+        rig = machine_rig.CompiledTwin(given.machine.kind, given.tree, given.seed)
     dt = float(tree.timing.period)
     full = min(sheets.force(tree) * per_newton, tree.guard.effort)
     emf = max(tree.controller.ahead_velocity, 1e-12)
@@ -164,7 +165,8 @@ def strokes(given: Given, ended: Callable[[], bool] = lambda: False) -> Recordin
         rows = np.array(session.rows).T
     rows[2] = (rows[2] - rows[2, 0]) * tree.encoder.pitch
     about = {**_about(given), "gain": 1.0 / per_newton}
-    return Recording.from_arrays(_STROKES, rows, dt, about)
+    columns = tuple(c._replace(unit=place.named(c.unit)) for c in _STROKES)
+    return Recording.from_arrays(columns, rows, dt, about)
 
 
 def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
@@ -223,14 +225,14 @@ def _about(given: Given) -> dict[str, Attribute]:
 PROCEDURES = (
     Procedure(
         "drive",
-        "axis",
+        ("axis", "rotary"),
         strokes,
         "strokes both ways at five levels of the effort, within the travel",
         "macromicro identify drive {file}",
     ),
     Procedure(
         "plays",
-        "piezo",
+        ("piezo",),
         ramps,
         "slow ramps of the voltage, a large loop and minor ones",
         "macromicro identify plays {file}",
@@ -258,11 +260,11 @@ def find(name: str, machine: Machine) -> Procedure:
     InputError
         There is none.
     """
-    mine = [p for p in PROCEDURES if p.machine == machine.name]
+    mine = [p for p in PROCEDURES if machine.name in p.machines]
     for procedure in mine:
         if name in ("", procedure.name):
             return procedure
     names = ", ".join(p.name for p in mine)
-    others = ", ".join(sorted({p.machine for p in PROCEDURES}))
+    others = ", ".join(sorted({name for p in PROCEDURES for name in p.machines}))
     accepted = f"{names} for this machine" if mine else f"none for this machine; for: {others}"
     raise InputError("experiment", name or "nothing", accepted)

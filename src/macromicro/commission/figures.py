@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
+from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,13 +15,15 @@ if TYPE_CHECKING:
     from macromicro.recording import Recording
 
 
-def verification(recording: Recording) -> Figure:
+def verification(recording: Recording, place: Place = LENGTH) -> Figure:
     """Position and target, and the error, of the programme that verifies.
 
     Parameters
     ----------
     recording : Recording
         Of a machine of one stage.
+    place : Place, optional
+        What its places are counted in.
 
     Returns
     -------
@@ -33,7 +36,13 @@ def verification(recording: Recording) -> Figure:
     line(axes[0, 0], t, x, BLUE, "position")
     line(axes[1, 0], t, (x - target) * 1e3, BLUE, "error")
     line(axes[2, 0], t, np.asarray(recording["effort"], float), RED, "effort")
-    finish(axes[0, 0], "Verification: moves that were not used before", "", "[mm]", legend=True)
-    finish(axes[1, 0], "error", "", "[um]")
+    finish(
+        axes[0, 0],
+        "Verification: moves that were not used before",
+        "",
+        f"[{place.unit}]",
+        legend=True,
+    )
+    finish(axes[1, 0], "error", "", f"[{place.fine}]")
     finish(axes[2, 0], "effort", "time [s]", "[V]")
     return figure

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from macromicro.commission import axis, piezo, wire
+from macromicro.commission import axis, piezo, rotary, wire
 from macromicro.commission.procedure import Kind
 
 KINDS: tuple[Kind, ...] = (
     axis.KIND,
     piezo.KIND,
     wire.KIND,
+    rotary.KIND,
 )
 NAMES = tuple(kind.name for kind in KINDS)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from macromicro.commission import axis, kinds
+from macromicro.commission import axis, kinds, rotary
 from macromicro.commission.running import Place
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
@@ -17,6 +17,8 @@ from macromicro.rig.twin import CompiledTwin
 from macromicro.schema import config
 from macromicro.schema.text import printable
 from macromicro.settings import Settings
+
+BOTH_WAYS = (axis.KIND.name, rotary.KIND.name)  # whose efforts are as large both ways
 
 
 def virtual(path: Path | None) -> Place:
@@ -57,7 +59,7 @@ def virtual(path: Path | None) -> Place:
         raise InputError(where, machine.name, f"one of {', '.join(kinds.NAMES)}")
     stage, tree = machine.kind, machines.load(path)[1]
     gains = tree.controller
-    one_way = kind.name != axis.KIND.name
+    one_way = kind.name not in BOTH_WAYS
     return Place(
         f"the machine of {path.name}",
         lambda seed: rigs.CompiledTwin(stage, tree, seed),
@@ -101,7 +103,7 @@ def own(
     found = kinds.named(kind)
     if found is None:
         raise InputError("--kind", printable(kind), f"one of {', '.join(kinds.NAMES)}")
-    one_way = found.name != axis.KIND.name
+    one_way = found.name not in BOTH_WAYS
     if lowest is not None and not one_way:
         accepted = f"only with --kind other than {kind}, whose efforts are as large both ways"
         raise InputError("--lowest", f"{lowest:g} V", accepted)

@@ -309,8 +309,8 @@ def ends(stand: Stand, found: Direction, caution: Caution, travel: float) -> End
         record = stand.drive(law, 4.0 * travel / caution.speed + 5.0, window)
         if not law.stuck:
             raise CommissionError(
-                f"no end within {travel * 1e3:.3g} mm: name the window that the axis may use, "
-                "--from and --to, or a longer --travel"
+                f"no end within {stand.place.told(travel, digits=3)}: name the window that the "
+                "axis may use, --from and --to, or a longer --travel"
             )
         places.append(float(record.x[-1]))
         stand.rest(caution)

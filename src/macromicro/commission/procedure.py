@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from macromicro.commission.stand import Caution, Stand
 from macromicro.errors import InputError
+from macromicro.place import LENGTH, Place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -224,6 +225,8 @@ class Kind(NamedTuple):
         What a person should look at.
     figures : Mapping[str, Drawn]
         By the name of the file.
+    place : Place, optional
+        What its places are counted in.
     """
 
     name: str
@@ -240,6 +243,7 @@ class Kind(NamedTuple):
     estimates: Callable[[Any], dict[str, Estimate]]
     doubts: Callable[[Work, Any], list[str]]
     figures: Mapping[str, Drawn]
+    place: Place = LENGTH
 
 
 def left(kind: Kind, work: Work) -> list[Step]:

@@ -13,6 +13,7 @@ from macromicro.commission.procedure import Kind
 from macromicro.commission.running import Commissioned, Place
 from macromicro.drawing import files as drawings
 from macromicro.drawing.page import Picture, filled
+from macromicro.place import Place as Unit
 from macromicro.runs import folder
 
 PAGE, JSON, MACHINE = "commission.html", "commission.json", "machine.toml"
@@ -20,15 +21,30 @@ RECORDING, VERIFICATION = "verification.h5", "verification"
 FILES = (PAGE, JSON, MACHINE, RECORDING)
 BYTES = 30_000_000
 TEMPLATE = Path(__file__).parent / "templates" / "commission.html.j2"
-HEADINGS = (
-    "move",
-    "to [mm]",
-    "arrived after [s]",
-    "profile [s]",
-    "greatest error [um]",
-    "overshoot [um]",
-    "error at rest [um]",
-)
+
+
+def headings(place: Unit) -> tuple[str, ...]:
+    """What `move_rows` gives.
+
+    Parameters
+    ----------
+    place : Unit
+        What places are counted in.
+
+    Returns
+    -------
+    tuple[str, ...]
+        With units.
+    """
+    return (
+        "move",
+        f"to [{place.unit}]",
+        "arrived after [s]",
+        "profile [s]",
+        f"greatest error [{place.fine}]",
+        f"overshoot [{place.fine}]",
+        f"error at rest [{place.fine}]",
+    )
 
 
 def doubts(found: Commissioned, place: Place) -> list[str]:
@@ -106,7 +122,7 @@ def rows(found: Commissioned, place: Place) -> list[tuple[str, ...]]:
 
 
 def move_rows(found: Commissioned) -> list[tuple[str, ...]]:
-    """How the moves of the verification went, under `HEADINGS`.
+    """How the moves of the verification went, under `headings`.
 
     Parameters
     ----------
@@ -185,7 +201,7 @@ def write(
         for name, one in kind.figures.items()
     }
     drawn[VERIFICATION] = (
-        figures.verification(found.verified.recording),
+        figures.verification(found.verified.recording, kind.place),
         "Verification",
         "Moves that nothing was fitted to, by the gains that follow from the model.",
     )
@@ -208,7 +224,7 @@ def write(
             note=kind.note,
             sign=procedure.sign(kind, work),
             doubts=doubts(found, place),
-            headings=HEADINGS,
+            headings=headings(kind.place),
             moves=move_rows(found),
             pictures=pictures,
             file=MACHINE,

@@ -147,16 +147,18 @@ def commission(
         done(step.title)
 
     with Session(place.make(seed), place.dt) as session:
-        work = Work(Stand(session, place.dt, place.pitch, ended), options, before)
+        stand = Stand(session, place.dt, place.pitch, ended, kind.place)
+        work = Work(stand, options, before)
         procedure.perform(kind, work, lambda step, intent: ask(step.title, intent), kept)
         model = kind.model(work)
         machine = machines.named(kind.name, "machine")
         assert machine is not None
-        tree = _settings(place, work, model, None)[1]
+        tree, told = _settings(place, work, model, None)[1], kind.place.told
         ask(
             VERIFY,
             f"{kind.homing} and makes {len(verifying.SHARES)} moves within its travel by the gains "
-            f"found, at up to {tree.motion.velocity:.3g} m/s, {tree.motion.acceleration:.3g} m/s^2 "
+            f"found, at up to {told(tree.motion.velocity, 'm/s', 3)}, "
+            f"{told(tree.motion.acceleration, 'm/s^2', 3)} "
             f"and {tree.guard.effort:.3g} V.",
         )
         toml, tree = _settings(place, work, model, kind.home(work, model))
@@ -182,7 +184,7 @@ def _head(place: Place, work: Work, model: Any) -> str:
     lines = [f"Found by commissioning {printable(place.name, 200)} with macromicro {__version__}."]
     if procedure.sign(kind, work) < 0.0:
         lines.append(kind.turned)
-    lines += ["", "As found, in volts and metres, with 95 % intervals:"]
+    lines += ["", f"As found, in V and {kind.place.base}, with 95 % intervals:"]
     for name, one in kind.estimates(model).items():
         lines.append(f"  {name} = {one.value:.4g} +- {one.half:.2g} {one.unit}")
     return "\n".join([*lines, kind.head])

@@ -10,6 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import MacromicroError
+from macromicro.place import LENGTH, Place
 from macromicro.rig.session import Session
 from macromicro.types import SAFE
 
@@ -81,6 +82,8 @@ class Stand:
         Travel per count, m.
     ended : Callable[[], bool], optional
         Whether somebody wants it to end; asked each period.
+    place : Place, optional
+        What its places are counted in: of an axis that turns, rad for m.
 
     Attributes
     ----------
@@ -96,8 +99,14 @@ class Stand:
     """
 
     def __init__(
-        self, rig: Session, dt: float, pitch: float, ended: Callable[[], bool] = lambda: False
+        self,
+        rig: Session,
+        dt: float,
+        pitch: float,
+        ended: Callable[[], bool] = lambda: False,
+        place: Place = LENGTH,
     ) -> None:
+        self.place = place
         self.rig, self.dt, self.pitch, self._ended = rig, dt, pitch, ended
         self.sign, self.facing, self.zero = 1.0, 1.0, math.nan
         self.hold = 0.0

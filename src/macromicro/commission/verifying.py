@@ -156,7 +156,7 @@ def verify(stand: Stand, machine: machines.Machine, settings: Any) -> Verified:
     what = programme(settings)
     done = runs.record(machine, settings, what, on=Shifted(stand))
     plan = planning.plan(what, settings)
-    moves = results.moves(done.recording, plan, settings.arrival)
+    moves = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
     fault = done.outcome.fault
     words = "" if fault is None else f"{fault.message} {fault.evidence}"
     return Verified(done.recording, moves, len(plan.target), words)

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from macromicro.identify.axis import Axis
+from macromicro.place import ANGLE
 
 GRAVITY = 9.80665  # m/s^2
 _LEAST = 1e-3  # N/A, where no viscous slope was found
@@ -104,6 +105,31 @@ def values(axis: Axis, around: Around) -> dict[str, str]:
         "encoder.at": '"load"',
     }
     return {**words, **{path: f'"{float(v)!r} {unit}"' for path, (v, unit) in figures.items()}}
+
+
+def turned(settings: dict[str, str]) -> dict[str, str]:
+    """The same of the machine `rotary`: a motor of constant k N m/A without a gear, whose inertia
+    is part of the load's.
+
+    Parameters
+    ----------
+    settings : dict[str, str]
+        From `values`, in which 1 m stands for 1 rad.
+
+    Returns
+    -------
+    dict[str, str]
+        Path to a TOML value with its unit.
+    """
+    named = {"motor.force": "motor.constant", "load.mass": "load.inertia"}
+    found = {"motor.inertia": '"0 kg*m^2"', "drive.ratio": "1.0", "drive.inertia": '"0 kg*m^2"'}
+    for path, value in settings.items():
+        if path in ("drive.kind", "load.incline"):
+            continue
+        number, _, unit = value.strip('"').partition(" ")
+        same = not unit or value == number
+        found[named.get(path, path)] = value if same else f'"{number} {ANGLE.named(unit)}"'
+    return found
 
 
 def _incline(offset: float, mass: float) -> float:

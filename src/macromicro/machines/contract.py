@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from macromicro import place as places
 from macromicro.arrays import Array
 from macromicro.control.contract import Broken, Finding, Look, looked
 from macromicro.errors import InputError
@@ -89,9 +90,12 @@ def _shape(machine: Machine) -> str:
     missing = [name for name in SETS if not is_set(getattr(settings, name, None))]
     if missing:
         raise Broken(f"settings without {', '.join(missing)}", f"the sets {', '.join(SETS)}")
-    if type(settings.controller) is not machine.law.gains:
+    if not isinstance(settings.controller, machine.law.gains):
         found = f"controller is a {type(settings.controller).__name__}"
         raise Broken(found, f"the law's gains, a {machine.law.gains.__name__}")
+    if places.of(settings) != machine.kind.place:
+        found = f"travel in {places.of(settings).base}, kind in {machine.kind.place.base}"
+        raise Broken(found, "settings and `Kind.place` of one unit")
     return f"{machine.title}: {', '.join(n for n in settings._fields if n != tree.OWN)}"
 
 
@@ -164,10 +168,12 @@ def _direction(machine: Machine) -> str:
         count += 1
         ahead = show(params, up)[0] - show(params, idle)[0]
         if ahead > far:
-            return f"{share:.3g} V lead {1e6 * ahead:.3g} um up within {count * dt:.3g} s"
+            led = f"{kind.place.fines * ahead:.3g} {kind.place.fine}"
+            return f"{share:.3g} V lead {led} up within {count * dt:.3g} s"
         if ahead < -far:
             break
-    found = f"{share:g} V lead {1e6 * ahead:.3g} um up in {count * dt:.3g} s"
+    led = f"{kind.place.fines * ahead:.3g} {kind.place.fine}"
+    found = f"{share:g} V lead {led} up in {count * dt:.3g} s"
     raise Broken(found, "a positive effort drives up; the truth's first field is the position")
 
 
@@ -202,7 +208,7 @@ def _moves(machine: Machine) -> str:
         fault = done.outcome.fault
         words = f"{fault.message} {fault.evidence}"
         raise Broken(words, "gains, motion limits and guard that suit each other")
-    moves = results.moves(done.recording, plan, settings.arrival)
+    moves = results.moves(done.recording, plan, settings.arrival, machine.kind.place)
     count = sum(m.arrived_s is not None for m in moves)
     if count < len(moves):
         found = f"{count} of the {len(moves)} usual moves arrive"

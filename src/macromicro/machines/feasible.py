@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from macromicro import place as places
 from macromicro.machines import feasible_lines, sheets
 from macromicro.machines.tree import Checked, Problem
 
@@ -39,8 +40,9 @@ def problems(tree: Any) -> list[Problem]:
 def _way(tree: Any) -> Iterator[Checked]:
     """Targets within soft limits within stops."""
     travel, load, guard = tree.travel, tree.load, tree.guard
-    yield travel.low > 0.0, "travel.low", travel.low, "at most 0 mm, where every run begins"
-    yield travel.high <= 0.0, "travel.high", travel.high, "above 0 mm, where every run begins"
+    begin = f"{places.of(tree).told(0.0)}, where every run begins"
+    yield travel.low > 0.0, "travel.low", travel.low, f"at most {begin}"
+    yield travel.high <= 0.0, "travel.high", travel.high, f"above {begin}"
     for wrong, name, stop in (
         (travel.low < load.stop_low, "low", "{load.stop_low} or more"),
         (travel.high > load.stop_high, "high", "at most {load.stop_high}"),
@@ -64,28 +66,32 @@ def _way(tree: Any) -> Iterator[Checked]:
 
 def _force(tree: Any) -> Iterator[Checked]:
     """A motor that moves its load."""
-    most, held = sheets.force(tree), sheets.held(tree)
+    most, held, place = sheets.force(tree), sheets.held(tree), places.of(tree)
+    newton = place.named("N")
     yield (
         held >= sheets.SPARE * most,
         "friction.coulomb",
         tree.friction.coulomb,
-        f"friction and weight below {sheets.SPARE * most:.4g} N, {sheets.SPARE:.0%} of what the "
-        f"motor can at {sheets.current(tree):.3g} A; this axis takes {held:.4g} N to start",
+        f"friction and weight below {sheets.SPARE * most:.4g} {newton}, {sheets.SPARE:.0%} of what "
+        f"the motor can at {sheets.current(tree):.3g} A; this axis takes {held:.4g} {newton} to "
+        "start",
     )
     needed = sheets.mass(tree) * tree.motion.acceleration + held
     yield (
         needed > most * (1.0 + 1e-9),
         "motion.acceleration",
         tree.motion.acceleration,
-        f"at most {max(most - held, 0.0) / sheets.mass(tree):.4g} m/s^2, what {most:.4g} N are "
-        f"left for behind friction and weight of {held:.4g} N with {sheets.mass(tree):.4g} kg",
+        f"at most {place.told(max(most - held, 0.0) / sheets.mass(tree), 'm/s^2', 4)}, what "
+        f"{most:.4g} {newton} are left for behind friction and weight of {held:.4g} {newton} with "
+        f"{sheets.mass(tree):.4g} {place.named('kg')}",
     )
     volts = sheets.fastest(tree) / sheets.SPARE
+    fastest = place.told(volts, "m/s", 4)
     yield (
         tree.motion.velocity > volts,
         "motion.velocity",
         tree.motion.velocity,
-        f"at most {volts:.4g} m/s, which {{amplifier.supply}} drive the motor to under friction",
+        f"at most {fastest}, which {{amplifier.supply}} drive the motor to under friction",
     )
     yield (
         tree.guard.effort > tree.amplifier.full_scale,
@@ -115,7 +121,8 @@ def _encoder(tree: Any) -> Iterator[Checked]:
         counts > encoder.rate,
         "motion.velocity",
         tree.motion.velocity,
-        f"at most {encoder.rate * encoder.pitch:.4g} m/s: it makes {counts:.4g} counts/s of "
+        f"at most {places.of(tree).told(encoder.rate * encoder.pitch, 'm/s', 4)}: it makes "
+        f"{counts:.4g} counts/s of "
         "{encoder.rate}; a faster counter or coarser counts allow more",
     )
     longest = max(tree.load.stop_high, -tree.load.stop_low) / encoder.pitch
@@ -140,7 +147,8 @@ def _loop(tree: Any) -> Iterator[Checked]:
         drive.backlash > 0.0 and drive.frequency == 0.0,
         "drive.backlash",
         drive.backlash,
-        "0 mm, or a drive.frequency above 0 Hz: slack needs a drive that gives",
+        f"{places.of(tree).told(0.0)}, or a drive.frequency above 0 Hz: slack needs a drive that "
+        "gives",
     )
     if drive.frequency > 0.0:
         slowest = 0.1 / drive.frequency

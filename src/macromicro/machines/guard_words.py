@@ -9,13 +9,13 @@ LIMIT_LOW, LIMIT_HIGH, LIMITS, DRIVE, NOT_ENABLED = range(8, 13)
 
 
 class Text(NamedTuple):
-    """A fault in words; `evidence` may hold {value} and {limit}, times `scale`."""
+    """A fault in words; `evidence` may hold {value} and {limit}: of a place in its {unit}."""
 
     name: str
     message: str
     evidence: str
     remedy: str
-    scale: float = 1.0
+    placed: bool = False
 
 
 TEXTS = {
@@ -34,32 +34,32 @@ TEXTS = {
     LOW: Text(
         "below the soft limit",
         "The stage is below its lower soft limit.",
-        "position {value:.4f} mm, allowed {limit:.4f} mm or more",
+        "position {value:.4f} {unit}, allowed {limit:.4f} {unit} or more",
         "Bring it back by hand and check target and zero; guard.low sets the limit.",
-        1e3,
+        True,
     ),
     HIGH: Text(
         "above the soft limit",
         "The stage is above its upper soft limit.",
-        "position {value:.4f} mm, allowed at most {limit:.4f} mm",
+        "position {value:.4f} {unit}, allowed at most {limit:.4f} {unit}",
         "Bring it back by hand and check target and zero; guard.high sets the limit.",
-        1e3,
+        True,
     ),
     FAST: Text(
         "overspeed",
         "The stage is faster than allowed.",
-        "{value:.4g} mm/s, allowed {limit:.4g} mm/s",
+        "{value:.4g} {unit}/s, allowed {limit:.4g} {unit}/s",
         "Check gains, direction of encoder and motor; guard.speed sets the limit, and off a "
         "tripped limit switch twice switches.leave.",
-        1e3,
+        True,
     ),
     LOST: Text(
         "following error",
         "The stage does not follow its set point.",
-        "following error {value:.4g} mm, allowed {limit:.4g} mm",
+        "following error {value:.4g} {unit}, allowed {limit:.4g} {unit}",
         "Check that it is free and its encoder and motor are connected, then gains and motion "
         "limits; guard.error sets the limit.",
-        1e3,
+        True,
     ),
     STUCK: Text(
         "stuck",
@@ -71,25 +71,25 @@ TEXTS = {
     LIMIT_LOW: Text(
         "lower limit switch",
         "The stage has run into its lower limit switch.",
-        "it tripped with the encoder at {value:.4f} mm",
+        "it tripped with the encoder at {value:.4f} {unit}",
         "Clear the fault, enable and jog or move up: the stage leaves the switch slowly. Then find "
         "out why it went there: its home, the sign of the encoder, a cut wire of the switch.",
-        1e3,
+        True,
     ),
     LIMIT_HIGH: Text(
         "upper limit switch",
         "The stage has run into its upper limit switch.",
-        "it tripped with the encoder at {value:.4f} mm",
+        "it tripped with the encoder at {value:.4f} {unit}",
         "Clear the fault, enable and jog or move down: the stage leaves the switch slowly. Then "
         "find out why it went there: its home, the sign of the encoder, a cut wire of the switch.",
-        1e3,
+        True,
     ),
     LIMITS: Text(
         "both limit switches",
         "Both limit switches are tripped at once.",
-        "the encoder is at {value:.4f} mm",
+        "the encoder is at {value:.4f} {unit}",
         "Check the supply and the wires of the switches: a cut wire trips.",
-        1e3,
+        True,
     ),
     DRIVE: Text(
         "drive fault",

@@ -19,6 +19,7 @@ from macromicro.machines.guard_words import (
     STUCK,
     TEXTS,
 )
+from macromicro.place import LENGTH, Place
 from macromicro.rig.faults import SWITCHED_OFF, Fault
 from macromicro.schema.par import Par
 
@@ -175,13 +176,15 @@ def step(p: Limits, s: Watch, sample: Sample, target: Target, effort: float) -> 
     return Watch(fault, value, limit, t, heard, place, since, there, pushed, stood), 0.0
 
 
-def describe(watch: Watch) -> Fault | None:
+def describe(watch: Watch, place: Place = LENGTH) -> Fault | None:
     """The fault of a guard's state.
 
     Parameters
     ----------
     watch : Watch
         The state.
+    place : Place, optional
+        What the stage's places are counted in.
 
     Returns
     -------
@@ -191,7 +194,10 @@ def describe(watch: Watch) -> Fault | None:
     if watch.fault == OK:
         return None
     text = TEXTS[watch.fault]
-    evidence = text.evidence.format(value=watch.value * text.scale, limit=watch.limit * text.scale)
+    scale = place.per if text.placed else 1.0
+    evidence = text.evidence.format(
+        value=watch.value * scale, limit=watch.limit * scale, unit=place.unit
+    )
     return Fault(
         watch.fault,
         text.name,

@@ -215,5 +215,5 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
         fault=None if outcome is None else outcome.fault,
         simulated=round(len(recording) * recording.dt, 9),
         wall=wall,
-        moves=results.moves(recording, job.plan, settings.arrival),
+        moves=results.moves(recording, job.plan, settings.arrival, job.machine.kind.place),
     )

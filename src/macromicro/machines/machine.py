@@ -12,7 +12,7 @@ from macromicro.control.live.leading import Touch
 from macromicro.control.outside import find
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
-from macromicro.machines import axis, equipped, homing, piezo, sheets, wire
+from macromicro.machines import axis, equipped, homing, piezo, rotary, sheets, wire
 from macromicro.machines.stage import Kind
 from macromicro.machines.tree import LAW, is_own, joined
 from macromicro.schema import config, plugins
@@ -82,6 +82,7 @@ MACHINES: tuple[Machine, ...] = (
     _shipped(axis, sheets.plant, homing.touch, equipped.kind),
     _shipped(piezo),
     _shipped(wire),
+    _shipped(rotary, rotary.model, rotary.touch, rotary.kind),
 )
 NAMES = (TWO_STAGE, JOINT, *(m.name for m in MACHINES))
 _ONE = (

@@ -11,6 +11,7 @@ from macromicro.arrays import Array
 from macromicro.machines import lines
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
+from macromicro.place import LENGTH, Place
 from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs, Rig
 from macromicro.types import Sample as Shown
 
@@ -141,25 +142,28 @@ def _now(p: Opened) -> float:
 STAGE = Kind("rig", 0, Unknown, _prepare, _now, _measure, _advance, _show)
 
 
-def of(rig: Any) -> Kind:
+def of(rig: Any, place: Place = LENGTH) -> Kind:
     """The kind of stage that an open rig is.
 
     Parameters
     ----------
     rig : Rig
         That measures `encoder`.
+    place : Place, optional
+        What the places of the machine on it are counted in.
 
     Returns
     -------
     Kind
         `STAGE`, with the lines that it measures and its enable line.
     """
-    return _wired(lines.of((*rig.channels, *getattr(rig, "outputs", ()))))
+    return _wired(lines.of((*rig.channels, *getattr(rig, "outputs", ()))), place)
 
 
 @lru_cache(maxsize=16)
-def _wired(there: tuple[str, ...]) -> Kind:
-    return STAGE._replace(lines=there, sense=_sense, switch=_switch) if there else STAGE
+def _wired(there: tuple[str, ...], place: Place) -> Kind:
+    kind = STAGE._replace(place=place)
+    return kind._replace(lines=there, sense=_sense, switch=_switch) if there else kind
 
 
 def switched_on(params: Any, kind: Kind, rise: float, dt: float) -> None:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from macromicro import place as places
 from macromicro import programme as programmes
 from macromicro.arrays import Array
 from macromicro.errors import InputError
@@ -16,7 +17,6 @@ from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
 from macromicro.programme import FEWEST, LONGEST, MICRO, Limits, Programme
 from macromicro.schema.text import printable
-from macromicro.units import shown
 
 
 class Way(NamedTuple):
@@ -63,7 +63,8 @@ def load(path: Path, tree: Any) -> Programme:
     pitch = tree.encoder.pitch
     low = math.ceil(tree.travel.low / pitch - 1e-6)
     high = math.floor(tree.travel.high / pitch + 1e-6)
-    limits = Limits(float(low), float(high), -math.inf, math.inf, 1.0 / pitch)
+    place = places.of(tree)
+    limits = Limits(float(low), float(high), -math.inf, math.inf, 1.0 / pitch, place)
     found = programmes.load(path, limits)
     fine = np.flatnonzero(found.stage == MICRO)
     if len(fine):
@@ -157,7 +158,7 @@ def _moves(programme: Programme, place: Array, tree: Any, where: str, before: fl
         hold = float(programme.hold[k])
         if programme.scheduled:
             if profile.duration > hold:
-                found = f"{shown(target - before, 'm', 'mm', 6)} in {hold:.4g} s"
+                found = f"{places.of(tree).told(target - before)} in {hold:.4g} s"
                 accepted = (
                     f"{profile.duration:.4g} s or more, within motion.velocity, acceleration and "
                     "jerk"
@@ -222,12 +223,13 @@ def check(ways: Sequence[Way], tree: Any, where: str, before: float = 0.0) -> No
     InputError
         There is one.
     """
+    place = places.of(tree)
     for number, way in enumerate(ways, 1):
         if not len(way.pieces):
             continue
         first = float(way.pieces[0, 1])
         if abs(first - before) > tree.guard.error:
-            found, accepted = shown(first, "m", "mm", 6), shown(before, "m", "mm", 6)
+            found, accepted = place.told(first), place.told(before)
             raise InputError(
                 f"{where}, trajectory {number}, first position",
                 found,
@@ -242,8 +244,8 @@ def check(ways: Sequence[Way], tree: Any, where: str, before: float = 0.0) -> No
         if fastest > tree.guard.speed:
             raise InputError(
                 f"{where}, move {number}",
-                f"{fastest:.4g} m/s",
-                f"at most {tree.guard.speed:.4g} m/s (guard.speed)",
+                place.told(fastest, "m/s", 4),
+                f"at most {place.told(tree.guard.speed, 'm/s', 4)} (guard.speed)",
             )
         before = way.target
 

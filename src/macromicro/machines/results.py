@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from macromicro.machines.sequence import HOLDING, MOVING, Arrival, Plan
+from macromicro.place import LENGTH, Place
 from macromicro.recording import Recording
 
 REST = 0.1  # s; the last of a hold, over which the error at rest is meant
 
 
 class MoveResult(NamedTuple):
-    """One move; lengths in mm. None: cannot be known.
+    """One move; places in mm, or deg of a stage that turns. None: cannot be known.
 
     Attributes
     ----------
@@ -54,7 +55,9 @@ class MoveResult(NamedTuple):
     complete: bool
 
 
-def moves(recording: Recording, plan: Plan, rule: Arrival) -> list[MoveResult]:
+def moves(
+    recording: Recording, plan: Plan, rule: Arrival, place: Place = LENGTH
+) -> list[MoveResult]:
     """How each move went.
 
     Parameters
@@ -65,6 +68,8 @@ def moves(recording: Recording, plan: Plan, rule: Arrival) -> list[MoveResult]:
         Its moves.
     rule : Arrival
         When one has arrived.
+    place : Place, optional
+        What the stage's places are counted in.
 
     Returns
     -------
@@ -76,16 +81,19 @@ def moves(recording: Recording, plan: Plan, rule: Arrival) -> list[MoveResult]:
     for k in range(len(plan.target)):
         rows = np.flatnonzero(index == k)
         if len(rows):
-            found.append(_move(recording, plan, rule, k, slice(rows[0], rows[-1] + 1)))
+            span = slice(rows[0], rows[-1] + 1)
+            found.append(_move(recording, plan, rule, k, span, place.per))
     return found
 
 
-def _move(recording: Recording, plan: Plan, rule: Arrival, k: int, rows: slice) -> MoveResult:
+def _move(
+    recording: Recording, plan: Plan, rule: Arrival, k: int, rows: slice, per: float
+) -> MoveResult:
     t, place, set_point, arrived, phase = (
         recording[name][rows] for name in ("t", "position", "target", "arrived", "phase")
     )
-    target = plan.target[k] * 1e3
-    origin = (plan.target[k - 1] if k else plan.origin) * 1e3
+    target = plan.target[k] * per
+    origin = (plan.target[k - 1] if k else plan.origin) * per
     way = np.sign(target - origin)
     error = set_point - place
     under_way = t - t[0] < plan.length[k] - 1e-9

@@ -19,6 +19,7 @@ from macromicro.machines.guarding import Watch
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.sequence import DONE, Plan
 from macromicro.machines.stage import Loop, compiles
+from macromicro.place import LENGTH, Place
 from macromicro.programme import Programme
 from macromicro.recording import Recording
 from macromicro.recording_format import Attribute
@@ -45,17 +46,20 @@ class Outcome(NamedTuple):
         Time on the machine, s.
     wall : float
         Time that it took, s.
+    place : Place
+        What the stage's places are counted in.
     """
 
     finished: bool
     watch: Watch
     simulated: float
     wall: float
+    place: Place = LENGTH
 
     @property
     def fault(self) -> Fault | None:
         """The guard's fault in words; None if all went well."""
-        return guarding.describe(self.watch)
+        return guarding.describe(self.watch, self.place)
 
 
 def loop(settings: Any, plan: Plan) -> Loop:
@@ -200,7 +204,8 @@ def perform(
             kind, params, chunk = machine.kind, machine.kind.prepare(settings), CHUNK
             period = stage.fastest(kind, law)
         else:
-            kind, params, chunk = open_rig.of(on), open_rig.opened(on, settings.encoder.pitch), LIVE
+            kind, chunk = open_rig.of(on, machine.kind.place), LIVE
+            params = open_rig.opened(on, settings.encoder.pitch)
             period = stage.period(kind, law)
             open_rig.switched_on(params, kind, lines.rise(settings), dt)
         run = stage.beginning(kind, law, params, control)
@@ -215,7 +220,8 @@ def perform(
             if progress is not None:
                 progress(run.tick * dt, run.progress.move)
     finished = run.progress.phase == DONE
-    return Outcome(finished, run.watch, run.tick * dt, time.perf_counter() - began)
+    took = time.perf_counter() - began
+    return Outcome(finished, run.watch, run.tick * dt, took, machine.kind.place)
 
 
 class Blocks:
@@ -265,7 +271,9 @@ def columns(machine: Machine, on: Rig | None = None) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    return stage.columns(machine.kind if on is None else open_rig.of(on), machine.law)
+    return stage.columns(
+        machine.kind if on is None else open_rig.of(on, machine.kind.place), machine.law
+    )
 
 
 def record(

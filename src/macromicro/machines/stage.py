@@ -27,13 +27,15 @@ from macromicro.machines.guarding import OK, Limits, Watch
 from macromicro.machines.lines import Held, Wired
 from macromicro.machines.sequence import DONE, Arrival, Plan, Progress
 from macromicro.machines.signals import Inside, Output, Sample, Target
+from macromicro.place import LENGTH, Place
 from macromicro.types import Enable, Lines
 
 FAULT = 4  # phase that is recorded once the guard has tripped
 
 
 class Kind(NamedTuple):
-    """The kernels of one kind of stage; efforts are V at the D/A, positions m.
+    """The kernels of one kind of stage; efforts are V at the D/A, positions m, or rad of a stage
+    that turns.
 
     Attributes
     ----------
@@ -61,6 +63,8 @@ class Kind(NamedTuple):
         Kernel: from parameters and state to what these say, after `measure`.
     switch : Callable[[Any, Any, float], Any]
         Kernel: from parameters, state and the enable output (0 or 1) to the state with it.
+    place : Place
+        What its places are counted in.
     """
 
     name: str
@@ -74,6 +78,7 @@ class Kind(NamedTuple):
     lines: tuple[str, ...] = ()
     sense: Callable[[Any, Any], Lines] = guarded_lines.none
     switch: Callable[[Any, Any, float], Any] = guarded_lines.as_it_is
+    place: Place = LENGTH
 
 
 class Loop(NamedTuple):
@@ -161,7 +166,8 @@ def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
 def _layout(kind: Kind, law: StageLaw) -> Layout:
     """Columns of a run; of the lines, those that the stage has."""
     recorded = [_only(each, kind.lines) for each in (Lines, Enable)]
-    return layout(Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
+    shown = (Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
+    return layout(*shown, place=kind.place)
 
 
 def _only(kind: Any, names: tuple[str, ...]) -> Any:

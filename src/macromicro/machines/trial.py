@@ -19,7 +19,10 @@ Found = TypeVar("Found")
 
 
 class Trial(NamedTuple):
-    """How a run went; infinity: a move never arrived; NaN: the guard stopped the run before."""
+    """How a run went; infinity: a move never arrived; NaN: the guard stopped the run before.
+
+    Errors in um; of a stage that turns in mdeg.
+    """
 
     fault: Annotated[float, Quantity("1", "code of the fault that stopped the run, 0 for none")]
     missed: Annotated[float, Quantity("1", "moves that did not arrive")]
@@ -59,7 +62,7 @@ def trial(machine: Machine, settings: Any, plan: Plan, seed: int) -> Trial:
     outcome = runs.perform(machine, settings, plan, blocks, seed=seed)
     rows = np.concatenate(blocks.blocks, axis=1)
     recording = Recording.from_arrays(runs.columns(machine), rows, settings.timing.period, {})
-    moves = results.moves(recording, plan, settings.arrival)
+    moves = results.moves(recording, plan, settings.arrival, machine.kind.place)
     effort = recording["effort"]
     arrived = [math.inf if m.arrived_s is None else m.arrived_s - m.profile_s for m in moves]
     whole = outcome.watch.fault == 0 and len(moves) == len(plan.target)

@@ -88,10 +88,10 @@ def level(p: Friction, v: float, offset: float) -> float:
     Returns
     -------
     float
-        N, never below 1 mN.
+        N, never below 1 uN.
     """
     ratio = v / p.stribeck_speed
-    return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-3)
+    return max(p.coulomb + offset + p.stribeck * math.exp(-ratio * ratio), 1e-6)
 
 
 @kernel

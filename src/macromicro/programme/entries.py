@@ -122,10 +122,15 @@ def target(written: str, stage: int, limits: Limits, where: str) -> float:
     Raises
     ------
     InputError
-        No length, or one that the stage cannot go to.
+        No length, or angle of a stage that turns, or one that the stage cannot go to.
     """
+    base = limits.place.base
     if stage == MICRO:
-        return admitted(quantity(written, "m", where), stage, limits, where, written)
-    value, unit = measured(written, ("m", "counts"), where)
-    counts = value * limits.counts_per_metre if unit == "m" else value
+        return admitted(quantity(written, base, where), stage, limits, where, written)
+    try:
+        value, unit = measured(written, (base, "counts"), where)
+    except InputError as error:
+        why = "; this stage turns" if limits.place.turns else ""
+        raise InputError(where, error.value, f"{error.accepted}{why}") from None
+    counts = value * limits.counts_per_metre if unit == base else value
     return admitted(counts, stage, limits, where, written)

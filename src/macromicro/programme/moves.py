@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.errors import InputError
+from macromicro.place import LENGTH, Place
 from macromicro.units import shown
 
 MACRO, MICRO = 0, 1
@@ -36,7 +37,9 @@ class Limits(NamedTuple):
     micro_hi : float
         m.
     counts_per_metre : float
-        Scales lengths.
+        Scales lengths, or angles: counts per rad.
+    place : Place
+        What the macro-stage's places are given in.
     """
 
     macro_lo: float
@@ -44,6 +47,7 @@ class Limits(NamedTuple):
     micro_lo: float
     micro_hi: float
     counts_per_metre: float
+    place: Place = LENGTH
 
 
 class Span(NamedTuple):
@@ -249,5 +253,5 @@ def admitted(value: float, stage: int, limits: Limits, where: str, text: str) ->
     if limits.macro_lo <= counts <= limits.macro_hi:
         return counts
     ends = (limits.macro_lo, limits.macro_hi)
-    lo, hi = (shown(x / limits.counts_per_metre, "m", "mm", 6) for x in ends)
+    lo, hi = (limits.place.told(x / limits.counts_per_metre) for x in ends)
     raise InputError(where, text, f"{lo} to {hi} ({ends[0]:.0f} to {ends[1]:.0f} counts)")

@@ -13,6 +13,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.motion import Profile, Trajectory, s_curve, trapezoid
 from macromicro.nominal import PERIOD, PITCH
+from macromicro.place import Place
 from macromicro.programme import entries, travel
 from macromicro.programme.moves import (
     FEWEST,
@@ -26,7 +27,7 @@ from macromicro.programme.moves import (
 )
 from macromicro.schema.keys import unknown
 from macromicro.schema.text import printable
-from macromicro.units import quantity, shown
+from macromicro.units import quantity
 
 PROFILES = "one table [[profiles]] or more, each with macro or micro, velocity and acceleration"
 _STAGES = {"macro": MACRO, "micro": MICRO}
@@ -161,7 +162,7 @@ def _legs(table: dict[str, Any], places: list[float], limits: Limits, where: str
     texts = entries.texts(table, given[0], where)
     if not texts:
         raise InputError(where, "an empty list", "one target or more")
-    most = {name: _limit(table, name, where) for name in _UNITS}
+    most = {name: _limit(table, name, limits.place, where) for name in _UNITS}
     if most["jerk"] is not None and most["deceleration"] is not None:
         accepted = "one of them: an S-curve slows down as it speeds up"
         raise InputError(where, "both jerk and deceleration", accepted)
@@ -171,17 +172,18 @@ def _legs(table: dict[str, Any], places: list[float], limits: Limits, where: str
     for text in texts:
         target = entries.target(text, stage, limits, key)
         target /= limits.counts_per_metre if stage == MACRO else 1.0
-        way = _sampled(_shape(places[stage], target, most), key, text)
+        way = _sampled(_shape(places[stage], target, most), limits.place, key, text)
         places[stage] = target
         yield _Leg(stage, way, math.ceil(hold / PERIOD - 1e-6))
 
 
-def _limit(table: dict[str, Any], name: str, where: str) -> float | None:
+def _limit(table: dict[str, Any], name: str, place: Place, where: str) -> float | None:
     """The limit of that name; None for one that need not be there."""
-    unit = _UNITS[name]
+    unit = place.named(_UNITS[name])
     if name in ("jerk", "deceleration") and name not in table:
         return None
-    text = entries.text(table, name, where, f"1 {unit}")
+    such = f"1 {unit.replace('rad', 'deg')}"
+    text = entries.text(table, name, where, such)
     value = quantity(text, unit, f"{where}, {name}")
     if value > 0.0:
         return value
@@ -198,14 +200,14 @@ def _shape(here: float, there: float, most: dict[str, float | None]) -> Profile:
     return made._replace(end=there)
 
 
-def _sampled(profile: Profile, where: str, text: str) -> Trajectory:
+def _sampled(profile: Profile, place: Place, where: str, text: str) -> Trajectory:
     """A profile's set points; InputError if they are too few to be a way, or too many."""
     if profile.start == profile.end:
         raise InputError(where, text, "another place than the one where the stage stands already")
     count = profile.duration / PERIOD
     if FEWEST <= count <= MAX_MOVES:
         return Trajectory.from_profile(profile, PERIOD)
-    found = f"{text} from {shown(profile.start, 'm', 'mm', 6)} in {profile.duration:.3g} s"
+    found = f"{text} from {place.told(profile.start)} in {profile.duration:.3g} s"
     raise InputError(where, found, f"profiles of {FEWEST * PERIOD:g} to {MAX_MOVES * PERIOD:g} s")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from macromicro.errors import InputError
+from macromicro.place import ANGLE
 from macromicro.programme.moves import (
     MACRO,
     MAX_MOVES,
@@ -25,15 +26,17 @@ from macromicro.schema.text import printable, read_text
 MAX_END = 24 * 3600.0
 _TIME = -1
 # Name: what the column is and how many of its unit make one s, m or count.
+_TIMES = {"t_s": (_TIME, 1.0), "t_ms": (_TIME, 1e3)}
 _COLUMNS = {
-    "t_s": (_TIME, 1.0),
-    "t_ms": (_TIME, 1e3),
+    **_TIMES,
     "macro_mm": (MACRO, 1e3),
     "macro_counts": (MACRO, 0.0),
     "micro_mm": (MICRO, 1e3),
     "micro_um": (MICRO, 1e6),
 }
+_TURNING = {**_TIMES, "macro_deg": (MACRO, ANGLE.per), "macro_counts": (MACRO, 0.0)}
 _HEADER = "t_s or t_ms, and macro_mm or macro_counts, micro_mm or micro_um, or both"
+_HEADER_TURNING = "t_s or t_ms, and macro_deg or macro_counts of this stage, which turns"
 
 
 class _Row(NamedTuple):
@@ -115,33 +118,45 @@ def _moves(rows: list[_Row]) -> list[Move]:
 def _rows(text: str, limits: Limits, file: str) -> Iterator[_Row]:
     """The rows below the header, checked."""
     t = -math.inf
-    for line in csv_rows.table(text, file, _header, _HEADER):
+    columns, words = _accepted(limits)
+
+    def header(cells: list[str], where: str) -> None:
+        _header(cells, columns, words, where)
+
+    for line in csv_rows.table(text, file, header, words):
         row = _row(line.line, line.cells, limits, line.where)
         csv_rows.increasing(row.t, t, line.where)
         t = row.t
         yield row
 
 
-def _header(cells: list[str], where: str) -> None:
+def _accepted(limits: Limits) -> tuple[dict[str, tuple[int, float]], str]:
+    """The columns that there may be, and the same in words."""
+    return (_TURNING, _HEADER_TURNING) if limits.place.turns else (_COLUMNS, _HEADER)
+
+
+def _header(
+    cells: list[str], columns: dict[str, tuple[int, float]], words: str, where: str
+) -> None:
     """InputError unless the columns are a time and a stage or both, each once."""
     for cell in cells:
-        if cell not in _COLUMNS:
-            raise InputError(f"{where}, column {printable(cell)!r}", "unknown column", _HEADER)
-    kinds = [_COLUMNS[cell][0] for cell in cells]
+        if cell not in columns:
+            raise InputError(f"{where}, column {printable(cell)!r}", "unknown column", words)
+    kinds = [columns[cell][0] for cell in cells]
     for cell, kind in zip(cells, kinds, strict=True):
         if kinds.count(kind) > 1:
-            same = [name for name in cells if _COLUMNS[name][0] == kind]
+            same = [name for name in cells if columns[name][0] == kind]
             found = f"columns {' and '.join(same)}"
-            raise InputError(f"{where}, column {cell}", found, f"one of them only: {_HEADER}")
+            raise InputError(f"{where}, column {cell}", found, f"one of them only: {words}")
     if _TIME not in kinds or len(kinds) < 2:
-        raise InputError(where, f"columns {', '.join(cells)}", _HEADER)
+        raise InputError(where, f"columns {', '.join(cells)}", words)
 
 
 def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
-    t, targets = 0.0, [math.nan, math.nan]
+    (columns, _), t, targets = _accepted(limits), 0.0, [math.nan, math.nan]
     for name, text in cells.items():
         place = f"{where}, {name}"
-        kind, per_unit = _COLUMNS[name]
+        kind, per_unit = columns[name]
         number = csv_rows.number(text, place)
         if kind == _TIME:
             t = number / per_unit

@@ -82,6 +82,7 @@ def content(found: Found) -> dict[str, Any]:
     """
     r = found.measured
     measured, model = found.margins
+    base = found.machine.kind.place.base
 
     def polar(values: Complex) -> dict[str, Any]:
         return {"gain": np.abs(values).tolist(), "phase_deg": np.degrees(np.angle(values)).tolist()}
@@ -92,10 +93,10 @@ def content(found: Found) -> dict[str, Any]:
         "seed": found.seed,
         "margins": {"measured": measured._asdict(), "model": model._asdict()},
         "frequency_hz": r.frequency.tolist(),
-        "plant_m_per_v": polar(r.plant),
-        "law_v_per_m": polar(r.law),
+        f"plant_{base}_per_v": polar(r.plant),
+        f"law_v_per_{base}": polar(r.law),
         "loop": polar(r.loop),
-        "model_plant_m_per_v": polar(found.plant),
+        f"model_plant_{base}_per_v": polar(found.plant),
         "settings": as_toml(found.machine, found.settings),
     }
 
@@ -145,7 +146,10 @@ def draw(found: Found) -> Any:
     """
     r = found.measured
     figure, axes = new(6.2, 2, 2, sharex=True)
-    pairs = (("Plant [m/V]", r.plant, found.plant), ("Open loop", r.loop, found.loop))
+    pairs = (
+        (f"Plant [{found.machine.kind.place.base}/V]", r.plant, found.plant),
+        ("Open loop", r.loop, found.loop),
+    )
     for column, (title, measured, model) in enumerate(pairs):
         gain, phase = axes[:, column]
         gain.loglog(r.frequency, np.abs(model), color=RED, linestyle="--", label="linear model")

@@ -34,7 +34,7 @@ HEADINGS = (
     "error at rest",
     "true error",
 )
-FINE = 1e-6  # m; with a tolerance below this, lengths are in nm
+RATES = ("m/s", "m/s^2", "m/s^3")  # units of the motion's limits, on a slide
 _GAINS = 4  # that a line tells; the page has all
 _FOOTNOTE = (
     "Arrival runs from the move's start until the reading stays within the tolerance. Peak and "
@@ -59,13 +59,15 @@ def table(ended: Ended) -> list[Line]:
     """
     lines = []
     # Errors of a stage that is exact to nanometres would all read 0.00 um.
-    unit, scale = ("nm", 1e6) if ended.job.settings.arrival.tolerance < FINE else ("um", 1e3)
+    place = ended.job.machine.kind.place
+    fine = ended.job.settings.arrival.tolerance < place.smallest
+    unit, scale = (place.finest, 1e6) if fine else (place.fine, 1e3)
     for m in ended.moves:
         lost = "did not arrive" if m.complete else "cut short"
         cells = (
             str(m.move + 1),
             ended.job.machine.kind.name,
-            f"{m.target:.6g} mm",
+            f"{m.target:.6g} {place.unit}",
             lost if m.arrived_s is None else f"{m.arrived_s:.3f} s",
             f"{m.profile_s:.3f} s",
             amount(m.peak_error * scale, 1, unit),
@@ -93,16 +95,19 @@ def remarks(ended: Ended) -> list[tuple[str, str]]:
         Heading and text.
     """
     settings = ended.job.settings
-    motion, law = settings.motion, gains(settings)
+    motion, law, place = settings.motion, gains(settings), ended.job.machine.kind.place
+    tolerance = settings.arrival.tolerance
     found = [
         (
             "motion",
-            f"at most {motion.velocity:.4g} m/s, {motion.acceleration:.4g} m/s^2, "
-            f"{motion.jerk:.4g} m/s^3",
+            ", ".join(
+                f"{'' if k else 'at most '}{place.told(value, unit, 4)}"
+                for k, (value, unit) in enumerate(zip(motion, RATES, strict=True))
+            ),
         ),
         (
             "arrival",
-            f"within {settings.arrival.tolerance * 1e6:.4g} um for {settings.arrival.dwell:g} s",
+            f"within {tolerance * place.fines:.4g} {place.fine} for {settings.arrival.dwell:g} s",
         ),
     ]
     told = [
@@ -183,7 +188,7 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
     Returns
     -------
     dict[str, Any]
-        Quantities with their unit in the key; lengths of moves in mm.
+        Quantities with their unit in the key; places of moves in `unit`.
     """
     job = ended.job
     return {
@@ -199,6 +204,7 @@ def summary(ended: Ended, started: str) -> dict[str, Any]:
         "interrupted": ended.interrupted,
         "fault": ended.fault and ended.fault._asdict(),
         "moves_planned": len(job.plan.target),
+        "unit": job.machine.kind.place.unit,
         "simulated_s": ended.simulated,
         "wall_s": ended.wall,
         "speed": ended.simulated / ended.wall if ended.wall > 0.0 else None,
@@ -238,16 +244,17 @@ def response(ended: Ended) -> Drawn:
         Figure `response`.
     """
     r = ended.recording
-    t, band = r["t"], ended.job.settings.arrival.tolerance * 1e6
+    place = ended.job.machine.kind.place
+    t, band = r["t"], ended.job.settings.arrival.tolerance * place.fines
     figure, axes = new(7.4, 3, sharex=True)
     places, errors, efforts = axes[:, 0]
     line(places, t, r["target"], BLACK, "set point", linewidth=0.9, linestyle="--")
     line(places, t, r["position"], BLUE, "position")
-    finish(places, "Position", "", "[mm]", legend=True)
+    finish(places, "Position", "", f"[{place.unit}]", legend=True)
     line(errors, t, (r["target"] - r["position"]) * 1e3, RED, "error")
     for edge in (-band, band):
         errors.axhline(edge, color=GREEN, linewidth=0.8, linestyle=":")
-    finish(errors, "Set point minus position; dotted: tolerance", "", "[um]")
+    finish(errors, "Set point minus position; dotted: tolerance", "", f"[{place.fine}]")
     line(efforts, t, r["effort"], ORANGE, "effort")
     if "integral" in r:
         line(efforts, t, r["integral"], BLACK, "of it integral", linewidth=0.8)
@@ -275,7 +282,8 @@ def arrivals(ended: Ended) -> Drawn:
         Figure `moves`.
     """
     r = ended.recording
-    band = ended.job.settings.arrival.tolerance * 1e6
+    place = ended.job.machine.kind.place
+    band = ended.job.settings.arrival.tolerance * place.fines
     figure, axes = new(3.6, 1)
     ax = axes[0, 0]
     error = (r["target"] - r["position"]) * 1e3
@@ -291,7 +299,7 @@ def arrivals(ended: Ended) -> Drawn:
         ax,
         "Error around the end of the profile; dotted: tolerance",
         "time since the profile's end [ms]",
-        "[um]",
+        f"[{place.fine}]",
         legend=True,
     )
     which = "each move" if len(shown) == len(ended.moves) else "the first moves"

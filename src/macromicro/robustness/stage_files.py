@@ -14,6 +14,7 @@ from macromicro.columns import quantities
 from macromicro.drawing import files as drawings
 from macromicro.drawing.style import BLUE, GREEN, RED, finish, new
 from macromicro.machines.joint.trial import JointTrial
+from macromicro.place import LENGTH, Place
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.stage import LEAST, Study
 from macromicro.robustness.statistics import CONFIDENCE
@@ -25,6 +26,12 @@ FILES = (NUMBERS, *drawings.names((FIGURE,)))
 _LEVELS = (0.05, 0.5, 0.95)
 _SHOWN = ("settling", "peak_error", "rest_error", "true_error")
 _JOINT = ("contour", "rms_contour", "true_contour", "true_error")
+
+
+def _place(found: Study) -> Place:
+    """What the machine's places are counted in; two axes slide."""
+    kind = getattr(found.machine, "kind", None)
+    return LENGTH if kind is None else kind.place
 
 
 def metrics(found: Study) -> dict[str, dict[str, Any]]:
@@ -45,7 +52,7 @@ def metrics(found: Study) -> dict[str, dict[str, Any]]:
 
     amounts = found.amounts[: len(found.found)]
     told: dict[str, dict[str, Any]] = {}
-    for name, about in quantities(type(found.nominal)).items():
+    for name, about in quantities(type(found.nominal), _place(found)).items():
         if name == "fault":
             continue
         values = np.array([getattr(t, name) for t in found.found])
@@ -177,7 +184,7 @@ def draw_figure(found: Study) -> Any:
     figure, axes = new(5.4, 2, 2)
     shown = _JOINT if isinstance(found.nominal, JointTrial) else _SHOWN
     for ax, name in zip(axes.flat, shown, strict=True):
-        about = quantities(type(found.nominal))[name]
+        about = quantities(type(found.nominal), _place(found))[name]
         values = np.array([getattr(t, name) for t in found.found])
         values = values[np.isfinite(values)]
         if len(values):

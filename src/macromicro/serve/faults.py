@@ -4,6 +4,7 @@ the live machine finds itself."""
 from __future__ import annotations
 
 from macromicro.machines import guarding
+from macromicro.place import LENGTH, Place
 from macromicro.rig import codes, faults, guard
 from macromicro.rig.faults import SWITCHED_OFF
 from macromicro.serve.shared import Status
@@ -84,21 +85,24 @@ def failed(code: int, evidence: str) -> Trouble:
     return Trouble(code, _NAMES[code], message, evidence, remedy)
 
 
-def of_stage(code: float, value: float, limit: float, time: float) -> Trouble:
-    """A fault of the guard of a machine of one stage, whose codes stand from `STAGE` on."""
+def of_stage(
+    code: float, value: float, limit: float, time: float, place: Place = LENGTH
+) -> Trouble:
+    """A fault of the guard of a machine of one stage, whose codes stand from `STAGE` on; `place`:
+    what its places are counted in."""
     watch = guarding.fresh()._replace(fault=int(code) - STAGE, value=value, limit=limit, time=time)
-    found = guarding.describe(watch)
+    found = guarding.describe(watch, place)
     assert found is not None
     return Trouble(int(code), found.name, found.message, found.evidence, found.remedy)
 
 
-def trouble(status: Status) -> Trouble | None:
+def trouble(status: Status, place: Place = LENGTH) -> Trouble | None:
     """The latched fault in the loop's status; None if all is well."""
     code = int(status.fault)
     if code == codes.OK:
         return None
     if code > STAGE:
-        return of_stage(status.fault, status.value, status.limit, status.time)
+        return of_stage(status.fault, status.value, status.limit, status.time, place)
     if code == LATE:
         return late(status.value, status.limit, status.time)
     if code == LOST_COUNTS:

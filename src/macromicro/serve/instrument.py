@@ -17,6 +17,7 @@ from macromicro.control.live.messages import Event
 from macromicro.control.live.targets import reach
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
+from macromicro.place import PLACES, Place
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
 from macromicro.serve.programmes import Planned
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 SPARE = 1000  # rows: for clocks that differ
 _TOWARDS = (*(m.MODES[k] for k in m.MOVING), m.MODES[m.HOLDING])
+_GOALS = tuple(f"target_{place.base}" for place in PLACES)
 _FINE = (m.MODES[m.MOVING_MICRO], m.MODES[m.HOLDING])
 
 
@@ -59,6 +61,11 @@ class Instrument:
         return problem
 
     # In force
+
+    @property
+    def place(self) -> Place:
+        """What the machine's places are counted in."""
+        return self.settings.live.place
 
     def _follow(self) -> None:
         self._seen, events = self.station.events(self._seen)
@@ -159,7 +166,8 @@ def target_after(event: Event, target: float) -> float:
     if event.to_mode not in _TOWARDS:
         return math.nan
     begins = event.cause.endswith((" move", " jog")) or event.cause == "programme"
-    return float(event.evidence.get("target_m", math.nan)) if begins else target
+    goals = [event.evidence[key] for key in _GOALS if key in event.evidence]
+    return float([*goals, math.nan][0]) if begins else target
 
 
 def target_now(now: Snapshot, target: float, pitch: float) -> float:

@@ -30,7 +30,7 @@ class Observed:
         self._connection = LoopConnection(rig, seed, settings, state, machine)
         attributes: dict[str, str | int | float] = {"rig": rig, "seed": seed}
         attributes["modes"] = ", ".join(MODES)
-        self._recordings = Recordings(self._connection, serve, attributes)
+        self._recordings = Recordings(self._connection, settings, attributes)
 
     @property
     def holder(self) -> str:
@@ -56,7 +56,7 @@ class Observed:
             connection.trust,
             connection.switched_off,
             connection.trouble,
-            self.settings.live.limits,
+            self.settings.live,
             self._recordings.state,
             self._holders.holder,
             self._holders.clients,

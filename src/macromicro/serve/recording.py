@@ -10,11 +10,14 @@ from pathlib import Path
 from macromicro.columns import whole
 from macromicro.control.live.messages import Stop
 from macromicro.errors import MacromicroError
+from macromicro.place import LENGTH, Place
 from macromicro.recorder import Recorder
 from macromicro.recording_format import Attribute
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.loop_connection import LoopConnection
-from macromicro.serve.settings import STOP, ServeSettings
-from macromicro.serve.shared import COLUMNS, PERIOD, WRITTEN, Shared, columns
+from macromicro.serve.settings import STOP
+from macromicro.serve.shared import PERIOD, WRITTEN, Shared, columns
+from macromicro.serve.shared import shown as told
 from macromicro.serve.snapshot import RecordingState
 from macromicro.serve.storage import make_folder
 from macromicro.serve.trail import Trail
@@ -41,13 +44,15 @@ class Recording:
         attributes: Mapping[str, Attribute],
         failed: Callable[[str], None],
         *,
+        place: Place = LENGTH,
         overwrite: bool = False,
         channels: Sequence[str] = (),
     ) -> None:
         self._shared, self._trail = shared, trail
         self._kept = columns(channels)
-        self._columns = tuple(COLUMNS[k] for k in self._kept)
         self._count = int(shared.cells[WRITTEN])
+        every, self._scales = told(place)
+        self._columns = tuple(every[k] for k in self._kept)
         self._recorder = Recorder(
             path, self._columns, capacity, PERIOD, attributes, overwrite=overwrite, events=True
         )
@@ -90,7 +95,7 @@ class Recording:
     def _drain(self) -> None:
         lost, self._count, block = self._shared.since(self._count)
         if block.shape[1]:
-            self._recorder.append(whole(block[self._kept], self._columns))
+            self._recorder.append(whole((block * self._scales)[self._kept], self._columns))
         if entries := self._trail.take():
             self._recorder.note(entries)
         self._state = self._state._replace(rows=self._recorder.rows, lost=self._state.lost + lost)
@@ -102,10 +107,11 @@ class Recordings:
     def __init__(
         self,
         connection: LoopConnection,
-        settings: ServeSettings,
+        settings: AnySettings,
         attributes: Mapping[str, Attribute],
     ) -> None:
-        self._connection, self._settings, self._attributes = connection, settings, attributes
+        self._connection, self._settings, self._attributes = connection, settings.serve, attributes
+        self._place = settings.live.place
         self._lock = threading.Lock()
         self._recording: Recording | None = None
         self._begun: deque[Path] = deque(maxlen=KEPT)
@@ -140,6 +146,7 @@ class Recordings:
                 round(capacity / PERIOD),
                 self._attributes,
                 self._failed,
+                place=self._place,
                 overwrite=overwrite,
                 channels=self._connection.channels,
             )

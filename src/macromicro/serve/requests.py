@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Refused
+from macromicro.place import LENGTH, Place
 
 EVERYONE = "all"  # whoever is connected
 TOKEN = "token"  # who has given the token, where there is one
@@ -51,15 +52,17 @@ class RequestType(NamedTuple):
     replaces: bool = False
     motion: str = ""
 
-    def words(self, values: tuple[Any, ...]) -> str:
-        """A motion with its target: "move to 12 mm"."""
-        shown = [_shown(f.unit, v) for f, v in zip(self.fields, values, strict=True) if f.unit]
+    def words(self, values: tuple[Any, ...], place: Place = LENGTH) -> str:
+        """A motion with its target: "move to 12 mm"; `place`: what places are counted in."""
+        shown = [
+            _shown(f.unit, v, place) for f, v in zip(self.fields, values, strict=True) if f.unit
+        ]
         return " ".join((self.motion, *shown))
 
 
-def _shown(unit: str, value: float) -> str:
+def _shown(unit: str, value: float, place: Place) -> str:
     if unit == "m":
-        return f"{value * 1e3:.6g} mm"
+        return f"{value * place.per:.6g} {place.unit}"
     return f"{value:.0f} counts" if unit == "counts" else f"{value:.6g} {unit}"
 
 

@@ -16,6 +16,7 @@ import mmap
 import os
 import time
 from collections.abc import Sequence
+from functools import cache
 from operator import itemgetter
 from typing import Annotated, NamedTuple
 
@@ -23,10 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro import nominal
-from macromicro.arrays import packed
-from macromicro.columns import Quantity, layout
+from macromicro.arrays import Array, packed
+from macromicro.columns import Column, Quantity, layout
+from macromicro.place import Place
 from macromicro.serve.machine import View
 from macromicro.types import Command, Enable, Lines, Outputs, Sample
+from macromicro.units import size
 
 RING_S = 60.0
 PERIOD = nominal.PERIOD
@@ -76,6 +79,18 @@ def telemetry(
 def columns(channels: Sequence[str]) -> list[int]:
     """The columns of a machine whose rig has these channels: of the lines, those that it has."""
     return [k for k, c in enumerate(COLUMNS) if k < _ALWAYS or c.name in channels]
+
+
+@cache
+def shown(place: Place) -> tuple[tuple[Column, ...], Array]:
+    """The columns as people read them where a machine counts places so, and how many of a
+    column's unit stand in the ring for one: float64[columns, 1]. The ring has those of a slide."""
+    columns = tuple(c._replace(unit=place.named(c.unit)) for c in COLUMNS)
+    scales = [
+        1.0 if made.unit == own.unit else size(own.unit) / size(made.unit)
+        for own, made in zip(COLUMNS, columns, strict=True)
+    ]
+    return columns, np.array(scales)[:, None]
 
 
 NAMES = tuple(c.name for c in COLUMNS)

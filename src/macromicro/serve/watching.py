@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 from macromicro.control.live.messages import DISABLED, MODES, MOVING
-from macromicro.control.live.parameters import SoftLimits
+from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.serve import faults
 from macromicro.serve.position_store import FLICKER, Place
 from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, LINES, PERIOD, SAFE_SINCE, SEEN, Shared
@@ -26,15 +26,17 @@ def snapshot(
     trust: str,
     switched_off: bool,
     trouble: Trouble | None,
-    limits: SoftLimits,
+    live: Live,
     recording: RecordingState,
     holder: str,
     clients: tuple[str, ...],
 ) -> Snapshot:
     """The machine now. `trouble`: a fault that is not in the shared memory; `switched_off`:
-    without a loop, was the rig stopped? `limits`: the machine's own, until it reports which
-    are in force. Nothing is known of the position without a loop, nor of one that is silent."""
+    without a loop, was the rig stopped? `live`: the machine's own settings, whose limits stand
+    until it reports which are in force. Nothing is known of the position without a loop, nor of
+    one that is silent."""
     now = shared.now() if shared is not None else None
+    limits = live.limits
     if shared is None or now is None:
         row, pace, age, offset, fault = _NOTHING, Pace(0, 0, 0.0, 0.0, 0.0), math.nan, 0.0, None
     else:
@@ -43,7 +45,7 @@ def snapshot(
             int(status.periods), int(status.missed), status.share, status.latest, status.longest
         )
         age = (time.monotonic_ns() - int(shared.cells[ALIVE])) * 1e-9
-        offset, fault = status.offset, faults.trouble(status)
+        offset, fault = status.offset, faults.trouble(status, live.place)
         limits = SoftLimits(*(getattr(status, name) for name in SoftLimits._fields))
     value = dict(zip(INDEX, row.tolist(), strict=True))
     stale = not running or not age <= STALE_S

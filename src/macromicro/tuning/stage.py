@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from macromicro import place as places
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines.machine import Machine
 from macromicro.machines.sequence import Plan
 from macromicro.machines.tree import gains_set
 from macromicro.machines.trial import Trial, trials
+from macromicro.place import LENGTH, Place
 from macromicro.robustness import stage as machines
 from macromicro.schema.keys import nearest
 from macromicro.schema.par import entries, replaced, value_at
@@ -46,7 +48,7 @@ class Objective(NamedTuple):
     unit : str
         Of its value.
     value : Callable[[Trial, float], float]
-        Of a run, and the tolerance in um.
+        Of a run, and the tolerance, in um or mdeg.
     """
 
     name: str
@@ -135,13 +137,15 @@ class Tuning(NamedTuple):
     seed: int
 
 
-def named(name: str) -> Objective:
+def named(name: str, place: Place = LENGTH) -> Objective:
     """The objective of a name.
 
     Parameters
     ----------
     name : str
         As the option names it.
+    place : Place, optional
+        What the places of the machine are counted in.
 
     Returns
     -------
@@ -155,7 +159,7 @@ def named(name: str) -> Objective:
     """
     for each in OBJECTIVES:
         if each.name == name:
-            return each
+            return each._replace(unit=place.named(each.unit))
     raise InputError("--objective", name, nearest(name, [o.name for o in OBJECTIVES]))
 
 
@@ -212,7 +216,7 @@ def cost(objective: Objective, found: Trial, settings: Any) -> float:
     """
     if found.fault != 0.0 or found.missed > 0.0:
         return FAILED * (1.0 + found.missed)
-    tolerance = settings.arrival.tolerance * 1e6
+    tolerance = settings.arrival.tolerance * places.of(settings).fines
     over = found.overshoot / tolerance
     rough = 100.0 * found.rough / settings.guard.effort
     return float(objective.value(found, tolerance) * (1.0 + OVERSHOOT * over + ROUGH * rough))

@@ -44,8 +44,9 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
         (path, value_at(found.start, path), value_at(found.tuned, path), units[path])
         for path in knobs(found.machine, found.tuned)
     ]
+    place = found.machine.kind.place
     several = ", nominal" if len(found.before) > 1 else ""
-    for name, about in quantities(Trial).items():
+    for name, about in quantities(Trial, place).items():
         unit = "" if about.unit == "1" else about.unit
         now = [getattr(t[0], name) for t in (found.before, found.after)]
         lines.append((about.meaning + several, now[0], now[1], unit))
@@ -57,7 +58,7 @@ def table(found: Tuning) -> list[tuple[str, float, float, str]]:
         of = f"of {len(found.fresh[0])} fresh machines, those that fault or do not arrive"
         lines.append((of, float(late[0]), float(late[1]), ""))
         middle = [float(np.nanmedian([t.rms_error for t in group])) for group in found.fresh]
-        lines.append(("on them, median rms error on the way", middle[0], middle[1], "um"))
+        lines.append(("on them, median rms error on the way", middle[0], middle[1], place.fine))
     return lines
 
 
@@ -147,10 +148,17 @@ def draw_figure(found: Tuning) -> Any:
         run = runs.record(found.machine, tree, found.plan, seed=found.seed).recording
         line(axes[0, 0], run["t"], (run["target"] - run["position"]) * 1e3, color, label)
         line(axes[1, 0], run["t"], run["effort"], color, label)
-    band = found.start.arrival.tolerance * 1e6
+    place = found.machine.kind.place
+    band = found.start.arrival.tolerance * place.fines
     for edge in (-band, band):
         axes[0, 0].axhline(edge, color=BLACK, linewidth=0.8, linestyle=":")
-    finish(axes[0, 0], "Set point minus position; dotted: tolerance", "", "[um]", legend=True)
+    finish(
+        axes[0, 0],
+        "Set point minus position; dotted: tolerance",
+        "",
+        f"[{place.fine}]",
+        legend=True,
+    )
     finish(axes[1, 0], "Effort at the D/A", y="[V]", legend=True)
     return figure
 

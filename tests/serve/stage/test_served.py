@@ -104,6 +104,27 @@ def test_an_axis_homes_and_moves(tmp_path: Path) -> None:
         assert client.ask("ENAB?") == "0" and float(client.ask("STAG1:OUTP?")) == 0.0
 
 
+def test_an_axis_that_turns_is_led_in_degrees(tmp_path: Path) -> None:
+    with served(tmp_path, 'machine = "rotary"\n[load]\ninertia = "0.012 kg*m^2"\n') as client:
+        assert client.ask("SYST:LOCK:REQ?;:ENAB;:HOME;*OPC?") == "1;1"
+        for order, target in (("90 DEG", 90.0), ("0.5 TURN", 180.0), ("1 RAD", 57.2958)):
+            assert client.ask(f"MOVE:ABS {order};*OPC?") == "1"
+            assert client.mm() == pytest.approx(target, abs=0.036)
+        client.fine()
+        assert client.ask("LIM:ABS?") == "0,269.4"
+        text = '[[moves]]\nmacro = ["30 deg", "0.25 turn"]\nhold = "0.1 s"\n'
+        client.send(f"PROG:LOAD #{len(str(len(text)))}{len(text)}{text}")
+        assert client.ask("PROG:RUN;*OPC?") == "1"
+        client.fine()
+        assert client.mm() == pytest.approx(90.0, abs=0.036)
+        client.send("MOVE:ABS 10 MM")
+        assert "accepted: DEG" in client.ask("SYST:ERR?")
+        page = Page(int(client.page.rstrip("/").rpartition(":")[2]), {})
+        limits = page.welcome["limits"]
+        assert limits["unit"] == "deg" and limits["base"] == "rad"
+        page.close()
+
+
 PLACES = """title = "three places"
 [[moves]]
 macro = ["10 mm", "60 mm", "20 mm"]

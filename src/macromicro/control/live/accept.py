@@ -128,7 +128,15 @@ def _zero(p: LiveParameters, s: LiveState, request: m.Zero) -> Answer:
     here = s.seen.position
     frame, drive = s.frame._replace(zero=here), s.drive._replace(reset=True)
     s = s._replace(frame=frame, drive=drive)
-    return s, _OK, (t.reported(s, "zero", "zero", {"zero_m": here, "client": request.client}),)
+    return (
+        s,
+        _OK,
+        (
+            t.reported(
+                s, "zero", "zero", {f"zero_{p.settings.place.base}": here, "client": request.client}
+            ),
+        ),
+    )
 
 
 def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
@@ -247,7 +255,7 @@ def _whole(p: LiveParameters, s: LiveState, position: Any, kind: str, replace: A
     motion = refusal or targets.whole(p, s, position, kind, _rests(s))
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
-        facts = {"target_m": motion.target}
+        facts = {f"target_{p.settings.place.base}": motion.target}
         if math.isnan(motion.coarse):
             return moves.start_micro(
                 s, motion, t.MICRO_MOVE, {**facts, "micro_mm": motion.fine * 1e3}
@@ -263,7 +271,7 @@ def _move_to(p: LiveParameters, s: LiveState, request: m.MoveTo) -> Answer:
 
 
 def _move_by(p: LiveParameters, s: LiveState, request: m.MoveBy) -> Answer:
-    refusal = targets.number(request.distance, "distance", "m")
+    refusal = targets.number(request.distance, "distance", p.settings.place.base)
     if refusal:
         return s, _obstacle(p, s, replace=request.replace) or refusal, ()
     here = s.seen.position if math.isnan(s.target) else s.target

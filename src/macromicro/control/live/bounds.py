@@ -9,14 +9,17 @@ from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters, SoftLimits
 from macromicro.control.live.plain import shown
 from macromicro.control.live.state import LiveState, busy
+from macromicro.place import Place
 from macromicro.schema.par import finite
 
-# Whose limits they are; the unit that a person reads, and how many of it one stored unit is.
-_WORDS = {
-    "macro": ("the macro-stage", "counts", 1.0),
-    "micro": ("the micro-stage", "mm", 1e3),
-    "whole": ("the whole positioner", "mm", 1e3),
-}
+
+def _words(place: Place) -> dict[str, tuple[str, str, float]]:
+    """Whose limits they are; the unit that a person reads, and how many of it one stored is."""
+    return {
+        "macro": ("the macro-stage", "counts", 1.0),
+        "micro": ("the micro-stage", "mm", 1e3),
+        "whole": ("the whole positioner", place.unit, place.per),
+    }
 
 
 def change(
@@ -46,7 +49,7 @@ def change(
         return s, Refused("a motion is under way", "wait for its end, or stop it"), ()
     own = p.settings.limits
     new = own if limits is None else limits
-    problem = _problem(own, new)
+    problem = _problem(own, new, p.settings.place)
     if problem is not None:
         return s, problem, ()
     names = [name for name in own._fields if getattr(new, name) != getattr(s.limits, name)]
@@ -55,10 +58,10 @@ def change(
     return s, Accepted(), (t.reported(s, "limits", "set limits", changed),)
 
 
-def _problem(own: SoftLimits, new: Any) -> Refused | None:
+def _problem(own: SoftLimits, new: Any, place: Place) -> Refused | None:
     if not isinstance(new, SoftLimits):
         return Refused(f"{shown(new)} are no soft limits", "give control.live's SoftLimits")
-    for stage, (whose, unit, scale) in _WORDS.items():
+    for stage, (whose, unit, scale) in _words(place).items():
         low, high = getattr(new, f"{stage}_low"), getattr(new, f"{stage}_high")
         lowest, highest = getattr(own, f"{stage}_low"), getattr(own, f"{stage}_high")
         if not (finite(low) and finite(high)) or not lowest <= low < high <= highest:

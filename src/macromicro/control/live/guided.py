@@ -197,7 +197,8 @@ def follow(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, d
     if late < 0.0:
         return s, g, ()
     g, there = reached(q, g, goal, place, s.time)
-    found = {"error_um": (goal - place) * 1e6, "seconds": s.time - motion.began}
+    unit = p.settings.place
+    found = {f"error_{unit.fine}": (goal - place) * unit.fines, "seconds": s.time - motion.began}
     if there:
         s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
         s, notices = t.conclude(p, s, m.READY, (m.DONE, t.SETTLED), found)

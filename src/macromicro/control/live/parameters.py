@@ -8,6 +8,7 @@ from macromicro import nominal
 from macromicro.control import calibration
 from macromicro.control.calibration import Calibration
 from macromicro.control.settings import Control
+from macromicro.place import ANGLE, LENGTH, Place
 from macromicro.schema.par import Par
 
 STAGES = ("macro", "micro")
@@ -217,6 +218,12 @@ class Live(NamedTuple):
     gains_while_moving: Annotated[
         int, _own("", "1: gains may change during a motion; 0: refused", lo=0, hi=1)
     ] = 0
+    turns: int = 0  # 1: of a stage that turns, rad for m; its settings say so, no file
+
+    @property
+    def place(self) -> Place:
+        """What its places are counted in."""
+        return ANGLE if self.turns else LENGTH
 
     def problems(self) -> list[tuple[str, Any, str]]:
         """What cannot work.

@@ -14,6 +14,7 @@ from macromicro.control.live.parameters import Live, LiveParameters, SoftLimits
 from macromicro.control.live.plain import among, shown
 from macromicro.control.live.state import NAN, LiveState, Motion, by_laser, carriage, coordinate
 from macromicro.control.supervisor import Plan
+from macromicro.place import LENGTH, Place
 from macromicro.schema.par import finite
 
 _LOAD = "load it with macromicro.programme"
@@ -42,11 +43,14 @@ def number(value: Any, what: str, unit: str) -> Refused | None:
     return Refused(f"{what} {shown(value)} is no finite number", f"give it in {unit}", True)
 
 
-def _beyond(value: float, low: float, high: float, what: str, unit: str) -> Refused | None:
+def _beyond(
+    value: float, low: float, high: float, what: str, unit: str, place: Place = LENGTH
+) -> Refused | None:
     if low <= value <= high:
         return None
-    if unit == "m":  # a person reads mm
-        value, low, high, unit = value * 1e3, low * 1e3, high * 1e3, "mm"
+    if unit == "m":  # a person reads mm, or degrees
+        value, low, high = (each * place.per for each in (value, low, high))
+        unit = place.unit
     return Refused(
         f"{what} {value:.9g} {unit} is beyond the soft limits",
         f"give one from {low:.9g} to {high:.9g} {unit}",
@@ -87,8 +91,9 @@ def whole(
         The motion, or why it cannot be.
     """
     q, fine, pitch = s.limits, p.settings.fine, p.settings.pitch
-    refusal = number(target, "position", "m") or _beyond(
-        target, q.whole_low, q.whole_high, "position", "m"
+    place = p.settings.place
+    refusal = number(target, "position", place.base) or _beyond(
+        target, q.whole_low, q.whole_high, "position", "m", place
     )
     if refusal:
         return refusal
@@ -223,7 +228,7 @@ def jog(p: LiveParameters, s: LiveState, stage: Any, speed: Any) -> Motion | Ref
     if not among(stage, m.STAGES):
         return Refused(f"{shown(stage)} is no stage", 'name "macro" or "micro"')
     most = q.micro if stage == m.MICRO else q.macro if s.frame.trusted else q.slow
-    refusal = number(speed, "speed", "m/s")
+    refusal = number(speed, "speed", p.settings.place.named("m/s"))
     if refusal:
         return refusal
     if abs(speed) > most:

@@ -13,6 +13,7 @@ from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import RUN, Role, railed, runs
 from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run, checked
+from macromicro.place import ANGLE, LENGTH, PLACES, Place
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -115,7 +116,8 @@ def identify(picking: Picking, options: Options) -> Result:
         delay=delay,
     )
     u_unit, x_unit = first.units["u"] or "u", first.units["x"] or "x"
-    force = "N" if gain != 1.0 else u_unit
+    newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
+    force = newton if gain != 1.0 else u_unit
     units = units_of(force, x_unit)
     lines = []
     inverse = dict(zip(fit.inverse.names, range(len(fit.inverse.names)), strict=True))
@@ -134,7 +136,7 @@ def identify(picking: Picking, options: Options) -> Result:
         ("structure", structure(fit)),
     ]
     if gain != 1.0:
-        remarks.append(("gain", f"{gain:g} N/{u_unit}, {said}"))
+        remarks.append(("gain", f"{gain:g} {newton}/{u_unit}, {said}"))
     if delay:
         remarks.append(("delay", f"u acts {delay} samples late"))
     data = {
@@ -166,7 +168,8 @@ def identify(picking: Picking, options: Options) -> Result:
 
 
 def units_of(force: str, x: str) -> dict[str, str]:
-    """Units of the parameters; kg, N s/m and N where force and position are SI.
+    """Units of the parameters; kg, N s/m and N, or kg m^2, N m s/rad and N m, where force and
+    position are SI.
 
     Parameters
     ----------
@@ -180,10 +183,10 @@ def units_of(force: str, x: str) -> dict[str, str]:
     dict[str, str]
         Unit by name of the parameter.
     """
-    whole = force == "N" and x == "m"
+    whole = {(p.named("N"), p.base): p.named("kg") for p in PLACES}
     slope = f"{force}*s/{x}"
     return {
-        "mass": "kg" if whole else f"{force}*s^2/{x}",
+        "mass": whole.get((force, x), f"{force}*s^2/{x}"),
         "viscous": slope,
         "coulomb": force,
         "offset": force,
@@ -217,7 +220,7 @@ def structure(fit: DriveFit) -> str:
 
 def settings(fit: DriveFit, records: list[Run], force: str, x: str, units: dict[str, str]) -> str:
     """Settings of the bench for an axis in counts and volts, of the machine `axis` for one in
-    metres, else the parameters as they are.
+    metres and `rotary` for one in radians, else the parameters as they are.
 
     Parameters
     ----------
@@ -240,8 +243,9 @@ def settings(fit: DriveFit, records: list[Run], force: str, x: str, units: dict[
     errors = dict(zip(fit.refined.names, fit.refined.std, strict=True))
     if (force, x) == ("V", "counts"):
         return bench(fit, errors)
-    if force in ("V", "N") and x == "m":
-        return machine(fit, records, units, errors)
+    for place in PLACES:
+        if force in ("V", place.named("N")) and x == place.base:
+            return machine(fit, records, units, errors, place)
     head = "A motor-driven axis: parameters by output error, for other programs.\n"
     head += "Not for `macromicro run --config`: the bench is another axis."
     values = {
@@ -270,9 +274,13 @@ def about(error: float, unit: str = "") -> str:
 
 
 def machine(
-    fit: DriveFit, records: list[Run], units: dict[str, str], errors: dict[str, float]
+    fit: DriveFit,
+    records: list[Run],
+    units: dict[str, str],
+    errors: dict[str, float],
+    place: Place,
 ) -> str:
-    """The machine `axis` that follows from a drive in metres.
+    """The machine `axis` that follows from a drive in metres, or `rotary` from one in radians.
 
     Its travel, its largest effort and its period are those of the records, its count is the
     smallest step of the position in them.
@@ -280,13 +288,15 @@ def machine(
     Parameters
     ----------
     fit : DriveFit
-        In m, and in N or V.
+        In m, and in N or V; or in rad, and in N m or V.
     records : list[Run]
         What it was found in.
     units : dict[str, str]
         By name of the parameter.
     errors : dict[str, float]
         Standard error by name of the parameter.
+    place : Place
+        What its places are counted in.
 
     Returns
     -------
@@ -311,15 +321,23 @@ def machine(
     axis = fit.axis._replace(lag=fit.delay * dt + fit.axis.lag)
     head = [
         "A motor-driven axis as a machine: macromicro run --config model.toml",
-        "Its 0 mm is the lowest position in the records, its largest effort the largest there.",
+        f"Its 0 {place.unit} is the lowest position in the records, its largest effort the "
+        "largest there.",
     ]
     if fit.gain == 1.0:
-        head.append("No gain was known: one newton below stands for one unit of the effort.")
+        head.append(
+            f"No gain was known: 1 {place.named('N')} below stands for one unit of the effort."
+        )
     head += ["", "As found, by output error, with standard errors:"]
     for name, value in zip(fit.refined.names, fit.refined.values, strict=True):
         spread = about(errors[name])
         head.append(" ".join(filter(None, (f"  {name} = {float(value):.5g}", spread, units[name]))))
-    return axis_settings.as_toml(axis_settings.values(axis, around), "\n".join(head))
+    values, name = axis_settings.values(axis, around), "axis"
+    if place.turns:
+        values, name = axis_settings.turned(values), "rotary"
+        if "offset" in errors:
+            head.append("A constant torque is no part of this machine: it is left out.")
+    return axis_settings.as_toml(values, "\n".join(head), name)
 
 
 def bench(fit: DriveFit, errors: dict[str, float]) -> str:

@@ -19,6 +19,7 @@ from macromicro.serve.scpi.intake import Intake
 from macromicro.serve.scpi.message import Message, Unit
 from macromicro.serve.scpi.session import Session
 from macromicro.serve.scpi.socket_monitor import SocketMonitor, prepare
+from macromicro.serve.scpi.tree import tree
 
 PENALTY = 1.0  # s that a wrong token costs
 GRACE = 2.0  # s for which queries of a client that has closed are still answered
@@ -55,7 +56,9 @@ class ScpiConnection:
         peer = writer.get_extra_info("peername")
         self.session = Session(instrument, f"scpi {peer[0]}:{peer[1]}", str(peer[0]))
         self._bucket = Bucket(bounds.rate, bounds.burst)
-        self._intake = Intake(bounds, lambda: dispatcher.price(self.session))
+        self._intake = Intake(
+            bounds, lambda: dispatcher.price(self.session), tree(instrument.place)
+        )
         self._waiting: Waiting[_Rest] = Waiting(self.session, bounds.messages, bounds.waiting)
         self._patience: float = instrument.settings.serve.client_timeout
 

@@ -8,6 +8,7 @@ from macromicro.serve.bucket import Bucket
 from macromicro.serve.scpi.bounds import Bounds
 from macromicro.serve.scpi.errors import ScpiError
 from macromicro.serve.scpi.framing import Framer
+from macromicro.serve.scpi.header import Tree
 from macromicro.serve.scpi.message import Message, reading
 from macromicro.serve.scpi.tree import TREE
 
@@ -24,10 +25,10 @@ class Intake:
     paid for before the next one begins, and everybody else of the event loop has a turn.
     """
 
-    def __init__(self, bounds: Bounds, price: Callable[[], float]) -> None:
+    def __init__(self, bounds: Bounds, price: Callable[[], float], tree: Tree = TREE) -> None:
         self._framer = Framer(bounds.line, bounds.block)
         self._bucket = Bucket(bounds.rate, bounds.burst)
-        self._price = price
+        self._price, self._tree = price, tree
 
     @property
     def broken(self) -> bool:
@@ -56,7 +57,7 @@ class Intake:
             await self._take(_STEP_COST * (self._framer.steps - steps))
 
     async def _read(self, line: bytes) -> Message:
-        slices, paid = reading(TREE, line), 0
+        slices, paid = reading(self._tree, line), 0
         while True:
             try:
                 units = next(slices)

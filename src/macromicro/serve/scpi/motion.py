@@ -72,7 +72,7 @@ def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ..
             request = request._replace(replace=True)
         motion = session.order(request)
         if kind.motion:
-            session.began(motion, kind.words(values))
+            session.began(motion, kind.words(values, session.instrument.place))
         elif ends(request):
             session.ends(motion)
         return None
@@ -80,12 +80,14 @@ def _ordering(kind: RequestType, fields: tuple[Field, ...], fixed: tuple[str, ..
     return act
 
 
-def _asked(kind: str, scale: float, target: Callable[[Session], float]) -> Handler:
-    """The target, or an end of what is allowed now, times `scale`."""
+def _asked(kind: str, unit: str, target: Callable[[Session], float]) -> Handler:
+    """The target, or an end of what is allowed now, in counts or as people read what is stored
+    in `unit`."""
 
     def act(call: Call) -> Answer:
         (end,) = call.values
         found = call.session.instrument.limit(kind, end) if end else target(call.session)
+        scale = {"m": call.session.instrument.place.per}.get(unit, 1.0)
         return number(round(found * scale, 9))
 
     return act
@@ -121,7 +123,8 @@ def _outcome(call: Call) -> Answer:
     end = call.session.station.finished(int(call.values[0]), 0.0)
     if end is None:
         return f'"unknown",{number(float("nan"))},{number(float("nan"))},""'
-    where = f"{number(end.position * 1e3)},{number(end.uncertainty * 1e3)}"
+    per = call.session.instrument.place.per
+    where = f"{number(end.position * per)},{number(end.uncertainty * per)}"
     facts = ", ".join(f"{name} {value}" for name, value in end.evidence.items())
     return f"{quoted(end.outcome)},{where},{quoted(facts[:1000])}"
 
@@ -130,7 +133,7 @@ COMMANDS = (
     *commands("move to"),
     Command(
         "MOVE[:ABSolute]?",
-        _asked("whole", 1e3, lambda session: session.instrument.target()),
+        _asked("whole", "m", lambda session: session.instrument.target()),
         "Where the whole positioner is going or is held; or the ends between which it may go.",
         (_WHICH,),
         answer="position mm; 9.91E37 where it goes nowhere and holds nothing",
@@ -139,7 +142,7 @@ COMMANDS = (
     *commands("move macro"),
     Command(
         "MOVE:MACRo?",
-        _asked("macro", 1.0, lambda session: session.snapshot().macro_reference),
+        _asked("macro", "counts", lambda session: session.snapshot().macro_reference),
         "Its set point, or these ends.",
         (_WHICH,),
         answer="counts",
@@ -147,7 +150,7 @@ COMMANDS = (
     *commands("move micro"),
     Command(
         "MOVE:MICRo?",
-        _asked("micro", 1e3, lambda session: session.snapshot().micro_reference_m),
+        _asked("micro", "m", lambda session: session.snapshot().micro_reference_m),
         "Its set point, or these ends.",
         (_WHICH,),
         answer="mm",

@@ -8,16 +8,25 @@ from typing import Any, NamedTuple
 
 from macromicro.serve.scpi.data import BLOCK, NUMBER, STRING, WORD, Element, shown
 from macromicro.serve.scpi.errors import ScpiError
+from macromicro.units import size
 
+_ANGLES = ("DEG", "MDEG", "UDEG", "RAD", "MRAD", "URAD", "ARCMIN", "ARCSEC", "TURN", "REV")
 # Suffixes of SCPI know no case (7.4.3 of IEEE 488.2), so M is always metre and MM millimetre.
 UNITS: dict[str, dict[str, Decimal]] = {
     "m": {s: Decimal(x) for s, x in (("MM", "1e-3"), ("UM", "1e-6"), ("CM", "1e-2"), ("M", "1"))},
     "m/s": {s: Decimal(x) for s, x in (("MM/S", "1e-3"), ("UM/S", "1e-6"), ("M/S", "1"))},
+    "rad": {s: Decimal(repr(size(s.lower()))) for s in _ANGLES},
+    "rad/s": {
+        "DEG/S": Decimal(repr(size("deg"))),
+        "RAD/S": Decimal(1),
+        "RPM": Decimal(repr(size("rpm"))),
+    },
     "s": {s: Decimal(x) for s, x in (("S", "1"), ("MS", "1e-3"))},
     "counts": {"COUNTS": Decimal(1), "COUNT": Decimal(1)},
     "": {},
 }
-NEEDED = ("m", "m/s")  # 0.1 could be meant in mm: a length or a speed must say what it is
+# 0.1 could be meant in mm: a place or a speed must say what it is.
+NEEDED = ("m", "m/s", "rad", "rad/s")
 
 
 class Number(NamedTuple):

@@ -13,7 +13,8 @@ _STAGE = "STAGe<n=1..2>"
 
 def _position(call: Call) -> Answer:
     now = call.session.snapshot()
-    return f"{numbers(now.position_m * 1e3, now.uncertainty_m * 1e3)},{flag(now.trusted)}"
+    per = call.session.instrument.place.per
+    return f"{numbers(now.position_m * per, now.uncertainty_m * per)},{flag(now.trusted)}"
 
 
 def _trust(call: Call) -> Answer:

@@ -8,6 +8,7 @@ from typing import Any
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import DONE, FAULTED, LIMIT, STALLED, Finished, Refused
 from macromicro.control.supervisor import Plan
+from macromicro.place import LENGTH, Place
 from macromicro.serve.client import Client, Entry
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.scpi import status
@@ -112,7 +113,7 @@ class Session(Client):
             if end is None:
                 self.fail(ScpiError(-240, f"{words}: the loop process has ended"))
             elif end.outcome != DONE:
-                self.fail(ended(end, words))
+                self.fail(ended(end, words, self.instrument.place))
         if not self.pending and self.completing:
             self.completing = False
             self.events |= OPERATION_COMPLETE
@@ -136,8 +137,9 @@ class Session(Client):
         raise ScpiError(number, f"{reply.reason}; {reply.remedy}")
 
 
-def ended(end: Finished, words: str) -> ScpiError:
+def ended(end: Finished, words: str, place: Place = LENGTH) -> ScpiError:
     """The error of a motion that ended otherwise than done."""
-    where = f" at {end.position * 1e3:.3f} mm" if abs(end.position) < 1e3 else ""
+    told = f" at {end.position * place.per:.3f} {place.unit}"
+    where = told if abs(end.position) < 1e3 else ""
     number = -240 if end.outcome in _HARDWARE else -200
     return ScpiError(number, f"{words} (motion {end.id}) ended as {end.outcome}{where}")

@@ -13,11 +13,11 @@ from macromicro.serve.scpi.motion import commands, stop
 from macromicro.serve.scpi.parameters import NameOrBlock, Number, NumberOrText, Text, Word
 
 _ENDS = ("MINimum", "MAXimum", "DEFault")
-# Limits: what they are called here and by the machine, unit, how many it answers for one.
+# Limits: what they are called here and by the machine, unit, and in what it answers.
 _KINDS = (
-    ("ABSolute", "whole", "m", 1e3, "mm"),
-    ("MACRo", "macro", "counts", 1.0, "counts"),
-    ("MICRo", "micro", "m", 1e3, "mm"),
+    ("ABSolute", "whole", "m", "mm"),
+    ("MACRo", "macro", "counts", "counts"),
+    ("MICRo", "micro", "m", "mm"),
 )
 _TEXTS = {
     "whole": "Soft limits of the whole positioner: they bind MOVE[:ABSolute] and MOVE:RELative, "
@@ -43,12 +43,13 @@ def _set_limits(kind: str) -> Handler:
     return act
 
 
-def _limits(kind: str, shown: float) -> Handler:
+def _limits(kind: str, unit: str) -> Handler:
     def act(call: Call) -> Answer:
         limits = call.session.snapshot().limits
         if call.values[0] is not None:
             limits = call.session.instrument.settings.live.limits
         ends = {"MIN": ("low",), "MAX": ("high",)}.get(call.values[0], ("low", "high"))
+        shown = {"m": call.session.instrument.place.per}.get(unit, 1.0)
         return numbers(*(round(getattr(limits, f"{kind}_{end}") * shown, 9) for end in ends))
 
     return act
@@ -56,7 +57,7 @@ def _limits(kind: str, shown: float) -> Handler:
 
 def _limit_commands() -> tuple[Command, ...]:
     found: list[Command] = []
-    for node, kind, unit, shown, words in _KINDS:
+    for node, kind, unit, words in _KINDS:
         ends = (Number("low", unit, instead=_ENDS), Number("high", unit, instead=_ENDS))
         found.append(
             Command(
@@ -71,7 +72,7 @@ def _limit_commands() -> tuple[Command, ...]:
         found.append(
             Command(
                 f"LIMit:{node}?",
-                _limits(kind, shown),
+                _limits(kind, unit),
                 "These limits; or those that the machine was started with.",
                 (Word("which", _ENDS, optional=True),),
                 answer=f"low {words}, high {words}; one of them for MINimum or MAXimum",

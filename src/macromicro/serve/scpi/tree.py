@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
+
+from macromicro.place import ANGLE, Place
 from macromicro.serve.requests import REQUESTS
 from macromicro.serve.scpi import common, motion, queries, setting, system, waveform
 from macromicro.serve.scpi.command import Command
 from macromicro.serve.scpi.header import Tree
+from macromicro.serve.scpi.parameters import Number, Parameter
 
 _LISTED: tuple[Command, ...] = (
     *common.COMMON,
@@ -24,4 +28,27 @@ COMMANDS = _LISTED + tuple(
     for command in motion.commands(kind.name)
     if command.header not in _HEADERS
 )
+_FARTHER = 1e3  # angles are as many radians, where lengths are less than so many metres
+
+
+def turned(command: Command) -> Command:
+    """A command of a machine that turns: its places are angles."""
+
+    def made(parameter: Parameter) -> Parameter:
+        unit = ANGLE.named(getattr(parameter, "unit", ""))
+        if not isinstance(parameter, Number) or unit == parameter.unit:
+            return parameter
+        lo, hi = _FARTHER * parameter.lo, _FARTHER * parameter.hi
+        return parameter._replace(unit=unit, lo=lo, hi=hi)
+
+    parameters = tuple(map(made, command.parameters))
+    return command._replace(parameters=parameters, answer=ANGLE.named(command.answer))
+
+
 TREE = Tree(COMMANDS)
+
+
+@cache
+def tree(place: Place) -> Tree:
+    """The commands of a machine whose places are counted in `place`."""
+    return Tree(tuple(map(turned, COMMANDS))) if place.turns else TREE

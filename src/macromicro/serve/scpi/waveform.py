@@ -15,8 +15,8 @@ from macromicro.serve.scpi.answers import block, flag, number
 from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Flag, Number, Text, Word
-from macromicro.serve.shared import COLUMNS as TELEMETRY
 from macromicro.serve.shared import INDEX, PERIOD, RING_S, columns
+from macromicro.serve.shared import shown as told
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
@@ -24,7 +24,8 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 def _columns(call: Call) -> list[Column]:
     """Those of this machine: of lines that it has not there is nothing to tell."""
     there = columns(getattr(call.session.station, "channels", ()))
-    return [TELEMETRY[k] for k in there]
+    every = told(call.session.instrument.place)[0]
+    return [every[k] for k in there]
 
 
 def _format(call: Call) -> Answer:
@@ -55,7 +56,8 @@ def _data(call: Call) -> Answer:
     if column.lower() not in INDEX:
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
     rows = call.session.instrument.newest(round(seconds / PERIOD))
-    values = rows[INDEX[column.lower()]]
+    k = INDEX[column.lower()]
+    values = rows[k] * float(told(call.session.instrument.place)[1][k, 0])
     kind, length = call.session.format
     if kind == "ASC":
         return ",".join(number(x) for x in values.tolist()) or '""'

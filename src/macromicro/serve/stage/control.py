@@ -67,6 +67,7 @@ class Control:
 
     def __init__(self, machine: Machine, tree: Any, kind: Kind, number: int) -> None:
         self._law, self._tree, self._number = machine.law, tree, number
+        self.place = machine.kind.place
         self._gains = gains(tree)
         self.dt = float(tree.timing.period)
         if machine.touch is not None and not hasattr(gains(tree), "limit"):

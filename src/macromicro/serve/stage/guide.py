@@ -103,6 +103,7 @@ def live(machine: Machine, tree: Any) -> Live:
         jogging=Jogging(macro=motion.velocity * JOG, slow=slow),
         brake=Brake(motion.acceleration, 2.0 * tree.guard.speed / pitch),
         edges=Edges(use=0, bounce=0.0),
+        turns=int(machine.kind.place.turns),
     )
 
 

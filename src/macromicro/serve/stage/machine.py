@@ -126,7 +126,7 @@ class Led(Live):
         def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
             return playing.start(s, motion, plan)
 
-        found = refused or playing.motion(s, plan, self._p.settings.pitch)
+        found = refused or playing.motion(s, plan, self._p.settings.pitch, self._p.settings.place)
         return accept.begin(self._p, s, found, start)
 
     def _unable(self, request: Any) -> Refused | None:

@@ -19,9 +19,10 @@ from macromicro.control.live.state import NAN, LiveState, Motion, Played
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
 from macromicro.machines.sequence import DONE, MOVING, Arrival, Plan, Progress
+from macromicro.place import LENGTH, Place
 
 
-def motion(s: LiveState, plan: Any, pitch: float) -> Motion | Refused:
+def motion(s: LiveState, plan: Any, pitch: float, unit: Place = LENGTH) -> Motion | Refused:
     """A programme as a motion: all of it within the soft limits.
 
     Parameters
@@ -32,6 +33,8 @@ def motion(s: LiveState, plan: Any, pitch: float) -> Motion | Refused:
         `sequence.Plan` in m of the homed frame, or anything that a client sent.
     pitch : float
         Way per count, m.
+    unit : Place, optional
+        What places are counted in.
 
     Returns
     -------
@@ -45,8 +48,8 @@ def motion(s: LiveState, plan: Any, pitch: float) -> Motion | Refused:
     for place in (float(places.min()), float(places.max())):
         if not low - pitch <= place <= high + pitch:
             return Refused(
-                f"the programme goes to {place * 1e3:.9g} mm, beyond the soft limits",
-                f"stay within {low * 1e3:.9g} to {high * 1e3:.9g} mm",
+                f"the programme goes to {place * unit.per:.9g} {unit.unit}, beyond the soft limits",
+                f"stay within {low * unit.per:.9g} to {high * unit.per:.9g} {unit.unit}",
                 True,
             )
     return Motion(s.given + 1, "programme", NAN, NAN, NAN, s.time)
@@ -112,7 +115,11 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
     local = Sample(s.time - work.start, place - offset)
     progress, target = sequence.step(plan, Arrival(*q.arrival), before, local)
     g = g._replace(aim=_aim(plan, progress, target, local.t, offset))
-    found: Evidence = {"move": before.move, "error_um": (g.aim.position - place) * 1e6}
+    unit = p.settings.place
+    found: Evidence = {
+        "move": before.move,
+        f"error_{unit.fine}": (g.aim.position - place) * unit.fines,
+    }
     notices: tuple[Notice, ...] = ()
     if before.phase == MOVING and not progress.arrived and _ended(before, progress):
         if math.isnan(plan.start[before.move]):
@@ -129,7 +136,8 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
         if s.mode == m.SETTLING:
             s, event = t.go(s, m.MOVING_MACRO, t.NEXT_MOVE, {"move": progress.move})
             notices = (*notices, event)
-        goal = {"move": progress.move, "target_mm": float(plan.target[progress.move]) * 1e3}
+        there = float(plan.target[progress.move]) * unit.per
+        goal = {"move": progress.move, f"target_{unit.unit}": there}
         notices = (*notices, t.reported(s, "move", "next move", goal))
     if progress.arrived and s.mode == m.MOVING_MACRO:
         s, event = t.go(s, m.SETTLING, t.ARRIVED, found)
@@ -151,7 +159,8 @@ def _approach(
     if there:
         return s._replace(work=work._replace(start=s.time + dt)), g, ()
     if late >= q.arrival.patience - TICK:
-        found = {"move": -1, "error_um": (goal - place) * 1e6}
+        unit = p.settings.place
+        found = {"move": -1, f"error_{unit.fine}": (goal - place) * unit.fines}
         s, notices = brake.start(p, s, m.STALLED, t.STALLED, found)
         return s, g, notices
     return s, g, ()
@@ -177,7 +186,8 @@ def _end(
     """The plan has come to its end: all of it, and is the stage on target?"""
     plan, move = work.plan, work.progress.move
     left, off = len(plan.target) - move - 1, float(plan.target[move]) - place
-    found: Evidence = {"moves": move + 1, "error_um": off * 1e6}
+    unit = p.settings.place
+    found: Evidence = {"moves": move + 1, f"error_{unit.fine}": off * unit.fines}
     if left or work.cut_off is not None:
         found |= {"moves_left": left} if left else {}
         if work.cut_off is not None:

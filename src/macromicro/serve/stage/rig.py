@@ -124,7 +124,7 @@ class Real:
     """
 
     def __init__(self, machine: Machine, tree: Any, rig: Rig, dt: float) -> None:
-        self.kind = open_rig.of(rig)
+        self.kind = open_rig.of(rig, machine.kind.place)
         self.control = Control(machine, tree, self.kind, periods(tree, dt))
         self.source: Source = Course
         self.outputs = tuple(getattr(rig, "outputs", ()))
@@ -244,7 +244,7 @@ class Led:
 
     def fault(self) -> tuple[Trouble, bool]:
         """The latched fault in words, and whether counts may have been missed."""
-        found = faults.of_stage(*self.evidence())
+        found = faults.of_stage(*self.evidence(), self._control.place)
         return found, self._control.watch.fault in (guarding.SILENT, guarding.STUCK)
 
     def renew(self) -> None:

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.arrays import Array
+from macromicro.place import LENGTH, Place
 from macromicro.serve.shared import PERIOD, RING_S
 
 CHANNELS = (
-    "macro reference",  # mm, homed frame
+    "macro reference",  # mm, homed frame; of a machine that turns, this and all places deg
     "macro position",  # mm
     "micro reference",  # mm
     "micro position",  # mm
@@ -30,7 +31,7 @@ SPANS = (2.0, 10.0, 60.0)  # s
 LEAST, MOST = 16, 1200  # columns
 KIND = 1
 # kind, number of the view, bins, channels; first bin, width [s], time [s] and number of the
-# newest row, its position, macro and micro position [mm] and uncertainty [um].
+# newest row, its position, macro and micro position [mm] and uncertainty [um]; or deg and mdeg.
 HEADER = struct.Struct("<4I8d")
 
 
@@ -54,21 +55,23 @@ def view(number: int, span: float, columns: int) -> View:
     return View(number, width, -(-rows // width))
 
 
-def traces(block: Array, names: Sequence[str], pitch: float) -> Array:
-    """The channels float64[channels, rows] of telemetry; `pitch` [m] a count.
+def traces(block: Array, names: Sequence[str], pitch: float, place: Place = LENGTH) -> Array:
+    """The channels float64[channels, rows] of telemetry; `pitch` [m or rad] a count; `place`:
+    what places are counted in.
 
     Macro positions are those of the homed frame: what the whole position leaves when the
     micro-stage's share is taken off.
     """
     column = {name: block[k] for k, name in enumerate(names)}
-    position, fine = column["position"], column["hall_position"]
+    share = 1e-3 * place.per  # of what people read, in a thousandth of what is counted in
+    position, fine = column["position"] * share, column["hall_position"] * share
     macro = position - fine
-    ahead = (column["macro_reference"] - column["macro_position"]) * pitch * 1e3
+    ahead = (column["macro_reference"] - column["macro_position"]) * pitch * place.per
     return np.stack(
         [
             macro + ahead,
             macro,
-            column["micro_reference"],
+            column["micro_reference"] * share,
             fine,
             column["motor"],
             column["ctrl"],
@@ -95,16 +98,18 @@ def binned(values: Array, first: int, width: int) -> NDArray[np.float32]:
     return np.ascontiguousarray(np.stack([low, high], axis=-1).transpose(1, 0, 2), np.float32)
 
 
-def frame(view: View, last: int, block: Array, names: Sequence[str], pitch: float) -> bytes:
+def frame(
+    view: View, last: int, block: Array, names: Sequence[str], pitch: float, place: Place = LENGTH
+) -> bytes:
     """A frame of the rows `block` up to row number `last`; b"" of none."""
     rows = block.shape[1]
     if rows == 0:
         return b""
-    values = traces(block, names, pitch)
+    values = traces(block, names, pitch, place)
     first = last - rows + 1
     bins = binned(values, first, view.width)
     time = float(block[names.index("t"), -1])
-    spread = float(block[names.index("uncertainty"), -1])
+    spread = float(block[names.index("uncertainty"), -1]) * 1e-3 * place.per
     newest = [float(values[k, -1]) for k in (7, 1, 3)]
     head = HEADER.pack(
         KIND,

@@ -15,7 +15,7 @@ from macromicro.serve.web import bins, reporting
 from macromicro.serve.web.bounds import Bounds
 from macromicro.serve.web.downloads import Downloads
 from macromicro.serve.web.hub import Hub
-from macromicro.serve.web.orders import LENGTHS, Orders
+from macromicro.serve.web.orders import Orders, units
 from macromicro.serve.web.sessions import Sessions
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Context:
             "open": token.open,
             "stages": list(station.stages),
             "limits": reporting.limits(station.settings),
-            "units": list(LENGTHS),
+            "units": list(units(station.settings.live.place)),
             "programmes": list(self.instrument.programmes()),
             "channels": list(bins.CHANNELS),
             "spans": list(bins.SPANS),

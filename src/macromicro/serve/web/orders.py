@@ -11,13 +11,20 @@ from macromicro.control.live import messages as m
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.control.settings import Control
 from macromicro.errors import InputError
+from macromicro.place import LENGTH, Place
 from macromicro.schema.par import entries, finite
 from macromicro.serve import telling
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.programmes import Planned
 from macromicro.serve.requests import KINDS, Field, RequestType
+from macromicro.units import size
 
-LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+
+def units(place: Place) -> dict[str, float]:
+    """The units that a place may be given in, each in base units."""
+    return {unit: size(unit) for unit in (place.base, place.unit, place.fine)}
+
+
 _LONGEST = 200
 
 
@@ -54,12 +61,13 @@ def number(order: dict[str, Any], key: str) -> float:
     return float(value)
 
 
-def length(order: dict[str, Any]) -> float:
-    """`value` in `unit`, in m. Raises `Refusal`."""
-    unit = order.get("unit")
-    if not isinstance(unit, str) or unit not in LENGTHS:
-        raise Refusal(f"{unit!r:.20} is no unit of length here", f"one of {', '.join(LENGTHS)}")
-    found = number(order, "value") * LENGTHS[unit]
+def length(order: dict[str, Any], place: Place = LENGTH) -> float:
+    """`value` in `unit`, in m, or rad of a machine that turns. Raises `Refusal`."""
+    unit, known = order.get("unit"), units(place)
+    if not isinstance(unit, str) or unit not in known:
+        what = "angle" if place.turns else "length"
+        raise Refusal(f"{unit!r:.20} is no unit of {what} here", f"one of {', '.join(known)}")
+    found = number(order, "value") * known[unit]
     if not math.isfinite(found * 1e3):  # it is told in mm
         raise Refusal("this is no finite length", "give a shorter one")
     return found
@@ -91,7 +99,9 @@ class Orders:
     def request(self, order: dict[str, Any]) -> m.Request:
         """The request. Raises `Refusal`."""
         what = order["do"]
-        return self._own[what](order) if what in self._own else _read(KINDS[what], order)
+        if what in self._own:
+            return self._own[what](order)
+        return _read(KINDS[what], order, self._instrument.place)
 
     def _shipped(self, order: dict[str, Any]) -> m.Request:
         name, known = text(order, "name"), self._instrument.programmes()
@@ -128,19 +138,19 @@ def _flag(order: dict[str, Any], key: str) -> bool:
     return given
 
 
-def _read(kind: RequestType, order: dict[str, Any]) -> m.Request:
+def _read(kind: RequestType, order: dict[str, Any], place: Place) -> m.Request:
     """A request that has nothing but the values of its fields."""
-    values = [_value_of(field, order) for field in kind.fields]
+    values = [_value_of(field, order, place) for field in kind.fields]
     given = {"replace": _replace(order)} if kind.replaces else {}
     request: m.Request = kind.message(*values, **given)
     return request
 
 
-def _value_of(field: Field, order: dict[str, Any]) -> float | bool | str:
+def _value_of(field: Field, order: dict[str, Any], place: Place) -> float | bool | str:
     if field.choices:
         return text(order, field.key)
     if field.unit == "m":
-        return length(order)
+        return length(order, place)
     return number(order, field.key) if field.unit else _flag(order, field.key)
 
 

@@ -16,8 +16,9 @@ from macromicro.serve import telling
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.requests import CONTROL, REQUESTS
 from macromicro.serve.snapshot import Snapshot
+from macromicro.units import size
 
-SHORT = 1e-3  # m; a travel below that is shown in um at first
+SHORT = 1.0  # mm, or deg; a travel below that is shown in um, or mdeg, at first
 
 
 def offered(now: Snapshot, supersede: bool, stages: tuple[str, ...] = m.STAGES) -> list[str]:
@@ -94,13 +95,16 @@ def _words(par: Par, value: Any) -> dict[str, Any]:
 
 
 def limits(settings: AnySettings) -> dict[str, Any]:
-    """What the page needs of the settings: soft limits, jog speeds [m/s], pitch [m]."""
-    live = settings.live
-    travel = live.limits.whole_high - live.limits.whole_low
+    """What the page needs of the settings: soft limits, jog speeds [m/s], pitch [m], units with
+    their sizes, the larger one first; rad for m of a machine that turns."""
+    live, place = settings.live, settings.live.place
+    travel = place.per * (live.limits.whole_high - live.limits.whole_low)
     return {
         **telling.limits(live.limits),
         "pitch": live.pitch,
-        "unit": "um" if travel < SHORT else "mm",
+        "unit": place.fine if travel < SHORT else place.unit,
+        "units": {place.unit: size(place.unit), place.fine: size(place.fine)},
+        "base": place.base,
         "jog_macro": live.jogging.macro,
         "jog_slow": live.jogging.slow,
         "jog_micro": live.jogging.micro,

@@ -89,7 +89,8 @@ class Stream:
         if last < self._since:  # another loop counts anew
             self._since = -1
             return b""
-        data = bins.frame(view, last, block[:, -view.rows :], names, self._context.hub.pitch)
+        shown, context = block[:, -view.rows :], self._context
+        data = bins.frame(view, last, shown, names, context.hub.pitch, context.instrument.place)
         # The bin that is being filled is sent again, whole.
         self._since = last // view.width * view.width - 1 if data else self._since
         return data

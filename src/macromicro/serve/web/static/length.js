@@ -1,32 +1,43 @@
-// One unit for every length on the page, chosen by the person.
+// One unit for every length on the page, or every angle of a machine that turns, chosen by the person.
 
 const $ = (id) => document.getElementById(id);
-const UNITS = { mm: { factor: 1e-3, digits: 4 }, um: { factor: 1e-6, digits: 1 } };
+const DIGITS = [4, 1]; // of a length in the larger unit, and in the smaller one
+let units = { mm: { factor: 1e-3, digits: 4 }, um: { factor: 1e-6, digits: 1 } };
 const KEY = "macromicro.unit";
 
 export const length = {
   name: "mm",
 
-  // Takes the unit that suits a machine, unless a person has chosen one, and says whether it is
-  // another; and as many digits as its count [m] is worth, at least those that there are.
-  suit(unit, pitch) {
-    const before = this.name;
-    if (!(localStorage.getItem(KEY) in UNITS)) this.name = $("unit").value = unit;
-    for (const u of Object.values(UNITS)) {
+  // Takes the units of a machine and the one that suits it, unless a person has chosen one, and says
+  // whether it is another; and as many digits as its count is worth, at least those that there are.
+  suit({ unit, pitch, units: sizes, base }) {
+    const before = this.name, names = Object.keys(sizes);
+    this.base = base;
+    if (names.join() !== Object.keys(units).join()) {
+      units = Object.fromEntries(names.map((name, k) => [name, { factor: sizes[name], digits: DIGITS[k] }]));
+      $("unit").replaceChildren(...names.map((name) => new Option(name)));
+    }
+    const kept = localStorage.getItem(KEY);
+    this.name = $("unit").value = kept in units ? kept : unit;
+    for (const u of Object.values(units)) {
       u.digits = Math.min(Math.max(u.digits, Math.ceil(-Math.log10(pitch / u.factor))), 7);
     }
     return this.name !== before;
   },
 
-  // Digits behind the point of a length in mm.
-  get finest() { return UNITS.mm.digits; },
+  base: "m",
 
-  get factor() { return UNITS[this.name].factor; },
+  // The larger unit, in which telemetry comes; its size; digits behind its point.
+  get main() { return Object.keys(units)[0]; },
+  get scale() { return units[this.main].factor; },
+  get finest() { return units[this.main].digits; },
+
+  get factor() { return units[this.name].factor; },
 
   // A length [m] in words; `less`: digits fewer than the finest.
   words(metres, less = 0) {
     if (metres == null || !Number.isFinite(metres)) return "-";
-    const { factor, digits } = UNITS[this.name];
+    const { factor, digits } = units[this.name];
     return `${(metres / factor).toFixed(Math.max(digits - less, 0))} ${this.name}`;
   },
 
@@ -37,7 +48,7 @@ export const length = {
 // Calls `changed` when another unit is chosen.
 export function chooseUnit(changed) {
   const kept = localStorage.getItem(KEY);
-  if (kept in UNITS) length.name = kept;
+  if (kept in units) length.name = kept;
   $("unit").value = length.name;
   $("unit").addEventListener("change", () => {
     length.name = $("unit").value;

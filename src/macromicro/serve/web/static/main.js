@@ -52,9 +52,9 @@ function look() {
 function welcome(server) {
   ruler.limits = server.limits; // its scale stays when the soft limits are narrowed
   page.limits = { ...server.limits };
-  if (length.suit(server.limits.unit, server.limits.pitch)) units();
-  plots[0].least = Math.min(0.5, (server.limits.whole_high - server.limits.whole_low) * 1e3 / 20);
-  for (const line of plots[0].lines) line[4] = Math.max(3, length.finest - 1);
+  if (length.suit(server.limits)) units();
+  plots[0].least = Math.min(0.5, (server.limits.whole_high - server.limits.whole_low) / length.scale / 20);
+  for (const line of plots[0].lines) line.splice(3, 2, length.main, Math.max(3, length.finest - 1));
   points.open(`${server.rig} ${server.model}`.trim(), server.stages.length === 1);
   const simulated = server.model ? "simulated" : "virtual bench";
   $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
@@ -129,7 +129,7 @@ function draw() {
   window.macromicro.drawn += 1;
   for (const plot of plots) plot.draw(ring, news.marks);
   const target = page.state.target_m;
-  if (newest) ruler.draw({ ...newest, target: target == null ? NaN : target * 1e3, live: trusting() === "", unit: length });
+  if (newest) ruler.draw({ ...newest, target: target == null ? NaN : target / length.scale, live: trusting() === "", unit: length });
 }
 
 function state(now) {
@@ -208,13 +208,13 @@ function trusting() {
   return why;
 }
 
-// A click on the scales: a target [mm], to `step` [mm].
+// A click on the scales: a target, to `step`, in the machine's larger unit.
 function pick(value, step) {
-  const digits = Math.max(0, Math.round(Math.log10(length.factor / (step * 1e-3))));
+  const digits = Math.max(0, Math.round(Math.log10(length.factor / (step * length.scale))));
   ruler.proposed = value;
-  orders.propose(value * 1e-3, digits);
+  orders.propose(value * length.scale, digits);
   if ($("click-moves").checked) $("move-form").requestSubmit();
-  else say(`Target ${length.words(value * 1e-3)} filled in. Move moves there.`);
+  else say(`Target ${length.words(value * length.scale)} filled in. Move moves there.`);
 }
 
 // What the chosen unit changes.

@@ -1,5 +1,7 @@
 // Events and ends of motions in words, and the marks that they leave in the plots.
 
+import { length } from "./length.js";
+
 const KEPT = 200;
 const OUTCOMES = {
   done: "arrived and settled", stopped: "stopped", emergency: "cut off by an emergency stop",
@@ -39,7 +41,7 @@ export class News {
 
 function words(item) {
   if (item.kind === "finished") {
-    const place = item.position === null ? "" : ` at ${(item.position * 1e3).toFixed(4)} mm`;
+    const place = item.position === null ? "" : ` at ${(item.position / length.scale).toFixed(4)} ${length.main}`;
     return `motion ${item.id} ${OUTCOMES[item.outcome] ?? item.outcome}${place}${facts(item.evidence)}`;
   }
   const change = item.kind === "mode" ? `${item.from_mode} to ${item.to_mode}: ` : `${item.kind}: `;

@@ -27,11 +27,11 @@ export class Ruler {
   }
 
   // place: {position, macro, micro} mm, uncertainty um, target mm or NaN; live: is it known and
-  // of this moment? unit: {factor [m], name} of the labels.
+  // of this moment? unit: {factor [m], name} of the labels. Of a machine that turns deg for mm.
   draw(place) {
     const { g, width, height } = surface(this.canvas);
     if (!this.limits || !Number.isFinite(place.position)) return;
-    const low = this.limits.whole_low * 1e3, high = this.limits.whole_high * 1e3;
+    const scale = place.unit.scale, low = this.limits.whole_low / scale, high = this.limits.whole_high / scale;
     const centre = Number.isFinite(place.target) ? place.target : place.position;
     this.scales = [];
     const windows = spans(high - low), row = height / windows.length;
@@ -40,11 +40,11 @@ export class Ruler {
     windows.forEach((window, k) => {
       const span = window ?? high - low;
       const from = k === 0 ? low : centre - span / 2;
-      const scale = { from, span, left, inner, top: k * row, row, x: (v) => left + ((v - from) / span) * inner };
-      if (above) this.wedge(g, above, scale);
-      this.strip(g, window, scale, place, k);
-      this.scales.push(scale);
-      above = scale;
+      const strip = { from, span, left, inner, top: k * row, row, x: (v) => left + ((v - from) / span) * inner };
+      if (above) this.wedge(g, above, strip);
+      this.strip(g, window, strip, place, k);
+      this.scales.push(strip);
+      above = strip;
     });
   }
 
@@ -125,11 +125,11 @@ export class Ruler {
   }
 
   label(mm, digits, unit) {
-    const less = Math.round(Math.log10(1e-3 / unit.factor));
-    return (mm * 1e-3 / unit.factor).toFixed(Math.max(digits - less, 0));
+    const less = Math.round(Math.log10(unit.scale / unit.factor));
+    return (mm * unit.scale / unit.factor).toFixed(Math.max(digits - less, 0));
   }
 
-  spoken(mm, unit) { return `${Number((mm * 1e-3 / unit.factor).toPrecision(6))} ${unit.name}`; }
+  spoken(mm, unit) { return `${Number((mm * unit.scale / unit.factor).toPrecision(6))} ${unit.name}`; }
 
   // Where a click has proposed a target.
   proposal(g, s, base, inside) {

@@ -3,7 +3,7 @@
 import { length } from "./length.js";
 
 const $ = (id) => document.getElementById(id);
-const STEPS = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2]; // m
+const STEPS = [1e-3, 1e-2, 0.1, 1, 10]; // mm or deg
 const MOST = 50;
 
 export class Steps {
@@ -21,8 +21,8 @@ export class Steps {
   // twentieth of it.
   units() {
     const limits = this.page.limits, travel = limits ? limits.whole_high - limits.whole_low : Infinity;
-    const fitting = STEPS.filter((step) => step <= travel);
-    const chosen = Number($("step").value || 1e-3);
+    const fitting = STEPS.map((step) => Number((step * length.scale).toPrecision(12))).filter((step) => step <= travel);
+    const chosen = Number($("step").value || length.scale);
     $("step").replaceChildren(...fitting.map((step) => new Option(`${length.short(step)} ${length.name}`, step)));
     $("step").value = String(fitting.includes(chosen) ? chosen : fitting.findLast((step) => step <= 0.05 * travel) ?? fitting[0]);
   }
@@ -30,7 +30,7 @@ export class Steps {
   // One step [m] of a stage from where it is to be; refused where that is not known.
   step(stage, distance) {
     const now = this.page.state, give = (what, fields) => this.orders.give(what, fields, "Step");
-    if (stage === "whole") return give("move by", { value: distance, unit: "m" });
+    if (stage === "whole") return give("move by", { value: distance, unit: length.base });
     if (stage === "macro") {
       const counts = Math.round(distance / this.page.limits.pitch);
       if (!counts) return this.page.say(`Step: refused. A step of ${length.words(Math.abs(distance))} is less ` +
@@ -88,7 +88,7 @@ export class Points {
       name.maxLength = 40;
       name.setAttribute("aria-label", `Name of point ${k + 1}`);
       name.addEventListener("change", () => { point.name = name.value; this.keep(); });
-      const go = button("Go", `Move to ${point.name}`, () => this.orders.give("move to", { value: point.place, unit: "m" }, point.name));
+      const go = button("Go", `Move to ${point.name}`, () => this.orders.give("move to", { value: point.place, unit: length.base }, point.name));
       go.dataset.possible = "move to";
       const drop = button("Delete", `Delete ${point.name}`, () => { this.list.splice(k, 1); this.keep(); });
       line.append(name, ` ${length.words(point.place)} `, go, " ", drop);
@@ -101,7 +101,7 @@ export class Points {
     if (!this.list.length) return this.page.say("There are no points to save. Keep a position first.", true);
     const move = (stage, target, hold) => `[[moves]]\n${stage} = "${target}"\nhold = "${hold}"\n`;
     const text = this.list.map((point) => `# ${point.name.replace(/[^\x20-\x7e]/g, "?")}\n` +
-      (this.alone ? move("macro", `${(point.place * 1e3).toFixed(6)} mm`, "2 s")
+      (this.alone ? move("macro", `${(point.place / length.scale).toFixed(6)} ${length.main}`, "2 s")
         : move("macro", `${point.macro} counts`, "0.1 s") + move("micro", `${point.micro.toFixed(4)} mm`, "2 s"))).join("\n");
     return download("points.toml", text, "application/toml");
   }

@@ -1,0 +1,170 @@
+"""Sets of settings of an axis that turns: its motor, gear, load and encoder, and what it shares
+with one that slides, in angles."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from macromicro.control import cascade
+from macromicro.machines import guarding, parts, sequence
+from macromicro.machines.parts import LOAD, MOTOR
+from macromicro.place import turned
+from macromicro.schema.par import Par
+
+_MOTOR = "motor's data sheet"
+_GEAR = "gear's data sheet"
+_SHEET = "data sheet or drawing"
+_MEASURED = "data sheet or measurement"
+_DERIVED = "derived from the data sheets"
+
+
+class Motor(NamedTuple):
+    """A DC motor, or a brushless one with its commutation, as its terminals show it."""
+
+    constant: Annotated[
+        float, Par("N*m/A", "torque constant, also that of the back-EMF", _MOTOR, positive=True)
+    ] = 0.0302
+    resistance: Annotated[float, Par("ohm", "resistance", _MOTOR, positive=True)] = 1.2
+    inductance: Annotated[float, Par("H", "inductance", _MOTOR, shown="mH", positive=True)] = (
+        0.24e-3
+    )
+    inertia: Annotated[float, Par("kg*m^2", "inertia of the rotor", _MOTOR, lo=0.0)] = 1.4e-6
+
+
+class Gear(NamedTuple):
+    """From the motor's turn to that of the load."""
+
+    ratio: Annotated[
+        float,
+        Par("1", "turns of the motor per turn of the load; 1: direct drive", _GEAR, positive=True),
+    ] = 10.0
+    inertia: Annotated[
+        float, Par("kg*m^2", "what turns with the motor: gear, coupling", _GEAR, lo=0.0)
+    ] = 1.0e-6
+    efficiency: Annotated[
+        float, Par("1", "share of the motor's torque that arrives", _GEAR, lo=0.05, hi=1.0)
+    ] = 1.0
+    frequency: Annotated[
+        float,
+        Par(
+            "Hz",
+            "torsional mode of the load on gear and shaft, motor held; 0: stiff",
+            _MEASURED,
+            lo=0.0,
+        ),
+    ] = 0.0
+    damping: Annotated[float, Par("1", "damping ratio of that mode", _MEASURED, lo=0.0, hi=2.0)] = (
+        0.02
+    )
+    backlash: Annotated[
+        float, Par("rad", "slack between motor and load, at the load", _GEAR, shown="deg", lo=0.0)
+    ] = 0.0
+    error: Annotated[
+        float, Par("rad", "amplitude of the gear's error", _GEAR, shown="mdeg", lo=0.0)
+    ] = 0.0
+    error_period: Annotated[
+        float, Par("rad", "its period along the turn", _GEAR, shown="deg", positive=True)
+    ] = 0.6283185307179586
+    cogging: Annotated[
+        float, Par("N*m", "amplitude of the motor's cogging, at the load", _MEASURED, lo=0.0)
+    ] = 0.0
+    cogging_period: Annotated[
+        float, Par("rad", "its period along the turn", _MEASURED, shown="deg", positive=True)
+    ] = 0.08726646259971647
+
+
+class Turntable(NamedTuple):
+    """What turns, and where its turn ends."""
+
+    inertia: Annotated[
+        float, Par("kg*m^2", "of what turns, without payload and gear", _SHEET, positive=True)
+    ] = 0.01
+    payload: Annotated[float, Par("kg*m^2", "inertia of the payload", _SHEET, lo=0.0)] = 0.0
+    stop_low: Annotated[
+        float, Par("rad", "lower end stop", _SHEET, shown="deg", hi=0.0)
+    ] = -0.08726646259971647
+    stop_high: Annotated[
+        float, Par("rad", "upper end stop", _SHEET, shown="deg", positive=True)
+    ] = 4.799655442984406
+    stop_stiffness: Annotated[
+        float,
+        Par("N*m/rad", "stiffness of the end stops", _MEASURED, positive=True),
+    ] = 500.0
+    stop_damping: Annotated[
+        float, Par("N*m*s/rad", "damping of the end stops", _MEASURED, lo=0.0)
+    ] = 0.5
+
+
+class Feedback(NamedTuple):
+    """The encoder."""
+
+    at: Annotated[
+        str, Par("", "where it sits: on the motor or at the load", _SHEET, choices=(MOTOR, LOAD))
+    ] = MOTOR
+    counts: Annotated[
+        float,
+        Par("1", "counts per turn of what it sits on: four a line", _SHEET, positive=True),
+    ] = 4000.0
+    pitch: Annotated[
+        float, Par("rad", "turn of the load per count", _DERIVED, shown="deg", positive=True)
+    ] = 1.0e-4
+    noise: Annotated[
+        float, Par("rad", "noise before counting, rms, at the load", _SHEET, shown="mdeg", lo=0.0)
+    ] = 0.0
+    bits: Annotated[float, Par("", "width of the counter", _SHEET, lo=8, hi=48)] = 32.0
+    rate: Annotated[
+        float, Par("counts/s", "fastest counting of encoder and counter", _SHEET, positive=True)
+    ] = 4.0e6
+
+
+@turned
+class Rubbing(parts.Rubbing):
+    """All that rubs, as a torque at the load."""
+
+    __slots__ = ()
+
+
+@turned
+class Travel(parts.Travel):
+    """Targets of programmes lie between these."""
+
+    __slots__ = ()
+
+
+@turned
+class Motion(parts.Motion):
+    """Limits of the moves' profiles."""
+
+    __slots__ = ()
+
+
+@turned
+class Arrival(sequence.Arrival):
+    """When a move counts as arrived, and how long that is waited for."""
+
+    __slots__ = ()
+
+
+@turned
+class Limits(guarding.Limits):
+    """What the guard allows."""
+
+    __slots__ = ()
+
+
+@turned
+class Cascade(cascade.Cascade):
+    """Gains of the law; efforts in V at the D/A."""
+
+    __slots__ = ()
+
+
+FRICTION = Rubbing(
+    coulomb=0.05,
+    stribeck=0.01,
+    stribeck_speed=0.017453292519943295,
+    viscous=0.005,
+    presliding=8.726646259971648e-05,
+    ripple_long=1.5707963267948966,
+    ripple_short=0.4363323129985824,
+)
