@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,14 @@ FILE = Path(__file__).parents[3] / "examples" / "machines" / "piezo-100um.toml"
 
 @pytest.fixture
 def piezo(chromium: None, tmp_path: Path) -> Iterator[Page]:
-    settings = stage.load(FILE)
+    with opened(FILE, tmp_path) as page:
+        yield page
+
+
+@contextmanager
+def opened(file: Path, tmp_path: Path) -> Iterator[Page]:
+    """The page of the machine in a file."""
+    settings = stage.load(file)
     assert settings is not None
     patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0)
     station = Station(settings=settings._replace(serve=patient), state=tmp_path / "p.json")
@@ -59,10 +67,11 @@ def test_points_become_a_programme_that_is_uploaded_and_run(piezo: Page, tmp_pat
     station.request(station.snapshot().holder, m.Enable())
     until(lambda: station.snapshot().mode == "ready")
     until(lambda: piezo.find("#move").is_enabled())
-    for place in (20.0, 30.0):
+    kept = "return document.querySelectorAll('#point-list li').length"
+    for number, place in enumerate((20.0, 30.0), 1):
         assert piezo.outcome(piezo.move(place)) == "done"
         piezo.click("#teach")
-        piezo.says("Point kept")
+        until(lambda number=number: piezo.run(kept) == number)
     file = tmp_path / "points.toml"
     file.write_text(saved(piezo, "#points-save"), encoding="utf-8")
     piezo.find("#programme-file").send_keys(str(file))
@@ -78,3 +87,34 @@ def test_the_gains_of_its_law_are_shown(piezo: Page) -> None:
     assert piezo.run("return document.querySelectorAll('#gains-rows tr').length") > 3
     shown = "return document.getElementById('programme').options[0].value"
     assert piezo.run(shown) == "usual"
+
+
+SWITCHES = """machine = "axis"
+[switches]
+limits = "both"
+home = "below"
+[amplifier]
+enable = "line"
+fault = "line"
+[homing]
+on = "home"
+"""
+
+
+def test_switches_and_lines_of_the_drive_are_shown(chromium: None, tmp_path: Path) -> None:
+    file = tmp_path / "switches.toml"
+    file.write_text(SWITCHES, encoding="utf-8")
+    with opened(file, tmp_path) as page:
+        lamps = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textContent)"
+        until(lambda: page.run(lamps))
+        assert not page.run("return document.getElementById('lines').hidden")
+        before = page.run(lamps)
+        # At 0 mm it stands below the upper edge of the home switch, and in no limit switch.
+        assert before == [
+            "lower limit free", "upper limit free", "home switch on", "drive well", "drive off",
+            "enable line off",
+        ]  # fmt: skip
+        page.take()
+        page.station.request(page.station.snapshot().holder, m.Enable())
+        until(lambda: page.run(lamps)[-2:] == ["drive on", "enable line on"])
+        assert page.run(lamps)[:4] == before[:4]
