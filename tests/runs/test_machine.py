@@ -69,7 +69,7 @@ class Anonymous:
 
     def read(self) -> Sample:
         sample = self._twin.read()
-        lost = {c: math.nan for c in ALL if c not in self.channels}
+        lost = {c: math.nan for c in ALL if c in sample._fields and c not in self.channels}
         return self._seen(sample._replace(**lost))
 
     def write(self, outputs: Outputs) -> None:

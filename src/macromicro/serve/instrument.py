@@ -20,7 +20,7 @@ from macromicro.errors import InputError
 from macromicro.place import PLACES, Place
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
-from macromicro.serve.programmes import Planned
+from macromicro.serve.programmes import Planned, called
 from macromicro.serve.shared import PERIOD
 from macromicro.serve.snapshot import Snapshot
 
@@ -115,8 +115,7 @@ class Instrument:
         try:
             return self.settings.programmes.read(path, self.station.snapshot().limits)
         except InputError as error:
-            where = error.where.replace(str(path), shown or path.name)
-            raise InputError(where, error.value, error.accepted) from None
+            raise called(error, path, shown or path.name) from None
 
     def programme_of(self, data: bytes, name: str, shown: str = "") -> Planned:
         """The programme that a file `name` would hold, likewise."""

@@ -35,6 +35,11 @@ class Programmes(Protocol):
         """The one in a file. Raises InputError."""
 
 
+def called(error: InputError, path: Path, name: str) -> InputError:
+    """What is wrong in a file, which is called `name` where a person knows no path of it."""
+    return InputError(error.where.replace(str(path), name), error.value, error.accepted)
+
+
 class TwoStage(NamedTuple):
     """`Programmes` of the two-stage machine. `pitch`: way per count of its carriage, m; `rates`:
     whether its law looks at speed and acceleration of the set point."""
@@ -47,8 +52,12 @@ class TwoStage(NamedTuple):
         return tuple(programme.shipped())
 
     def named(self, name: str, soft: SoftLimits) -> Planned:
-        """One of them."""
-        return self.read(programme.shipped()[name], soft)
+        """One of them. Raises InputError where it does not fit into the soft limits."""
+        path = programme.shipped()[name]
+        try:
+            return self.read(path, soft)
+        except InputError as error:
+            raise called(error, path, path.name) from None
 
     def read(self, path: Path, soft: SoftLimits) -> Planned:
         """The moves in a file. Raises InputError, for profiles too: they begin at 0, this machine

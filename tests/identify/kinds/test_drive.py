@@ -21,6 +21,7 @@ from macromicro.identify.axis_inverse import Estimate
 from macromicro.identify.kinds import drive
 from macromicro.identify.kinds.drive import Options
 from macromicro.identify.runs import Run
+from macromicro.place import LENGTH
 from macromicro.schema.par import changed
 
 N, DT = 200, 0.002
@@ -187,7 +188,9 @@ def test_settings_by_the_units() -> None:
 
     for force in ("V", "N"):
         assert tomllib.loads(kind(force, "m"))["machine"] == "axis"
-    for force, x in (("N", "counts"), ("V", "rad"), ("A", "m"), ("u", "x")):
+    for force in ("V", "N*m"):
+        assert tomllib.loads(kind(force, "rad"))["machine"] == "rotary"
+    for force, x in (("N", "counts"), ("N", "rad"), ("N*m", "m"), ("A", "m"), ("u", "x")):
         text = kind(force, x)
         assert text.startswith(
             "# A motor-driven axis: parameters by output error, for other programs.\n"
@@ -209,7 +212,7 @@ def test_the_machine_of_a_drive_in_metres() -> None:
     axis = AXIS._replace(lag=0.001)
     units = drive.units_of("N", "m")
     errors = dict(zip(NAMES, STD, strict=True))
-    text = drive.machine(fit(axis, NAMES, STD, 4.0, 3), records, units, errors)
+    text = drive.machine(fit(axis, NAMES, STD, 4.0, 3), records, units, errors, LENGTH)
     made = tomllib.loads(text)
     assert si(made["encoder"]["pitch"]) == pytest.approx(1e-4)
     assert si(made["travel"]["high"]) == pytest.approx(10.0) and si(made["travel"]["low"]) == 0.0
@@ -231,7 +234,7 @@ def test_the_machine_of_a_drive_in_metres() -> None:
         "  mass = 1.5 +- 0.1 kg", "  viscous = 12 +- 0.5 N*s/m", "  coulomb = 3 N",
     ]  # fmt: skip
     units = drive.units_of("V", "m")
-    text = drive.machine(fit(axis, NAMES, STD, 1.0, 0), records[:1], units, errors)
+    text = drive.machine(fit(axis, NAMES, STD, 1.0, 0), records[:1], units, errors, LENGTH)
     assert "\n# No gain was known: one newton below stands for one unit of the effort.\n" in text
     assert si(tomllib.loads(text)["travel"]["high"]) == pytest.approx(3.0)
 
