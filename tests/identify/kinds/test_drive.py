@@ -235,7 +235,7 @@ def test_the_machine_of_a_drive_in_metres() -> None:
     ]  # fmt: skip
     units = drive.units_of("V", "m")
     text = drive.machine(fit(axis, NAMES, STD, 1.0, 0), records[:1], units, errors, LENGTH)
-    assert "\n# No gain was known: one newton below stands for one unit of the effort.\n" in text
+    assert "\n# No gain was known: 1 N below stands for one unit of the effort.\n" in text
     assert si(tomllib.loads(text)["travel"]["high"]) == pytest.approx(3.0)
 
 
