@@ -9,7 +9,7 @@ import pytest
 
 from macromicro.control.live import guided
 from macromicro.control.live import messages as m
-from macromicro.control.live.leading import Course, Seek, at
+from macromicro.control.live.leading import NEVER, Course, Seek, at
 from macromicro.types import QUIET, Lines, Sample
 
 from .led import DT, LIMITS, PITCH, TOUCH, Stage
@@ -27,7 +27,7 @@ class Lined(Stage):
         self.edge, self.width, self.low = edge, math.inf, EDGE
         self.pulses: tuple[float, ...] = ()
         self.before, self.lines, self.cut = place, QUIET, False
-        self.high = math.inf
+        self.high, self.quickest = math.inf, math.inf
         known = edge
         touch = TOUCH._replace(slow=SLOW, back=1e-3, place=known, seek=seek)
         super().__init__(touch=touch, place=place, raw=raw)
@@ -60,7 +60,9 @@ class Lined(Stage):
             )
             self.notices += notices
             if self.course.on and not self.course.waiting and not self.stuck:
-                self.place = max(at(self.course.aim, DT).position + self.raw, self.wall)
+                wanted = max(at(self.course.aim, DT).position + self.raw, self.wall)
+                most = self.quickest * DT  # it drags
+                self.place += min(max(wanted - self.place, -most), most)
                 self.fastest = max(self.fastest, abs(self.course.aim.velocity))
             self.tick += 1
             assert self.tick < 60_000, self.s
@@ -132,6 +134,54 @@ def test_a_switch_that_bounces_on_the_way_off_is_left_anew() -> None:
         stage.run(1)
         highest = max(highest, stage.place)
     assert highest > again + 1e-3
+
+
+def test_its_patience_counts_from_its_order() -> None:
+    stage = enabled()
+    stage.run(20_500)
+    assert stage.s.time > TOUCH.patience
+    homed(stage)
+
+
+def test_a_stage_that_drags_behind_its_set_point_does_not_stand() -> None:
+    """It is held back all the way, and moves by more than a stop gives within that time."""
+    stage = enabled(SEEK._replace(line="home", above=True), place=0.0, edge=-0.004)
+    stage.quickest = 0.02
+    homed(stage)
+    assert stage.causes() == ["switch found", "place found"]
+
+
+def test_a_limit_switch_ends_the_way_before_the_stop() -> None:
+    stage = enabled(SEEK._replace(line="home", above=True), place=0.01, edge=0.03)
+    stage.width, deepest = 0.005, 1.0
+    stage.ask(m.Home())
+    while "switch found" not in stage.causes():
+        stage.run(1)
+        deepest = min(deepest, stage.place)
+    assert stage.causes() == ["end of the way", "switch found"]
+    braked = TOUCH.speed**2 / (2.0 * stage.q.acceleration)
+    assert EDGE - 2.0 * braked < deepest < EDGE
+
+
+def test_what_pushed_against_the_stop_is_forgotten() -> None:
+    stage = enabled(SEEK._replace(line="home", above=True), place=0.0, edge=0.03)
+    stage.width, stage.low = 0.005, -math.inf
+    stage.ask(m.Home())
+    stage.run(100)
+    before = stage.g.restart
+    stage.until("end of the way")
+    assert stage.g.restart == before + 1
+    assert stage.place == TOUCH.place and stage.g.aim.velocity == 0.0
+
+
+def test_the_law_begins_anew_where_the_place_was_found() -> None:
+    stage = enabled()
+    stage.ask(m.Home())
+    stage.until("switch found")
+    before = stage.g.restart
+    stage.until("place found")
+    assert stage.g.restart == before + 1 and math.isnan(stage.g.there)
+    assert stage.g.aim.velocity == 0.0 and stage.g.motion == NEVER
 
 
 @pytest.mark.parametrize("place", [0.03, 0.015, -0.008, 0.0195])
