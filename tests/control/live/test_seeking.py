@@ -407,3 +407,32 @@ def test_what_stood_before_the_switch_was_on_has_its_time_anew() -> None:
     stage.low = EDGE
     stage.run(20)
     assert stage.s.mode == m.HOMING
+
+
+@pytest.mark.parametrize("trusted", [True, False])
+@pytest.mark.parametrize("off", [True, False])
+@pytest.mark.parametrize("beyond", [True, False])
+def test_only_a_stage_that_was_on_a_switch_is_on_its_way_back(
+    trusted: bool, off: bool, beyond: bool
+) -> None:
+    """Until it is within soft limits that are known; beyond them alone it is not slow."""
+    stage = enabled()
+    s = stage.s._replace(frame=stage.s.frame._replace(trusted=trusted))
+    g = stage.g._replace(off_low=off, off_high=off, lines=QUIET)
+    inside = 0.5 * (stage.q.low + stage.q.high)
+    low = guided._marked(stage.q, s, g, stage.q.low - 1e-3 if beyond else inside)
+    high = guided._marked(stage.q, s, g, stage.q.high + 1e-3 if beyond else inside)
+    assert low.off_low == high.off_high == (trusted and off and beyond)
+    assert not low.off_high and not high.off_low
+
+
+def test_a_stage_that_is_pushed_while_its_drive_switches_on_is_held_where_it_is() -> None:
+    stage = Lined(SEEK)
+    assert stage.ask(m.Enable()) == m.Accepted(0)
+    stage.run(2)
+    assert stage.course.waiting
+    before = stage.course.restart
+    stage.place += 1e-3
+    stage.run(1)
+    assert stage.course.waiting and stage.course.restart == before + 1
+    assert stage.course.aim.position + stage.raw == pytest.approx(stage.place, abs=PITCH)
