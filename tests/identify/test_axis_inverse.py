@@ -18,7 +18,6 @@ from macromicro.identify.axis_inverse import (
     columns,
     differences,
     fitted,
-    force_error,
     force_residuals,
     plausible,
 )
@@ -125,7 +124,6 @@ def test_parameters_of_a_made_force_are_found_again(structure: str, factor: int)
         assert found.percent < 3.0
     left = np.concatenate(force_residuals(parts, found))
     assert found.rms == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-9)
-    assert force_error(parts, found) == pytest.approx(found.rms, rel=1e-9)
     kept = np.concatenate([columns(p, free, found.axis.stribeck_speed)[:, -1] for p in parts])
     assert found.percent == pytest.approx(100.0 * found.rms / np.sqrt(np.mean(kept**2)))
     std = dict(zip(found.names, found.std, strict=True))

@@ -295,21 +295,3 @@ def force_residuals(rows: list[Rows], estimate: Estimate) -> list[Array]:
     theta = np.array([getattr(estimate.axis, n) for n in names])
     tables = [columns(r, names, estimate.axis.stribeck_speed) for r in rows]
     return [table[:, -1] - table[:, :-1] @ theta for table in tables]
-
-
-def force_error(rows: list[Rows], estimate: Estimate) -> float:
-    """RMS error of the force of an estimate, on other records perhaps.
-
-    Parameters
-    ----------
-    rows : list[Rows]
-        The records.
-    estimate : Estimate
-        Whose force is predicted.
-
-    Returns
-    -------
-    float
-        Unit of the force.
-    """
-    return float(np.sqrt(np.mean(np.concatenate(force_residuals(rows, estimate)) ** 2)))

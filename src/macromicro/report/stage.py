@@ -8,16 +8,13 @@ from typing import Any
 import numpy as np
 
 import macromicro
-from macromicro.drawing import files
-from macromicro.drawing.page import Picture, filled
+from macromicro.drawing.page import Picture
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, RED, finish, line, new
 from macromicro.machines.job import Ended
 from macromicro.machines.machine import as_toml
 from macromicro.machines.tree import gains
+from macromicro.report import machine_page
 from macromicro.report.figures import Drawn
-from macromicro.report.page import TEMPLATE
-from macromicro.report.provenance import software
-from macromicro.report.summary import as_json
 from macromicro.report.words import Line, amount
 from macromicro.runs import folder
 from macromicro.schema.par import entries
@@ -324,29 +321,15 @@ def page(ended: Ended, pictures: list[Picture], started: str) -> str:
         One self-contained file.
     """
     job = ended.job
-    cycles = f"{job.request.cycles} cycle{'' if job.request.cycles == 1 else 's'}"
-    return filled(
-        TEMPLATE,
-        opening=f"{cycles} on the machine {job.machine.name} ({job.machine.title}), simulated, "
-        f"seed {job.request.seed}, run on {started} with macromicro {macromicro.__version__}.",
-        footnote=_FOOTNOTE,
-        ended=ended,
-        programme=job.programme,
-        overrides=job.overrides,
-        headings=HEADINGS,
-        table=table(ended),
-        remarks=remarks(ended),
-        problems=problems(ended),
-        pictures=pictures,
-        provenance=[
-            ("programme", job.programme.source),
-            ("settings", str(job.request.config)),
-            ("results", str(job.out)),
-            *software(),
-            ("rows recorded", f"{len(ended.recording)}, one every {ended.recording.dt * 1e3:g} ms"),
-        ],
-        settings=as_toml(job.machine, job.settings),
+    words = machine_page.Words(
+        HEADINGS,
+        table(ended),
+        remarks(ended),
+        problems(ended),
+        _FOOTNOTE,
+        as_toml(job.machine, job.settings),
     )
+    return machine_page.page(ended, pictures, started, words)
 
 
 def write(ended: Ended, started: str) -> dict[str, Any]:
@@ -369,12 +352,8 @@ def write(ended: Ended, started: str) -> dict[str, Any]:
     OSError
         The disk refuses.
     """
-    out = ended.job.out
     content = summary(ended, started)
-    (out / folder.SUMMARY).write_text(as_json(content), encoding="utf-8")
-    pictures = []
-    for drawn in draw(ended):
-        data = files.save(drawn.figure, out, drawn.name, ended.job.request.figures)
-        pictures.append(Picture(drawn.name, drawn.title, drawn.caption, data))
-    (out / folder.PAGE).write_text(page(ended, pictures, started), encoding="utf-8")
+    pictures = machine_page.pictures(ended, content, draw(ended))
+    text = page(ended, pictures, started)
+    (ended.job.out / folder.PAGE).write_text(text, encoding="utf-8")
     return content

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,14 +13,13 @@ from macromicro.drawing.style import BLUE, GREEN, RED, finish, line, new
 from macromicro.machines.joint import contour, results, runs
 from macromicro.machines.joint.trial import JointTrial
 from macromicro.machines.machine import KEY
-from macromicro.runs import folder
 from macromicro.schema import config
 from macromicro.schema.par import entries, value_at
-from macromicro.schema.text import plain
 from macromicro.tuning.joint import Tuning
 from macromicro.tuning.stage import ROUGH
+from macromicro.tuning.stage_files import NUMBERS, SETTINGS, save
 
-SETTINGS, NUMBERS, FIGURE = "tuned.toml", "tuning.json", "contour"
+FIGURE = "contour"
 FILES = (SETTINGS, NUMBERS, *drawings.names((FIGURE,)))
 
 
@@ -189,8 +187,4 @@ def write(out: Path, found: Tuning, kinds: Sequence[str]) -> None:
     kinds : Sequence[str]
         Formats of the figure.
     """
-    with folder.staged(out, remove=FILES) as place:
-        (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
-        text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
-        (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
-        drawings.save(draw_figure(found), place, FIGURE, kinds)
+    save(out, as_toml(found), content(found), (FIGURE, draw_figure(found)), kinds)

@@ -175,8 +175,30 @@ def write(out: Path, found: Tuning, kinds: Sequence[str]) -> None:
     kinds : Sequence[str]
         Formats of the figure.
     """
-    with folder.staged(out, remove=FILES) as place:
-        (place / SETTINGS).write_text(as_toml(found), encoding="utf-8")
-        text = json.dumps(plain(content(found)), indent=2, allow_nan=False)
+    save(out, as_toml(found), content(found), (FIGURE, draw_figure(found)), kinds)
+
+
+def save(
+    out: Path, settings: str, numbers: Any, picture: tuple[str, Any], kinds: Sequence[str]
+) -> None:
+    """Write settings, numbers and a figure, or none of them.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    settings : str
+        TOML.
+    numbers : Any
+        Content of the JSON file.
+    picture : tuple[str, Any]
+        Name and figure.
+    kinds : Sequence[str]
+        Formats of the figure.
+    """
+    name, figure = picture
+    with folder.staged(out, remove=(SETTINGS, NUMBERS, *drawings.names((name,)))) as place:
+        (place / SETTINGS).write_text(settings, encoding="utf-8")
+        text = json.dumps(plain(numbers), indent=2, allow_nan=False)
         (place / NUMBERS).write_text(text + "\n", encoding="utf-8")
-        drawings.save(draw_figure(found), place, FIGURE, kinds)
+        drawings.save(figure, place, name, kinds)
