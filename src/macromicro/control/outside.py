@@ -1,4 +1,6 @@
-"""Control laws of other packages: named in the settings, found when they are asked for.
+"""Control laws by the contract of `stage_law`: named in the settings, found when they are asked for.
+
+Those of other packages, and those of `SHIPPED`.
 
 A law is known by the type of its gains, so that compiled code, whose types are decided by the
 gains in the settings, calls the right one, and no list of laws needs an edit. Its memory
@@ -25,6 +27,7 @@ from macromicro.schema.par import Par, entries
 from macromicro.schema.text import printable
 
 GROUP = "macromicro.laws"
+SHIPPED = {"terminal": "macromicro.control.terminal.law:TERMINAL"}
 FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
 UNITS = ("m", "count")
 _NEEDED = ("gains", "memory", "start", "step")
@@ -71,20 +74,25 @@ def is_name(name: str) -> bool:
     Returns
     -------
     bool
-        "module:object", or the name of an installed entry point of the group `GROUP`.
+        "module:object", one of `SHIPPED`, or the name of an installed entry point of the group
+        `GROUP`.
     """
-    return plugins.place(name, GROUP) is not None
+    return _place(name) is not None
+
+
+def _place(name: str) -> str | None:
+    return SHIPPED.get(name) or plugins.place(name, GROUP)
 
 
 def offered() -> tuple[str, ...]:
-    """Names of the laws that installed packages offer.
+    """Names of the laws that this package and installed ones offer.
 
     Returns
     -------
     tuple[str, ...]
-        Entry points of the group `GROUP`.
+        `SHIPPED`, and entry points of the group `GROUP`.
     """
-    return tuple(plugins.registered(GROUP))
+    return (*SHIPPED, *plugins.registered(GROUP))
 
 
 def find(name: str, where: str) -> StageLaw:
@@ -114,7 +122,7 @@ def find(name: str, where: str) -> StageLaw:
             found = f"{printable(name)} has the gains of {other}, {law.gains.__name__}"
             raise InputError(where, found, "a type of gains of its own for each law")
         _laws[name] = law
-        if compiles(law):
+        if compiles(law) and foreign(law.step):
             admitted(name, law.start, law.step)
     return _laws[name]
 
@@ -199,7 +207,7 @@ def imported(name: str, where: str) -> Any:
     InputError
         It is not to be had.
     """
-    place = plugins.place(name, GROUP)
+    place = _place(name)
     assert place is not None  # as `is_name` says
     return plugins.load(place, where, "a law", _suits)
 

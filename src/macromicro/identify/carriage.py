@@ -23,7 +23,7 @@ from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.errors import InputError
 from macromicro.kernel import compiled, kernel
 
-RIGID = ("push", "drag", "coulomb", "breakaway", "fade", "delay", "wander", "unknown")
+RIGID = ("push", "drag", "coulomb", "breakaway", "fade", "delay", "unknown")
 SWING = ("frequency", "decay", "share")
 FEWEST = 4  # strokes
 _BEFORE = 0.02  # s at rest before a stroke
@@ -292,7 +292,7 @@ def _swings(p: Terminal, r: Record, q: Array) -> list[Array]:
         off = r.laser[still:b] - p.share * q[still:b] if still < b else np.empty(0)
         if len(off):
             k = np.linspace(-1.0, 1.0, len(off))
-            off = off - np.polynomial.Polynomial.fit(k, off, 1)(k)
+            off = off - off.mean() - k * float(k @ off / (k @ k))  # level and drift of the laser
         found.append(off)
     return found
 
@@ -342,7 +342,6 @@ def _best(p: Terminal, names: Sequence[str], rows: Sequence[Record], dt: float) 
     """The likeliest parameters, on the scale of their logarithms."""
     from scipy.optimize import minimize
 
-    noise = _noise(p, rows, dt)
     most = {"delay": math.log(3.0 * dt / p.delay), "frequency": 0.05}
     bounds = [(-min(most.get(n, 3.0), 3.0) - 1e-9, most.get(n, 3.0) + 1e-9) for n in names]
     if "delay" in names:
@@ -351,7 +350,11 @@ def _best(p: Terminal, names: Sequence[str], rows: Sequence[Record], dt: float) 
         bounds[names.index("share")] = (-3.0, max(-math.log(p.share), 1e-9))
 
     def cost(z: Array) -> float:
-        return float(_misfits(_scaled(p, names, z), rows, dt, noise).sum())
+        q = _scaled(p, names, z)  # the laser's noise is whatever makes the rest likeliest
+        seen = [(followed(q, r, dt), r) for r in rows]
+        left = np.concatenate([y for m, r in seen for y in _swings(q, r, m[2])])
+        total = float(sum(m[4].sum() for m, _ in seen))
+        return total + (0.5 * len(left) * math.log(float(np.mean(left**2))) if len(left) else 0.0)
 
     def slope(z: Array) -> Array:
         steps = _SPAN * np.eye(len(names))
