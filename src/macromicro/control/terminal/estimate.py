@@ -16,6 +16,8 @@ from macromicro.kernel import kernel
 
 _ROOT2, _NORM = math.sqrt(2.0), 1.0 / math.sqrt(2.0 * math.pi)
 _LEAST = 1e-6  # of the probability between two edges; below, the edge itself is believed
+_STARTED = 0.1  # of `fade`: speed of a carriage that was taken to stand
+_MOST = 0.5  # of the Coulomb friction: the greatest excess that is believed
 FIRST = 0.1  # V, standard deviation of the friction before any motion
 
 
@@ -114,22 +116,25 @@ def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
 
 
 @kernel
-def _cut(mean: float, deviation: float, low: float, high: float) -> tuple[float, float]:
-    """Mean and variance of a Gaussian between two edges."""
+def _cut(mean: float, deviation: float, low: float, high: float) -> tuple[float, float, bool]:
+    """Mean and variance of a Gaussian between two edges; whether it was plausible at all."""
     a, b = (low - mean) / deviation, (high - mean) / deviation
     inside = 0.5 * (math.erf(b / _ROOT2) - math.erf(a / _ROOT2))
     if inside < _LEAST:  # the model is wrong: just behind the nearer edge
         width = high - low
-        return (low + 0.05 * width if a > 0.0 else high - 0.05 * width), 0.01 * width * width
+        return (low + 0.05 * width if a > 0.0 else high - 0.05 * width), 0.01 * width * width, False
     pa, pb = _NORM * math.exp(-0.5 * a * a), _NORM * math.exp(-0.5 * b * b)
     shift = (pa - pb) / inside
     shrunk = 1.0 + (a * pa - b * pb) / inside - shift * shift
-    return mean + deviation * shift, deviation * deviation * max(shrunk, 1e-6)
+    return mean + deviation * shift, deviation * deviation * max(shrunk, 1e-6), True
 
 
 @kernel
 def seen(p: Terminal, b: Belief, reading: float) -> Belief:
     """The belief after a count.
+
+    A count that the belief rules out - the carriage moves where it was taken to stand - corrects
+    the place and leaves speed and friction as unknown as at first.
 
     Parameters
     ----------
@@ -147,15 +152,23 @@ def seen(p: Terminal, b: Belief, reading: float) -> Belief:
     """
     c, m = b.spread, b.motion
     xx = max(c.xx, 1e-4 * p.pitch * p.pitch)
-    x, variance = _cut(m.x, math.sqrt(xx), reading, reading + p.pitch)
-    kv, kf = c.xv / xx, c.xf / xx
+    x, variance, plausible = _cut(m.x, math.sqrt(xx), reading, reading + p.pitch)
     off, less = x - m.x, xx - variance
+    if not plausible:
+        v = m.v if m.v * off > 0.0 else math.copysign(_STARTED * p.fade, off)
+        return Belief(
+            Motion(x, v, m.q, m.s - (v - m.v)),
+            b.excess,
+            Spread(variance, 0.0, 0.0, p.fade * p.fade, 0.0, max(c.ff, FIRST * FIRST)),
+        )
+    kv, kf = c.xv / xx, c.xf / xx
     v = m.v + kv * off
     if m.v != 0.0 and v * m.v < 0.0:
         v = 0.0
+    most = _MOST * p.coulomb
     return Belief(
         Motion(x, v, m.q, m.s - (v - m.v)),
-        b.excess + kf * off,
+        min(max(b.excess + kf * off, -most), most),
         Spread(
             variance,
             c.xv - kv * less,

@@ -19,7 +19,7 @@ from macromicro.kernel import kernel
 
 REST, WAY, LAND, INCH, TRACK = 0.0, 1.0, 2.0, 3.0, 4.0
 QUIET = 0.02  # s without effort or count until the carriage is taken to stand
-_TRACKING = 120.0  # 1/s, bandwidth of tracking
+_TRACKING = 250.0  # 1/s, bandwidth of tracking
 _SHORT = 2.0  # periods of the shortest impulse
 
 
