@@ -1,4 +1,4 @@
-"""Control laws by the contract of `stage_law`: named in the settings, found when they are asked for.
+"""Control laws by the contract of `stage_law`, named in the settings, found when asked for.
 
 Those of other packages, and those of `SHIPPED`.
 
@@ -47,7 +47,8 @@ class Held(NamedTuple):
     Attributes
     ----------
     fresh : float
-        1 before the law's first period, when its `start` is due; then 0.
+        1 before the law's first period, when its `start` is due; then 0; 2 after a rest, when its
+        `again` is.
     memory : Any
         Of the law; of no meaning while it is fresh.
     """
@@ -246,7 +247,7 @@ def checked(made: Any, name: str, where: str) -> StageLaw:
             kind = made.__name__ if isinstance(made, type) else type(made).__name__
             raise InputError(where, f"{name}, {kind} without {', '.join(missing)}", _SHAPE)
         it = made() if isinstance(made, type) else made
-        rest = {n: getattr(it, n) for n in ("unit", "compensated") if hasattr(it, n)}
+        rest = {n: getattr(it, n) for n in ("unit", "compensated", "again") if hasattr(it, n)}
         law = StageLaw(name, it.gains, it.memory, it.start, it.step, **rest)
     for part, accepted in _wrong(law):
         raise InputError(f"{where}, {part} of {name}", printable(getattr(law, part)), accepted)
@@ -401,7 +402,7 @@ def begun(gains: tuple[Any, ...]) -> Kept:
 def _again(kept: Any) -> Callable[..., Any]:
     if len(kept) == 0:
         return lambda kept: ()
-    return lambda kept: (Held(1.0, kept[0].memory),)
+    return lambda kept: (Held(1.0 if kept[0].fresh == 1.0 else 2.0, kept[0].memory),)
 
 
 @by_type(_again)
@@ -416,9 +417,19 @@ def again(kept: Kept) -> Kept:
     Returns
     -------
     Kept
-        Fresh.
+        Fresh, or rested.
     """
-    return tuple(Held(1.0, held.memory) for held in kept)
+    return tuple(Held(1.0 if held.fresh == 1.0 else 2.0, held.memory) for held in kept)
+
+
+def _anew(start: Callable[[Any, Sample], Any]) -> Callable[[Any, Any, Sample], Any]:
+    """`again` of a law that keeps nothing over a rest."""
+
+    @kernel.kernel
+    def again(gains: Any, memory: Any, sample: Sample) -> Any:
+        return start(gains, sample)
+
+    return again
 
 
 def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[..., Any]:
@@ -426,12 +437,15 @@ def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[
         return lambda gains, kept, target, sample, dt: ((), 0.0)
     law = _laws[_by_gains[gains[0].instance_class]]
     start, one = law.start, law.step
+    again = law.again or _anew(start)
 
     def chosen(
         gains: tuple[Any, ...], kept: Kept, target: Target, sample: Sample, dt: float
     ) -> tuple[Kept, float]:
         memory = kept[0].memory
-        if kept[0].fresh > 0.5:
+        if kept[0].fresh > 1.5:
+            memory = again(gains[0], memory, sample)
+        elif kept[0].fresh > 0.5:
             memory = start(gains[0], sample)
         memory, effort = one(gains[0], memory, target, sample, dt)
         return (Held(0.0, memory),), effort
@@ -466,8 +480,12 @@ def step(
         V.
     """
     law = having(gains[0])
-    fresh = not kept or kept[0].fresh > 0.5
-    memory = law.start(gains[0], sample) if fresh else kept[0].memory
+    if not kept or kept[0].fresh == 1.0 or (kept[0].fresh > 1.5 and law.again is None):
+        memory = law.start(gains[0], sample)
+    elif kept[0].fresh > 1.5 and law.again is not None:
+        memory = law.again(gains[0], kept[0].memory, sample)
+    else:
+        memory = kept[0].memory
     memory, effort = law.step(gains[0], memory, target, sample, dt)
     return (Held(0.0, memory),), effort
 

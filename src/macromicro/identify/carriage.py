@@ -90,7 +90,7 @@ class CarriageFit(NamedTuple):
 def _log_probability(p: Terminal, b: Belief, reading: float) -> float:
     """Logarithm of the probability that a count is read, from the belief before it.
 
-    One in `_ODD` counts may be anything near: one that flickers at an edge is no error of the model.
+    One in `_ODD` counts may be anything near: one that flickers at an edge says nothing.
     """
     deviation = math.sqrt(max(b.spread.xx, 1e-4 * p.pitch * p.pitch))
     low, high = reading - b.motion.x, reading + p.pitch - b.motion.x
@@ -219,7 +219,9 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
         p = _best(_swinging(p, rows, dt), SWING, rows, dt)
         p = _best(p, names, rows, dt)
     every = [followed(p, r, dt) for r in rows]
-    seen = np.concatenate([y for r, m in zip(rows, every, strict=True) for y in _swings(p, r, m[2])])
+    seen = np.concatenate(
+        [y for r, m in zip(rows, every, strict=True) for y in _swings(p, r, m[2])]
+    )
     return CarriageFit(
         p,
         _errors(p, names, rows, dt),
@@ -306,7 +308,9 @@ def _swinging(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
         swung = [followed(trial, r, dt)[2] for r in rows]
         none = [np.zeros(len(q)) for q in swung]
         y, z = (
-            np.concatenate([o for r, q in zip(rows, every, strict=True) for o in _swings(trial, r, q)])
+            np.concatenate(
+                [o for r, q in zip(rows, every, strict=True) for o in _swings(trial, r, q)]
+            )
             for every in (none, swung)
         )
         z = y - z  # the swing, as `_swings` sees it

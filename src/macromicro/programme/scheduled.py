@@ -85,7 +85,9 @@ def load_csv(path: Path, limits: Limits) -> Programme:
             accepted = "the row before it repeated: the last row's time only ends the programme"
             raise InputError(f"{file}, line {last.line}", found, accepted)
     moves = _moves([row._replace(targets=row.exact) for row in rows])
-    if not dense([move.start for move in moves if move.stage == MACRO]):  # the end of a move is a count
+    if not dense(
+        [move.start for move in moves if move.stage == MACRO]
+    ):  # the end of a move is a count
         moves = _moves(rows)
     if not moves:
         raise InputError(file, "no moves", "a target that changes")

@@ -21,6 +21,29 @@ REST, WAY, LAND, INCH, TRACK = 0.0, 1.0, 2.0, 3.0, 4.0
 QUIET = 0.02  # s without effort or count until the carriage is taken to stand
 _TRACKING = 250.0  # 1/s, bandwidth of tracking
 _SHORT = 2.0  # periods of the shortest impulse
+_LAST = 3  # periods before the end of a landing, in which friction alone ends it
+_BEGUN = 1e3  # s: a way that begins in motion needs no shaped start
+
+
+class Stage(NamedTuple):
+    """What the law is doing.
+
+    Attributes
+    ----------
+    mode : float
+        REST, WAY, LAND, INCH or TRACK.
+    left : float
+        Periods of a landing or an impulse.
+    gone : float
+        Time in it, s.
+    level : float
+        Effort of an impulse, V.
+    """
+
+    mode: float
+    left: float
+    gone: float
+    level: float
 
 
 class Memory(NamedTuple):
@@ -30,9 +53,7 @@ class Memory(NamedTuple):
     v: Annotated[float, Quantity("mm/s", "speed by the law's estimator", column="speed", scale=1e3)]
     q: float  # m
     s: float  # m/s
-    excess: Annotated[
-        float, Quantity("V", "friction found beyond the model's", column="friction")
-    ]
+    excess: Annotated[float, Quantity("V", "friction found beyond the model's", column="friction")]
     xx: float
     xv: float
     xf: float
@@ -67,10 +88,38 @@ def start(p: Terminal, sample: Sample) -> Memory:
     Memory
         The goal is there.
     """
-    b = estimate.standing(p, sample.position, 0.0)
+    return _at_rest(p, sample.position, 0.0, estimate.FIRST * estimate.FIRST)
+
+
+@kernel
+def again(p: Terminal, memory: Memory, sample: Sample) -> Memory:
+    """At rest after a pause: the friction that was found is kept, and how well it is known.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    memory : Memory
+        Of the last period before it.
+    sample : Sample
+        The first after it.
+
+    Returns
+    -------
+    Memory
+        The goal is where the sample is.
+    """
+    known = min(memory.ff + p.wander * p.wander, estimate.FIRST * estimate.FIRST)
+    return _at_rest(p, sample.position, memory.excess, known)
+
+
+@kernel
+def _at_rest(p: Terminal, reading: float, excess: float, known: float) -> Memory:
+    """Nothing has moved: friction, and its variance, are told."""
+    b = estimate.standing(p, reading, excess)
     m, c = b.motion, b.spread
     return Memory(
-        m.x, m.v, m.q, m.s, 0.0, c.xx, c.xv, c.xf, c.vv, c.vf, c.ff,
+        m.x, m.v, m.q, m.s, b.excess, c.xx, c.xv, c.xf, c.vv, c.vf, known,
         REST, 0.0, QUIET, m.x, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
 
@@ -87,9 +136,7 @@ def _now(p: Terminal, m: Memory, reading: float, dt: float) -> Belief:
     """The belief of this period: what was sent before has acted, and a count was read."""
     late, part = _whole(p, dt)
     before, after = (m.three, m.two) if late else (m.two, m.one)
-    b = Belief(
-        Motion(m.x, m.v, m.q, m.s), m.excess, Spread(m.xx, m.xv, m.xf, m.vv, m.vf, m.ff)
-    )
+    b = Belief(Motion(m.x, m.v, m.q, m.s), m.excess, Spread(m.xx, m.xv, m.xf, m.vv, m.vf, m.ff))
     if part > 0.0:
         b = estimate.later(p, b, before, part)
     b = estimate.later(p, b, after, dt - part)
@@ -132,14 +179,11 @@ def _periods(p: Terminal, dt: float) -> int:
 
 
 @kernel
-def _driven(p: Terminal, b: Belief, gone: float, sign: float, shaped: bool) -> float:
-    """Effort on the way."""
-    if not shaped or p.frequency <= 0.0:
+def _pushed(p: Terminal, b: Belief, gone: float, sign: float) -> float:
+    """Effort on the way: full, but for a shaped start."""
+    if p.frequency <= 0.0 or gone >= 0.5 / p.frequency:
         return sign * p.full
-    half = 0.5 / p.frequency
-    if gone >= half:
-        return sign * p.full
-    fall = math.exp(-p.decay * half)
+    fall = math.exp(-0.5 * p.decay / p.frequency)
     f = model.friction(p, b.excess, b.motion.v)
     return sign * (f + max(p.full - f, 0.0) / (1.0 + fall))
 
@@ -193,46 +237,52 @@ def step(
     b = _now(p, m, sample.position, dt)
     at = _ahead(p, m, b, dt)
     goal = target.position + 0.5 * p.pitch
-    mode, left, gone, level = m.mode, m.left, m.gone + dt, m.level
-    effort = 0.0
     tracked = target.velocity != 0.0 or target.acceleration != 0.0
+    now = Stage(m.mode, m.left, m.gone + dt, m.level)
     if tracked:
-        mode = TRACK
-    elif mode == TRACK or abs(goal - m.goal) > 0.5 * p.pitch:
-        mode, gone = WAY, 0.0 if b.motion.v == 0.0 else 1e3
-    if mode == REST:
-        still = b.motion.v == 0.0 and gone >= QUIET
+        now = Stage(TRACK, 0.0, now.gone, 0.0)
+    elif now.mode == TRACK or abs(goal - m.goal) > 0.5 * p.pitch:
+        now = Stage(WAY, 0.0, 0.0 if b.motion.v == 0.0 else _BEGUN, 0.0)
+    if now.mode == REST:
         off = sample.position - target.position
-        if still and abs(off) > 0.5 * p.pitch:
-            left, level = _impulse(p, b.excess, abs(goal - b.motion.x), dt)
-            mode, level = INCH, math.copysign(level, goal - b.motion.x)
-    if mode == INCH:
-        effort, left = level, left - 1.0
-        if left < 0.5:
-            mode, gone = REST, 0.0
-    elif mode == TRACK:
+        if b.motion.v == 0.0 and now.gone >= QUIET and abs(off) > 0.5 * p.pitch:
+            now = _corrected(p, b, goal, dt)
+    effort = 0.0
+    if now.mode == INCH:
+        effort = now.level
+        now = Stage(INCH if now.left > 1.5 else REST, now.left - 1.0, 0.0, now.level)
+    elif now.mode == TRACK:
         effort = _followed(p, b, at, target, dt)
-    elif mode == WAY or mode == LAND:
-        modes = landing.modes(p, dt)
-        if mode == WAY:
-            periods = _periods(p, dt)
-            sign = math.copysign(1.0, goal - at.x)
-            fits, effort = _landed(p, modes, at, goal, b.excess, periods)
-            if fits or _late(p, b, at, goal):
-                mode, left = LAND, float(periods)
-            else:
-                effort = _driven(p, b, gone, sign, gone < 1e3)
-        else:
-            _, effort = _landed(p, modes, at, goal, b.excess, int(left))
-        if mode == LAND:
-            left -= 1.0
-            if left < 2.5:
-                mode, gone, effort = REST, 0.0, 0.0
+    elif now.mode != REST:
+        now, effort = _driven(p, now, b, at, goal, dt)
     n, c = b.motion, b.spread
     return Memory(
         n.x, n.v, n.q, n.s, b.excess, c.xx, c.xv, c.xf, c.vv, c.vf, c.ff,
-        mode, left, gone, goal, level, effort, m.one, m.two,
+        now.mode, now.left, now.gone, goal, now.level, effort, m.one, m.two,
     ), effort  # fmt: skip
+
+
+@kernel
+def _corrected(p: Terminal, b: Belief, goal: float, dt: float) -> Stage:
+    """The impulse that closes what is missing."""
+    way = goal - b.motion.x
+    periods, level = _impulse(p, b.excess, abs(way), dt)
+    return Stage(INCH, periods, 0.0, math.copysign(level, way))
+
+
+@kernel
+def _driven(
+    p: Terminal, s: Stage, b: Belief, at: Motion, goal: float, dt: float
+) -> tuple[Stage, float]:
+    """On the way, or landing: where that leads, and the effort."""
+    modes = landing.modes(p, dt)
+    periods = _periods(p, dt) if s.mode == WAY else int(s.left)
+    fits, effort = _landed(p, modes, at, goal, b.excess, periods)
+    if s.mode == WAY and not fits and not _late(p, b, at, goal):
+        return s, _pushed(p, b, s.gone, math.copysign(1.0, goal - at.x))
+    if periods <= _LAST:
+        return Stage(REST, 0.0, 0.0, 0.0), 0.0
+    return Stage(LAND, periods - 1.0, s.gone, 0.0), effort
 
 
 @kernel
@@ -258,4 +308,4 @@ def _followed(p: Terminal, b: Belief, at: Motion, target: Target, dt: float) -> 
     return min(max(f + (wanted + p.drag * v) / p.push, -p.full), p.full)
 
 
-TERMINAL = StageLaw("terminal", Terminal, Memory, start, step, compensated=False)
+TERMINAL = StageLaw("terminal", Terminal, Memory, start, step, compensated=False, again=again)

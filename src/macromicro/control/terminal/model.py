@@ -45,9 +45,7 @@ class Terminal(NamedTuple):
         float, Par("Hz", "of the belt's swing; 0: none is known", _FOUND, lo=0.0)
     ] = 21.8
     decay: Annotated[float, Par("1/s", "rate at which the swing decays", _FOUND, lo=0.0)] = 1.1
-    share: Annotated[
-        float, Par("1", "share of the swinging mass", _FOUND, lo=0.0, hi=1.0)
-    ] = 0.0229
+    share: Annotated[float, Par("1", "share of the swinging mass", _FOUND, lo=0.0, hi=1.0)] = 0.0229
     horizon: Annotated[
         float,
         Par("s", "length of a landing", _CHOSEN, shown="ms", positive=True, hi=1.0),
