@@ -132,8 +132,10 @@ def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
     found: dict[str, Any] = {"kind": kind, "bench": k}
     if kind == "re-identified":
         fit = identified(settings, 100 * k)
-        gains = {name: float(getattr(fit.model, name)) for name in fit.std}
-        found["values"], found["std"] = gains, fit.std
+        gains = {
+            name: float(getattr(fit.model, name)) for name in (*carriage.RIGID, *carriage.SWING)
+        }
+        found["values"], found["std"], found["apart"] = gains, fit.std, fit.apart
         found["truth"] = truth(settings)
     ways = sorted({w["way"] for w in moved(under(settings, "terminal", gains), folder)})
     found["limits"] = {

@@ -4,14 +4,17 @@ Over strokes from rest to rest the law's own estimator says how probable each co
 those before; the parameters are those that make all counts likeliest (prediction error method by
 maximum likelihood: Ljung, System Identification, 1999, Chapter 7) and, where a laser saw the
 platform come to rest, its readings of the swing. So friction that changes along the rod, which
-the estimator follows, is no error of the model. Standard errors take each stroke as one
-observation (a "sandwich" over strokes: Liang and Zeger, 1986).
+the estimator follows, is no error of the model. The swing's standard errors take each stroke as
+one observation (a "sandwich" over strokes: Liang and Zeger, 1986). The probability of whole counts
+is too rough a function of drive and friction for curvatures that mean something: of those the
+values are told that each record alone gives.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +34,11 @@ _AFTER = 0.03  # s after the last count until the laser sees the swing alone
 _SEEN = 0.25  # s of it at least
 _ROOT2 = math.sqrt(2.0)
 _ODD = 1e3  # of so many counts one may be anything near
-_SPAN = 2e-3  # of logarithms, for slopes and curvatures
+_SIZES = (0.2, 0.05, 0.02)  # of logarithms: how far the search looks around
+_WIDE = 3.0  # of logarithms, from where the search begins
+_SLOWEST, _FASTEST = 2.0, 0.2  # swings in the longest window; share of the sampling frequency
+_SOME = 0.02  # share of a swing to begin with: it hardly moves the carriage
+_ROUNDS = 2  # of drive and friction, then share
 
 
 class Record(NamedTuple):
@@ -64,7 +71,10 @@ class CarriageFit(NamedTuple):
     model : Terminal
         The law's parameters; those that a recording does not tell keep their defaults.
     std : dict[str, float]
-        Standard errors of those that were fitted, in their units.
+        Standard errors of those that the laser tells, in their units.
+    apart : dict[str, tuple[float, float]]
+        Of the others: the least and the greatest of the values that each record alone gives; empty
+        for one record.
     surprise : float
         Of a count: mean of minus the logarithm of its probability given those before.
     swing_rms : float
@@ -79,6 +89,7 @@ class CarriageFit(NamedTuple):
 
     model: Terminal
     std: dict[str, float]
+    apart: dict[str, tuple[float, float]]
     surprise: float
     swing_rms: float
     records: tuple[Record, ...]
@@ -212,25 +223,21 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     if not (min(ways) < 0.0 < max(ways)):
         raise InputError("recordings", "strokes in one direction", "strokes both ways")
     p = _free(_guess(rows, dt, pitch), rows, dt)
-    p = _best(p, RIGID, rows, dt)
-    names = RIGID
-    if any(still < b for r in rows for _, b, still in r.strokes):
-        names = (*RIGID, *SWING)
-        p = _best(_swinging(p, rows, dt), SWING, rows, dt)
-        p = _best(p, names, rows, dt)
-    every = [followed(p, r, dt) for r in rows]
-    seen = np.concatenate(
-        [y for r, m in zip(rows, every, strict=True) for y in _swings(p, r, m[2])]
-    )
-    return CarriageFit(
-        p,
-        _errors(p, names, rows, dt),
-        float(np.mean(np.concatenate([m[4] for m in every]))),
-        float(np.sqrt(np.mean(seen**2))) if len(seen) else math.nan,
-        tuple(rows),
-        tuple(every),
-        dt,
-    )
+    std, left = {}, math.nan
+    if _windows(rows):
+        values, std, _ = _ringing(rows, dt)
+        p = p._replace(**values)
+        p = p._replace(share=_shared(p._replace(share=_SOME), rows, dt)[0])
+    for _ in range(_ROUNDS if std else 1):
+        p = _likeliest(p, rows, dt)
+        if std:
+            share, std["share"], left = _shared(p, rows, dt)
+            p = p._replace(share=share)
+    motion = [followed(p, r, dt) for r in rows]
+    surprise = float(np.mean(np.concatenate([m[4] for m in motion])))
+    alone = [_likeliest(p, [r], dt, _SIZES[1:]) for r in rows] if len(rows) > 1 else []
+    apart = {n: (min(v), max(v)) for n in RIGID if (v := [float(getattr(q, n)) for q in alone])}
+    return CarriageFit(p, std, apart, surprise, left, tuple(rows), tuple(motion), dt)
 
 
 def _guess(rows: Sequence[Record], dt: float, pitch: float) -> Terminal:
@@ -287,113 +294,113 @@ def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
     return p._replace(push=push, drag=drag, coulomb=coulomb, breakaway=0.1 * coulomb)
 
 
-def _swings(p: Terminal, r: Record, q: Array) -> list[Array]:
-    """Laser less swing while the carriage stands after each stroke, m."""
-    found = []
-    for _, b, still in r.strokes:
-        off = r.laser[still:b] - p.share * q[still:b] if still < b else np.empty(0)
-        if len(off):
-            k = np.linspace(-1.0, 1.0, len(off))
-            off = off - off.mean() - k * float(k @ off / (k @ k))  # level and drift of the laser
-        found.append(off)
-    return found
+def _windows(rows: Sequence[Record]) -> list[tuple[int, int, int]]:
+    """Record and rows [a, b) in which the laser shows the swing alone, of each stroke."""
+    return [(k, a, b) for k, r in enumerate(rows) for _, b, a in r.strokes if a < b]
 
 
-def _swinging(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
-    """Frequency and share by the laser alone: the best of a grid of frequencies."""
-    shortest = min((b - still) * dt for r in rows for _, b, still in r.strokes if still < b)
-    best, chosen = math.inf, p
-    for f in np.arange(2.0 / shortest, 0.2 / dt, 0.25 / shortest):
-        trial = p._replace(frequency=float(f), decay=1.0, share=1.0)
-        swung = [followed(trial, r, dt)[2] for r in rows]
-        none = [np.zeros(len(q)) for q in swung]
-        y, z = (
-            np.concatenate(
-                [o for r, q in zip(rows, every, strict=True) for o in _swings(trial, r, q)]
-            )
-            for every in (none, swung)
-        )
-        z = y - z  # the swing, as `_swings` sees it
-        share = min(max(float(z @ y / max(z @ z, 1e-30)), 1e-4), 1.0)
-        left = float(np.sum((y - share * z) ** 2))
-        if left < best:
-            best, chosen = left, trial._replace(share=share)
-    return chosen
+def _steadied(y: Array) -> Array:
+    """Without its mean and slope: where the laser's zero is, and its drift."""
+    k = np.linspace(-1.0, 1.0, len(y))
+    return np.asarray(y - y.mean() - k * float(k @ y / (k @ k)))
 
 
-def _misfits(p: Terminal, rows: Sequence[Record], dt: float, noise: float) -> Array:
-    """Of each stroke: minus the logarithm of the probability of what was seen, but constants."""
-    found = []
-    for r in rows:
-        m = followed(p, r, dt)
-        for (a, b, _), y in zip(r.strokes, _swings(p, r, m[2]), strict=True):
-            found.append(float(np.sum(m[4, a:b])) + 0.5 * float(np.sum((y / noise) ** 2)))
-    return np.array(found)
+def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, float], float]:
+    """Frequency (Hz) and decay (1/s) common to all swings, amplitude and phase free in each.
+
+    With standard errors, and the RMS (m) of what is left.
+    """
+    from scipy.optimize import least_squares
+
+    seen = [rows[k].laser[a:b] for k, a, b in _windows(rows)]
+    longest = max(map(len, seen))
+    power = sum(np.abs(np.fft.rfft(_steadied(y), 4 * longest)) ** 2 for y in seen)
+    tones = np.fft.rfftfreq(4 * longest, dt)
+    allowed = (tones > _SLOWEST / (longest * dt)) & (tones < _FASTEST / dt)
+    first = float(tones[allowed][int(np.argmax(np.asarray(power)[allowed]))])
+
+    def each(z: Array) -> list[Array]:
+        w, d = 2.0 * math.pi * z[0], z[1]
+        found = []
+        for y in seen:
+            t = np.arange(len(y)) * dt
+            fall = np.exp(-d * t)
+            basis = np.stack([np.ones(len(t)), t, fall * np.cos(w * t), fall * np.sin(w * t)])
+            found.append(y - basis.T @ np.linalg.lstsq(basis.T, y, rcond=None)[0])
+        return found
+
+    bounds = ([0.8 * first, 0.0], [1.2 * first, 2.0 * math.pi * first])
+    fit = least_squares(
+        lambda z: np.concatenate(each(z)), [first, 1.0], bounds=bounds, x_scale=[0.01, 0.1]
+    )
+    edges = np.cumsum([0, *map(len, seen)])
+    scores = [fit.jac[a:b].T @ fit.fun[a:b] for a, b in pairwise(edges)]
+    spread = _sandwich(fit.jac.T @ fit.jac, np.array(scores))
+    values = {"frequency": float(fit.x[0]), "decay": float(fit.x[1])}
+    errors = {n: math.sqrt(max(float(spread[i, i]), 0.0)) for i, n in enumerate(values)}
+    return values, errors, float(np.sqrt(np.mean(fit.fun**2)))
 
 
-def _noise(p: Terminal, rows: Sequence[Record], dt: float) -> float:
-    """What the laser shows beside the swing, m."""
-    every = np.concatenate([y for r in rows for y in _swings(p, r, followed(p, r, dt)[2])])
-    return max(float(np.sqrt(np.mean(every**2))), 1e-9) if len(every) else 1.0
+def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, float, float]:
+    """Share of the swing that the laser sees of what the model's motion excites.
+
+    With its standard error, and the RMS (m) of what is left.
+    """
+    swung = [followed(p, r, dt)[2] for r in rows]
+    pairs = [
+        (_steadied(rows[k].laser[a:b]), _steadied(swung[k][a:b])) for k, a, b in _windows(rows)
+    ]
+    total = sum(float(q @ q) for _, q in pairs)
+    share = sum(float(q @ y) for y, q in pairs) / total
+    left = [y - share * q for y, q in pairs]
+    scores = np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])
+    error = math.sqrt(float(_sandwich(np.array([[total]]), scores)[0, 0]))
+    return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
-def _scaled(p: Terminal, names: Sequence[str], z: Array) -> Terminal:
-    changes = {n: float(getattr(p, n)) * math.exp(v) for n, v in zip(names, z, strict=True)}
+def _surprises(p: Terminal, rows: Sequence[Record], dt: float) -> Array:
+    """Of each stroke: minus the logarithm of the probability of its counts."""
+    every = [followed(p, r, dt)[4] for r in rows]
+    return np.array(
+        [float(m[a:b].sum()) for m, r in zip(every, rows, strict=True) for a, b, _ in r.strokes]
+    )
+
+
+def _scaled(p: Terminal, z: Array) -> Terminal:
+    changes = {n: float(getattr(p, n)) * math.exp(v) for n, v in zip(RIGID, z, strict=True)}
     return p._replace(**changes)
 
 
-def _best(p: Terminal, names: Sequence[str], rows: Sequence[Record], dt: float) -> Terminal:
-    """The likeliest parameters, on the scale of their logarithms."""
+def _likeliest(
+    p: Terminal, rows: Sequence[Record], dt: float, sizes: Sequence[float] = _SIZES
+) -> Terminal:
+    """The parameters of `RIGID` that make the counts likeliest, on the scale of logarithms.
+
+    The probability of whole counts is not smooth in them, so no derivatives are taken.
+    """
     from scipy.optimize import minimize
 
-    most = {"delay": math.log(3.0 * dt / p.delay), "frequency": 0.05}
-    bounds = [(-min(most.get(n, 3.0), 3.0) - 1e-9, most.get(n, 3.0) + 1e-9) for n in names]
-    if "delay" in names:
-        bounds[names.index("delay")] = (-3.0, max(most["delay"], 1e-9))
-    if "share" in names:
-        bounds[names.index("share")] = (-3.0, max(-math.log(p.share), 1e-9))
+    n = len(RIGID)
+    most = np.full(n, _WIDE)
+    most[RIGID.index("delay")] = math.log(3.0 * dt / p.delay)
 
     def cost(z: Array) -> float:
-        q = _scaled(p, names, z)  # the laser's noise is whatever makes the rest likeliest
-        seen = [(followed(q, r, dt), r) for r in rows]
-        left = np.concatenate([y for m, r in seen for y in _swings(q, r, m[2])])
-        total = float(sum(m[4].sum() for m, _ in seen))
-        return total + (0.5 * len(left) * math.log(float(np.mean(left**2))) if len(left) else 0.0)
+        off = np.clip(z, -_WIDE, most)
+        far = float(np.sum((z - off) ** 2))
+        return float(_surprises(_scaled(p, off), rows, dt).sum()) + 1e4 * far
 
-    def slope(z: Array) -> Array:
-        steps = _SPAN * np.eye(len(names))
-        return np.array([(cost(z + s) - cost(z - s)) / (2.0 * _SPAN) for s in steps])
+    best, before = np.zeros(n), math.inf
+    for size in sizes:
+        simplex = np.vstack([best, best + size * np.eye(n)])
+        options = {"initial_simplex": simplex, "adaptive": True, "maxfev": 120 * n, "fatol": 0.02}
+        found = minimize(cost, best, method="Nelder-Mead", options=options | {"xatol": 1e-5})
+        best = found.x if found.fun < before else best
+        before = min(before, float(found.fun))
+    return _scaled(p, np.clip(best, -_WIDE, most))
 
-    found = minimize(cost, np.zeros(len(names)), jac=slope, method="L-BFGS-B", bounds=bounds)
-    return _scaled(p, names, found.x)
 
-
-def _errors(
-    p: Terminal, names: Sequence[str], rows: Sequence[Record], dt: float
-) -> dict[str, float]:
-    """Standard errors with each stroke as one observation."""
-    noise, k, n = _noise(p, rows, dt), len(names), sum(len(r.strokes) for r in rows)
-
-    def misfits(z: Array) -> Array:
-        return _misfits(_scaled(p, names, z), rows, dt, noise)
-
-    steps = _SPAN * np.eye(k)
-    scores = np.array([(misfits(s) - misfits(-s)) / (2.0 * _SPAN) for s in steps])
-    curved = np.empty((k, k))
-    for i in range(k):
-        for j in range(i + 1):
-            a, b = steps[i], steps[j]
-            mixed = [misfits(x).sum() for x in (a + b, a - b, b - a, -a - b)]
-            curved[i, j] = curved[j, i] = (mixed[0] - mixed[1] - mixed[2] + mixed[3]) / (
-                4.0 * _SPAN * _SPAN
-            )
-    try:
-        inverse = np.linalg.inv(curved)
-    except np.linalg.LinAlgError:
-        return dict.fromkeys(names, math.nan)
-    spread = inverse @ (scores @ scores.T * n / max(n - k, 1)) @ inverse
-    known = np.diag(spread) > 0.0
-    return {
-        name: float(getattr(p, name)) * math.sqrt(spread[i, i]) if known[i] else math.nan
-        for i, name in enumerate(names)
-    }
+def _sandwich(information: Array, scores: Array) -> Array:
+    """Covariance with each row of scores as one observation."""
+    n, k = scores.shape
+    inverse = np.linalg.pinv(information)
+    return np.asarray(inverse @ (scores.T @ scores * (n / max(n - k, 1))) @ inverse)

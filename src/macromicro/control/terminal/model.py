@@ -25,27 +25,27 @@ MOST = 400
 class Terminal(NamedTuple):
     """Model of the carriage, and how it is driven."""
 
-    push: Annotated[float, Par("m/s^2/V", "acceleration per effort", _FOUND, positive=True)] = 9.6
-    drag: Annotated[float, Par("1/s", "rate at which speed decays", _FOUND, positive=True)] = 52.2
+    push: Annotated[float, Par("m/s^2/V", "acceleration per effort", _FOUND, positive=True)] = 9.69
+    drag: Annotated[float, Par("1/s", "rate at which speed decays", _FOUND, positive=True)] = 54.0
     coulomb: Annotated[float, Par("V", "effort that friction takes in motion", _FOUND, lo=0.0)] = (
-        2.57
+        2.52
     )
-    breakaway: Annotated[float, Par("V", "what it takes more at rest", _FOUND, lo=0.0)] = 0.23
+    breakaway: Annotated[float, Par("V", "what it takes more at rest", _FOUND, lo=0.0)] = 0.11
     fade: Annotated[
         float,
         Par("m/s", "speed over which that fades", _FOUND, shown="mm/s", positive=True),
-    ] = 0.046
+    ] = 0.104
     delay: Annotated[
         float, Par("s", "from an effort until it acts", _FOUND, shown="ms", lo=0.0, hi=0.1)
-    ] = 1.2e-3
+    ] = 1.43e-3
     pitch: Annotated[
         float, Par("m", "travel per count", "data sheet", shown="um", positive=True)
     ] = 200e-3 / 2800
     frequency: Annotated[
         float, Par("Hz", "of the belt's swing; 0: none is known", _FOUND, lo=0.0)
     ] = 21.8
-    decay: Annotated[float, Par("1/s", "rate at which the swing decays", _FOUND, lo=0.0)] = 1.1
-    share: Annotated[float, Par("1", "share of the swinging mass", _FOUND, lo=0.0, hi=1.0)] = 0.0229
+    decay: Annotated[float, Par("1/s", "rate at which the swing decays", _FOUND, lo=0.0)] = 1.15
+    share: Annotated[float, Par("1", "share of the swinging mass", _FOUND, lo=0.0, hi=1.0)] = 0.0228
     horizon: Annotated[
         float,
         Par("s", "length of a landing", _CHOSEN, shown="ms", positive=True, hi=1.0),
@@ -59,7 +59,7 @@ class Terminal(NamedTuple):
     ] = 0.07
     unknown: Annotated[
         float, Par("V", "what the model does not explain, in a period", _CHOSEN, positive=True)
-    ] = 0.053
+    ] = 0.10
 
 
 class Motion(NamedTuple):

@@ -26,7 +26,7 @@ U = Role("u", "effort sent", ("u", "motor", "voltage", "effort"), ("V",))
 X = Role("x", "encoder", ("x", "macro_position", "counts", "position"), ("counts",))
 Y = Role("y", "platform by a laser", ("y", "laser"), ("m",), optional=True)
 ROLES = (T, U, X, Y, RUN)
-_DOUBTFUL = 0.3  # of a value: its standard error from there on is worth a word
+_DOUBTFUL = 0.3  # of a value: records that differ by more tell it poorly
 
 
 class Options(NamedTuple):
@@ -68,12 +68,15 @@ def identify(picking: Picking, options: Options) -> Result:
     pitch, said = _pitch(records, options.pitch, tables[0].file)
     fit = carriage.carriage([_columns(r) for r in records], pitch)
     pars = {e.path: e.par for e in entries(fit.model)}
+    found = [n for n in (*carriage.RIGID, *carriage.SWING) if n in carriage.RIGID or n in fit.std]
     lines = [
-        Line(name, float(getattr(fit.model, name)), error, pars[name].unit, pars[name].meaning)
-        for name, error in fit.std.items()
+        Line(name, float(getattr(fit.model, name)), error, pars[name].unit, note)
+        for name in found
+        for error in [fit.std.get(name, math.nan)]
+        for note in [_note(pars[name].meaning, fit.apart.get(name))]
     ]
     lines.append(Line("pitch", pitch, math.nan, "m", f"travel per count, {said}"))
-    poor = [n for n, error in fit.std.items() if not error < _DOUBTFUL * getattr(fit.model, n)]
+    poor = [n for n, (lo, hi) in fit.apart.items() if hi - lo > _DOUBTFUL * getattr(fit.model, n)]
     strokes = sum(len(r.strokes) for r in fit.records)
     remarks = [("strokes", f"{strokes}, both ways")]
     if math.isfinite(fit.swing_rms):
@@ -82,10 +85,7 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("swing", "not seen: no laser, or no rest of 0.25 s after a stroke"))
     if poor:
         remarks.append(("hardly told by these strokes", ", ".join(poor)))
-    values = {
-        f"controller.own.{name}": (float(getattr(fit.model, name)), f"+- {error:.2g}")
-        for name, error in fit.std.items()
-    }
+    values = {f"controller.own.{line.name}": (line.value, line.note) for line in lines[:-1]}
     head = f"A carriage under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.settings(head, values, LAW)
 
@@ -106,6 +106,13 @@ def identify(picking: Picking, options: Options) -> Result:
     title = "x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (swing)"
     data = {"surprise": fit.surprise, "strokes": strokes, "swing_rms_m": fit.swing_rms}
     return Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
+
+
+def _note(meaning: str, apart: tuple[float, float] | None) -> str:
+    """What a parameter is, and what the records say of it one by one."""
+    if apart is None:
+        return meaning
+    return f"{meaning}; {apart[0]:.3g} to {apart[1]:.3g} by each record alone"
 
 
 def _columns(r: Mapping[str, Array]) -> tuple[Array, ...]:
