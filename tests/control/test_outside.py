@@ -98,7 +98,9 @@ def test_a_compiled_supervisor_keeps_its_memory() -> None:
     """Its type does not change at a new move, of whatever law."""
     step = kernel.compiled(macro.again)
     memory = (*macro.rest(3.0), Held(0.0, Memory(1.0, 2.0)))
-    assert step(memory) == macro.again(memory) == (*macro.rest(0.0), Held(1.0, Memory(1.0, 2.0)))
+    assert step(memory) == macro.again(memory) == (*macro.rest(0.0), Held(2.0, Memory(1.0, 2.0)))
+    unborn = (*macro.rest(3.0), Held(1.0, Memory(1.0, 2.0)))
+    assert step(unborn) == macro.again(unborn) == (*macro.rest(0.0), unborn[-1])
     p = law(SLIDING)
     assert kernel.compiled(macro.begun)(p) == macro.begun(p)
     assert supervisor.begin(0.0, p).macro == macro.begun(p)
@@ -148,7 +150,7 @@ def test_a_client_cannot_name_another() -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("sliding", "one of pid, pd-initial, pd-tuned; or MODULE:LAW"),
+        ("sliding", "one of pid, pd-initial, pd-tuned, terminal; or MODULE:LAW"),
         ("", "MODULE:LAW"),
         (f"{HERE}:slidng", "such as sliding"),
         (f"{HERE}:number", "int without gains, memory, start, step"),
@@ -226,3 +228,24 @@ def test_gains_not_a_number_are_not_taken() -> None:
         overridden(
             Settings(), {"controller.macro_law": SLIDING, "controller.own.slope": math.nan}, "x"
         )
+
+
+@pytest.mark.parametrize("rested", [True, False])
+def test_after_a_rest_a_law_goes_on_from_what_it_learned(rested: bool) -> None:
+    """`terminal` keeps the friction that it found; it stands again."""
+    p = law("terminal")
+    first = macro.step(p, macro.begun(p), AIM, Sample(0.0, 120.0), 1e-3)[0]
+    learned = first[-1].memory._replace(excess=0.3, v=0.1)
+    kept = (*first[:-1], Held(2.0 if rested else 0.0, learned))
+    found = macro.step(p, kept, AIM, Sample(1.0, 120.0), 1e-3)
+    assert kernel.compiled(macro.step)(p, kept, AIM, Sample(1.0, 120.0), 1e-3) == found
+    assert found[0][-1].memory.excess == pytest.approx(0.3, abs=0.05)
+    assert (abs(found[0][-1].memory.v) < 1e-3) == rested
+
+
+def test_after_a_rest_a_law_without_again_begins_anew() -> None:
+    p = law(SLIDING)
+    kept = (*macro.rest(0.0), Held(2.0, Memory(1.0, 2.0)))
+    found = macro.step(p, kept, AIM, Sample(1.0, 120.0), 1e-3)
+    assert found == macro.step(p, macro.begun(p), AIM, Sample(1.0, 120.0), 1e-3)
+    assert kernel.compiled(macro.step)(p, kept, AIM, Sample(1.0, 120.0), 1e-3) == found

@@ -312,7 +312,8 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
     """
     from scipy.optimize import least_squares
 
-    seen = [rows[k].laser[a:b] for k, a, b in _windows(rows)]
+    # In um: the search ends by absolute sizes.
+    seen = [rows[k].laser[a:b] * 1e6 for k, a, b in _windows(rows)]
     longest = max(map(len, seen))
     power = sum(np.abs(np.fft.rfft(_steadied(y), 4 * longest)) ** 2 for y in seen)
     tones = np.fft.rfftfreq(4 * longest, dt)
@@ -335,10 +336,16 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
     )
     edges = np.cumsum([0, *map(len, seen)])
     scores = [fit.jac[a:b].T @ fit.fun[a:b] for a, b in pairwise(edges)]
-    spread = _sandwich(fit.jac.T @ fit.jac, np.array(scores))
-    values = {"frequency": float(fit.x[0]), "decay": float(fit.x[1])}
-    errors = {n: math.sqrt(max(float(spread[i, i]), 0.0)) for i, n in enumerate(values)}
-    return values, errors, float(np.sqrt(np.mean(fit.fun**2)))
+    information = fit.jac.T @ fit.jac
+    free = fit.fun.size - 4 * len(seen) - 2
+    white = np.linalg.pinv(information) * float(fit.fun @ fit.fun) / max(free, 1)
+    # Few strokes make a sandwich that is too thin: never less than white noise gives.
+    spread = np.maximum(np.diag(_sandwich(information, np.array(scores))), np.diag(white))
+    shown, decay = float(fit.x[0]), float(fit.x[1])
+    natural = math.hypot(shown, decay / (2.0 * math.pi))  # a decaying swing is slower
+    values = {"frequency": natural, "decay": decay}
+    errors = {n: math.sqrt(float(spread[i])) for i, n in enumerate(values)}
+    return values, errors, 1e-6 * float(np.sqrt(np.mean(fit.fun**2)))
 
 
 def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, float, float]:

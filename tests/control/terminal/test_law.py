@@ -81,7 +81,7 @@ def test_it_lands_within_the_effort_and_comes_to_rest_in_the_count():
     first = modes.index(LAND)
     assert modes.count(LAND) == round(P.horizon / DT) - 1
     assert all(abs(u) <= P.full for u, _ in every)
-    assert min(u for u, _ in every[first:]) < 0.0
+    assert min(abs(u) for u, mode in every[first:] if mode == LAND) < P.coulomb
     assert c.reading == pytest.approx(700 * P.pitch)
     assert c.m.v == 0.0
 
