@@ -14,8 +14,12 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
 
-run: $(VENV)/.core ## run the thesis' integrated test; results in results/thesis
+run: $(VENV)/.core ## run the thesis' integrated test, and two laws side by side; in results/
 	$(BIN)/macromicro run --out results/thesis --overwrite
+	$(BIN)/macromicro run fast --law pd-tuned --out results/fast/pd-tuned --overwrite
+	$(BIN)/macromicro run fast --law terminal --out results/fast/terminal --overwrite
+	$(BIN)/macromicro compare results/fast/pd-tuned results/fast/terminal \
+	  --out results/fast/compare --overwrite
 
 serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctrl-C
 	@$(INSTALL) -e ".[web]"
@@ -68,6 +72,7 @@ soak: $(VENV)/.core ## serve under random commands and faults for MINUTES=60
 docs: $(VENV)/.core ## measure anew what the documents say, and draw their figures
 	$(BIN)/python docs/make_bench.py
 	$(BIN)/python docs/make_errata.py
+	$(BIN)/python docs/make_beyond.py --page
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_figures.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \

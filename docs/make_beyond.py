@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -21,8 +22,9 @@ import numpy as np
 
 from macromicro import api
 from macromicro.design import limits
+from macromicro.drawing.files import encoded
+from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new
 from macromicro.identify import carriage
-from macromicro.kernel import compiled  # noqa: F401 -- compiled here, before the workers begin
 from macromicro.plant import bench
 from macromicro.runs import strokes
 from macromicro.schema.par import changed
@@ -165,21 +167,123 @@ def truth(settings: Settings) -> dict[str, float]:
     }
 
 
+GROUPS = ("re-identified", "not re-identified")
+PAGE = HERE / "beyond.md"
+PICTURE = HERE / "figures" / "beyond-macro.png"
+
+
+def _over(moves: list[dict[str, float]], pick: Any, name: str) -> list[float]:
+    return [m[name] for m in moves if pick(m["way"])]
+
+
+def rows(every: list[dict[str, Any]], law: str) -> dict[str, list[float]]:
+    """By quantity, one value for each move (or bench) that it is judged on."""
+    found: dict[str, list[float]] = {name: [] for name, _, _ in TABLE}
+    for b in every:
+        moves = b[law]["moves"]
+        least = {float(k): v for k, v in b["limits"].items()}
+        for m in moves:
+            way = m["way"]
+            if abs(way - 200.0) < 0.5:
+                found["200 mm to 1 count"].append(m["near"])
+                near = min(least, key=lambda w: abs(w - way))
+                found["the same by the limit"].append(m["near"] / least[near])
+                found["200 mm to the count"].append(m["exact"])
+            found["not in the count at last"].append(float(m["final"] > 0.0))
+            found["counts over"].append(m["over"])
+        found["swing 0.1 s after, above 40 mm"] += _over(moves, lambda w: w > LONG + 1.0, "swing")
+        found["swing 0.1 s after, 1 to 40 mm"] += _over(
+            moves, lambda w: SHORT - 0.1 < w < LONG + 1.0, "swing"
+        )
+        found["tracking, true place"] += b[law]["tracking"]
+    return found
+
+
+# Quantity, unit, digits.
+TABLE = (
+    ("200 mm to 1 count", "s", 3),
+    ("the same by the limit", "", 3),
+    ("200 mm to the count", "s", 3),
+    ("not in the count at last", "", 3),
+    ("counts over", "counts", 0),
+    ("swing 0.1 s after, above 40 mm", "um", 1),
+    ("swing 0.1 s after, 1 to 40 mm", "um", 1),
+    ("tracking, true place", "counts", 2),
+)
+
+
+def told(every: list[dict[str, Any]]) -> str:
+    """The table of the page."""
+    head = "| | " + " | ".join(f"{law}, {group}: median, worst" for group in GROUPS for law in LAWS)
+    lines = [f"{head} |", "|---" * (1 + len(GROUPS) * len(LAWS)) + "|"]
+    columns = {
+        (g, law): rows([b for b in every if b["kind"] == g and b["bench"] > 0], law)
+        for g in GROUPS
+        for law in LAWS
+    }
+    for name, unit, digits in TABLE:
+        cells = []
+        for g in GROUPS:
+            for law in LAWS:
+                v = columns[g, law][name]
+                if name == "not in the count at last":
+                    cells.append(f"{sum(v):.0f} of {len(v)}")
+                else:
+                    cells.append(f"{np.median(v):.{digits}f}, {max(v):.{digits}f}")
+        lines.append(f"| {name}{unit and f' [{unit}]'} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def drawn_page(every: list[dict[str, Any]]) -> None:
+    """The figure: time over way, and swing left, of both laws and the limit."""
+    figure, axes = new(4.2, 1, 2)
+    for law, color in zip(LAWS, (BLUE, ORANGE), strict=True):
+        moves = [m for b in every if b["kind"] == GROUPS[0] for m in b[law]["moves"]]
+        moves = [m for m in moves if m["way"] > SHORT - 0.1]
+        way = [m["way"] for m in moves]
+        axes[0, 0].plot(way, [m["near"] for m in moves], ".", color=color, label=law)
+        axes[0, 1].plot(way, [m["swing"] for m in moves], ".", color=color, label=law)
+    least = sorted(
+        (float(w), t)
+        for b in every
+        if b["kind"] == GROUPS[0]
+        for w, t in b["limits"].items()
+        if float(w) > SHORT - 0.1
+    )
+    axes[0, 0].plot(*zip(*least, strict=True), ".", color=GREEN, markersize=2, label="limit")
+    finish(axes[0, 0], "time until within a count for good", "way [mm]", "[s]", legend=True)
+    finish(axes[0, 1], "swing of the stage 0.1 s later", "way [mm]", "[um]", legend=True)
+    PICTURE.write_bytes(encoded(figure))
+
+
+def write(every: list[dict[str, Any]]) -> None:
+    """Table and figure into the page."""
+    text = PAGE.read_text(encoding="utf-8")
+    marked = re.compile(r"(<!-- measured -->\n).*?(<!-- end -->)", re.DOTALL)
+    PAGE.write_text(marked.sub(lambda m: m[1] + told(every) + m[2], text), encoding="utf-8")
+    drawn_page(every)
+
+
 def main() -> None:
     """Measure, and keep what was found for the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--benches", type=int, default=20)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--scratch", default="results/beyond")
-    told = parser.parse_args()
+    parser.add_argument("--page", action="store_true", help="only write the page anew")
+    chosen = parser.parse_args()
+    if chosen.page:
+        write(json.loads(RESULTS.read_text()))
+        return
     jobs = [
-        (kind, k, settings, told.scratch)
+        (kind, k, settings, chosen.scratch)
         for kind, spans in SPANS.items()
-        for k, settings in enumerate([Settings(), *drawn(told.benches, 7, spans)])
+        for k, settings in enumerate([Settings(), *drawn(chosen.benches, 7, spans)])
     ]
-    with ProcessPoolExecutor(told.workers) as pool:
+    with ProcessPoolExecutor(chosen.workers) as pool:
         every = list(pool.map(one, jobs))
-    RESULTS.write_text(json.dumps(every, indent=1) + "\n")
+    RESULTS.write_text(json.dumps(every) + "\n")
+    write(every)
 
 
 if __name__ == "__main__":

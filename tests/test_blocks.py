@@ -52,6 +52,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "  row of own.csv": "a drawing",
         "  edge under the carriage": "a drawing",
     },
+    "docs/beyond.md": {
+        "macromicro identify carriage": TESTED + "tests/identify/test_carriage.py: a minute",
+        "macromicro run fast --config results/carriage/model": "what that writes",
+    },
     "docs/bench.md": {"flowchart": "a drawing"},
     "docs/commissioning.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",

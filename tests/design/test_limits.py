@@ -22,7 +22,9 @@ def test_without_friction_drag_and_lag_it_is_bang_bang_in_closed_form():
     """A mass under +-F over a way s takes 2 sqrt(s m / F), and a period until the effort acts."""
     b = S.bench
     easy = b._replace(
-        friction=b.friction._replace(coulomb=0.0, stribeck=0.0, ripple=0.0, viscous=0.0, bristle=1e-6, bristle_damping=0.0),
+        friction=b.friction._replace(
+            coulomb=0.0, stribeck=0.0, ripple=0.0, viscous=0.0, bristle=1e-6, bristle_damping=0.0
+        ),
         motor=b.motor._replace(constant=1e-3, resistance=1.0, pulley=1e-3, inductance=1e-6),
         belt=b.belt._replace(participation=0.0),
         carriage=b.carriage._replace(mass=10.0),

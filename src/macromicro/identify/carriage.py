@@ -189,8 +189,8 @@ def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record
             still = b
         found.append((a, b, still))
     y = np.empty(0) if laser is None else np.ascontiguousarray(laser, dtype=np.float64)
-    whole = (np.ascontiguousarray(c, dtype=np.float64) for c in (u, counts))
-    return Record(*whole, y, tuple(found))
+    sent, read = (np.ascontiguousarray(c, dtype=np.float64) for c in (u, counts))
+    return Record(sent, read, y, tuple(found))
 
 
 def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
@@ -223,7 +223,8 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     if not (min(ways) < 0.0 < max(ways)):
         raise InputError("recordings", "strokes in one direction", "strokes both ways")
     p = _free(_guess(rows, dt, pitch), rows, dt)
-    std, left = {}, math.nan
+    std: dict[str, float] = {}
+    left = math.nan
     if _windows(rows):
         values, std, _ = _ringing(rows, dt)
         p = p._replace(**values)

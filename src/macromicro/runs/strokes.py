@@ -105,5 +105,5 @@ def stroked(machine: Machine, volts: Array, start: float, seed: int = 0) -> Reco
     state = bench.initial(machine, start * machine.encoder.pitch)
     compiled(_pushed)(machine, state, volts, noise, out, PERIOD)
     t = np.arange(len(volts), dtype=np.float64) * PERIOD
-    rows = [t, out[0], volts, out[1] * 1e6]
-    return Recording.from_arrays(COLUMNS, rows, PERIOD, {"seed": seed})
+    shown = [t, out[0], volts, out[1] * 1e6]
+    return Recording.from_arrays(COLUMNS, shown, PERIOD, {"seed": seed})

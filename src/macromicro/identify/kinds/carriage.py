@@ -92,12 +92,12 @@ def identify(picking: Picking, options: Options) -> Result:
     def draw() -> dict[str, Figure]:
         from macromicro.identify.kinds import pictures
 
-        t = [np.arange(len(r.u)) * fit.dt for r in fit.records]
+        t = np.arange(len(fit.records[0].u), dtype=np.float64) * fit.dt
         off = [
             r.counts + 0.5 - m[0] / fit.model.pitch
             for r, m in zip(fit.records, fit.motion, strict=True)
         ]
-        friction = [("friction beyond the model's", t[0], fit.motion[0][3], "-")]
+        friction = [("friction beyond the model's", t, fit.motion[0][3], "-")]
         return {
             "residuals": pictures.leftover(off, fit.dt, "counts"),
             "friction": pictures.points("by the law's estimator", "time [s]", "[V]", friction),
