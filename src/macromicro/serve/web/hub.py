@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
 from macromicro.schema.par import entries
 from macromicro.serve.instrument import Instrument
@@ -26,7 +25,7 @@ class Hub:
         self._instrument, self.station = instrument, instrument.station
         self.settings = instrument.settings
         self.pitch = self.settings.live.pitch
-        self.control: Control = self.settings.controller
+        self.control: Any = self.settings.controller
         self.news: deque[tuple[int, str]] = deque(maxlen=KEPT)
         self.state = "{}"
         self.turn = 0
