@@ -107,7 +107,9 @@ def load(path: Path) -> Kept | str:
             raise ValueError
         if not all(isinstance(x, bool) for x in flags) or not isinstance(kept.why, str):
             raise ValueError
-        encoder, offset, second, second_offset, saved, laser = (float(x) for x in numbers)
+        encoder, offset, second, second_offset, saved, laser = (
+            math.nan if math.isnan(x) else float(x) for x in numbers
+        )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         return f"{path}: the kept position cannot be read (not written by this version)"
     kept = kept._replace(encoder=encoder, offset=offset, saved=saved, laser=laser)

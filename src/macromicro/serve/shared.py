@@ -147,7 +147,7 @@ class Status(NamedTuple):
     micro_high: float = 0.0
     whole_low: float = 0.0
     whole_high: float = 0.0
-    second_offset: float = math.nan
+    second_offset: float = 0.0
 
 
 _STATUS = packed(len(Status._fields))

@@ -55,10 +55,10 @@ def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
     Refused | None
         None where it has all that is needed.
     """
+    jogged = request.stage if isinstance(request, m.Jog) else ""
     if stages == m.AXES:
-        one = isinstance(request, m.Jog) and among(request.stage, m.STAGES)
-        return _POINT if one or isinstance(request, _ONE) else None
-    if isinstance(request, m.MovePoint | m.MoveAxis) or _needed(request) & {*m.AXES}:
+        return _POINT if isinstance(request, _ONE) or among(jogged, m.STAGES) else None
+    if isinstance(request, m.MovePoint | m.MoveAxis) or among(jogged, m.AXES):
         return _AXES_ONLY
     for stage in m.STAGES:
         if stage not in stages and stage in _needed(request):
@@ -75,7 +75,7 @@ def _needed(request: Any) -> frozenset[str]:
     kind = type(request)
     if kind in _NEEDS:
         return frozenset({_NEEDS[kind]})
-    if kind is m.Jog and among(request.stage, (*m.STAGES, *m.AXES)):
+    if kind is m.Jog and among(request.stage, m.STAGES):
         return frozenset({request.stage})
     if kind is m.Programme and isinstance(request.plan, Plan):
         return frozenset(s for k, s in enumerate(m.STAGES) if (request.plan.stage == k).any())

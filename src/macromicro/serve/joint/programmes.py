@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from macromicro.control.live.parameters import SoftLimits
 from macromicro.machines.joint import course, planning
 from macromicro.machines.joint.course import Course
+from macromicro.nominal import PERIOD
 from macromicro.serve.programmes import Planned
 from macromicro.serve.stage.programmes import USUAL
 
@@ -30,5 +31,5 @@ class TwoAxes(NamedTuple):
         return self._planned(course.load(path))
 
     def _planned(self, found: Course) -> Planned:
-        plan = planning.plan(found, self.tree)
+        plan = planning.plan(found, self.tree, step=PERIOD)  # messages to the loop are short
         return Planned(found.title, plan.plans, len(plan.legs))
