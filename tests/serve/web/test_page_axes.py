@@ -84,3 +84,4 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert station.snapshot().axes[0].position_m == pytest.approx(0.150, abs=3e-6)
     assert station.request(station.snapshot().holder, m.Disable()) == m.Accepted()
     until(lambda: "disabled" in page.text("#mode"))
+    assert [entry["message"] for entry in page.driver.get_log("browser")] == []
