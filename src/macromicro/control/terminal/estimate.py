@@ -16,7 +16,7 @@ from macromicro.kernel import kernel
 
 _ROOT2, _NORM = math.sqrt(2.0), 1.0 / math.sqrt(2.0 * math.pi)
 _LEAST = 1e-6  # of the probability between two edges; below, the edge itself is believed
-_STARTED = 0.1  # of `fade`: speed of a carriage that was taken to stand
+_STARTED = 5e-3  # m/s: speed of a carriage that was taken to stand
 _MOST = 0.5  # of the Coulomb friction: the greatest excess that is believed
 FIRST = 0.1  # V, standard deviation of the friction before any motion
 
@@ -155,11 +155,12 @@ def seen(p: Terminal, b: Belief, reading: float) -> Belief:
     x, variance, plausible = _cut(m.x, math.sqrt(xx), reading, reading + p.pitch)
     off, less = x - m.x, xx - variance
     if not plausible:
-        v = m.v if m.v * off > 0.0 else math.copysign(_STARTED * p.fade, off)
+        v = m.v if m.v != 0.0 else math.copysign(_STARTED, off)
+        loose = c.vv + 100.0 * _STARTED * _STARTED
         return Belief(
             Motion(x, v, m.q, m.s - (v - m.v)),
             b.excess,
-            Spread(variance, 0.0, 0.0, p.fade * p.fade, 0.0, max(c.ff, FIRST * FIRST)),
+            Spread(variance, 0.0, 0.0, loose, 0.0, max(c.ff, FIRST * FIRST)),
         )
     kv, kf = c.xv / xx, c.xf / xx
     v = m.v + kv * off

@@ -21,7 +21,7 @@ REST, WAY, LAND, INCH, TRACK = 0.0, 1.0, 2.0, 3.0, 4.0
 QUIET = 0.02  # s without effort or count until the carriage is taken to stand
 _TRACKING = 250.0  # 1/s, bandwidth of tracking
 _SHORT = 2.0  # periods of the shortest impulse
-_LAST = 3  # periods before the end of a landing, in which friction alone ends it
+_LAST = 1  # periods before the end of a landing, in which friction alone ends it
 _BEGUN = 1e3  # s: a way that begins in motion needs no shaped start
 
 
