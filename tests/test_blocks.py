@@ -82,6 +82,8 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/xy.md": {
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
         "macromicro robust --config": TESTED + "tests/robustness/test_joint.py",
+        "macromicro serve": TESTED + "tests/serve/joint",
+        "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
     },
     "docs/recording.md": {"n = double(h5read": "MATLAB"},
     "docs/reproduce.md": {
@@ -128,7 +130,7 @@ FILES = {
     "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml"),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
     "docs/rigs.md": ("moves.toml",),
-    "docs/xy.md": ("table.toml", "slot.toml", "wave.csv"),
+    "docs/xy.md": ("table.toml", "slot.toml", "wave.csv", "spec.toml"),
     "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
 }
 # Commands that a page needs before its blocks, as it says in words.

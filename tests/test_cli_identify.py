@@ -370,7 +370,7 @@ BAD = [
     ("thermal constant.csv --table nothing.h5", "no such file"),
     ("hall still.csv", "constant"),
     ("hall few.csv", "no one-way run"),
-    ("magic few.csv", "one of drive, linear, deadzone, hysteresis, thermal, hall"),
+    ("magic few.csv", "one of drive, carriage, linear, deadzone, hysteresis, thermal, hall"),
 ]
 
 

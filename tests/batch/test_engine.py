@@ -14,7 +14,7 @@ from macromicro import batch
 from macromicro.arrays import Array
 from macromicro.batch import Metric, Trajectories, Variants
 from macromicro.errors import InputError
-from macromicro.machines.machine import MACHINES
+from macromicro.machines.machine import JOINT, MACHINES
 
 
 class Slow:
@@ -108,7 +108,7 @@ def test_nothing_to_do() -> None:
 
 def test_names() -> None:
     benches = {"macro-model", "macro-bench", "micro-bench", "programme"}
-    assert set(batch.JOBS) == benches | {machine.name for machine in MACHINES}
+    assert set(batch.JOBS) == benches | {machine.name for machine in MACHINES} | {JOINT}
     for name in batch.JOBS:
         job = batch.job(name)
         assert job.name == name

@@ -56,7 +56,7 @@ def test_columns_are_named_by_role(own: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "options", "words"),
     [
-        ("motor", {}, "drive, linear, deadzone"),
+        ("motor", {}, "drive, carriage, linear, deadzone"),
         ("drive", {"mass": 2.0}, "gain, structure, limit, delay"),
     ],
 )

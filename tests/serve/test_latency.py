@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from macromicro.commands.latency import _as_json, _edges, table
-from macromicro.serve import measuring
+from macromicro.control.live import messages as m
+from macromicro.serve import choosing, measuring
 from macromicro.serve.faults import late
 from macromicro.serve.measuring import Cyclic, Latency
 from macromicro.serve.settings import LiveSettings
@@ -164,3 +165,25 @@ def test_cyclictest_that_fails_or_is_not_there(
     absent = measuring.cyclictest(1.0, 33, True)
     assert isinstance(absent, str)
     assert "apt install rt-tests" in absent
+
+
+def test_a_machine_of_a_file_is_moved_within_its_travel() -> None:
+    examples = Path(__file__).parents[2] / "examples" / "machines"
+    screw = choosing.load(examples / "screw.toml")
+    places = [move.position for move in measuring.moves(screw)]
+    assert len(set(places)) == 4 and min(places) > 0.0 and max(places) < 0.04
+    points = measuring.moves(choosing.load(examples / "xy-plotter.toml"))
+    assert {type(point) for point in points} == {m.MovePoint}
+    assert max(p.x for p in points) > max(p.y for p in points) > 0.02
+    assert all(0.0 < p.x < 0.2 and 0.0 < p.y < 0.07 for p in points)
+    assert measuring.moves(LiveSettings())[0] == m.MoveTo(20.4e-3)
+
+
+@pytest.mark.slow
+def test_two_axes_are_measured_at_work(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    text = (Path(__file__).parents[2] / "examples" / "machines" / "xy-plotter.toml").read_text()
+    file.write_text(text + "\n[serve]\nmiss_share = 1.0\n")
+    settings = choosing.load(file)
+    got = measuring.measure(settings, 6.0, lambda done: True)
+    assert got.fault is None and len(got.work) > 4000

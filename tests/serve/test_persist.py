@@ -22,7 +22,7 @@ def test_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "deeper" / "position.json"
     persist.save(path, KEPT)
     assert persist.load(path) == KEPT
-    assert persist.restore(KEPT, "twin", 1401.0, COUNTED) == (
+    assert persist.restore(KEPT, "twin", 1401.0, COUNTED)[:3] == (
         True,
         3.0,
         persist.restore(KEPT, "twin", 1400, COUNTED)[2],
@@ -246,3 +246,17 @@ def test_the_file_follows_why_the_place_is_not_known(tmp_path: Path) -> None:
     scene.show(1, 5.0, False, trusted=False)  # the row comes before the words
     found = scene.show(2, 5.0, False, trusted=False, why="emergency stop on the way")
     assert found.why == "emergency stop on the way"  # type: ignore[union-attr]
+
+
+def test_both_axes_of_two_must_stand_where_they_were_left(tmp_path: Path) -> None:
+    both = KEPT._replace(second=-700.0, second_offset=11.0)
+    path = tmp_path / "position.json"
+    persist.save(path, both)
+    assert persist.load(path) == both
+    found = persist.restore(both, "twin", 1400.0, COUNTED, -701.0)
+    assert found.trusted and found.offset == 3.0 and found.second_offset == 11.0
+    for second in (-690.0, math.nan):
+        found = persist.restore(both, "twin", 1400.0, COUNTED, second)
+        assert not found.trusted and math.isnan(found.offset) and "moved" in found.why
+    # What was kept of one axis says nothing of two.
+    assert not persist.restore(KEPT, "twin", 1400.0, COUNTED, 5.0).trusted

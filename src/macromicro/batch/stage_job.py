@@ -11,13 +11,13 @@ from macromicro import programme as programmes
 from macromicro.arrays import Array
 from macromicro.batch.variants import SEED, Metric, Trajectories, Variants, applied, checked, seeds
 from macromicro.batch.variants import table as parameters
-from macromicro.columns import layout
+from macromicro.columns import Column, layout
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
 from macromicro.machines import planning, runs
-from macromicro.machines.sequence import Plan
 from macromicro.machines.trial import Trial, trial
 from macromicro.place import LENGTH, Place
+from macromicro.recording import Recording
 from macromicro.schema.config import check
 from macromicro.schema.par import NO_UNIT
 
@@ -37,9 +37,27 @@ def metrics(place: Place = LENGTH) -> tuple[Metric, ...]:
     tuple[Metric, ...]
         In the order of its fields.
     """
+    return told(Trial, place)
+
+
+def told(kind: Any, place: Place = LENGTH) -> tuple[Metric, ...]:
+    """Figures of a run, as the fields of a ``NamedTuple`` have them.
+
+    Parameters
+    ----------
+    kind : Any
+        The class, annotated as for `columns.layout`.
+    place : Place, optional
+        What the places of the machine are counted in.
+
+    Returns
+    -------
+    tuple[Metric, ...]
+        In the order of its fields.
+    """
     return tuple(
         Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning)
-        for c in layout(Trial, place=place).columns
+        for c in layout(kind, place=place).columns
     )
 
 
@@ -60,9 +78,19 @@ class StageJob:
         Of the noise.
     settings : Any, optional
         That variants start from; None for the machine's own.
+
+    Attributes
+    ----------
+    kinds : tuple[Kind, ...]
+        Kinds of its stages.
+    trees : tuple
+        Their settings.
     """
 
     block = 1
+    traced: tuple[str, ...] = TRACED
+    kinds: tuple[Any, ...] = ()
+    trees: tuple[Any, ...] = ()
 
     def __init__(
         self,
@@ -73,15 +101,20 @@ class StageJob:
     ) -> None:
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise InputError("seed", seed, "a whole number from 0")
-        found = machines.named(machine, "job")
-        assert found is not None
-        self.name, self._seed, self.machine = found.name, seed, found
-        self._settings = found.settings if settings is None else settings
-        self._machine = machines.under(found, self._settings)
-        self.metrics = metrics(found.kind.place)
+        self._seed = seed
+        self._open(machine, settings)
         self._known = parameters(self._settings)
         self._path = programmes.find(str(programme)) if programme else None
         self._plan(self._settings)  # a wrong programme is refused at once
+
+    def _open(self, machine: Any, settings: Any) -> None:
+        found = machines.named(machine, "job")
+        assert found is not None
+        self.name = found.name
+        self._settings = found.settings if settings is None else settings
+        self._machine: Any = machines.under(found, self._settings)
+        self.metrics = metrics(found.kind.place)
+        self.kinds, self.trees = (found.kind,), (self._settings,)
 
     def base(self) -> Any:
         """Give the settings that variants start from.
@@ -93,10 +126,16 @@ class StageJob:
         """
         return self._settings
 
-    def _plan(self, tree: Any) -> Plan:
+    def _plan(self, tree: Any) -> Any:
         path = self._path
         moves = planning.usual(tree) if path is None else planning.load(path, tree)
         return planning.plan(moves, tree)
+
+    def _trial(self, tree: Any, seed: int) -> Any:
+        return trial(self._machine, tree, self._plan(tree), seed)
+
+    def _recorded(self, tree: Any, seed: int) -> Recording:
+        return runs.record(self._machine, tree, self._plan(tree), seed=seed).recording
 
     def _trees(self, variants: Variants, first: int) -> tuple[list[Any], list[int]]:
         """Settings and noise of each variant."""
@@ -130,10 +169,7 @@ class StageJob:
             With variant and key: an impossible value, or a machine that cannot work.
         """
         trees, noise = self._trees(variants, first)
-        found = [
-            trial(self._machine, tree, self._plan(tree), seed)
-            for tree, seed in zip(trees, noise, strict=True)
-        ]
+        found = [self._trial(tree, seed) for tree, seed in zip(trees, noise, strict=True)]
         return np.array(found, dtype=np.float64).reshape(len(found), len(self.metrics))
 
     def trace(self, variants: Variants, every: int = 10, first: int = 0) -> Trajectories:
@@ -159,14 +195,17 @@ class StageJob:
             With variant and key: an impossible value.
         """
         trees, noise = self._trees(variants, first)
-        done: list[Array] = []
-        for tree, seed in zip(trees, noise, strict=True):
-            seen = runs.record(self._machine, tree, self._plan(tree), seed=seed).recording
-            done.append(np.array([seen[name][::every] for name in TRACED], dtype=np.float64))
+        seen = [self._recorded(tree, seed) for tree, seed in zip(trees, noise, strict=True)]
+        done = [
+            np.array([each[n][::every] for n in self.traced], dtype=np.float64) for each in seen
+        ]
         rows = max((run.shape[1] for run in done), default=0)
-        shown = np.full((len(TRACED), len(done), rows), math.nan)
+        shown = np.full((len(self.traced), len(done), rows), math.nan)
         for k, run in enumerate(done):
             shown[:, k, : run.shape[1]] = run
-        units = {c.name: c.unit for c in runs.columns(self._machine) if c.name in TRACED}
-        t = np.arange(rows * every, step=every) * float(self._settings.timing.period)
-        return Trajectories(t, dict(zip(TRACED, shown, strict=True)), units)
+        units = {c.name: c.unit for c in self._columns() if c.name in self.traced}
+        t = np.arange(rows * every, step=every) * float(self.trees[0].timing.period)
+        return Trajectories(t, dict(zip(self.traced, shown, strict=True)), units)
+
+    def _columns(self) -> tuple[Column, ...]:
+        return runs.columns(self._machine)

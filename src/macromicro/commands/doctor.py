@@ -65,15 +65,17 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     from json import dumps
 
     from macromicro.commands import checking
-    from macromicro.serve import health, preflight
-    from macromicro.serve.settings import load
+    from macromicro.serve import health, persist, preflight
+    from macromicro.serve.choosing import load
 
     if machine is not None:
         findings = checking.machine(machine)
     elif law is None:
         ports = _ports(scpi, web, port or ())
-        asked = preflight.Asked(rig, host, ports, state, record or FOLDER)
-        findings = preflight.findings(asked, load(config).serve)
+        settings = load(config)
+        position = state or persist.default_path(settings.place(rig))
+        asked = preflight.Asked(rig, host, ports, position, record or FOLDER)
+        findings = preflight.findings(asked, settings.serve)
     else:
         findings = checking.law(law)
     found = []

@@ -18,8 +18,8 @@ from macromicro.commands.signals import Signals
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from macromicro.serve.choosing import AnySettings
     from macromicro.serve.measuring import Cyclic, Latency
-    from macromicro.serve.settings import LiveSettings
 
 STDOUT = Path("-")
 PICTURES = (".png", ".pdf", ".svg")
@@ -57,7 +57,7 @@ def latency(
     Exit status 1 if so many periods were missed that the machine stopped.
     """
     from macromicro.serve import health, measuring
-    from macromicro.serve.settings import load
+    from macromicro.serve.choosing import load
 
     settings = load(config)
     if figure is not None:
@@ -145,7 +145,7 @@ def _progress(seconds: float) -> Iterator[Callable[[float], None]]:
         yield lambda done: bar.update(task, completed=done)
 
 
-def _give(got: Latency, other: Cyclic | str, settings: LiveSettings, json: Path | None) -> None:
+def _give(got: Latency, other: Cyclic | str, settings: AnySettings, json: Path | None) -> None:
     from json import dumps
 
     text = dumps(_as_json(got, other, settings), indent=2) + "\n"
@@ -158,7 +158,7 @@ def _give(got: Latency, other: Cyclic | str, settings: LiveSettings, json: Path 
         json.write_text(text, "utf-8")
 
 
-def table(got: Latency, other: Cyclic | str, settings: LiveSettings) -> Iterator[str]:
+def table(got: Latency, other: Cyclic | str, settings: AnySettings) -> Iterator[str]:
     """The results for a person, times in us."""
     from macromicro.serve.measuring import SHARES, quantiles
 
@@ -182,7 +182,7 @@ def table(got: Latency, other: Cyclic | str, settings: LiveSettings) -> Iterator
     yield f"loop: {got.realtime}"
 
 
-def _as_json(got: Latency, other: Cyclic | str, settings: LiveSettings) -> dict[str, Any]:
+def _as_json(got: Latency, other: Cyclic | str, settings: AnySettings) -> dict[str, Any]:
     import numpy as np
 
     from macromicro.serve.measuring import SHARES, quantiles

@@ -156,15 +156,28 @@ def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     tuple[Column, ...]
         In the order of the rows.
     """
-    found = _layout(kind, law)
+    found = laid_out(kind, law)
     if law.gains not in outside.found():
         return found.columns
     named = {c.name: f"law_{c.name}" for c in layout(law.memory).columns}
     return tuple(c._replace(name=named.get(c.name, c.name)) for c in found.columns)
 
 
-def _layout(kind: Kind, law: StageLaw) -> Layout:
-    """Columns of a run; of the lines, those that the stage has."""
+def laid_out(kind: Kind, law: StageLaw) -> Layout:
+    """Where a run of a stage records what; of the lines, those that the stage has.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        Its law.
+
+    Returns
+    -------
+    Layout
+        Parts: sample, target, output, memory, sequence, truth, lines, enable line.
+    """
     recorded = [_only(each, kind.lines) for each in (Lines, Enable)]
     shown = (Sample, Target, Output, law.memory, Inside, kind.truth, *recorded)
     return layout(*shown, place=kind.place)
@@ -197,9 +210,8 @@ def period(kind: Kind, law: StageLaw) -> Period:
     measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
     tell, sense, switch = law.tell, kind.sense, kind.switch
     outside.joined(measure, advance, show, step, sense, switch)
-    watched = guarded_lines.step if kind.lines else guarded_lines.unwatched
-    bounded = guarded_lines.bounded if kind.lines else guarded_lines.unbounded
-    parts = _layout(kind, law).parts
+    watched, bounded = watching(kind)
+    parts = laid_out(kind, law).parts
     sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
         part.rows for part in parts[:6]
     )
@@ -241,6 +253,24 @@ def period(kind: Kind, law: StageLaw) -> Period:
         return Run(tick, stage, progress, memory, watch, held), written
 
     return run
+
+
+def watching(kind: Kind) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """The guard of the lines of a kind of stage.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+
+    Returns
+    -------
+    step, bounded : Callable
+        Kernels of `machines.lines`.
+    """
+    if kind.lines:
+        return guarded_lines.step, guarded_lines.bounded
+    return guarded_lines.unwatched, guarded_lines.unbounded
 
 
 def kernels_of(kind: Kind) -> tuple[str, ...]:

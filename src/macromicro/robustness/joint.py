@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from macromicro.arrays import Array
+from macromicro.batch.stage_job import told
 from macromicro.batch.variants import Metric
-from macromicro.columns import layout
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.planning import JointPlan
 from macromicro.machines.joint.settings import AXES, NOTHING, of
@@ -20,14 +20,10 @@ from macromicro.robustness import stage
 from macromicro.robustness.requirements import Requirement
 from macromicro.robustness.stage import KEPT, Study
 from macromicro.schema import keys
-from macromicro.schema.par import NO_UNIT
 from macromicro.uncertainty.machines import draw, settings_at
 from macromicro.uncertainty.table import Uncertain, read
 
-METRICS: tuple[Metric, ...] = tuple(
-    Metric(c.name, "" if c.unit in NO_UNIT else c.unit, c.meaning)
-    for c in layout(JointTrial).columns
-)
+METRICS: tuple[Metric, ...] = told(JointTrial)
 
 
 def uncertain(machine: Joint, settings: Any) -> tuple[Uncertain, ...]:

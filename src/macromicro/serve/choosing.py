@@ -6,11 +6,13 @@ from pathlib import Path
 
 from macromicro.errors import InputError
 from macromicro.serve import settings
+from macromicro.serve.joint import settings as joint
+from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.stage import settings as stage
 from macromicro.serve.stage.settings import StageSettings
 
-AnySettings = LiveSettings | StageSettings
+AnySettings = LiveSettings | StageSettings | JointSettings
 
 
 def load(path: Path | None, law: str | None = None) -> AnySettings:
@@ -19,10 +21,12 @@ def load(path: Path | None, law: str | None = None) -> AnySettings:
     Raises InputError as `serve.settings.load` and `serve.stage.settings.load` do, and for another
     law than its own of a machine of one stage.
     """
-    found = None if path is None else stage.load(path)
+    found: StageSettings | JointSettings | None = None
+    if path is not None:
+        found = joint.load(path) or stage.load(path)
     if found is None:
         return settings.load(path, law)
     if law is not None:
-        accepted = f"no such option: the machine {found.name} has its own law"
+        accepted = f"no such option: the machine {found.model.partition(' ')[0]} has its own law"
         raise InputError("--law", law, accepted)
     return found

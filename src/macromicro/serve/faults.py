@@ -3,6 +3,7 @@ the live machine finds itself."""
 
 from __future__ import annotations
 
+from macromicro.control.live.messages import AXES
 from macromicro.machines import guarding
 from macromicro.place import LENGTH, Place
 from macromicro.rig import codes, faults, guard
@@ -11,6 +12,7 @@ from macromicro.serve.shared import Status
 from macromicro.serve.snapshot import Trouble
 
 STAGE = 200  # codes of a machine of one stage: its guard's, and so much
+AXIS = (300, 400)  # the same of each axis of two
 LATE, RIG_FAILED, CONTROL_FAILED, LOOP_DIED, LOST_COUNTS, LOOP_SILENT = range(100, 106)
 _NAMES = {
     LATE: "control periods missed",
@@ -96,11 +98,24 @@ def of_stage(
     return Trouble(int(code), found.name, found.message, found.evidence, found.remedy)
 
 
+def of_axis(code: float, value: float, limit: float, time: float) -> Trouble:
+    """A fault of the guard of one of two axes, whose codes stand from `AXIS` on."""
+    k = int(code >= AXIS[1])
+    found = of_stage(code - AXIS[k] + STAGE, value, limit, time)
+    both = found.evidence.replace(SWITCHED_OFF, f"both axes: {SWITCHED_OFF}")
+    message = f"Axis {AXES[k]}: {found.message}"
+    return found._replace(
+        code=int(code), name=f"{AXES[k]}: {found.name}", message=message, evidence=both
+    )
+
+
 def trouble(status: Status, place: Place = LENGTH) -> Trouble | None:
     """The latched fault in the loop's status; None if all is well."""
     code = int(status.fault)
     if code == codes.OK:
         return None
+    if code > AXIS[0]:
+        return of_axis(status.fault, status.value, status.limit, status.time)
     if code > STAGE:
         return of_stage(status.fault, status.value, status.limit, status.time, place)
     if code == LATE:

@@ -7,7 +7,7 @@ import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event
 from macromicro.control.live.targets import reach
-from macromicro.control.settings import Control
 from macromicro.errors import InputError
 from macromicro.place import PLACES, Place
 from macromicro.schema.par import entries, replaced
@@ -47,7 +46,7 @@ class Instrument:
         self.folder = folder
         self.token = token or Token(None)
         self._lock = threading.Lock()
-        self._control: Control = self.settings.controller
+        self._control: Any = self.settings.controller
         self._target = math.nan
         self._seen = -1  # number of the last event
         self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
@@ -73,7 +72,7 @@ class Instrument:
             self._control = gains_after(event, self._control, self.settings.controller)
             self._target = target_after(event, self._target)
 
-    def control(self) -> Control:
+    def control(self) -> Any:
         """The controller's settings, with what any client has changed."""
         with self._lock:
             self._follow()
@@ -89,7 +88,14 @@ class Instrument:
 
     def limit(self, kind: str, which: str) -> float:
         """The lower ("MIN") or upper ("MAX") end of what is accepted now: of the whole, by what
-        both stages reach together [m]; of the macro-stage [counts], of the micro-stage [m]."""
+        both stages reach together [m]; of the macro-stage [counts], of the micro-stage [m]; of an
+        axis of two [m], NaN where there is none."""
+        if kind in m.AXES:
+            axes = self.station.snapshot().axes
+            if not axes:
+                return math.nan
+            own = axes[m.AXES.index(kind)]
+            return own.high_m if which == "MAX" else own.low_m
         limits = self.station.snapshot().limits
         if kind == "whole" and self.station.stages == (m.MACRO,):
             counts = limits.macro_high if which == "MAX" else limits.macro_low
@@ -143,7 +149,7 @@ class Instrument:
         return rows[:, rows.shape[1] - min(count, rows.shape[1]) :]
 
 
-def gains_after(event: Event, control: Control, own: Control) -> Control:
+def gains_after(event: Event, control: Any, own: Any) -> Any:
     """The controller's settings after an event, `control` before it; `own`: those that a loop
     starts with."""
     if event.kind == "loop" and event.cause == "started":

@@ -34,6 +34,7 @@ from macromicro.rig.session import BENCH, Session
 from macromicro.rig.twin import CompiledTwin, Twin, VirtualClock
 from macromicro.schema.text import printable
 from macromicro.serve import faults, pacing
+from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.link import Outbox, receive
 from macromicro.serve.loop_spec import Spec
 from macromicro.serve.machine import Guard, Machine
@@ -140,6 +141,10 @@ def open_machine(spec: Spec) -> Drivable:
         from macromicro.serve.stage.opening import opened
 
         return opened(spec)
+    if isinstance(settings, JointSettings):
+        from macromicro.serve.joint import opening as joint
+
+        return joint.opened(spec)
     maker, _, function = spec.machine.partition(":")
     make = getattr(importlib.import_module(maker), function)
     if spec.rig == TWIN:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import TracebackType
 from typing import Annotated, Any, NamedTuple, Protocol, Self
 
@@ -31,6 +32,31 @@ class View(NamedTuple):
     trusted: Annotated[float, Quantity("1", "is the position known since homing? 0 or 1", "i1")]
     offset: float
     limits: SoftLimits = SoftLimits()
+
+
+class Second(NamedTuple):
+    """What the telemetry shows of the second axis of a machine of two. `offset` [counts]: what its
+    encoder reads at coordinate 0."""
+
+    counts: Annotated[float, Quantity("count", "encoder of the axis y", column="y_count")]
+    reference: Annotated[float, Quantity("count", "set point of the axis y", column="y_reference")]
+    motor: Annotated[float, Quantity("V", "effort of the axis y", column="y_motor")]
+    position: Annotated[
+        float, Quantity("mm", "position of the axis y", column="y_position", scale=1e3)
+    ]
+    uncertainty: Annotated[
+        float,
+        Quantity(
+            "um",
+            "half width of the interval that holds the position of the axis y",
+            column="y_uncertainty",
+            scale=1e6,
+        ),
+    ]
+    offset: float
+
+
+SECONDLY = Second(*[math.nan] * 6)
 
 
 class Machine(Protocol):

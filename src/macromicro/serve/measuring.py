@@ -17,6 +17,8 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.live import messages as m
+from macromicro.serve.choosing import AnySettings
+from macromicro.serve.joint.settings import JointSettings
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.shared import INDEX
 from macromicro.serve.snapshot import Trouble
@@ -25,6 +27,7 @@ from macromicro.serve.station import Station
 SHARES = (0.5, 0.99, 0.999)
 _LOOK_S = 0.1
 _PLACES_M = (20.4e-3, 20.9e-3, 40.3e-3, 22.0e-3)
+_SHARES = (0.1, 0.12, 0.3, 0.15)  # of the travel of another machine
 _US = 1e6
 _CYCLIC = re.compile(r"Min:\s*(\d+).*Avg:\s*(\d+).*Max:\s*(\d+)")
 
@@ -57,7 +60,19 @@ class Cyclic(NamedTuple):
     command: str
 
 
-def measure(settings: LiveSettings, seconds: float, progress: Callable[[float], bool]) -> Latency:
+def moves(settings: AnySettings) -> tuple[m.Request, ...]:
+    """Where the machine of these settings is moved, one after the other."""
+    if isinstance(settings, LiveSettings):
+        return tuple(map(m.MoveTo, _PLACES_M))
+    lives = settings.lives if isinstance(settings, JointSettings) else (settings.live,)
+    ways = [(live.limits.whole_low, live.limits.whole_high) for live in lives]
+    places = [[low + share * (high - low) for low, high in ways] for share in _SHARES]
+    if len(ways) == 1:
+        return tuple(m.MoveTo(place) for (place,) in places)
+    return tuple(m.MovePoint(x, y) for x, y in places)
+
+
+def measure(settings: AnySettings, seconds: float, progress: Callable[[float], bool]) -> Latency:
     """Run the loop process on the twin for `seconds`, enabled, homed and moving.
 
     `progress` is called with the seconds so far and may end it early by returning False. The
@@ -69,7 +84,7 @@ def measure(settings: LiveSettings, seconds: float, progress: Callable[[float], 
     with tempfile.TemporaryDirectory() as folder:
         station = Station(settings=settings, state=Path(folder) / "position.json")
         with station:
-            driver = _Driver(station)
+            driver = _Driver(station, moves(settings))
             began, row = time.monotonic(), -1
             while True:
                 done = time.monotonic() - began
@@ -95,9 +110,9 @@ def measure(settings: LiveSettings, seconds: float, progress: Callable[[float], 
 class _Driver:
     """Keeps the twin moving: homed first, then from place to place."""
 
-    def __init__(self, station: Station) -> None:
+    def __init__(self, station: Station, moves: tuple[m.Request, ...]) -> None:
         self._station = station
-        self._places = itertools.cycle(_PLACES_M)
+        self._moves = itertools.cycle(moves)
         self._client = "latency"
         station.acquire(self._client)
         station.request(self._client, m.Enable())
@@ -111,7 +126,7 @@ class _Driver:
         """The next motion, where the last one has ended."""
         self._station.heartbeat(self._client)
         if self._station.finished(self._motion, 0.0) is not None or not self._motion:
-            self._motion = self._begin(m.MoveTo(next(self._places)))
+            self._motion = self._begin(next(self._moves))
 
 
 def quantiles(times: Array) -> list[float]:

@@ -56,7 +56,7 @@ class Observed:
             connection.trust,
             connection.switched_off,
             connection.trouble,
-            self.settings.live,
+            self.settings,
             self._recordings.state,
             self._holders.holder,
             self._holders.clients,

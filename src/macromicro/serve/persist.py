@@ -28,7 +28,8 @@ class Kept(NamedTuple):
     """The position as it was left. `encoder` [counts]: its reading, as it gives it; `offset`
     [counts]: what it reads at coordinate 0; `trusted`: was the position known? `why`: in
     words; `moving`: was a motion under way? `saved`: when, seconds since 1970. `laser` [m]:
-    the carriage by the laser's reading, contraction taken off, NaN without one."""
+    the carriage by the laser's reading, contraction taken off, NaN without one; `second`,
+    `second_offset` [counts]: as `encoder` and `offset`, of a second axis."""
 
     rig: str
     encoder: float
@@ -38,6 +39,8 @@ class Kept(NamedTuple):
     moving: bool
     saved: float
     laser: float = math.nan
+    second: float = math.nan
+    second_offset: float = math.nan
 
 
 class Evident(NamedTuple):
@@ -50,11 +53,12 @@ class Evident(NamedTuple):
 
 class Restored(NamedTuple):
     """What a start may assume: trust, what the encoder reads at coordinate 0 [counts]
-    (NaN: nothing is known of it), and why."""
+    (NaN: nothing is known of it), and why; `second_offset`: of a second axis."""
 
     trusted: bool
     offset: float
     why: str
+    second_offset: float = math.nan
 
 
 def default_path(rig: str) -> Path:
@@ -96,20 +100,27 @@ def load(path: Path) -> Kept | str:
         if found.pop("format") != FORMAT:
             raise ValueError
         kept = Kept(**found)
-        numbers = (kept.encoder, kept.offset, kept.saved, kept.laser)
+        places = (kept.encoder, kept.offset, kept.second, kept.second_offset)
+        numbers = (*places, kept.saved, kept.laser)
         flags = (kept.trusted, kept.moving)
         if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in numbers):
             raise ValueError
         if not all(isinstance(x, bool) for x in flags) or not isinstance(kept.why, str):
             raise ValueError
-        encoder, offset, saved, laser = (float(x) for x in numbers)
+        encoder, offset, second, second_offset, saved, laser = (
+            math.nan if math.isnan(x) else float(x) for x in numbers
+        )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         return f"{path}: the kept position cannot be read (not written by this version)"
-    return kept._replace(encoder=encoder, offset=offset, saved=saved, laser=laser)
+    kept = kept._replace(encoder=encoder, offset=offset, saved=saved, laser=laser)
+    return kept._replace(second=second, second_offset=second_offset)
 
 
-def restore(kept: Kept | str, rig: str, count: float, evident: Evident) -> Restored:
-    """May the kept position be trusted on a rig whose encoder now reads `count`?
+def restore(
+    kept: Kept | str, rig: str, count: float, evident: Evident, second: float = math.nan
+) -> Restored:
+    """May the kept position be trusted on a rig whose encoder now reads `count`, and that of a
+    second axis `second`?
 
     Only where it was known, at rest, on the same rig, the encoder still reads what it was left
     at, and a witness confirms that. A counter alone does not: one that begins at 0 when it is
@@ -119,14 +130,19 @@ def restore(kept: Kept | str, rig: str, count: float, evident: Evident) -> Resto
     if isinstance(kept, str):
         return Restored(False, math.nan, kept)
     why = _void(kept, rig, count)
+    if not why and not (math.isnan(second) and math.isnan(kept.second)):
+        why = _moved(second, kept.second)
     if why:
         return Restored(False, math.nan, why)
+    other = kept.second_offset
     if evident.counted:
-        return Restored(True, kept.offset, "restored; the encoder reads what it was left at")
+        return Restored(True, kept.offset, "restored; the encoder reads what it was left at", other)
     if abs(evident.laser - kept.laser) <= SAME and abs(kept.laser) >= TELLING:
-        return Restored(True, kept.offset, "restored; encoder and laser read as they were left")
+        return Restored(
+            True, kept.offset, "restored; encoder and laser read as they were left", other
+        )
     found = "the encoder reads what it was left at, and nothing else confirms it; home"
-    return Restored(False, kept.offset, f"unconfirmed: {found}")
+    return Restored(False, kept.offset, f"unconfirmed: {found}", other)
 
 
 def _void(kept: Kept, rig: str, count: float) -> str:
@@ -137,10 +153,17 @@ def _void(kept: Kept, rig: str, count: float) -> str:
         return "a motion was interrupted when the last run ended"
     if not kept.trusted or not math.isfinite(kept.offset):
         return f"untrusted when the last run ended: {kept.why}"
-    if not abs(count - kept.encoder) <= NEAR:
-        found = f"it reads {count:.0f}, was left at {kept.encoder:.0f}"
-        return f"the encoder was moved or reset since the last run ({found})"
-    return ""
+    return _moved(count, kept.encoder)
+
+
+def _moved(count: float, left: float) -> str:
+    """Why an encoder that reads `count` and was left at `left` says nothing; "" if it does."""
+    if abs(count - left) <= NEAR:
+        return ""
+    return (
+        "the encoder was moved or reset since the last run "
+        f"(it reads {count:.0f}, was left at {left:.0f})"
+    )
 
 
 class Lock:

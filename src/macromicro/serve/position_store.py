@@ -19,7 +19,7 @@ RETRY_S = 1.0  # after which a file that could not be written is tried again
 
 class Place(NamedTuple):
     """What the loop shows now: row number, encoder [counts], offset [counts], trust and why,
-    whether anything moves, and the carriage by the laser [m]."""
+    whether anything moves, the carriage by the laser [m]; encoder and offset of a second axis."""
 
     row: int
     encoder: float
@@ -28,6 +28,8 @@ class Place(NamedTuple):
     why: str
     moving: bool
     laser: float = math.nan
+    second: float = math.nan
+    second_offset: float = math.nan
 
 
 class PositionStore:
@@ -110,7 +112,9 @@ class PositionStore:
         if saved is None or saved.moving != place.moving or saved.why != place.why:
             return False
         same = saved.trusted == place.trusted and saved.offset == place.offset
+        same = same and _equal(saved.second_offset, place.second_offset, 0.0)
         near = place.moving or abs(saved.encoder - place.encoder) <= FLICKER
+        near = near and (place.moving or _equal(saved.second, place.second, FLICKER))
         return near and (same or not (saved.trusted or place.trusted))
 
     def _save(self, place: Place) -> None:
@@ -123,6 +127,8 @@ class PositionStore:
             place.moving,
             time.time(),
             place.laser,
+            place.second,
+            place.second_offset,
         )
         self._saved = None
         try:
@@ -138,3 +144,8 @@ class PositionStore:
             if not self._told:
                 self._told = True
                 self._report(f"{text}; the next start will have to home")
+
+
+def _equal(a: float, b: float, within: float) -> bool:
+    """Are both the same, or is there neither?"""
+    return abs(a - b) <= within or (math.isnan(a) and math.isnan(b))

@@ -111,6 +111,30 @@ REQUESTS: tuple[RequestType, ...] = (
         motion="micro move to",
     ),
     RequestType(
+        "move point",
+        m.MovePoint,
+        "MOVE:POINt",
+        "Both axes of a machine of two to a point, on a straight line.",
+        (
+            Field("x", "m", -10.0, 10.0, key="x", ends="x"),
+            Field("y", "m", -10.0, 10.0, key="y", ends="y"),
+        ),
+        effect=MOVES,
+        motion="move to",
+    ),
+    RequestType(
+        "move axis",
+        m.MoveAxis,
+        "MOVE:{stage}",
+        "The {stage} of a machine of two alone; the other one stands.",
+        (
+            Field("axis", key="axis", choices=m.AXES),
+            Field("position", "m", -10.0, 10.0, ends="{stage}"),
+        ),
+        effect=MOVES,
+        motion="move axis to",
+    ),
+    RequestType(
         "stop",
         m.Stop,
         "STOP",
@@ -132,10 +156,10 @@ REQUESTS: tuple[RequestType, ...] = (
         "jog",
         m.Jog,
         "JOG:{stage}",
-        "The {stage}-stage at a speed until the next JOG; 0 ends it. *OPC? waits for it only "
+        "The {stage} at a speed until the next JOG; 0 ends it. *OPC? waits for it only "
         "once it is being ended.",
         (
-            Field("stage", key="stage", choices=m.STAGES),
+            Field("stage", key="stage", choices=(*m.STAGES, *m.AXES)),
             Field("speed", "m/s", -1.0, 1.0, key="speed"),
         ),
         effect=MOVES,  # unless its speed is 0

@@ -116,7 +116,7 @@ class Sender:
         """Nobody holds control: what is still on its way is void, a jog under way ends."""
         with self._turn:
             self._releases += 1
-            for stage in m.STAGES:  # the stage that does not jog refuses it
+            for stage in (*m.STAGES, *m.AXES):  # the stage that does not jog refuses it
                 self.post(m.Jog(stage, 0.0))
 
     def _exchange(

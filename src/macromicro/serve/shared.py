@@ -26,8 +26,9 @@ from numpy.typing import NDArray
 from macromicro import nominal
 from macromicro.arrays import Array, packed
 from macromicro.columns import Column, Quantity, layout
+from macromicro.control.live.alone import SENSORS
 from macromicro.place import Place
-from macromicro.serve.machine import View
+from macromicro.serve.machine import SECONDLY, Second, View
 from macromicro.types import Command, Enable, Lines, Outputs, Sample
 from macromicro.units import size
 
@@ -47,9 +48,10 @@ class Vitals(NamedTuple):
     work: Annotated[float, Quantity("us", "time the period before took to compute", scale=1e6)]
 
 
-COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals, Lines, Enable)
+COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals, Lines, Enable, Second)
 _ALWAYS = len(layout(Sample, Command, Outputs, View, Vitals).columns)
-NO_LINES = (math.nan,) * (len(COLUMNS) - _ALWAYS)
+_LINED = len(layout(Sample, Command, Outputs, View, Vitals, Lines, Enable).columns)
+NO_LINES = (math.nan,) * (_LINED - _ALWAYS)
 _FLAT_ROWS = np.concatenate([part.rows for part in _PARTS])
 _recorded = itemgetter(*np.flatnonzero(_FLAT_ROWS >= 0).tolist())
 _SCALED = [
@@ -67,18 +69,25 @@ def telemetry(
     view: View,
     vitals: Vitals,
     lines: tuple[float, ...] = NO_LINES,
+    second: Second = SECONDLY,
 ) -> list[float]:
     """One period as a row of telemetry, as `COLUMNS` say. `lines`: `types.Lines` and the enable
-    line, NaN for those that there are not."""
-    row = list(_recorded((*sample, *command, *given, *view, *vitals, *lines)))
+    line, NaN for those that there are not; `second`: of a machine of two axes."""
+    row = list(_recorded((*sample, *command, *given, *view, *vitals, *lines, *second)))
     for k, scale in _SCALED:
         row[k] *= scale
     return row
 
 
 def columns(channels: Sequence[str]) -> list[int]:
-    """The columns of a machine whose rig has these channels: of the lines, those that it has."""
-    return [k for k, c in enumerate(COLUMNS) if k < _ALWAYS or c.name in channels]
+    """The columns of a machine whose rig has these channels: of the lines, those that it has, and
+    those of a second axis, if there is one."""
+    two = SENSORS["y"] in channels
+    return [
+        k
+        for k, c in enumerate(COLUMNS)
+        if k < _ALWAYS or (two if k >= _LINED else c.name in channels)
+    ]
 
 
 @cache
@@ -94,7 +103,7 @@ def shown(place: Place) -> tuple[tuple[Column, ...], Array]:
 
 
 NAMES = tuple(c.name for c in COLUMNS)
-LINES = NAMES[_ALWAYS:]
+LINES = NAMES[_ALWAYS:_LINED]
 INDEX = {name: k for k, name in enumerate(NAMES)}
 
 # Cells, and who writes each.
@@ -119,7 +128,8 @@ class Status(NamedTuple):
     """What the loop reports beside the telemetry. `fault` with what was measured, its limit
     and the time [s] of it, as in `rig.guard.Watch`; `latest`, `longest` [s]; `offset`
     [counts]: what the encoder reads at coordinate 0, NaN where that is not known; then the
-    soft limits in force, as `control.live.parameters.SoftLimits`."""
+    soft limits in force, as `control.live.parameters.SoftLimits`; `second_offset`: as `offset`, of
+    a second axis."""
 
     periods: float = 0.0
     missed: float = 0.0
@@ -137,6 +147,7 @@ class Status(NamedTuple):
     micro_high: float = 0.0
     whole_low: float = 0.0
     whole_high: float = 0.0
+    second_offset: float = 0.0
 
 
 _STATUS = packed(len(Status._fields))

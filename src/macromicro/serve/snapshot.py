@@ -41,6 +41,19 @@ class RecordingState(NamedTuple):
     error: str
 
 
+class AxisNow(NamedTuple):
+    """One axis of a machine of two: its position, half width and set point [m], its effort [V], and
+    how far it may go [m]."""
+
+    name: str
+    position_m: float
+    uncertainty_m: float
+    reference_m: float
+    motor_v: float
+    low_m: float
+    high_m: float
+
+
 class Snapshot(NamedTuple):
     """The machine at one instant.
 
@@ -59,7 +72,8 @@ class Snapshot(NamedTuple):
     `fault`: None if all is well. `holder`: client that holds control, or ""; `clients`:
     all that are connected. `emergency_s`: how long the last emergency stop took until the
     outputs were safe, NaN before the first. `lines`: switches and lines of the drive that there are
-    (`types.Lines` without the index, and "enable"), and whether each is on.
+    (`types.Lines` without the index, and "enable"), and whether each is on. `axes`: both of a
+    machine of two axes, whose other positions are those of the first one.
     """
 
     time_s: float
@@ -87,3 +101,4 @@ class Snapshot(NamedTuple):
     clients: tuple[str, ...]
     emergency_s: float
     lines: tuple[tuple[str, bool], ...] = ()
+    axes: tuple[AxisNow, ...] = ()

@@ -6,6 +6,7 @@ read; emergency stop, requests; control; guard; write; telemetry; wait.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -21,7 +22,7 @@ from macromicro.control.live.messages import (
 )
 from macromicro.serve import faults, requests
 from macromicro.serve.link import Outbox
-from macromicro.serve.machine import Guard, Machine, View
+from macromicro.serve.machine import SECONDLY, Guard, Machine, Second, View
 from macromicro.serve.pacing import Pacer
 from macromicro.serve.persist import Evident, Kept, restore
 from macromicro.serve.requests import Order
@@ -66,6 +67,7 @@ class Loop:
         self._settings = settings
         self._dt, self._paced = dt, paced
         self._lines: Callable[[], tuple[float, ...]] = getattr(rig, "lines", lambda: NO_LINES)
+        self._second: Callable[[], Second] = getattr(machine, "second", lambda: SECONDLY)
         self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = 0
         self._heard = time.monotonic()
@@ -80,7 +82,9 @@ class Loop:
         makes its outputs safe.
         """
         first = self._rig.read()
-        restored = restore(kept, rig_name, first.encoder, witness(first))
+        second = getattr(self._rig, "second", None)
+        other = math.nan if second is None else second.encoder
+        restored = restore(kept, rig_name, first.encoder, witness(first), other)
         self._machine.begin(first, restored)
         self._outbox.send(("begun", restored))
         self.pacer.start()
@@ -233,7 +237,8 @@ class Loop:
         """Telemetry and status of this period."""
         rig, pacer, view = self._rig, self.pacer, self._machine.view()
         vitals = Vitals(rig.temperature, self._fault[0], pacer.late, pacer.worked)
-        row = telemetry(sample, command, rig.given, view, vitals, self._lines())
+        second = self._second()
+        row = telemetry(sample, command, rig.given, view, vitals, self._lines(), second)
         self._shared.show(row, self._status(view))
 
     def _status(self, view: View) -> tuple[float, ...]:
@@ -247,6 +252,7 @@ class Loop:
             *self._fault,
             view.offset,
             *view.limits,
+            self._second().offset,
         )
 
 

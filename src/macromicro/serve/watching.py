@@ -7,12 +7,13 @@ import time
 
 import numpy as np
 
-from macromicro.control.live.messages import DISABLED, MODES, MOVING
+from macromicro.control.live.messages import AXES, DISABLED, MODES, MOVING
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.serve import faults
+from macromicro.serve.choosing import AnySettings
 from macromicro.serve.position_store import FLICKER, Place
 from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, LINES, PERIOD, SAFE_SINCE, SEEN, Shared
-from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
+from macromicro.serve.snapshot import AxisNow, Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
 STALE_S = 0.5  # age of the newest period from which on it says nothing of the present
@@ -26,16 +27,17 @@ def snapshot(
     trust: str,
     switched_off: bool,
     trouble: Trouble | None,
-    live: Live,
+    settings: AnySettings,
     recording: RecordingState,
     holder: str,
     clients: tuple[str, ...],
 ) -> Snapshot:
     """The machine now. `trouble`: a fault that is not in the shared memory; `switched_off`:
-    without a loop, was the rig stopped? `live`: the machine's own settings, whose limits stand
+    without a loop, was the rig stopped? `settings`: the machine's own, whose limits stand
     until it reports which are in force. Nothing is known of the position without a loop, nor of
     one that is silent."""
     now = shared.now() if shared is not None else None
+    live = settings.live
     limits = live.limits
     if shared is None or now is None:
         row, pace, age, offset, fault = _NOTHING, Pace(0, 0, 0.0, 0.0, 0.0), math.nan, 0.0, None
@@ -83,7 +85,33 @@ def snapshot(
             for name in LINES
             if name != "index_count" and running and not math.isnan(value[name])
         ),
+        axes=_axes(value, getattr(settings, "lives", ()), stale, running),
     )
+
+
+def _axes(
+    value: dict[str, float], lives: tuple[Live, ...], stale: bool, running: bool
+) -> tuple[AxisNow, ...]:
+    """Both axes of a machine of two; none of another."""
+    columns = (
+        ("position", "uncertainty", "macro_reference", "macro_position", "motor"),
+        ("y_position", "y_uncertainty", "y_reference", "y_count", "y_motor"),
+    )
+    found = []
+    for name, live, names in zip(AXES, lives, columns, strict=False):
+        place, half, reference, count, motor = (value[each] for each in names)
+        found.append(
+            AxisNow(
+                name,
+                place * 1e-3,
+                math.inf if stale else half * 1e-6,
+                place * 1e-3 + (reference - count) * live.pitch,
+                motor if running else 0.0,
+                live.limits.whole_low,
+                live.limits.whole_high,
+            )
+        )
+    return tuple(found)
 
 
 def last_written(shared: Shared | None) -> str:
@@ -122,12 +150,17 @@ def place(shared: Shared, why: str) -> Place | None:
         why,
         moving or not _stands(shared, written),
         float(row[INDEX["laser"]] * 1e-6 - row[INDEX["hall_position"]] * 1e-3),
+        float(row[INDEX["y_count"]]),
+        status.second_offset,
     )
 
 
 def _stands(shared: Shared, written: int) -> bool:
     """Has the carriage given no more than the flicker of one edge in the last `STOOD_S`?"""
     _, _, block = shared.since(max(written - round(STOOD_S / PERIOD), 0))
-    counts = block[INDEX["macro_position"]]
-    counts = counts[np.isfinite(counts)]
-    return counts.size == 0 or bool(np.ptp(counts) <= FLICKER)
+    for name in ("macro_position", "y_count"):
+        counts = block[INDEX[name]]
+        counts = counts[np.isfinite(counts)]
+        if counts.size and np.ptp(counts) > FLICKER:
+            return False
+    return True

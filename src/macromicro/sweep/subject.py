@@ -120,14 +120,14 @@ def laws(job: Job) -> tuple[tuple[str, str], ...]:
     """
     base, found = job.base(), []
     if isinstance(job, StageJob):
-        name, own = base.law, is_own(base)
-        kind = job.machine.kind
-        if outside.foreign(kind.advance):
-            found.append((f"machine {job.name}", outside.sources(kind.advance, kind.measure)))
+        names = [tree.law for tree in job.trees if is_own(tree)]
+        for kind in job.kinds:
+            if outside.foreign(kind.advance):
+                found.append((f"machine {job.name}", outside.sources(kind.advance, kind.measure)))
     else:
         own = isinstance(base, Settings) and base.controller.macro_law not in NAMES
-        name = base.controller.macro_law if own else ""
-    if own:
+        names = [base.controller.macro_law] if own else []
+    for name in dict.fromkeys(names):
         outside.find(name, "law")
         found.append((f"law {name}", outside.digest(name)))
     return tuple(found)
@@ -206,6 +206,9 @@ def _tree(raw: object, path: Path, job: Job, law: str | None) -> Any:
     base = job.base()
     if law is not None:
         if isinstance(job, StageJob):
+            if len(job.trees) > 1:
+                accepted = "no such option: the settings file says the law of each axis"
+                raise InputError("--law", printable(law), accepted)
             base = joined(base, law, "--law")
         elif not isinstance(base, Settings):
             raise InputError("--law", printable(law), f"a job on a bench; {job.name} is none")

@@ -28,6 +28,7 @@ REQUESTS: dict[str, Any] = {
     "zero": m.Zero(), "fan": m.Fan(True), "programme": m.Programme(PLAN),
     "gains": m.SetGains((("pd_tuned.now", 0.01),)), "clear": m.ClearFault(True),
     "lost": m.LinkLost("stop"), "limits": m.SetLimits(),
+    "move point": m.MovePoint(0.01, 0.01), "move axis": m.MoveAxis("x", 0.01),
 }  # fmt: skip
 ALWAYS = {"disable", "stop", "emergency", "lost"}
 MOTIONS = {"home", "move to", "move by", "move macro", "move micro", "jog", "programme"}

@@ -158,7 +158,6 @@ def test_its_settings_are_shown(files, monkeypatch, capsys):
 @pytest.mark.parametrize(
     "words",
     [
-        ("serve",),
         ("collect", "drive"),
         ("collect", "--list"),
         ("response",),

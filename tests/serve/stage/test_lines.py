@@ -223,9 +223,11 @@ def test_telemetry_and_records_have_the_lines_that_there_are(tmp_path: Path) -> 
         "enable",
     ]
     plain = shared.columns(("encoder",))
-    assert len(plain) == len(shared.COLUMNS) - len(LINES) and not set(LINES) & {
-        shared.COLUMNS[k].name for k in plain
-    }
+    second = {c.name for c in shared.COLUMNS if c.name.startswith("y_")}
+    assert len(second) == 5 and len(plain) == len(shared.COLUMNS) - len(LINES) - len(second)
+    assert not (set(LINES) | second) & {shared.COLUMNS[k].name for k in plain}
+    two = {shared.COLUMNS[k].name for k in shared.columns(("x_count", "y_count"))}
+    assert second < two and not set(LINES) & two
     bed = Bed(written(tmp_path, "home+index"))
     assert len(bed.led.lines()) == len(LINES)
     seen = dict(zip(LINES, bed.led.lines(), strict=True))

@@ -342,8 +342,8 @@ def test_it_draws_what_comes_and_has_no_errors(page: Page) -> None:
     page.show()
     until(lambda: page.run("return window.macromicro.drawn") > 20)
     inked = page.run(
-        "return [...document.querySelectorAll('canvas')].map(c => c.getContext('2d')"
-        ".getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"
+        "return [...document.querySelectorAll('canvas')].filter(c => c.checkVisibility())"
+        ".map(c => c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(v => v > 0))"
     )
     assert len(inked) == 6 and all(inked)
     origins = page.run(

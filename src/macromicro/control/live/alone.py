@@ -1,4 +1,4 @@
-"""A machine of one stage: its rig's sensors decide, and what is asked of the other is refused."""
+"""The stages of a machine: its rig's sensors decide, and what is asked of another is refused."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from macromicro.control.live.plain import among
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan
 
-SENSORS = {m.MACRO: "encoder", m.MICRO: "hall"}
+SENSORS = {m.MACRO: "encoder", m.MICRO: "hall", **{axis: f"{axis}_count" for axis in m.AXES}}
+# Of a machine with one place.
+_ONE = (m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Zero, m.Fan, m.SetLimits)
+_AXES_ONLY = Refused("this machine has no axes x and y", "ask for the stage that it has")
+_POINT = Refused("this machine has two axes", "ask for a point, or for one of them")
 _NEEDS: dict[type, str] = {m.Home: m.MACRO, m.MoveMacro: m.MACRO, m.MoveMicro: m.MICRO}
 # What of the controller's settings belongs to the micro-stage; all else is the macro-stage's.
 _FINE = ("micro_law", "ctrl_limit", "p", "pi", "pi_antiwindup")
@@ -30,10 +34,10 @@ def stages(channels: Iterable[str]) -> tuple[str, ...]:
     Returns
     -------
     tuple[str, ...]
-        Of `messages.STAGES`.
+        Of `messages.STAGES` or `messages.AXES`.
     """
     there = tuple(channels)
-    return tuple(stage for stage in m.STAGES if SENSORS[stage] in there)
+    return tuple(stage for stage, sensor in SENSORS.items() if sensor in there)
 
 
 def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
@@ -51,6 +55,11 @@ def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
     Refused | None
         None where it has all that is needed.
     """
+    jogged = request.stage if isinstance(request, m.Jog) else ""
+    if stages == m.AXES:
+        return _POINT if isinstance(request, _ONE) or among(jogged, m.STAGES) else None
+    if isinstance(request, m.MovePoint | m.MoveAxis) or among(jogged, m.AXES):
+        return _AXES_ONLY
     for stage in m.STAGES:
         if stage not in stages and stage in _needed(request):
             sensor = SENSORS[stage]

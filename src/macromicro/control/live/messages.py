@@ -48,6 +48,7 @@ OUTCOMES = (DONE, STOPPED_BY_REQUEST, EMERGENCY, FAULTED, LIMIT, STALLED, LOST, 
 
 STAGES = parameters.STAGES
 MACRO, MICRO = STAGES
+AXES = ("x", "y")  # stages of a machine of two axes
 
 Evidence = dict[str, Any]  # numbers and words by name; the unit is in the name ("error_mm")
 
@@ -144,6 +145,40 @@ class MoveMicro(NamedTuple):
     replace: bool = False
 
 
+class MovePoint(NamedTuple):
+    """Both axes to a point, on a straight line.
+
+    Attributes
+    ----------
+    x, y : float
+        m.
+    client : str
+        Who sent it.
+    """
+
+    x: float
+    y: float
+    client: str = ""
+
+
+class MoveAxis(NamedTuple):
+    """One axis of two to a place; the other one stands.
+
+    Attributes
+    ----------
+    axis : str
+        One of `AXES`.
+    position : float
+        m.
+    client : str
+        Who sent it.
+    """
+
+    axis: str
+    position: float
+    client: str = ""
+
+
 class Jog(NamedTuple):
     """One stage at a speed until another request; 0 ends it.
 
@@ -152,7 +187,7 @@ class Jog(NamedTuple):
     Attributes
     ----------
     stage : str
-        "macro" or "micro".
+        "macro" or "micro", or one of `AXES`.
     speed : float
         m/s.
     client : str
@@ -196,7 +231,8 @@ class Programme(NamedTuple):
     ----------
     plan : Any
         Of the two-stage machine `supervisor.Plan`, macro targets in counts of the homed frame,
-        micro targets in m; of a machine of one stage `machines.sequence.Plan`, in m of that frame.
+        micro targets in m; of a machine of one stage `machines.sequence.Plan`, in m of that frame;
+        of two axes a pair of these.
     client : str
         Who sent it.
     """
@@ -274,6 +310,8 @@ Request = (
     | MoveBy
     | MoveMacro
     | MoveMicro
+    | MovePoint
+    | MoveAxis
     | Jog
     | Stop
     | EmergencyStop

@@ -9,6 +9,8 @@ from __future__ import annotations
 from macromicro.control.live import messages as m
 
 _ALWAYS = frozenset({m.Stop, m.EmergencyStop, m.Disable, m.SetGains})
+_AXES = frozenset({m.MovePoint, m.MoveAxis})
+_ONE = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Zero, m.Fan, m.SetLimits})
 _MOTIONS = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Programme})
 
 
@@ -40,6 +42,9 @@ def possible(
     frozenset[type]
         Classes of `messages`.
     """
+    if stages == m.AXES:
+        one = possible(mode, moving=moving, trusted=trusted)
+        return (one - _ONE) | (_AXES if m.MoveTo in one else frozenset())
     if mode == m.FAULT:
         return _ALWAYS | {m.ClearFault, m.SetLimits}
     found = set(_ALWAYS) | {m.Fan}

@@ -23,9 +23,11 @@ from macromicro.kernel import compiled, kernel
 from macromicro.machines import guarding, sequence, stage
 from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.joint.settings import AXES
+from macromicro.machines.lines import Held
 from macromicro.machines.sequence import DONE, HOLDING, MOVING, Progress
 from macromicro.machines.signals import Inside, Output
 from macromicro.machines.stage import FAULT, Kind, Loop
+from macromicro.types import Enable
 
 TOLD = 100  # fault of a guard that was told of another axis' fault
 
@@ -56,11 +58,14 @@ class Half(NamedTuple):
         The law's.
     watch : Watch
         The guard's.
+    held : Held
+        The guard's, of a stage with lines.
     """
 
     stage: Any
     memory: Any
     watch: Watch
+    held: Held = Held()
 
 
 class Run(NamedTuple):
@@ -267,16 +272,18 @@ def columns(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> tuple[
 
 
 def _rows(name: str, kind: Kind, law: StageLaw, every: tuple[Column, ...]) -> tuple[Any, ...]:
-    """Where sample, target, output, memory, sequence and truth of one stage go in a row."""
+    """Where the parts of `stage.laid_out` go in a row."""
     index = {c.name: k for k, c in enumerate(every)}
     names = [c.name for c in stage.columns(kind, law)]
     place = np.array([index[n if n in _SHARED else f"{name}_{n}"] for n in names])
-    parts = layout(Sample, Target, Output, law.memory, Inside, kind.truth).parts
+    parts = stage.laid_out(kind, law).parts
     return tuple((np.where(p.rows >= 0, place[p.rows], -1), p.scales) for p in parts)
 
 
 @lru_cache(maxsize=64)
-def period(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
+def period(  # noqa: PLR0915 - each line for either axis
+    kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]
+) -> Period:
     """The loop of two stages under their laws.
 
     Parameters
@@ -297,13 +304,18 @@ def period(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
     measure_a, advance_a, show_a, step_a = kind_a.measure, kind_a.advance, kind_a.show, law_a.step
     measure_b, advance_b, show_b, step_b = kind_b.measure, kind_b.advance, kind_b.show, law_b.step
     tell_a, tell_b = law_a.tell, law_b.tell
-    outside.joined(measure_a, advance_a, show_a, step_a, measure_b, advance_b, show_b, step_b)
+    sense_a, switch_a, sense_b, switch_b = kind_a.sense, kind_a.switch, kind_b.sense, kind_b.switch
+    outside.joined(measure_a, advance_a, show_a, step_a, sense_a, switch_a)
+    outside.joined(measure_b, advance_b, show_b, step_b, sense_b, switch_b)
+    watched_a, bounded_a = stage.watching(kind_a)
+    watched_b, bounded_b = stage.watching(kind_b)
     every = columns(kinds, laws)
-    (sample_a, target_a, output_a, memory_a, inside, truth_a) = _rows(AXES[0], kind_a, law_a, every)
-    (sample_b, target_b, output_b, memory_b, _, truth_b) = _rows(AXES[1], kind_b, law_b, every)
+    rows_a, rows_b = _rows(AXES[0], kind_a, law_a, every), _rows(AXES[1], kind_b, law_b, every)
+    sample_a, target_a, output_a, memory_a, inside, truth_a, lines_a, enable_a = rows_a
+    sample_b, target_b, output_b, memory_b, _, truth_b, lines_b, enable_b = rows_b
     place = layout(Clock, Inside, Place).parts[2]
 
-    def run(
+    def run(  # noqa: PLR0915
         bench: Bench, loops: Any, state: Run, noise: Any, out: Array, dt: float
     ) -> tuple[Run, int]:
         tick, joined = state.tick, state.joined
@@ -313,14 +325,25 @@ def period(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
             t = tick * dt
             seen_a = measure_a(bench.first, first.stage, t, noise[0], k)
             seen_b = measure_b(bench.second, second.stage, t, noise[1], k)
+            said_a = sense_a(bench.first, first.stage)
+            said_b = sense_b(bench.second, second.stage)
             joined, aim_a, aim_b = aims(loops, joined, seen_a, seen_b)
             mind_a, effort_a = step_a(loops[0].gains, first.memory, aim_a, seen_a, dt)
             mind_b, effort_b = step_b(loops[1].gains, second.memory, aim_b, seen_b, dt)
-            watch_a, effort_a = guarding.step(loops[0].guard, first.watch, seen_a, aim_a, effort_a)
-            watch_b, effort_b = guarding.step(loops[1].guard, second.watch, seen_b, aim_b, effort_b)
+            watch_a, held_a, effort_a = watched_a(
+                loops[0].wired, first.held, first.watch, said_a, seen_a, effort_a
+            )
+            watch_b, held_b, effort_b = watched_b(
+                loops[1].wired, second.held, second.watch, said_b, seen_b, effort_b
+            )
+            guard_a = bounded_a(loops[0].guard, loops[0].wired, held_a)
+            guard_b = bounded_b(loops[1].guard, loops[1].wired, held_b)
+            watch_a, effort_a = guarding.step(guard_a, watch_a, seen_a, aim_a, effort_a)
+            watch_b, effort_b = guarding.step(guard_b, watch_b, seen_b, aim_b, effort_b)
             watch_a, effort_a = told(watch_a, watch_b, effort_a, t)
             watch_b, effort_b = told(watch_b, watch_a, effort_b, t)
             tripped = watch_a.fault != OK  # and so has the other: it was told
+            enable = 0.0 if tripped else 1.0
             now = joined.progress
             phase = float(FAULT if tripped else now.phase)
             put(out, k, seen_a, sample_a[0], sample_a[1])
@@ -337,9 +360,16 @@ def period(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period:
             put(out, k, true_a, truth_a[0], truth_a[1])
             put(out, k, true_b, truth_b[0], truth_b[1])
             put(out, k, placed(bench.plane, true_a[0], true_b[0]), place.rows, place.scales)
-            stage_a = advance_a(bench.first, first.stage, effort_a, noise[0], k, dt)
-            stage_b = advance_b(bench.second, second.stage, effort_b, noise[1], k, dt)
-            first, second = Half(stage_a, mind_a, watch_a), Half(stage_b, mind_b, watch_b)
+            put(out, k, said_a, lines_a[0], lines_a[1])
+            put(out, k, said_b, lines_b[0], lines_b[1])
+            put(out, k, Enable(enable), enable_a[0], enable_a[1])
+            put(out, k, Enable(enable), enable_b[0], enable_b[1])
+            on_a = switch_a(bench.first, first.stage, enable)
+            on_b = switch_b(bench.second, second.stage, enable)
+            stage_a = advance_a(bench.first, on_a, effort_a, noise[0], k, dt)
+            stage_b = advance_b(bench.second, on_b, effort_b, noise[1], k, dt)
+            first = Half(stage_a, mind_a, watch_a, held_a)
+            second = Half(stage_b, mind_b, watch_b, held_b)
             tick += 1
             written += 1
             if now.phase == DONE or tripped:
@@ -393,5 +423,5 @@ def beginning(
     halves = []
     for kind, law, params, loop in zip(kinds, laws, bench[:2], loops, strict=True):
         memory = law.start(loop.gains, Sample(0.0, loop.plan.origin))
-        halves.append(Half(kind.initial(params), memory, guarding.fresh()))
+        halves.append(Half(kind.initial(params), memory, guarding.fresh(), Held()))
     return Run(0, Joined(sequence.begin(), math.nan), halves[0], halves[1])

@@ -101,7 +101,7 @@ def limits(piece: Piece, tree: Any, speed: float = math.inf) -> Limits:
     return Limits(fastest, FORWARD * most, FORWARD * jerk)
 
 
-def plan(course: Course, tree: Any, cycles: int = 1) -> JointPlan:
+def plan(course: Course, tree: Any, cycles: int = 1, *, step: float | None = None) -> JointPlan:
     """Moves and their profiles, from (0, 0) on.
 
     Parameters
@@ -113,6 +113,8 @@ def plan(course: Course, tree: Any, cycles: int = 1) -> JointPlan:
     cycles : int, optional
         How often in a row; each begins where the one before ended, by a straight move if the first
         path begins elsewhere.
+    step : float | None, optional
+        Longest cubic of an arc while the speed changes, s; None: the control period or `STEP`.
 
     Returns
     -------
@@ -131,7 +133,7 @@ def plan(course: Course, tree: Any, cycles: int = 1) -> JointPlan:
     for number, leg in enumerate(course.legs, 1):
         _check_travel(leg, tree, f"{where}, move {number}")
     for leg in legs:
-        made, trace = _leg(leg, tree)
+        made, trace = _leg(leg, tree, step or min(STEP, tree.x.timing.period))
         for each, pieces, end in zip(ways, made, leg.end, strict=True):
             each.append(Way(math.nan, end, leg.hold, pieces))
         traces.append(trace)
@@ -172,7 +174,7 @@ def _check_travel(leg: Leg, tree: Any, where: str) -> None:
                     raise InputError(f"{where}, {name}", shown(value, "m", "mm", 6), accepted)
 
 
-def _leg(leg: Leg, tree: Any) -> tuple[tuple[Array, Array], Trace]:
+def _leg(leg: Leg, tree: Any, step: float) -> tuple[tuple[Array, Array], Trace]:
     """Pieces of both axes' profiles, and the path."""
     dt = tree.x.timing.period
     if leg.times.size:
@@ -187,7 +189,7 @@ def _leg(leg: Leg, tree: Any) -> tuple[tuple[Array, Array], Trace]:
         row
         for piece, run in zip(leg.pieces, runs, strict=True)
         for segment in run
-        for row in _cubics(piece, segment, min(STEP, dt))
+        for row in _cubics(piece, segment, step)
     ]
     both = np.array(rows)
     border = np.concatenate(([0.0], np.cumsum(lengths)))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from macromicro.control.live.messages import Enable, Refused
+from macromicro.control.live.messages import STAGES, Enable, Refused
 from macromicro.serve.requests import KINDS, Field, RequestType, ends
 from macromicro.serve.scpi.answers import number
 from macromicro.serve.scpi.command import Answer, Call, Command, Handler
@@ -30,15 +30,24 @@ def commands(
     for choice in kind.fields[0].choices if by_header else (None,):
         fixed = () if choice is None else (choice,)
         node = "" if choice is None else f"{choice[:4].upper()}{choice[4:]}"
-        fields = kind.fields[len(fixed) :]
+        fields = tuple(_of(field, choice) for field in kind.fields[len(fixed) :])
         taken = (*map(_parameter, fields), *([_WAY] if kind.replaces else []))
         yield Command(
             kind.header.format(stage=node),
             act or _ordering(kind, fields, fixed),
-            kind.text.format(stage=choice),
+            kind.text.format(stage=_named(choice)),
             taken if parameters is None else parameters,
             access=kind.access,
         )
+
+
+def _named(choice: str | None) -> str:
+    return f"{choice}-stage" if choice in STAGES else f"axis {choice}"
+
+
+def _of(field: Field, choice: str | None) -> Field:
+    """A field whose ends are those of the stage that the header names."""
+    return field._replace(ends=field.ends.format(stage=choice))
 
 
 def _parameter(field: Field) -> Parameter:

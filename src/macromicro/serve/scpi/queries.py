@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
+from macromicro.control.live.messages import AXES
 from macromicro.serve import telling
 from macromicro.serve.scpi.answers import flag, number, numbers
-from macromicro.serve.scpi.command import Answer, Call, Command
+from macromicro.serve.scpi.command import Answer, Call, Command, Handler
 from macromicro.serve.scpi.errors import quoted
 from macromicro.serve.scpi.status import OFF
 
@@ -15,6 +18,26 @@ def _position(call: Call) -> Answer:
     now = call.session.snapshot()
     per = call.session.instrument.place.per
     return f"{numbers(now.position_m * per, now.uncertainty_m * per)},{flag(now.trusted)}"
+
+
+def _axis(k: int) -> Handler:
+    """Where an axis of two is; NaN where there is none."""
+
+    def act(call: Call) -> Answer:
+        axes, per = call.session.snapshot().axes, call.session.instrument.place.per
+        own = axes[k] if axes else None
+        if own is None:
+            return numbers(math.nan, math.nan, math.nan, math.nan)
+        shown = (own.position_m, own.uncertainty_m, own.reference_m)
+        return numbers(*(each * per for each in shown), own.motor_v)
+
+    return act
+
+
+def _point(call: Call) -> Answer:
+    now, per = call.session.snapshot(), call.session.instrument.place.per
+    x, y = (each.position_m for each in now.axes) if now.axes else (math.nan, math.nan)
+    return f"{numbers(x * per, y * per)},{flag(now.trusted)}"
 
 
 def _trust(call: Call) -> Answer:
@@ -71,6 +94,21 @@ COMMANDS = (
         _position,
         "Where the whole positioner is, and how well that is known.",
         answer="position mm, uncertainty mm (half width), 1 if it is trusted else 0",
+    ),
+    Command(
+        "POSition:POINt?",
+        _point,
+        "Where both axes of a machine of two are.",
+        answer="x mm, y mm, 1 if both are trusted else 0; 9.91E37 where there are no such axes",
+    ),
+    *(
+        Command(
+            f"POSition:{axis.upper()}?",
+            _axis(k),
+            f"The axis {axis} of a machine of two.",
+            answer="position mm, uncertainty mm (half width), set point mm, effort V at the D/A",
+        )
+        for k, axis in enumerate(AXES)
     ),
     Command(
         "POSition:TRUSt?",

@@ -20,7 +20,7 @@ from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Bounds, Kind, Loop, Run
 from macromicro.machines.tree import gains
 
-_FREE = Bounds(-math.inf, math.inf, math.inf)
+FREE = Bounds(-math.inf, math.inf, math.inf)
 
 
 def periods(tree: Any, dt: float) -> int:
@@ -50,6 +50,77 @@ def periods(tree: Any, dt: float) -> int:
     return round(number)
 
 
+def checked(machine: Machine, tree: Any, where: str = "") -> None:
+    """InputError for a law that homing cannot hold back.
+
+    Parameters
+    ----------
+    machine : Machine
+        Whose law it is.
+    tree : Any
+        Its settings.
+    where : str, optional
+        What stands before the setting's name.
+    """
+    if machine.touch is not None and not hasattr(gains(tree), "limit"):
+        accepted = "a law with a gain `limit` in V: homing pushes with less than the whole effort"
+        raise InputError(f"{where}law", tree.law, accepted)
+
+
+def limited(gained: Any, course: Course) -> Any:
+    """Gains of a law with the greatest effort that a course allows.
+
+    Parameters
+    ----------
+    gained : Any
+        Gains.
+    course : Course
+        Where the stage is led.
+
+    Returns
+    -------
+    Any
+        The same, or with a smaller `limit`.
+    """
+    if course.effort < math.inf:
+        return gained._replace(limit=min(gained.limit, course.effort))
+    return gained
+
+
+def led(course: Course, gained: Any, tree: Any, wired: Wired) -> Loop:
+    """What controls a stage for one period of the live machine.
+
+    Parameters
+    ----------
+    course : Course
+        Where it is led.
+    gained : Any
+        Gains of its law.
+    tree : Any
+        Its settings.
+    wired : Wired
+        Of the guard of its lines.
+
+    Returns
+    -------
+    Loop
+        With the course's set point as a plan without an end.
+    """
+    aim = course.aim
+    plan = Plan(
+        start=np.zeros(1),
+        target=np.array([aim.position]),
+        hold=np.array([math.inf]),
+        length=np.array([math.inf]),
+        first=np.array([0, 1], np.int64),
+        pieces=np.array([[0.0, *aim]]),
+        origin=aim.position,
+        end=math.nan,
+    )
+    guard = tree.guard._replace(low=course.low, high=course.high)
+    return Loop(gained, guard, tree.arrival, plan, wired._replace(homing=int(course.homing)))
+
+
 class Control:
     """Law and guard of a stage of some kind, which follow a course.
 
@@ -70,11 +141,7 @@ class Control:
         self.place = machine.kind.place
         self._gains = gains(tree)
         self.dt = float(tree.timing.period)
-        if machine.touch is not None and not hasattr(gains(tree), "limit"):
-            accepted = (
-                "a law with a gain `limit` in V: homing pushes with less than the whole effort"
-            )
-            raise InputError("law", tree.law, accepted)
+        checked(machine, tree)
         law, simulated = machine.law, kind is machine.kind
         self._period = stage.fastest(kind, law) if simulated else stage.period(kind, law)
         self._free = compiled(stage.opened(kind)) if simulated else stage.opened(kind)
@@ -130,26 +197,10 @@ class Control:
             self.enable = 1.0 if course.waiting and self.watch.fault == OK else 0.0
             return self._coast(params, state, noise)
         self.enable = 1.0
-        tree = self._tree
-        gained = self._gains
-        if course.effort < math.inf:
-            gained = gained._replace(limit=min(gained.limit, course.effort))
+        gained = limited(self._gains, course)
         if course.restart != self._restart:
             self._memory, self._restart = self._law.start(gained, seen), course.restart
-        guard = tree.guard._replace(low=course.low, high=course.high)
-        aim = course.aim
-        plan = Plan(
-            start=np.zeros(1),
-            target=np.array([aim.position]),
-            hold=np.array([math.inf]),
-            length=np.array([math.inf]),
-            first=np.array([0, 1], np.int64),
-            pieces=np.array([[0.0, *aim]]),
-            origin=aim.position,
-            end=math.nan,
-        )
-        wired = self._wired._replace(homing=int(course.homing))
-        control = Loop(gained, guard, tree.arrival, plan, wired)
+        control = led(course, gained, self._tree, self._wired)
         tick = round(seen.t / self.dt)
         began = Run(
             tick,
@@ -177,5 +228,5 @@ class Control:
             state = self._switch(params, state, self.enable)
         left = len(noise)
         efforts, out = self._idle[:left], self._shown[:, :left]
-        state, _, _ = self._free(params, state, _FREE, efforts, noise, out, self.dt)
+        state, _, _ = self._free(params, state, FREE, efforts, noise, out, self.dt)
         return state

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from macromicro.control.live import accept, gains, guided, state
@@ -26,7 +27,9 @@ class Led(Live):
     """A `serve.machine.Machine` whose motions are set points for the law of its stage.
 
     `tree`: settings of the machine; `take`: gives the law new gains; `course`: what the law is
-    given for the present period; `lines`: where what the switches say comes from.
+    given for the present period; `lines`: where what the switches say comes from; `guide`: what
+    leads it, which whoever joins two of them may change for a motion; `works`: how each kind of
+    motion is carried out.
     """
 
     def __init__(
@@ -37,7 +40,8 @@ class Led(Live):
         tree: Any,
         take: Callable[[Any], None],
     ) -> None:
-        self._p, self._guide = parameters, guide
+        self._p, self.guide = parameters, guide
+        self.works: Mapping[type, guided.Work] = _WORKS
         self._tree, self._take = tree, take
         self._s, self._g = state.begin(parameters), Guided()
         q = parameters.settings
@@ -55,21 +59,41 @@ class Led(Live):
         self._s = s._replace(frame=s.frame._replace(carriage=False))
 
     @property
+    def state(self) -> LiveState:
+        """What it remembers."""
+        return self._s
+
+    @property
+    def pitch(self) -> float:
+        """Way per count, m."""
+        return float(self._p.settings.pitch)
+
+    @property
+    def aim(self) -> float:
+        """Where its set point is, m as the encoder has it; without one, where it stands."""
+        return self._g.aim.position if self._g.on else self._s.seen.encoder * self.pitch
+
+    @property
+    def goal(self) -> float:
+        """Where the motion under way goes, m as the encoder has it; NaN without one."""
+        return math.nan if self._s.motion is None else self._s.motion.coarse * self.pitch
+
+    @property
     def searches(self) -> bool:
         """Has it to home before its place is known?"""
-        return self._guide.touch is not None
+        return self.guide.touch is not None
 
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         """One control period."""
         self._s, self._g, self.course, notices = guided.step(
             self._p,
-            self._guide,
+            self.guide,
             self._s,
             self._g,
             sample,
             dt,
             self._look,
-            _WORKS,
+            self.works,
             self.lines(),
         )
         reference = self.course.aim.position / self._p.settings.pitch

@@ -24,7 +24,9 @@ from macromicro.rig.session import BENCH, Fixture, Session
 from macromicro.rig.twin import VirtualClock
 from macromicro.serve.link import Outbox, pair
 from macromicro.serve.loop_spec import Spec
+from macromicro.serve.machine import Guard
 from macromicro.serve.persist import Evident, Restored
+from macromicro.serve.settings import ServeSettings
 from macromicro.serve.shared import PERIOD, Shared
 from macromicro.serve.stage import guide
 from macromicro.serve.stage import machine as live
@@ -33,7 +35,7 @@ from macromicro.serve.stage.settings import StageSettings
 from macromicro.serve.ticking import Loop
 from macromicro.types import ENABLE, QUIET, Sample
 
-_REST = 100  # periods within which a set point is braked and the stage stands
+REST = 100  # periods within which a set point is braked and the stage stands
 
 
 class Opened(NamedTuple):
@@ -67,35 +69,51 @@ class Opened(NamedTuple):
             own = _Like(machine.kind, tree)
             own.channels, own.outputs = self.rig.channels, self.rig.outputs
             rig = stage_rig.Real(machine, tree, own, PERIOD)
-        shared = Shared.create(256)
-        ours, theirs = pair()
-        try:
-            machine_ = _live(settings, rig)
-            led = stage_rig.Led(Session(rig, PERIOD), rig)
-            loop = Loop(led, machine_, shared, Outbox(theirs), settings.serve, PERIOD, False)
-            middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
-            requests = (
-                (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
-                (Enable(), 10),
-                (MoveTo(middle), 40),  # first: homing takes the trust, and then moves are refused
-                (Stop(), _REST),
-                (Jog("macro", settings.live.jogging.slow), 40),
-                (Jog("macro", 0.0), _REST),
-                (Home(), 40),
-                (EmergencyStop(), 10),
-                (ClearFault(), 10),
-                (Disable(), 10),
-            )
-            with led:
-                machine_.begin(led.read(), Restored(True, 0.0, "warming"))
+        middle = 0.5 * (settings.tree.travel.low + settings.tree.travel.high)
+        requests = (
+            (Stop(), 2),  # nothing is enabled before the first sample, which is seen behind it
+            (Enable(), 10),
+            (MoveTo(middle), 40),  # first: homing takes the trust, and then moves are refused
+            (Stop(), REST),
+            (Jog("macro", settings.live.jogging.slow), 40),
+            (Jog("macro", 0.0), REST),
+            (Home(), 40),
+            (EmergencyStop(), 10),
+            (ClearFault(), 10),
+            (Disable(), 10),
+        )
+        led = stage_rig.Led(Session(rig, PERIOD), rig)
+        rehearsed(led, _live(settings, rig), settings.serve, requests)
+
+
+def rehearsed(led: Guard, machine: Any, serve: ServeSettings, requests: Any) -> None:
+    """Requests, each with the periods behind it, on a rig that nothing else drives.
+
+    Parameters
+    ----------
+    led : Guard
+        The rig under its guard.
+    machine : Any
+        What the loop drives.
+    serve : ServeSettings
+        Of the server.
+    requests : tuple[tuple[Any, int], ...]
+        As of `Loop.rehearse`; once with a known place, and where it has to be found without one.
+    """
+    shared = Shared.create(256)
+    ours, theirs = pair()
+    try:
+        loop = Loop(led, machine, shared, Outbox(theirs), serve, PERIOD, False)
+        with led:
+            machine.begin(led.read(), Restored(True, 0.0, "warming", 0.0))
+            loop.rehearse(requests)
+            if machine.searches:  # else it is trusted whatever is known from before
+                machine.begin(led.read(), Restored(False, math.nan, "warming"))
                 loop.rehearse(requests)
-                if machine_.searches:  # else it is trusted whatever is known from before
-                    machine_.begin(led.read(), Restored(False, math.nan, "warming"))
-                    loop.rehearse(requests)
-        finally:
-            ours.close()
-            theirs.close()
-            shared.close()
+    finally:
+        ours.close()
+        theirs.close()
+        shared.close()
 
 
 class _Like(machine_rig.Twin):

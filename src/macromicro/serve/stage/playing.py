@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import sequence
 from macromicro.machines.sequence import DONE, MOVING, Arrival, Plan, Progress
 from macromicro.place import LENGTH, Place
+
+Follow = Callable[[Plan, Arrival, Progress, Sample], tuple[Progress, Target]]
 
 
 def motion(s: LiveState, plan: Any, pitch: float, unit: Place = LENGTH) -> Motion | Refused:
@@ -80,7 +83,15 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
     return s, (event,)
 
 
-def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:
+def step(
+    p: LiveParameters,
+    q: Guide,
+    s: LiveState,
+    g: Guided,
+    place: float,
+    dt: float,
+    follow: Follow = sequence.step,
+) -> Step:
     """One period of a programme.
 
     Parameters
@@ -97,6 +108,8 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
         Where the stage is, m.
     dt : float
         Control period, s.
+    follow : Follow, optional
+        One period of the sequence of moves.
 
     Returns
     -------
@@ -113,7 +126,7 @@ def step(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt:
         return _approach(p, q, s, g, place, dt)
     plan, before = work.plan, work.progress
     local = Sample(s.time - work.start, place - offset)
-    progress, target = sequence.step(plan, Arrival(*q.arrival), before, local)
+    progress, target = follow(plan, Arrival(*q.arrival), before, local)
     g = g._replace(aim=_aim(plan, progress, target, local.t, offset))
     unit = p.settings.place
     found: Evidence = {

@@ -26,7 +26,28 @@ from macromicro.types import Sample as Shown
 Source = Callable[[], Course]
 
 
-class Simulated:
+class Entered:
+    """A simulated rig, which is stopped wherever it is left."""
+
+    def write(self, outputs: Outputs) -> None:
+        """The law gives the effort."""
+
+    def stop(self) -> None:
+        """No effort until the machine leads it again."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+
+class Simulated(Entered):
     """The simulated stage of a machine, which its law leads while the loop waits.
 
     Parameters
@@ -75,10 +96,7 @@ class Simulated:
             self.lines = self._sense(self._params, self._state)
             if math.isnan(self.lines.index_count):
                 self.lines = self.lines._replace(index_count=self.control.captured)
-        return _shown(seen.t, seen.position / self.pitch)
-
-    def write(self, outputs: Outputs) -> None:
-        """The law gives the effort."""
+        return counted(seen.t, seen.position / self.pitch)
 
     def advance(self) -> None:
         """One period of the loop passes."""
@@ -91,19 +109,9 @@ class Simulated:
         """No effort until the machine leads it again."""
         self.control.effort = 0.0
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.stop()
-
-
-def _shown(t: float, counts: float) -> Shown:
+def counted(t: float, counts: float) -> Shown:
+    """What an encoder shows: whole counts, or NaN."""
     count = counts if math.isnan(counts) else float(math.floor(counts + 0.5))
     return Shown(t, count, *[math.nan] * 4)
 
@@ -201,7 +209,7 @@ class Led:
     doubt = ""
     temperature = math.nan
 
-    def __init__(self, session: Session, rig: Simulated | Real) -> None:
+    def __init__(self, session: Session, rig: Any) -> None:
         self._session, self._rig, self._control = session, rig, rig.control
         self.channels, self.clock = session.channels, session.clock
 
@@ -213,7 +221,7 @@ class Led:
     @property
     def tripped(self) -> bool:
         """Has the guard switched off?"""
-        return self._control.watch.fault != OK
+        return bool(self._control.watch.fault != OK)
 
     def read(self) -> Shown:
         """What the stage shows."""

@@ -74,6 +74,17 @@ class StageSettings(NamedTuple):
         return as_toml(self.machine, self.tree._replace(**changed))
 
 
+def parted(path: Path) -> tuple[str, dict[str, Any], ServeSettings]:
+    """What a machine's file says of the machine, and of the server.
+
+    Raises InputError for what the server's table does not know, and for no TOML.
+    """
+    file, table = printable(path, 300), read_toml(path, config.WHAT)
+    del table[machines.KEY]
+    own = {_SERVE: table.pop(_SERVE)} if _SERVE in table else {}
+    return file, table, config.overridden(_Own(), own, file).serve if own else ServeSettings()
+
+
 def load(path: Path) -> StageSettings | None:
     """The settings in a file of a machine of one stage; None for the two-stage machine's.
 
@@ -83,11 +94,8 @@ def load(path: Path) -> StageSettings | None:
     machine = machines.chosen(path)
     if machine is None:
         return None
-    file, table = printable(path, 300), read_toml(path, config.WHAT)
-    del table[machines.KEY]
-    own = {_SERVE: table.pop(_SERVE)} if _SERVE in table else {}
+    file, table, serve = parted(path)
     tree = config.overridden(machine.settings, table, file) if table else machine.settings
-    serve = config.overridden(_Own(), own, file).serve if own else ServeSettings()
     try:
         periods(tree, PERIOD)
     except InputError as error:

@@ -6,6 +6,7 @@ those that the viewer has already, for the last one of a frame is still being fi
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from macromicro.arrays import Array
+from macromicro.control.live.messages import AXES
 from macromicro.place import LENGTH, Place
 from macromicro.serve.shared import PERIOD, RING_S
 
@@ -27,12 +29,18 @@ CHANNELS = (
     "temperature",  # degC, estimated
     "position",  # mm, whole
 )
+SECOND = ("y reference", "y position", "y motor")  # mm and V, of a machine of two axes
 SPANS = (2.0, 10.0, 60.0)  # s
 LEAST, MOST = 16, 1200  # columns
 KIND = 1
 # kind, number of the view, bins, channels; first bin, width [s], time [s] and number of the
 # newest row, its position, macro and micro position [mm] and uncertainty [um]; or deg and mdeg.
 HEADER = struct.Struct("<4I8d")
+
+
+def channels(stages: Sequence[str]) -> tuple[str, ...]:
+    """What the plots of a machine of these stages show."""
+    return (*CHANNELS, *SECOND) if AXES[1] in stages else CHANNELS
 
 
 class View(NamedTuple):
@@ -55,9 +63,15 @@ def view(number: int, span: float, columns: int) -> View:
     return View(number, width, -(-rows // width))
 
 
-def traces(block: Array, names: Sequence[str], pitch: float, place: Place = LENGTH) -> Array:
+def traces(
+    block: Array,
+    names: Sequence[str],
+    pitch: float,
+    place: Place = LENGTH,
+    second: float = math.nan,
+) -> Array:
     """The channels float64[channels, rows] of telemetry; `pitch` [m or rad] a count; `place`:
-    what places are counted in.
+    what places are counted in; `second`: as `pitch`, of a second axis, NaN where there is none.
 
     Macro positions are those of the homed frame: what the whole position leaves when the
     micro-stage's share is taken off.
@@ -67,6 +81,11 @@ def traces(block: Array, names: Sequence[str], pitch: float, place: Place = LENG
     position, fine = column["position"] * share, column["hall_position"] * share
     macro = position - fine
     ahead = (column["macro_reference"] - column["macro_position"]) * pitch * place.per
+    both: list[Array] = []
+    if not math.isnan(second):
+        off = (column["y_reference"] - column["y_count"]) * second * place.per
+        here = column["y_position"] * share
+        both = [here + off, here, column["y_motor"]]
     return np.stack(
         [
             macro + ahead,
@@ -77,6 +96,7 @@ def traces(block: Array, names: Sequence[str], pitch: float, place: Place = LENG
             column["ctrl"],
             column["temperature_estimate"],
             position,
+            *both,
         ]
     )
 
@@ -99,13 +119,19 @@ def binned(values: Array, first: int, width: int) -> NDArray[np.float32]:
 
 
 def frame(
-    view: View, last: int, block: Array, names: Sequence[str], pitch: float, place: Place = LENGTH
+    view: View,
+    last: int,
+    block: Array,
+    names: Sequence[str],
+    pitch: float,
+    place: Place = LENGTH,
+    second: float = math.nan,
 ) -> bytes:
-    """A frame of the rows `block` up to row number `last`; b"" of none."""
+    """A frame of the rows `block` up to row number `last`; b"" of none; `second` as of `traces`."""
     rows = block.shape[1]
     if rows == 0:
         return b""
-    values = traces(block, names, pitch, place)
+    values = traces(block, names, pitch, place, second)
     first = last - rows + 1
     bins = binned(values, first, view.width)
     time = float(block[names.index("t"), -1])

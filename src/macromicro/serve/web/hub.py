@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from macromicro.control.settings import Control
 from macromicro.hysteresis.table import FodTable
 from macromicro.schema.par import entries
 from macromicro.serve.instrument import Instrument
@@ -26,7 +25,9 @@ class Hub:
         self._instrument, self.station = instrument, instrument.station
         self.settings = instrument.settings
         self.pitch = self.settings.live.pitch
-        self.control: Control = self.settings.controller
+        lives = getattr(self.settings, "lives", ())
+        self.second = lives[1].pitch if lives else math.nan
+        self.control: Any = self.settings.controller
         self.news: deque[tuple[int, str]] = deque(maxlen=KEPT)
         self.state = "{}"
         self.turn = 0

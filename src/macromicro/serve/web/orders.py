@@ -61,13 +61,13 @@ def number(order: dict[str, Any], key: str) -> float:
     return float(value)
 
 
-def length(order: dict[str, Any], place: Place = LENGTH) -> float:
-    """`value` in `unit`, in m, or rad of a machine that turns. Raises `Refusal`."""
+def length(order: dict[str, Any], place: Place = LENGTH, key: str = "value") -> float:
+    """What is under `key` in `unit`, in m, or rad of a machine that turns. Raises `Refusal`."""
     unit, known = order.get("unit"), units(place)
     if not isinstance(unit, str) or unit not in known:
         what = "angle" if place.turns else "length"
         raise Refusal(f"{unit!r:.20} is no unit of {what} here", f"one of {', '.join(known)}")
-    found = number(order, "value") * known[unit]
+    found = number(order, key) * known[unit]
     if not math.isfinite(found * 1e3):  # it is told in mm
         raise Refusal("this is no finite length", "give a shorter one")
     return found
@@ -150,7 +150,7 @@ def _value_of(field: Field, order: dict[str, Any], place: Place) -> float | bool
     if field.choices:
         return text(order, field.key)
     if field.unit == "m":
-        return length(order, place)
+        return length(order, place, field.key)
     return number(order, field.key) if field.unit else _flag(order, field.key)
 
 

@@ -52,6 +52,7 @@ def state(
     state["target_m"] = target
     state["possible"] = offered(now, settings.supersede == 1, stages)
     state["fault"] = None if now.fault is None else now.fault._asdict()
+    state["axes"] = [axis._asdict() for axis in now.axes]
     state["lines"] = [list(each) for each in now.lines]
     state["pace"] = now.pace._asdict()
     state["recording"] = now.recording._asdict() | {"path": Path(now.recording.path).name}
@@ -92,6 +93,21 @@ def _words(par: Par, value: Any) -> dict[str, Any]:
         "positive": par.positive,
         "choices": list(par.choices),
     }
+
+
+def axes(settings: AnySettings) -> list[dict[str, Any]]:
+    """What the page needs of each axis of a machine of two: name, travel [m], jog speeds [m/s]."""
+    lives = getattr(settings, "lives", ())
+    return [
+        {
+            "name": name,
+            "low": live.limits.whole_low,
+            "high": live.limits.whole_high,
+            "jog": live.jogging.macro,
+            "jog_slow": live.jogging.slow,
+        }
+        for name, live in zip(m.AXES, lives, strict=False)
+    ]
 
 
 def limits(settings: AnySettings) -> dict[str, Any]:

@@ -90,7 +90,8 @@ class Stream:
             self._since = -1
             return b""
         shown, context = block[:, -view.rows :], self._context
-        data = bins.frame(view, last, shown, names, context.hub.pitch, context.instrument.place)
+        hub, place = context.hub, context.instrument.place
+        data = bins.frame(view, last, shown, names, hub.pitch, place, hub.second)
         # The bin that is being filled is sent again, whole.
         self._since = last // view.width * view.width - 1 if data else self._since
         return data

@@ -12,9 +12,10 @@ import { Recordings } from "./recordings.js";
 import { Ruler } from "./ruler.js";
 import { Points, Steps } from "./steps.js";
 import { Plot, Ring } from "./traces.js";
+import { FIRST, Plane } from "./xy.js";
 
 const $ = (id) => document.getElementById(id);
-const CHANNELS = 8, FEWEST = 16, MOST = 1200, SPAN = "10";
+const FEWEST = 16, MOST = 1200, SPAN = "10";
 const STALE_MS = 1000; // without a word from the server, what is shown is old
 const page = { state: {}, limits: null, say, put, uploaded: () => upload.chosen };
 // For whoever measures: frames that came, pictures that were drawn, the last emergency stop.
@@ -23,23 +24,27 @@ window.macromicro = { frames: 0, drawn: 0, emergencyMs: 0, state: () => page.sta
 const plots = [
   new Plot($("plots"), "Macro-stage", [[0, "two", "reference", "mm", 3], [1, "one", "position", "mm", 3]], 0.5),
   new Plot($("plots"), "Micro-stage", [[2, "two", "reference", "mm", 4], [3, "one", "by Hall sensor", "mm", 4]], 0.02, "micro"),
+  new Plot($("plots"), "Axis y", [[8, "two", "reference", "mm", 3], [9, "one", "position", "mm", 3]], 0.5, "y"),
   new Plot($("plots"), "Effort", [[4, "two", "motor", "V", 2], [5, "one", "CTRL", "V", 2]], 1),
+  new Plot($("plots"), "Effort of y", [[10, "two", "motor", "V", 2]], 1, "y"),
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5, "micro"),
 ];
 const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
-let ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
+let channels = FIRST, ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
 
 const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, newView);
 const orders = new Orders(link, page), gains = new Gains(orders);
 const warnings = new Alarms(), recordings = new Recordings(link, page);
 const upload = new Upload(link, page), softLimits = new SoftLimits(orders, page);
+const bothAxes = new Plane(orders, page);
+page.step = (name, distance) => bothAxes.step(name, distance);
 const steps = new Steps(orders, page), points = new Points(orders, page);
 
 // Which view of the plots is shown; begins a new ring for it.
 function newView() {
   const span = Number($("span").value || sessionStorage.getItem("macromicro.span") || SPAN);
   const columns = Math.min(Math.max(Math.floor(plots[0].width), FEWEST), MOST);
-  ring = new Ring(++view, span, columns, CHANNELS);
+  ring = new Ring(++view, span, columns, channels);
   return { view, span, columns };
 }
 
@@ -52,6 +57,7 @@ function look() {
 function welcome(server) {
   ruler.limits = server.limits; // its scale stays when the soft limits are narrowed
   page.limits = { ...server.limits };
+  page.axes = server.axes;
   if (length.suit(server.limits)) units();
   plots[0].least = Math.min(0.5, (server.limits.whole_high - server.limits.whole_low) / length.scale / 20);
   for (const line of plots[0].lines) line.splice(3, 2, length.main, Math.max(3, length.finest - 1));
@@ -60,6 +66,10 @@ function welcome(server) {
   $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
   $("login").hidden = server.admitted;
   suit(server);
+  if (channels !== server.channels.length) {
+    channels = server.channels.length;
+    look();
+  }
   if (lost) say("Connected again.");
   lost = false;
   replayed = false;
@@ -82,6 +92,8 @@ function suit(server) {
   if (server.stages.length === 1) {
     for (const option of document.querySelectorAll("[data-one]")) option.textContent = option.dataset.one;
   }
+  bothAxes.open(server.axes);
+  plots[0].title = bothAxes.there ? "Axis x" : "Macro-stage";
   $("programme-form").hidden = !server.programmes.length;
   $("points-save").hidden = !server.programmes.length;
 }
@@ -128,6 +140,8 @@ function draw() {
   pending = false;
   window.macromicro.drawn += 1;
   for (const plot of plots) plot.draw(ring, news.marks);
+  bothAxes.draw(ring, page.state, trusting() === "");
+  if (bothAxes.there) return;
   const target = page.state.target_m;
   if (newest) ruler.draw({ ...newest, target: target == null ? NaN : target / length.scale, live: trusting() === "", unit: length });
 }
@@ -178,7 +192,8 @@ function words(now) {
   const bad = ["fault", "off"].includes(now.mode);
   set("mode", now.mode + (now.motion ? `, motion ${now.motion}` : ""));
   $("mode").className = bad ? "badge bad" : now.mode === "disabled" ? "badge warn" : "badge good";
-  set("position", length.words(now.position_m));
+  if (bothAxes.there) set("travels", bothAxes.limits());
+  set("position", bothAxes.there ? bothAxes.words(now) : length.words(now.position_m));
   set("target", length.words(now.target_m));
   set("to-go", now.target_m == null || now.position_m == null ? "-" : length.words(now.target_m - now.position_m));
   set("macro", now.macro_count == null ? "-" : `${length.words(now.macro_count * page.limits.pitch, 1)}, ${now.macro_count.toFixed(0)} counts`);
@@ -202,7 +217,7 @@ function trusting() {
   const why = old ? "stale" : now.trusted ? "" : "untrusted";
   $("reading").className = `reading ${why}`;
   set("uncertainty", old ? "OLD: not the position of this moment" : !now.trusted ? "not known: home first"
-    : `within ${length.words(now.uncertainty_m)} either way`);
+    : `within ${bothAxes.there ? bothAxes.within(now) : length.words(now.uncertainty_m)} either way`);
   set("trust", !link.welcome ? "" : old ? "position old" : now.trusted ? "position trusted" : "position not trusted");
   $("trust").className = why === "" ? "badge good" : old ? "badge bad" : "badge warn";
   return why;

@@ -128,7 +128,9 @@ export class Orders {
     for (const row of document.querySelectorAll(".jog")) {
       const select = row.querySelector("select");
       if (!select) continue; // both stages are stepped, not jogged
-      const most = row.dataset.stage === "micro" ? q.jog_micro : this.page.state.trusted ? q.jog_macro : q.jog_slow;
+      const axis = this.page.axes?.find((each) => each.name === row.dataset.stage);
+      const [fast, slow] = axis ? [axis.jog, axis.jog_slow] : [q.jog_macro, q.jog_slow];
+      const most = row.dataset.stage === "micro" ? q.jog_micro : this.page.state.trusted ? fast : slow;
       const key = `${most} ${length.name}`;
       if (select.dataset.most === key) continue;
       select.dataset.most = key;

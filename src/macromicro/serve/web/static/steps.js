@@ -31,6 +31,7 @@ export class Steps {
   step(stage, distance) {
     const now = this.page.state, give = (what, fields) => this.orders.give(what, fields, "Step");
     if (stage === "whole") return give("move by", { value: distance, unit: length.base });
+    if (stage === "x" || stage === "y") return this.page.step(stage, distance);
     if (stage === "macro") {
       const counts = Math.round(distance / this.page.limits.pitch);
       if (!counts) return this.page.say(`Step: refused. A step of ${length.words(Math.abs(distance))} is less ` +

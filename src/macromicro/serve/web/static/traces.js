@@ -49,9 +49,8 @@ export class Plot {
     figure.className = "plot";
     if (stage) figure.dataset.of = stage;
     const caption = document.createElement("figcaption");
-    const head = document.createElement("strong");
-    head.textContent = title;
-    caption.append(head);
+    this.head = document.createElement("strong");
+    caption.append(this.head);
     this.outputs = lines.map(([, colour, label]) => {
       const item = document.createElement("span"), key = document.createElement("span");
       key.className = `key ${colour}`;
@@ -62,9 +61,14 @@ export class Plot {
     });
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", `${title} over time; its present values are given above`);
+    this.title = title;
     figure.append(caption, this.canvas);
     parent.append(figure);
+  }
+
+  set title(title) {
+    this.head.textContent = title;
+    this.canvas.setAttribute("aria-label", `${title} over time; its present values are given above`);
   }
 
   get width() { return this.canvas.clientWidth - MARGIN; }

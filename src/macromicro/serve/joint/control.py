@@ -1,0 +1,156 @@
+"""Laws and guards of two axes under the live machine: as many of their periods as fit into one."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.control.live.leading import Course
+from macromicro.kernel import compiled
+from macromicro.machines import guarding, lines, stage
+from macromicro.machines.guarding import OK
+from macromicro.machines.joint import loop, runs
+from macromicro.machines.joint.loop import TOLD, Bench, Half, Joined, Run
+from macromicro.machines.joint.machine import Joint
+from macromicro.machines.joint.settings import AXES, of
+from macromicro.machines.lines import Held
+from macromicro.machines.sequence import MOVING, Progress
+from macromicro.machines.signals import Sample
+from macromicro.machines.tree import gains
+from macromicro.serve.stage.control import FREE, checked, led, limited
+
+Pair = tuple[Any, Any]
+
+
+class Control:
+    """Laws and guards of both axes, which follow a course each.
+
+    Parameters
+    ----------
+    machine : Joint
+        Whose laws they are.
+    tree : Any
+        Its settings.
+    number : int
+        Control periods in one period of the live machine.
+    """
+
+    def __init__(self, machine: Joint, tree: Any, number: int) -> None:
+        self._trees, self._number = of(tree), number
+        self.kinds, self._laws = runs.kinds(machine), runs.laws(machine)
+        self._gains = list(map(gains, self._trees))
+        for name, axis, own in zip(AXES, machine.axes, self._trees, strict=True):
+            checked(axis, own, f"{name}.")
+        self.dt = float(tree.x.timing.period)
+        self._period = loop.fastest(self.kinds, self._laws)
+        self._free = [compiled(stage.opened(kind)) for kind in self.kinds]
+        self._switch = [compiled(kind.switch) if kind.lines else kind.switch for kind in self.kinds]
+        self._wired = [lines.wired(own) for own in self._trees]
+        names = [c.name for c in loop.columns(self.kinds, self._laws)]
+        self._rows = [names.index(f"{axis}_effort") for axis in AXES]
+        self._index = [names.index(n) if n in names else -1 for n in _indices()]
+        self._out = np.empty((len(names), number))
+        self._idle, self._shown = np.zeros(number), np.empty((2, number))
+        self._memory: list[Any] = [None, None]
+        self._restart: list[int | None] = [None, None]
+        self._held = [Held(), Held()]
+        self.efforts = [0.0, 0.0]  # V, the last that were given
+        self.enable = 0.0
+        self.captured = [math.nan, math.nan]  # counts of the last index pulses of the period
+        self.renew()
+
+    def take(self, axis: int, gains: Any) -> None:
+        """Give a law other gains from the next period on; it keeps its memory."""
+        self._gains[axis] = gains
+
+    def renew(self) -> None:
+        """Forget a fault."""
+        self.watches = [guarding.fresh(), guarding.fresh()]
+
+    @property
+    def tripped(self) -> bool:
+        """Has a guard switched off? Then both have."""
+        return any(watch.fault != OK for watch in self.watches)
+
+    @property
+    def faulty(self) -> int:
+        """Index of the axis whose guard has found the fault."""
+        return next(k for k, w in enumerate(self.watches) if w.fault not in (OK, TOLD))
+
+    def run(
+        self, courses: Any, bench: Bench, stages: Pair, seen: tuple[Sample, Sample], noise: Any
+    ) -> Pair:
+        """Drive both axes for one period of the live machine.
+
+        Parameters
+        ----------
+        courses : tuple[Course, Course]
+            Where they are to be led; off or waiting, one takes both.
+        bench : Bench
+            Of the stages.
+        stages : tuple
+            Their states.
+        seen : tuple[Sample, Sample]
+            What they show at the begin.
+        noise : tuple of ndarray, shape (number, noises)
+            Draws of their sensors.
+
+        Returns
+        -------
+        tuple
+            The stages' states at the end.
+        """
+        self.captured = [math.nan, math.nan]
+        ready = not self.tripped and all(course.on for course in courses)
+        if not ready or any(course.waiting for course in courses):
+            self._restart, self._held = [None, None], [Held(), Held()]
+            self.efforts, self.enable = [0.0, 0.0], 1.0 if ready else 0.0
+            return self._coast(bench, stages, noise)
+        self.enable = 1.0
+        controls = tuple(self._led(k, course, seen[k]) for k, course in enumerate(courses))
+        tick = round(seen[0].t / self.dt)
+        progress = Progress(MOVING, 0, 0, seen[0].t, math.nan, 0)
+        first, second = (
+            Half(stages[k], self._memory[k], self.watches[k], self._held[k]) for k in (0, 1)
+        )
+        began = Run(tick, Joined(progress, math.nan), first, second)
+        run, written = self._period(bench, controls, began, noise, self._out, self.dt)
+        for k, half in enumerate((run.first, run.second)):
+            self._memory[k], self.watches[k], self._held[k] = half.memory, half.watch, half.held
+            self.efforts[k] = float(self._out[self._rows[k], written - 1])
+            if self._index[k] >= 0:
+                for each in self._out[self._index[k], 1:written].tolist():  # the first was seen
+                    self.captured[k] = self.captured[k] if math.isnan(each) else each
+        after = (run.first.stage, run.second.stage)
+        if self.tripped:
+            self.enable = 0.0
+        if written < self._number:
+            return self._coast(bench, after, tuple(each[written:] for each in noise))
+        return after
+
+    def _led(self, k: int, course: Course, seen: Sample) -> stage.Loop:
+        """What controls one axis until the next period of the live machine."""
+        own = limited(self._gains[k], course)
+        if course.restart != self._restart[k]:
+            self._memory[k] = self._laws[k].start(own, seen)
+            self._restart[k] = course.restart
+        return led(course, own, self._trees[k], self._wired[k])
+
+    def _coast(self, bench: Bench, stages: Pair, noise: tuple[Array, ...]) -> Pair:
+        """The same time without efforts."""
+        ends = []
+        for k, kind in enumerate(self.kinds):
+            state, params = stages[k], bench[k]
+            if kind.lines:
+                state = self._switch[k](params, state, self.enable)
+            left = len(noise[k])
+            efforts, out = self._idle[:left], self._shown[:, :left]
+            ends.append(self._free[k](params, state, FREE, efforts, noise[k], out, self.dt)[0])
+        return ends[0], ends[1]
+
+
+def _indices() -> list[str]:
+    return [f"{axis}_index_count" for axis in AXES]

@@ -1,0 +1,391 @@
+"""The live machine of two axes as the loop drives it: two of one stage, and what joins them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any, NamedTuple
+
+from macromicro.control.live import alone
+from macromicro.control.live import messages as m
+from macromicro.control.live.leading import Course
+from macromicro.control.live.messages import (
+    AXES,
+    Accepted,
+    Event,
+    Finished,
+    Notice,
+    Refused,
+    Reply,
+)
+from macromicro.control.live.plain import among, shown
+from macromicro.control.live.state import LiveState, Played
+from macromicro.machines.sequence import Plan
+from macromicro.serve.joint.together import Together, straight
+from macromicro.serve.machine import Second, View
+from macromicro.serve.persist import Restored
+from macromicro.serve.stage.machine import Led
+from macromicro.types import SAFE, Command, Outputs, Sample
+
+# The mode of both is the first of these that an axis is in; that of rest is the last motion's.
+_FIRST = (m.FAULT, m.DISABLED, m.HOMING, m.MOVING_MACRO, m.SETTLING, m.STOPPED, m.READY)
+_BUSY = Refused("a motion is under way", "wait for its end, or stop it")
+_NO_PLAN = Refused("this is no programme of two axes", "load one first")
+_MOTIONS = (m.MovePoint, m.MoveAxis, m.Jog, m.Home, m.Programme)
+_KINDS = {m.MoveAxis: "move axis", m.Jog: "jog", m.Home: "home"}
+Parts = list[tuple[int, Any]]  # what an axis is asked for, by its index
+
+
+class Motion(NamedTuple):
+    """A motion of one axis or of both. `number`: of it; `axes`: those that take part; `plans`:
+    what follows once both are where it begins; `ends`: how each has ended so far; `stopping`: has
+    the other axis been stopped?"""
+
+    number: int
+    kind: str
+    axes: tuple[int, ...]
+    plans: Any = None
+    ends: tuple[tuple[int, Finished], ...] = ()
+    stopping: bool = False
+
+
+class Pair:
+    """A `serve.machine.Machine` of two axes, each of which is a live machine of one stage.
+
+    `tree`: settings of the machine; `other`: what the second axis shows in this period; `effort`:
+    what it was given [V].
+    """
+
+    def __init__(self, leds: tuple[Led, Led], tree: Any, together: Together) -> None:
+        self._leds, self._tree, self._together = leds, tree, together
+        self._guides = (leds[0].guide, leds[1].guide)
+        self.other: Callable[[], Sample] = lambda: Sample(0.0, *[math.nan] * 5)
+        self.effort: Callable[[], float] = lambda: 0.0
+        self._given = 0
+        self._motion: Motion | None = None
+        self._jogs = ""  # the axis of a jog
+        self._well = True  # did the last motion end as done?
+        self._mode = m.DISABLED
+        self._why: tuple[str, dict[str, Any]] = ("", {})
+        for k, led in enumerate(leds):
+            led.works = {**led.works, Played: partial(together.step, k)}
+
+    # As the loop asks for it
+
+    def begin(self, sample: Sample, restored: Restored) -> None:
+        """Both stand where they were left, if that is known."""
+        other = restored._replace(offset=restored.second_offset)
+        for led, seen, known in zip(
+            self._leds, (sample, self.other()), (restored, other), strict=True
+        ):
+            led.begin(seen, known)
+        self._motion, self._given, self._mode = None, 0, m.DISABLED
+
+    @property
+    def searches(self) -> bool:
+        """Has an axis to home before its place is known?"""
+        return any(led.searches for led in self._leds)
+
+    @property
+    def courses(self) -> tuple[Course, Course]:
+        """What the laws are given for the present period."""
+        return self._leds[0].course, self._leds[1].course
+
+    def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
+        """One control period."""
+        told: list[Notice] = []
+        samples = (sample, self.other())
+        self._together.places = tuple(  # type: ignore[assignment]
+            (seen.encoder if math.isfinite(seen.encoder) else led.state.seen.encoder) * led.pitch
+            for led, seen in zip(self._leds, samples, strict=True)
+        )
+        commands = []
+        for k, led in enumerate(self._leds):
+            command, _, notices = led.step(samples[k], dt)
+            commands.append(command)
+            told += self._heard(k, notices)
+        told = _merged(told) + self._joined()
+        return commands[0], SAFE, tuple(told)
+
+    def accept(self, request: Any) -> tuple[Reply, tuple[Notice, ...]]:
+        """A request, between two periods."""
+        refused, parts = self.refusal(request), self._parts(request)
+        if refused is not None or isinstance(parts, Refused):
+            return refused or Refused("", ""), ()
+        told: list[Notice] = []
+        reply = self._do(request, parts, told)
+        return reply, (*told, *self._joined())
+
+    def refusal(self, request: Any) -> Refused | None:
+        """Why it would be refused now."""
+        absent = alone.refusal(AXES, request)
+        if absent is not None:
+            return absent
+        parts = self._parts(request)
+        if isinstance(parts, Refused):
+            return parts
+        return (self._busy(request) if isinstance(request, _MOTIONS) else None) or self._any(parts)
+
+    def _parts(self, request: Any) -> Parts | Refused:
+        """What each axis is asked for; or why that cannot be said."""
+        parts: Parts | Refused = [(0, request), (1, request)]
+        if isinstance(request, m.MovePoint):
+            parts = [(0, m.MoveTo(request.x)), (1, m.MoveTo(request.y))]
+        elif isinstance(request, m.MoveAxis):
+            parts = _of_axis(request.axis, m.MoveTo(request.position))
+        elif isinstance(request, m.Jog):
+            parts = _of_axis(request.stage, m.Jog(m.MACRO, request.speed))
+        elif isinstance(request, m.Home):
+            parts = [(k, request) for k in self._searching()]
+        elif isinstance(request, m.Programme):
+            parts = _played(request.plan)
+        elif isinstance(request, m.SetGains):
+            parts = _changes(request.changes)
+        elif not isinstance(request, m.Request):
+            parts = Refused(f"{type(request).__name__} is no request", "see the messages")
+        return parts
+
+    def fail(self, words: str, evidence: dict[str, Any], position_lost: bool) -> tuple[Notice, ...]:
+        """Latch a fault: of both, whichever axis met it."""
+        return self._all(led.fail(words, evidence, position_lost) for led in self._leds)
+
+    def lose(self, words: str) -> tuple[Notice, ...]:
+        """The positions are not known any more."""
+        return self._all(led.lose(words) for led in self._leds)
+
+    def doubt(self, words: str) -> tuple[Notice, ...]:
+        """There is no Hall sensor."""
+        return ()
+
+    def found(self) -> tuple[float, float] | None:
+        """There is no laser."""
+        return None
+
+    def view(self) -> View:
+        """The present state, for the telemetry: that of the first axis, mode and trust of both."""
+        trusted = self._leds[0].view().trusted * self._leds[1].view().trusted
+        number = 0 if self._motion is None else self._motion.number
+        return self._leds[0].view()._replace(mode=self._mode, motion=number, trusted=trusted)
+
+    def second(self) -> Second:
+        """The second axis, for the telemetry."""
+        led, seen = self._leds[1], self._leds[1].view()
+        return Second(
+            led.state.seen.encoder,
+            led.course.aim.position / led.pitch,
+            self.effort(),
+            seen.position,
+            seen.uncertainty,
+            seen.offset,
+        )
+
+    # What joins them
+
+    def _busy(self, request: Any = None) -> Refused | None:
+        """Whether another motion is under way; a jog may go on at another speed."""
+        if self._motion is None:
+            return None
+        if isinstance(request, m.Jog) and request.stage == self._jogs:
+            return None
+        return _BUSY
+
+    def _any(self, parts: Iterable[tuple[int, Any]]) -> Refused | None:
+        """The first refusal of an axis that is asked for its part."""
+        for k, part in parts:
+            refused = self._leds[k].refusal(part)
+            if refused is not None:
+                return refused._replace(reason=f"{AXES[k]}: {refused.reason}")
+        return None
+
+    def _searching(self) -> tuple[int, ...]:
+        """Axes that home; all, where none does, for the refusal."""
+        found = tuple(k for k, led in enumerate(self._leds) if led.searches)
+        return found or (0, 1)
+
+    def _do(self, request: Any, parts: Parts, told: list[Notice]) -> Reply:
+        """An accepted request, as what each axis is asked for."""
+        if isinstance(request, m.MovePoint):
+            self._move(parts, "move to point", told)
+        elif isinstance(request, m.Programme):
+            plans = tuple(part.plan for _, part in parts)
+            self._move(
+                [(k, m.MoveTo(float(p.origin))) for k, p in enumerate(plans)],
+                "programme",
+                told,
+                plans,
+            )
+        elif isinstance(request, m.SetGains):
+            return self._retune(parts, told)
+        elif isinstance(request, m.Jog) and self._motion is not None:
+            self._ask(parts, told)  # it goes on at another speed, or ends
+        elif isinstance(request, m.MoveAxis | m.Jog | m.Home):
+            self._start(Motion(self._given + 1, _KINDS[type(request)], _axes(parts)), parts, told)
+            self._jogs = request.stage if isinstance(request, m.Jog) else ""
+        else:
+            self._ask(parts, told)
+            return Accepted()
+        return Accepted(self._given)
+
+    def _ask(self, parts: Parts, told: list[Notice]) -> None:
+        """Pass on what nobody refuses."""
+        for k, part in parts:
+            told += self._heard(k, self._leds[k].accept(part)[1])
+
+    def _retune(self, parts: Parts, told: list[Notice]) -> Reply:
+        done: list[m.Change] = []
+        for k, part in parts:
+            reply, notices = self._leds[k].accept(part)
+            told += self._heard(k, notices)
+            if isinstance(reply, Accepted):
+                done += [c._replace(path=f"{AXES[k]}.{c.path}") for c in reply.changes]
+        return Accepted(0, tuple(done))
+
+    def _move(self, parts: Parts, kind: str, told: list[Notice], plans: Any = None) -> None:
+        """Both to a point, on a straight line from where their set points are."""
+        here = [led.aim for led in self._leds]
+        self._start(Motion(self._given + 1, kind, (0, 1), plans), parts, told)
+        ends = [led.goal for led in self._leds]
+        guides = straight(self._tree, self._guides, (here[0], here[1]), (ends[0], ends[1]))
+        for led, guide in zip(self._leds, guides, strict=True):
+            led.guide = guide
+        facts = {f"target_{AXES[k]}_mm": float(part.position) * 1e3 for k, part in parts}
+        self._why = "programme" if plans is not None else "point move", facts
+
+    def _start(self, motion: Motion, parts: Parts, told: list[Notice]) -> None:
+        self._motion, self._given = motion, motion.number
+        for k, _ in parts:
+            self._leds[k].guide = self._guides[k]
+        self._ask(parts, told)
+
+    def _all(self, notices: Iterable[tuple[Notice, ...]]) -> tuple[Notice, ...]:
+        told: list[Notice] = []
+        for k, own in enumerate(notices):
+            told += self._heard(k, own)
+        return (*told, *self._joined())
+
+    def _heard(self, k: int, notices: Iterable[Notice]) -> list[Notice]:
+        """What an axis reports: its modes and ends become those of both."""
+        told: list[Notice] = []
+        for notice in notices:
+            if isinstance(notice, Finished):
+                if self._motion is not None and k in self._motion.axes:
+                    self._motion = self._motion._replace(ends=(*self._motion.ends, (k, notice)))
+            elif notice.kind == "mode":
+                self._why = notice.cause, _of(k, notice.evidence)
+            elif notice.kind == "trust":
+                words = notice.cause if self._trusted() else f"{AXES[k]}: {notice.cause}"
+                facts = {**notice.evidence, "trusted": self._trusted(), "axis": AXES[k]}
+                told.append(notice._replace(cause=words, evidence=facts))
+            else:
+                dot = "." if notice.kind == "gains" else "_"
+                told.append(notice._replace(evidence=_of(k, notice.evidence, dot)))
+        return told
+
+    def _trusted(self) -> bool:
+        return all(led.state.frame.trusted for led in self._leds)
+
+    def _joined(self) -> list[Notice]:
+        """Ends of motions of both, and their mode, once both axes have been asked or stepped."""
+        told: list[Notice] = []
+        self._end(told)
+        mode = next(each for each in _FIRST if any(s.mode == each for s in self._states()))
+        if mode == m.STOPPED and self._motion is None and self._well:
+            mode = m.READY  # only the other axis was stopped, before
+        if mode != self._mode:
+            cause, evidence = self._why
+            was, self._mode = m.MODES[self._mode], mode
+            told.append(Event(self._now(), "mode", was, m.MODES[mode], cause, evidence))
+        return told
+
+    def _end(self, told: list[Notice]) -> None:
+        motion = self._motion
+        if motion is None or not motion.ends:
+            return
+        failed = [end for _, end in motion.ends if end.outcome != m.DONE]
+        over = {k for k, _ in motion.ends}
+        if over != set(motion.axes):
+            if failed and not motion.stopping:
+                self._motion = motion._replace(stopping=True)
+                for k in set(motion.axes) - over:
+                    told += self._heard(k, self._leds[k].accept(m.Stop())[1])
+                self._end(told)
+            return
+        if motion.plans is not None and not failed:
+            self._play(motion, told)
+            return
+        facts: dict[str, Any] = {}
+        for k, end in motion.ends:
+            facts |= _of(k, end.evidence)
+        facts |= {
+            f"{n}_mm": s.seen.position * 1e3 for n, s in zip(AXES, self._states(), strict=True)
+        }
+        half = max(led.view().uncertainty for led in self._leds)
+        outcome = failed[0].outcome if failed else m.DONE
+        self._motion, self._jogs, self._well = None, "", not failed
+        told.append(Finished(motion.number, outcome, math.nan, half, facts))
+
+    def _play(self, motion: Motion, told: list[Notice]) -> None:
+        """Both are where the programme begins."""
+        plans = motion.plans
+        offsets = tuple(
+            s.frame.offset * led.pitch for s, led in zip(self._states(), self._leds, strict=True)
+        )
+        self._together.start(plans, offsets)  # type: ignore[arg-type]
+        parts: Parts = [(k, m.Programme(plan)) for k, plan in enumerate(plans)]
+        self._start(motion._replace(plans=None, ends=()), parts, told)
+
+    def _states(self) -> tuple[LiveState, LiveState]:
+        return self._leds[0].state, self._leds[1].state
+
+    def _now(self) -> float:
+        return self._leds[0].state.time
+
+
+def _axes(parts: Parts) -> tuple[int, ...]:
+    return tuple(k for k, _ in parts)
+
+
+def _of_axis(name: Any, part: Any) -> Parts | Refused:
+    """What one axis is asked for."""
+    if not among(name, AXES):
+        return Refused(f"{shown(name)} is no axis", 'name "x" or "y"')
+    return [(AXES.index(name), part)]
+
+
+def _played(plans: Any) -> Parts | Refused:
+    """A programme of each axis."""
+    if not isinstance(plans, tuple) or len(plans) != len(AXES):
+        return _NO_PLAN
+    if not all(isinstance(plan, Plan) for plan in plans):
+        return _NO_PLAN
+    return [(k, m.Programme(plan)) for k, plan in enumerate(plans)]
+
+
+def _changes(pairs: Any) -> Parts | Refused:
+    """The changed gains of each axis."""
+    found: dict[int, list[Any]] = {}
+    for pair in pairs if isinstance(pairs, tuple) else (None,):
+        path = pair[0] if isinstance(pair, tuple) and len(pair) == 2 else None
+        axis, _, rest = path.partition(".") if isinstance(path, str) else ("", "", "")
+        if axis not in AXES or not rest:
+            return Refused(f"{shown(path)} is no gain here", 'a path such as "x.position"')
+        found.setdefault(AXES.index(axis), []).append((rest, *pair[1:]))
+    return [(k, m.SetGains(tuple(own))) for k, own in found.items()]
+
+
+def _merged(told: list[Notice]) -> list[Notice]:
+    """What both axes report alike, such as a programme's next move, once."""
+    found: list[Notice] = []
+    for notice in told:
+        last = found[-1] if found else None
+        if isinstance(notice, Event) and isinstance(last, Event) and notice[:5] == last[:5]:
+            found[-1] = last._replace(evidence=last.evidence | notice.evidence)
+        else:
+            found.append(notice)
+    return found
+
+
+def _of(k: int, evidence: dict[str, Any], dot: str = "_") -> dict[str, Any]:
+    """Evidence with the axis in front of each name; who sent it once."""
+    return {n if n == "client" else f"{AXES[k]}{dot}{n}": v for n, v in evidence.items()}

@@ -1,0 +1,155 @@
+"""Two axes under their laws as the loop's rig, and their guards as the loop's guard."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from macromicro.control.live.alone import SENSORS
+from macromicro.control.live.leading import Course
+from macromicro.control.live.messages import AXES
+from macromicro.kernel import compiled
+from macromicro.machines import guarding
+from macromicro.machines.joint import runs
+from macromicro.machines.joint.machine import Joint
+from macromicro.machines.signals import Sample
+from macromicro.rig.session import Session
+from macromicro.rig.twin import VirtualClock, noise_source
+from macromicro.serve import faults
+from macromicro.serve.joint.control import Control
+from macromicro.serve.shared import NO_LINES
+from macromicro.serve.snapshot import Trouble
+from macromicro.serve.stage import rig as stage_rig
+from macromicro.serve.stage.control import periods
+from macromicro.serve.stage.rig import counted
+from macromicro.types import QUIET, SAFE, Lines, Outputs
+from macromicro.types import Sample as Shown
+
+Source = Callable[[], tuple[Course, Course]]
+
+
+class Simulated(stage_rig.Entered):
+    """Both simulated axes of a machine, which their laws lead while the loop waits.
+
+    Parameters
+    ----------
+    machine : Joint
+        The machine.
+    tree : Any
+        Its settings.
+    pitches : tuple[float, float]
+        Way per count that each shows, m.
+    dt : float
+        Period of the loop, s.
+    seed : int
+        Seed of their sensors' noise.
+    """
+
+    def __init__(
+        self, machine: Joint, tree: Any, pitches: tuple[float, float], dt: float, seed: int
+    ) -> None:
+        self.channels = tuple(SENSORS[axis] for axis in AXES)
+        self.dt, self.tick, self._pitches = dt, 0, pitches
+        self.clock = VirtualClock(self)
+        number = periods(tree.x, dt)
+        self.control = Control(machine, tree, number)
+        self.source: Source = lambda: (Course(), Course())
+        self._kinds = tuple(axis.kind for axis in machine.axes)
+        self._measure = [compiled(kind.measure) for kind in self._kinds]
+        self._sense = [compiled(k.sense) if k.lines else k.sense for k in self._kinds]
+        self._bench = runs.bench(machine, tree)
+        self._states: Any = tuple(
+            kind.initial(params) for kind, params in zip(self._kinds, self._bench[:2], strict=True)
+        )
+        self._random = noise_source(seed)
+        self._noise = tuple(np.empty((number, kind.noises)) for kind in self._kinds)
+        self.second = Shown(0.0, *[math.nan] * 5)
+        self.lines: list[Lines] = [QUIET, QUIET]
+        self._draw()
+
+    def _draw(self) -> None:
+        for each in self._noise:
+            each[:] = self._random.standard_normal(each.shape)
+
+    def _seen(self) -> tuple[Sample, Sample]:
+        t = self.tick * self.dt
+        first, second = (
+            self._measure[k](self._bench[k], self._states[k], t, self._noise[k], 0) for k in (0, 1)
+        )
+        return first, second
+
+    def read(self) -> Shown:
+        """What the first axis shows now, in whole counts; `second`: what the other one does."""
+        first, second = (
+            counted(seen.t, seen.position / pitch)
+            for seen, pitch in zip(self._seen(), self._pitches, strict=True)
+        )
+        for k, kind in enumerate(self._kinds):
+            if kind.lines:
+                told = self._sense[k](self._bench[k], self._states[k])
+                if math.isnan(told.index_count):
+                    told = told._replace(index_count=self.control.captured[k])
+                self.lines[k] = told
+        self.second = second
+        return first
+
+    def advance(self) -> None:
+        """One period of the loop passes."""
+        seen = self._seen()
+        self._states = self.control.run(self.source(), self._bench, self._states, seen, self._noise)
+        self.tick += 1
+        self._draw()
+
+    def stop(self) -> None:
+        """No effort until the machine leads them again."""
+        self.control.efforts = [0.0, 0.0]
+
+
+class Led(stage_rig.Led):
+    """What the loop drives: a session with both axes, and their guards.
+
+    Parameters
+    ----------
+    session : Session
+        The opened rig.
+    rig : Simulated
+        The rig itself, with its laws and guards.
+    """
+
+    def __init__(self, session: Session, rig: Simulated) -> None:
+        super().__init__(session, rig)
+        self._both = rig
+
+    @property
+    def given(self) -> Outputs:
+        """The outputs of the last period: the first axis'."""
+        return SAFE._replace(motor=self._both.control.efforts[0])
+
+    @property
+    def tripped(self) -> bool:
+        """Have the guards switched off?"""
+        return self._both.control.tripped
+
+    @property
+    def second(self) -> Shown:
+        """What the second axis shows."""
+        return self._both.second
+
+    def lines(self) -> tuple[float, ...]:
+        """None: those of two axes have no columns."""
+        return NO_LINES
+
+    def evidence(self) -> tuple[float, float, float, float]:
+        """Code, value, limit and time of the latched fault, for the loop's status."""
+        k = self._both.control.faulty
+        watch = self._both.control.watches[k]
+        return float(faults.AXIS[k] + watch.fault), watch.value, watch.limit, watch.time
+
+    def fault(self) -> tuple[Trouble, bool]:
+        """The latched fault in words, and whether counts may have been missed."""
+        control = self._both.control
+        found = faults.of_axis(*self.evidence())
+        return found, control.watches[control.faulty].fault in (guarding.SILENT, guarding.STUCK)

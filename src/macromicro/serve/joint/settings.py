@@ -1,0 +1,97 @@
+"""The settings of a served machine of two axes: its file's, and the server's."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from macromicro.control.live.parameters import Live, SoftLimits
+from macromicro.errors import InputError
+from macromicro.machines.joint import machine as joint
+from macromicro.machines.joint.machine import Joint
+from macromicro.machines.joint.settings import AXES, DEFAULT, of
+from macromicro.machines.machine import JOINT
+from macromicro.machines.tree import gains, gains_set
+from macromicro.nominal import PERIOD
+from macromicro.rig import limits
+from macromicro.rig.limits import Limits
+from macromicro.schema.config import overridden
+from macromicro.schema.text import printable
+from macromicro.serve.joint.programmes import TwoAxes
+from macromicro.serve.settings import ServeSettings
+from macromicro.serve.stage import guide
+from macromicro.serve.stage.control import periods
+from macromicro.serve.stage.settings import parted
+
+
+class Gains(NamedTuple):
+    """Gains of both laws, as clients read and change them."""
+
+    x: Any
+    y: Any
+
+
+class JointSettings(NamedTuple):
+    """What `serve.stage.settings.StageSettings` is for one stage. `tree`: settings of the machine;
+    `model`: what it is called; `lives`: the live machine's settings of each axis."""
+
+    model: str
+    tree: Any
+    lives: tuple[Live, Live]
+    serve: ServeSettings = ServeSettings()
+    guard: Limits = limits.LIVE  # of wires, which it has none of
+
+    @property
+    def live(self) -> Live:
+        """Those of the first axis."""
+        return self.lives[0]
+
+    @property
+    def machine(self) -> Joint:
+        """The machine, under the laws of its settings."""
+        return joint.under(self.tree)
+
+    @property
+    def controller(self) -> Gains:
+        """Gains of its laws."""
+        return Gains(*map(gains, of(self.tree)))
+
+    @property
+    def programmes(self) -> TwoAxes:
+        """What clients may run."""
+        return TwoAxes(self.tree)
+
+    def kept_as(self, rig: str) -> str:
+        """What the position file calls this machine: with other settings it is another one."""
+        return f"{rig} {JOINT} {zlib.crc32(joint.as_toml(self.tree).encode()):08x}"
+
+    def place(self, rig: str) -> str:
+        """What its position file is called by default."""
+        return f"{rig}-{JOINT}"
+
+    def as_toml(self, control: Any, limits: SoftLimits) -> str:
+        """A file for `--config`: the settings of the machine with the gains as they are now."""
+        own = zip(AXES, of(self.tree), control, strict=True)
+        made = {name: tree._replace(**{gains_set(tree): law}) for name, tree, law in own}
+        return joint.as_toml(self.tree._replace(**made))
+
+
+def load(path: Path) -> JointSettings | None:
+    """The settings in a file of a machine of two axes; None for another's.
+
+    Raises InputError as `joint.machine.load` does, and for a control period of which no whole
+    number fits into one of the live machine.
+    """
+    if not joint.is_joint(path):
+        return None
+    file, table, serve = parted(path)
+    tree = overridden(DEFAULT, table, file) if table else DEFAULT
+    try:
+        periods(tree.x, PERIOD)
+    except InputError as error:
+        raise InputError(f"{file}, x.{error.where}", error.value, error.accepted) from None
+    axes = joint.under(tree).axes
+    first, second = (guide.live(axis, own) for axis, own in zip(axes, of(tree), strict=True))
+    model = f"{JOINT} {printable(Path(path).stem, 60)}".replace(",", " ")
+    return JointSettings(model, tree, (first, second), serve)

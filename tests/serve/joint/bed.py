@@ -1,0 +1,71 @@
+"""Two simulated axes under the live machine, without a server."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from macromicro.control.live import messages as m
+from macromicro.serve.joint import opening, settings
+from macromicro.serve.persist import Restored
+
+PLOTTER = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml"
+
+
+class Bed:
+    """A machine of two axes; known: it stands at 0, 0 and knows it."""
+
+    def __init__(self, file: Path = PLOTTER, *, known: bool = True) -> None:
+        found = settings.load(file)
+        assert found is not None
+        self.settings, self.tree = found, found.tree
+        self.rig = opening.simulated(found, 0)
+        self.pair = opening.paired(found, self.rig)
+        offset = 0.0 if known else math.nan
+        self.pair.begin(self.rig.read(), Restored(known, offset, "known", offset))
+        self.notices: list[Any] = []
+        self.places: list[tuple[float, float]] = []
+        self.aims: list[tuple[float, float]] = []
+        self.run(2)
+        assert self.ask(m.Enable()) == m.Accepted(0)
+        self.run(2)
+
+    def run(self, periods: int, *, to_end: bool = False) -> int:
+        """So many periods, or to the end of the motion; how many it were."""
+        for k in range(periods):
+            if to_end and self.pair.view().motion == 0:
+                return k
+            seen = self.rig.read()
+            self.notices += self.pair.step(seen, 1e-3)[2]
+            x, y = self.pair.courses
+            self.aims.append((x.aim.position, y.aim.position))
+            self.places.append(self.place)
+            self.rig.clock.wait(1e-3)
+            if self.rig.control.tripped:
+                return k
+        return periods
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """By the encoders' counts, m."""
+        x, y = (led.state.seen.position for led in self.pair._leds)
+        return x, y
+
+    @property
+    def mode(self) -> str:
+        return m.MODES[int(self.pair.view().mode)]
+
+    def ask(self, request: Any) -> m.Reply:
+        reply, notices = self.pair.accept(request)
+        self.notices += notices
+        return reply
+
+    def done(self, request: Any, periods: int = 60000) -> m.Finished:
+        """A motion, and how it ends."""
+        reply = self.ask(request)
+        assert isinstance(reply, m.Accepted), reply
+        self.run(periods, to_end=True)
+        ends = [n for n in self.notices if isinstance(n, m.Finished) and n.id == reply.id]
+        assert len(ends) == 1, (ends, self.mode)
+        return ends[0]

@@ -1,0 +1,87 @@
+"""The page of a machine of two axes: both places, a picture of the plane, moves to a point."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from page_parts import Page
+from tests import browser
+from web_parts import until
+
+from macromicro.control.live import messages as m
+from macromicro.serve.joint import settings as joint
+from macromicro.serve.station import Station
+from macromicro.serve.web import WebServer
+
+FILE = Path(__file__).parents[3] / "examples" / "machines" / "xy-plotter.toml"
+SHOWN = (
+    "return [...document.querySelectorAll(arguments[0])].filter(e => e.checkVisibility()).length"
+)
+INK = """
+const c = document.querySelector('#plane-xy'), g = c.getContext('2d');
+const data = g.getImageData(0, 0, c.width, c.height).data;
+g.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--one').trim();
+const [r, gr, b] = g.fillStyle.match(/\\w\\w/g).map(h => parseInt(h, 16));
+let left = c.width, right = -1;
+for (let k = 0; k < data.length; k += 4)
+  if (data[k] === r && data[k + 1] === gr && data[k + 2] === b && data[k + 3] > 200) {
+    const x = (k / 4) % c.width; left = Math.min(left, x); right = Math.max(right, x);
+  }
+return (right - left) / c.width;
+"""
+
+
+@pytest.fixture
+def plotter(chromium: None, tmp_path: Path) -> Iterator[Page]:
+    settings = joint.load(FILE)
+    assert settings is not None
+    patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0)
+    station = Station(settings=settings._replace(serve=patient), state=tmp_path / "p.json")
+    with station, WebServer(station, port=0, folder=tmp_path) as server:
+        driver = browser.driver(tmp_path / "browser", "127.0.0.1")
+        try:
+            page = Page(driver, server, station)
+            page.show()
+            yield page
+        finally:
+            driver.quit()
+
+
+def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -> None:
+    page, station = plotter, plotter.station
+    assert page.text("#rig") == "xy xy-plotter (simulated)"
+    assert page.run(SHOWN, "#ruler, #move-form, #points, #soft-limits, [data-of=macro]") == 0
+    assert page.run(SHOWN, "#plane-xy, #point-form, .jog[data-stage=x], .jog[data-stage=y]") == 4
+    words = r"Travel: x -?[\d.]+ to 20\d[\d.]* mm, y -?[\d.]+ to 7\d[\d.]* mm"
+    until(lambda: re.fullmatch(words, page.text("#travels")) is not None)
+    page.take()
+    page.click("[data-do=enable]")
+    until(lambda: station.snapshot().mode == "ready")
+    page.click("[data-do=home]")
+    until(lambda: station.snapshot().trusted and station.snapshot().motion == 0)
+    for field, text in (("#point-x", "150"), ("#point-y", "500")):
+        page.find(field).clear()
+        page.find(field).send_keys(text)
+    page.click("#move-point")
+    assert page.text("#point-problem").startswith("y: accepted: ")
+    page.find("#point-y").clear()
+    page.find("#point-y").send_keys("60")
+    page.click("#move-point")
+    until(lambda: station.snapshot().motion == 0 and station.snapshot().axes[0].position_m > 0.149)
+
+    def there() -> bool:
+        x, y = (float(part.split()[1]) for part in page.text("#position").split(", "))
+        return abs(x - 150.0) < 3e-3 and abs(y - 60.0) < 3e-3
+
+    until(there)
+    until(lambda: page.run(INK) > 0.4)  # the way from home is drawn in the picture
+    here = station.snapshot().axes[1].position_m
+    page.click(".jog[data-stage=y] .step-button[data-sign='-1']")
+    until(lambda: station.snapshot().axes[1].position_m < here - 0.9e-3)
+    assert station.snapshot().axes[0].position_m == pytest.approx(0.150, abs=3e-6)
+    assert station.request(station.snapshot().holder, m.Disable()) == m.Accepted()
+    until(lambda: "disabled" in page.text("#mode"))
+    assert [entry["message"] for entry in page.driver.get_log("browser")] == []
