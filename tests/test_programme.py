@@ -73,12 +73,12 @@ def test_staircase_is_scheduled() -> None:
 
 
 def test_find_knows_names_and_paths(tmp_path: Path) -> None:
-    assert list(shipped()) == ["full-travel", "staircase", "thesis"]
+    assert list(shipped()) == ["fast", "full-travel", "staircase", "thesis"]
     assert find("thesis") == shipped()["thesis"]
     (tmp_path / "mine.csv").touch()
     assert find(str(tmp_path / "mine.csv")) == tmp_path / "mine.csv"
     for missing in ("thesys", "", "a\0b", "x" * 5000):
-        with pytest.raises(InputError, match="full-travel, staircase, thesis"):
+        with pytest.raises(InputError, match="fast, full-travel, staircase, thesis"):
             find(missing)
     with pytest.raises(InputError, match="nearest: thesis"):
         find("thesys")
