@@ -73,6 +73,8 @@ def test_the_model_finds_the_axis(late: int) -> None:
     added = 0.25 * found.axis.lag * found.axis.viscous
     assert found.axis.mass - added == pytest.approx(0.1, rel=0.01)
     assert found.half_width("mass") > 2.0 * added
+    # Nothing tells a constant force from the rounding of the D/A.
+    assert found.half_width("offset") > 0.0014 * found.axis.coulomb
     assert found.axis.lag == pytest.approx(truth.lag, abs=2e-4)
     assert math.isinf(found.axis.limit)
     # The friction along the way, as far as hats of a twentieth of the travel can follow it.
