@@ -40,16 +40,16 @@ _FINER = 2  # times that the best speed's neighbours are halved
 # Standard deviation of what this model leaves out (bristles, the current's rise), as a part of the
 # value: seen on 12 random axes of docs/make_commissioning.py, and checked on 40 others there.
 _LEFT_OUT = {"mass": 0.002, "viscous": 0.003, "coulomb": 0.006, "offset": 0.0, "lag": 0.0}
-# The same of a constant force, as a part of the sliding friction (the D/A rounds what holds a weight
-# to one of its steps): seen on 15 axes that sink, and checked on 20 others.
+# The same of a constant force, as a part of the sliding friction (the D/A rounds what holds a
+# weight to one of its steps): seen on 15 axes that sink, and checked on others.
 _CONSTANT = 0.0007
 # Part of lag Fv by which the mass is expected to be larger, and its standard deviation: the
 # product of two shares between 0 and 1 of which nothing is known.
 _ELECTRICAL = 0.25
 _SHARE = 0.95
 _APART = (
-    "the strokes do not tell mass and friction apart: are there strokes in both directions, and does "
-    "the encoder resolve them?"
+    "the strokes do not tell mass and friction apart: are there strokes in both directions, and "
+    "does the encoder resolve them?"
 )
 
 
@@ -197,7 +197,13 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
 
 def _limited(strokes: Sequence[Record], breakaway: float, dt: float) -> Axis:
     """Where the search goes on: with a limit of the force, where that explains the strokes by far
-    better than none."""
+    better than none.
+
+    Raises
+    ------
+    CommissionError
+        No strokes tell mass and friction apart.
+    """
     # What the weakest third shows is the least touched by a limit.
     weak = sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3]
     gentle = _begun(weak, dt)

@@ -183,8 +183,8 @@ def ramp(work: Work) -> list[Record]:
     record = stand.drive(law, 3.0 * RISE, wide)
     if not law.contracted:
         raise CommissionError(
-            f"the wire goes on contracting up to {record.u.max():.3g} V: a larger --effort would show "
-            "its whole way, or a window in --from and --to is too small for it"
+            f"the wire goes on contracting up to {record.u.max():.3g} V: a larger --effort would "
+            "show its whole way, or a window in --from and --to is too small for it"
         )
     cooled(stand, least, work, law.start, float(record.x.max()) - law.start)
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]
