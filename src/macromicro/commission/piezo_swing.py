@@ -27,7 +27,7 @@ _SEEN = 8.0  # noises that the ringing must be
 _SLEWS = (0.03, 0.1, 0.3, 1.0, 3.0)  # to begin with, steps per period of the resonance
 # Standard deviation of what this leaves out (a loop that widens with the rate), as a part of the
 # value: seen on 12 random stages of docs/commissioning_piezo.py, and checked on others there.
-_LEFT_OUT = (1e-5, 1e-3, 0.12, 0.03)
+_LEFT_OUT = (1e-5, 1e-3, 0.2, 0.03)
 _DELAY, _DELAYS = 0.5, 2.0  # control periods that an effort acts late: to begin with, and at most
 _FEW, _BEST = 6, 2  # rounds of every search, and how many go on
 _LIMITED = 0.8  # a limit of the rate must lower the squares to that part
