@@ -73,6 +73,8 @@ def test_the_model_finds_the_axis(late: int) -> None:
     added = 0.25 * found.axis.lag * found.axis.viscous
     assert found.axis.mass - added == pytest.approx(0.1, rel=0.01)
     assert found.half_width("mass") > 2.0 * added
+    # Nothing tells a constant force from the rounding of the D/A.
+    assert found.half_width("offset") > 0.0014 * found.axis.coulomb
     assert found.axis.lag == pytest.approx(truth.lag, abs=2e-4)
     assert math.isinf(found.axis.limit)
     # The friction along the way, as far as hats of a twentieth of the travel can follow it.
@@ -82,11 +84,15 @@ def test_the_model_finds_the_axis(late: int) -> None:
     assert np.corrcoef(level, felt)[0, 1] > 0.9
 
 
-def test_a_limit_of_the_force_is_found() -> None:
-    rig = Virtual(PLAIN._replace(limit=2.5))
+@pytest.mark.parametrize("back", [1.0, 0.2])
+def test_a_limit_of_the_force_is_found(back: float) -> None:
+    """And how much of the slope is friction, at any speed, and not back-EMF."""
+    rig = Virtual(PLAIN._replace(limit=2.5, back=back))
     found = model.fitted(strokes(rig), 1e-3, 1.2, 0.012)
     assert found.axis.limit == pytest.approx(2.5, rel=0.03)
     assert found.axis.mass == pytest.approx(0.1, rel=0.03)
+    assert found.axis.back == pytest.approx(back, abs=0.1)
+    assert abs(found.axis.viscous - PLAIN.viscous) < found.half_width("viscous")
 
 
 def test_the_momentum_s_balance_is_exact_without_friction_at_rest() -> None:

@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from tests.commission.stages import stage
 
-from macromicro.commission import piezo, piezo_climb, piezo_loops, piezo_swing, report, store
+from macromicro.commission import (
+    piezo,
+    piezo_climb,
+    piezo_curves,
+    piezo_loops,
+    piezo_swing,
+    report,
+    store,
+)
 from macromicro.commission.courses import Corner, course, decaying
 from macromicro.commission.piezo_loops import Loops
 from macromicro.commission.procedure import Options, Work
@@ -115,6 +123,29 @@ def test_loops_and_creep_are_found_together() -> None:
     assert none.creep < 1e-4
     u, x, left_over = piezo_loops.predicted(found, swings(prandtl.operator(r, w), 0.02, dt)[0], dt)
     assert len(u) == len(x) and np.abs(left_over).max() < 2e-3 * found.stroke
+
+
+def test_first_order_curves_open_as_the_plays_do_where_the_loop_is_one_everywhere() -> None:
+    r = 0.25 * np.arange(16)
+    w = 1e-6 * np.r_[5.0, 0.8 * np.exp(-r[1:])]
+    dt = 4e-3
+    made = swings(prandtl.operator(r, w), 0.0, dt)
+    found = piezo_loops.fitted(made, dt)
+    every = piezo_curves.curves(made[1], found, dt)
+    assert [c.turn for c in every] == pytest.approx([3.0, 0.0, -2.0])
+    for one in every:
+        # A play follows its slot's edges: down along u + r from 6 - r, up along u - r.
+        u = np.linspace(one.turn, 6.0, 99)[:, None]
+        down, there = np.minimum(u + r, 6.0 - r), np.minimum(one.turn + r, 6.0 - r)
+        opened = float(np.max((down - np.maximum(u - r, there)) @ w))
+        assert one.opening == pytest.approx(opened, rel=0.02)
+        assert one.modelled == pytest.approx(one.opening, rel=1e-3)
+    assert piezo_curves.apart(every) < 1e-3
+    # A loop that is wider at the top.
+    bent = [m._replace(x=m.x + 8e3 * m.x * np.abs(m.x)) for m in made]
+    found = piezo_loops.fitted(bent, dt)
+    assert piezo_curves.apart(piezo_curves.curves(bent[1], found, dt)) > 0.03
+    assert piezo_curves.curves(made[0], found, dt) == [] and piezo_curves.apart([]) == 0.0
 
 
 def ringing(omega: float, damping: float, lag: float, slew: float, dt: float) -> list[Record]:

@@ -179,6 +179,10 @@ def test_a_late_force_acts_parts_of_a_sample_later() -> None:
 def test_a_force_is_limited_less_the_back_emf() -> None:
     """At rest at most `limit`; at a speed v, Fv v more may be asked for."""
     axis = Axis(2.0, 3.0, limit=5.0)
+    for back, most in ((1.0, 11.0), (0.5, 8.0), (0.0, 5.0)):
+        part = axis._replace(back=back)
+        assert model.given(part, 99.0, 2.0) == most
+        assert model.given(part, -99.0, -2.0) == -most
     free = axis._replace(limit=np.inf)
     push = np.full(500, 9.0)
     x = simulate(axis, push, 1e-3)

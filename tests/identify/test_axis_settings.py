@@ -25,10 +25,10 @@ def settled(tmp_path: Path, axis: Axis = AXIS, around: Around = AROUND):  # type
     return machines.load(place)
 
 
-@pytest.mark.parametrize("limit", [float("inf"), 22.0])
-def test_the_machine_moves_as_the_model_does(tmp_path: Path, limit: float) -> None:
+@pytest.mark.parametrize(("limit", "back"), [(float("inf"), 1.0), (22.0, 1.0), (22.0, 0.3)])
+def test_the_machine_moves_as_the_model_does(tmp_path: Path, limit: float, back: float) -> None:
     """The same efforts, the same way: gain, mass, slope, friction, weight, lag and limit."""
-    axis = AXIS._replace(limit=limit)
+    axis = AXIS._replace(limit=limit, back=back)
     machine, tree = settled(tmp_path, axis)
     t = np.arange(400) * 1e-3
     efforts = np.where(t < 0.25, 3.0 + np.sin(50.0 * t), -1.0)

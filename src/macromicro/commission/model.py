@@ -31,6 +31,7 @@ UNITS = {
     "lag": "s",
 }
 FITTED = ("mass", "viscous", "coulomb", "offset", "lag")
+_BY_LIMIT = ("limit", "back")  # what a limited force shows as well
 _LAGS = 12  # whole periods of lag tried at the start
 _SPEEDS = (1e-3, 0.01, 0.03, 0.1, 0.3)  # Stribeck speeds tried, parts of the top speed
 _LIMITS = (0.1, 0.2, 0.4, 0.7)  # of the largest effort: limits of the force to begin with
@@ -39,10 +40,17 @@ _FINER = 2  # times that the best speed's neighbours are halved
 # Standard deviation of what this model leaves out (bristles, the current's rise), as a part of the
 # value: seen on 12 random axes of docs/make_commissioning.py, and checked on 40 others there.
 _LEFT_OUT = {"mass": 0.002, "viscous": 0.003, "coulomb": 0.006, "offset": 0.0, "lag": 0.0}
+# The same of a constant force, as a part of the sliding friction (the D/A rounds what holds a
+# weight to one of its steps): seen on 15 axes that sink, and checked on others.
+_CONSTANT = 0.0007
 # Part of lag Fv by which the mass is expected to be larger, and its standard deviation: the
 # product of two shares between 0 and 1 of which nothing is known.
 _ELECTRICAL = 0.25
 _SHARE = 0.95
+_APART = (
+    "the strokes do not tell mass and friction apart: are there strokes in both directions, and "
+    "does the encoder resolve them?"
+)
 
 
 class Model(NamedTuple):
@@ -136,12 +144,12 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
         The strokes do not tell mass and friction apart.
     """
     top = _top(strokes, dt)
-    start = _limited(strokes, begun(strokes, dt), breakaway, dt)
+    start = _limited(strokes, breakaway, dt)
     tried: dict[float, Fit] = {}
 
     def fit(speed: float) -> None:
         found = held(start._replace(stribeck_speed=speed * top), breakaway)
-        names = FITTED if math.isinf(found.limit) else (*FITTED, "limit")
+        names = FITTED if math.isinf(found.limit) else (*FITTED, *_BY_LIMIT)
         tried[speed] = uneven.fitted(
             strokes, found, names, breakaway=breakaway, spread=spread, dt=dt
         )
@@ -173,6 +181,7 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
     mean[FITTED.index("mass")] += hidden
     covariance[FITTED.index("mass"), FITTED.index("mass")] += hidden**2
     left_out = np.array([_LEFT_OUT[n] for n in FITTED]) * mean
+    left_out[FITTED.index("offset")] = _CONSTANT * mean[FITTED.index("coulomb")]
     covariance += np.diag(left_out**2)
     stribeck, speed = weights @ drops
     axis = Axis(
@@ -180,23 +189,32 @@ def fitted(strokes: Sequence[Record], dt: float, breakaway: float, spread: float
         stribeck=float(stribeck),
         stribeck_speed=float(speed),
         limit=chosen.axis.limit,
+        back=chosen.axis.back,
     )
     rms = math.sqrt(chosen.square)
     return Model(axis, chosen.level, FITTED, covariance, chosen.freedom, rms)
 
 
-def _limited(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float) -> Axis:
+def _limited(strokes: Sequence[Record], breakaway: float, dt: float) -> Axis:
     """Where the search goes on: with a limit of the force, where that explains the strokes by far
-    better than none."""
+    better than none.
+
+    Raises
+    ------
+    CommissionError
+        No strokes tell mass and friction apart.
+    """
+    # What the weakest third shows is the least touched by a limit.
+    weak = sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3]
+    gentle = _begun(weak, dt)
+    start = _begun(strokes, dt) or gentle
+    if start is None:
+        raise CommissionError(_APART)
+    gentle = gentle or start
     push = max(float(np.abs(s.u).max()) for s in strokes)
     start = start._replace(stribeck_speed=_SPEEDS[1] * _top(strokes, dt))
     free = _search(strokes, start, breakaway, dt)
     plain = _rms(_missed(strokes, free, dt))
-    # What the weakest third shows is the least touched by a limit.
-    try:
-        gentle = begun(sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3], dt)
-    except CommissionError:
-        gentle = start
     best, least = free, _LIMITED * plain
     gentle = gentle._replace(stribeck_speed=start.stribeck_speed)
     # A late force and a limited one look alike: begin on both sides.
@@ -207,6 +225,14 @@ def _limited(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float
         if error < least and found.limit < push:
             best, least = found, error
     return best
+
+
+def _begun(strokes: Sequence[Record], dt: float) -> Axis | None:
+    """As `begun`; None where strokes do not tell."""
+    try:
+        return begun(strokes, dt)
+    except CommissionError:
+        return None
 
 
 def begun(strokes: Sequence[Record], dt: float) -> Axis:
@@ -245,10 +271,7 @@ def begun(strokes: Sequence[Record], dt: float) -> Axis:
         if error < least:
             best, least = (theta, lag), error
     if best is None or best[0][0] <= 0.0:
-        raise CommissionError(
-            "the strokes do not tell mass and friction apart: are there strokes in both "
-            "directions, and does the encoder resolve them?"
-        )
+        raise CommissionError(_APART)
     (mass, viscous, coulomb, offset), lag = best[0].tolist(), best[1]
     # A lag that is no whole number of periods is found by the search that begins here.
     return Axis(mass, max(viscous, 0.0), max(coulomb, 0.0), offset, lag=max(lag, 0.1) * dt)
@@ -284,13 +307,14 @@ def _search(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float)
 
     top = _top(strokes, dt)
     push = max(float(np.abs(s.u).max()) for s in strokes)
-    names = FITTED if math.isinf(start.limit) else (*FITTED, "limit")
+    names = FITTED if math.isinf(start.limit) else (*FITTED, *_BY_LIMIT)
     least = {"viscous": 0.05 * push / top, "coulomb": 0.05 * push, "lag": dt}
     usual = start._replace(offset=0.05 * push)
     scale = np.array([max(getattr(usual, n), least.get(n, 0.0)) for n in names])
     low = np.array([{"offset": -np.inf, "mass": 1e-2}.get(n, 0.0) for n in names])
     begin = np.array([getattr(start, n) for n in names]) / scale
-    begin = np.maximum(begin, low + 1e-3)
+    high = np.array([{"back": 1.0}.get(n, np.inf) for n in names])
+    begin = np.clip(begin, low + 1e-3, high - 1e-3)
     some = [uneven.taken(one) for one in strokes]
 
     def axis(values: Array) -> Axis:
@@ -303,7 +327,7 @@ def _search(strokes: Sequence[Record], start: Axis, breakaway: float, dt: float)
 
     # Differences over a percent: wider than the kinks where a stroke begins and ends.
     found = least_squares(
-        missed, begin, bounds=(low, np.inf), jac="3-point", diff_step=1e-2, xtol=1e-6, ftol=1e-8,
+        missed, begin, bounds=(low, high), jac="3-point", diff_step=1e-2, xtol=1e-6, ftol=1e-8,
         max_nfev=60,
     )  # fmt: skip
     return axis(found.x)

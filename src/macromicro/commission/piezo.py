@@ -15,6 +15,7 @@ from macromicro.commission.piezo_swing import Swing
 from macromicro.commission.procedure import Kind, Step, Work
 
 _SPARE = 0.05  # of the reach that targets leave free
+_ROUNDED = 0.3  # of a count: standard deviation by rounding
 _SENSOR = 0.1  # of the reach that the sensor shows beyond it at least
 
 
@@ -59,7 +60,8 @@ def fitted(work: Work) -> Model:
     loops = piezo_loops.fitted(work[SWINGS], dt)
     reach, steps = work[REACH], work[STEPS]
     before = (reach.lowest, reach.highest, 0.0, float(steps[0].u[0]))
-    swing = piezo_swing.fitted(steps, dt, before, work[GAIN].noise, loops)
+    noise = max(work[GAIN].noise, _ROUNDED * work.stand.pitch)
+    swing = piezo_swing.fitted(steps, dt, before, noise, loops)
     return Model(loops, swing)
 
 

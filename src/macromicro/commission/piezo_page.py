@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from macromicro.commission.piezo_curves import Curve, apart
+from macromicro.commission.piezo_curves import curves as reversal_curves
 from macromicro.commission.piezo_loops import Loops, predicted
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
 _SHARE = 0.95
 _POOR = 0.01  # of the stroke: plays and creep leave that much
+_APART = 0.03  # of the widest loop: a first-order curve opens otherwise than the plays
 _SWUNG = 0.2  # s of the steps that are drawn
 
 
@@ -108,6 +111,14 @@ def doubts(work: Work, model: Any) -> list[str]:
             f"Play operators and creep leave {loops.rms / loops.stroke:.1%} of the stroke: drift, "
             "or a loop that is not the same everywhere?"
         )
+    every = reversal_curves(work["swings"][-1], loops, work.stand.dt)
+    if apart(every) > _APART:
+        worst = max(every, key=lambda c: abs(c.opening - c.modelled))
+        said.append(
+            f"The first-order curve from {worst.turn:.3g} V opens by {worst.opening * 1e6:.3g} um, "
+            f"the plays' by {worst.modelled * 1e6:.3g} um: the loop is not the same at all places, "
+            "and what the law takes it for is wrong by that."
+        )
     if not swing.limited:
         said.append("No step was limited in its rate: the greatest rate is what was seen, no more.")
     if swing.damping > 0.2:
@@ -140,6 +151,33 @@ def loop(swings: Sequence[Record], found: Loops, dt: float) -> Figure:
         title = "swing that dies away" if not k else "partial swings"
         finish(axes[0, k], title, "", "[um]" if not k else "")
         finish(axes[1, k], "measured less plays and creep", "effort [V]", "[nm]" if not k else "")
+    return figure
+
+
+def curves(every: Sequence[Curve]) -> Figure:
+    """First-order reversal curves, and how wide they open.
+
+    Parameters
+    ----------
+    every : Sequence[Curve]
+        The curves.
+
+    Returns
+    -------
+    Figure
+        Two pictures.
+    """
+    figure, axes = new(2.8, 1, 2)
+    for k, one in enumerate(every):
+        x, model = ((values - one.x[0]) * 1e6 for values in (one.x, one.model))
+        line(axes[0, 0], one.u, x, BLUE, "" if k else "measured")
+        line(axes[0, 0], one.u, model, RED, "" if k else "plays", linestyle="--")
+    turns = np.array([one.turn for one in every])
+    opened = np.array([(one.opening, one.modelled) for one in every]).reshape(-1, 2) * 1e6
+    axes[0, 1].plot(turns, opened[:, 0], "o", color=BLUE, label="measured")
+    axes[0, 1].plot(turns, opened[:, 1], "x", color=RED, label="plays")
+    finish(axes[0, 0], "First-order curves", "effort [V]", "from the top [um]", legend=True)
+    finish(axes[0, 1], "How wide they open", "turned at [V]", "[um]", legend=True)
     return figure
 
 
@@ -191,6 +229,12 @@ FIGURES = {
         "Hysteresis",
         "Slow swings once both ends had been reached, and what plays and creep leave of them.",
         lambda work, model: loop(work["swings"], model.loops, work.stand.dt),
+    ),
+    "curves": Drawn(
+        "First-order reversal curves",
+        "From the top down to a turning point and up again, beside the plays; the widest distance "
+        "between both ways.",
+        lambda work, model: curves(reversal_curves(work["swings"][-1], model.loops, work.stand.dt)),
     ),
     "weights": Drawn(
         "Plays",

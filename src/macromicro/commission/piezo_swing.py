@@ -2,8 +2,8 @@
 
 After a step the effort stands still, and so does the hysteresis: what is left is a damped
 oscillator's free ringing, from which its frequency and damping follow whatever the step looked
-like at the stack. How late and how wide the ringing is shows what came before it: a first-order
-lag whose rate is limited (amplifier and capacitance of the stack).
+like at the stack. How late and how wide the ringing is shows what came before it: a delay and
+a first-order lag whose rate is limited (amplifier and capacitance of the stack).
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ _SEEN = 8.0  # noises that the ringing must be
 _SLEWS = (0.03, 0.1, 0.3, 1.0, 3.0)  # to begin with, steps per period of the resonance
 # Standard deviation of what this leaves out (a loop that widens with the rate), as a part of the
 # value: seen on 12 random stages of docs/commissioning_piezo.py, and checked on others there.
-_LEFT_OUT = (1e-5, 1e-3, 0.2, 0.05)
+_LEFT_OUT = (1e-5, 1e-3, 0.2, 0.03)
+_DELAY, _DELAYS = 0.5, 2.0  # control periods that an effort acts late: to begin with, and at most
+_FEW, _BEST = 6, 2  # rounds of every search, and how many go on
 _LIMITED = 0.8  # a limit of the rate must lower the squares to that part
 
 
@@ -41,7 +43,7 @@ class Swing(NamedTuple):
     damping : float
         Its damping ratio.
     lag : float
-        From an effort to the stack's voltage, s.
+        From an effort to the stack's voltage, s: delay and time constant together.
     slew : float
         Greatest rate of the effort that the stack follows, V/s.
     limited : bool
@@ -110,47 +112,54 @@ def fitted(
     levels = np.array([*before, *(s.u[-1] for s in steps)])
     plays = moved(levels, thresholds)[len(before) - 1 : -1]
 
+    weights = np.array(loops.weights)
+
     def missed(p: Array) -> Array:
-        lag, slew = np.exp(p)
+        lag, slew, delay = p[0] * dt, math.exp(p[1]), p[2] * dt
         missing = []
         for s, y in zip(parts, plays, strict=True):
-            volts = s.u[0] + _lagged(len(s.x), _size(s), lag, slew, dt / _FINE)
+            volts = s.u[0] + _lagged(len(s.x), _size(s), lag, slew, dt / _FINE, delay)
             # A play's part of the position, after Kuhnen (2003).
             stood = np.maximum(
                 volts[:, None] - thresholds, np.minimum(volts[:, None] + thresholds, y)
             )
-            missing.append(_step(s.x, (stood - y) @ np.array(loops.weights), omega, damping, dt))
+            missing.append(_step(s.x, (stood - y) @ weights, omega, damping, dt))
         return np.concatenate(missing)
 
+    def unlimited(p: Array) -> Array:
+        return missed(np.array([p[0], 60.0, p[1]]))
+
     largest = max(abs(_size(s)) for s in steps)
-    late = np.log([0.3 * dt, dt, 0.1 / first])
-    low = math.log(0.01 * dt)
-    every = [
-        least_squares(lambda p: missed(np.array([p[0], 60.0])), [lag], bounds=(low, 0.0))
-        for lag in late
-    ]
+    late, low = (0.3, 1.0, max(0.1 / (first * dt), 1.5)), 0.01  # of the lag, control periods
+    bounds = ([low, 0.0], [np.inf, _DELAYS])
+    every = [least_squares(unlimited, [lag, _DELAY], bounds=bounds) for lag in late]
     free = min(every, key=lambda one: float(one.cost))
-    best, squares = None, 2.0 * free.cost * _LIMITED
-    for part, lag in product(_SLEWS, late):
-        start = [lag, math.log(part * largest * omega)]
-        bounds = ([low, -np.inf], [0.0, np.inf])
-        tried = least_squares(missed, start, bounds=bounds, max_nfev=30)
-        if 2.0 * tried.cost < squares:
-            best, squares = tried, 2.0 * tried.cost
+    bounds = ([low, -np.inf, 0.0], [np.inf, np.inf, _DELAYS])
+    starts = [
+        [lag, math.log(part * largest * omega), _DELAY] for part, lag in product(_SLEWS, late)
+    ]
+    tries = [least_squares(missed, p, bounds=bounds, max_nfev=_FEW) for p in starts]
+    tries.sort(key=lambda one: float(one.cost))
+    tried = [least_squares(missed, one.x, bounds=bounds, max_nfev=30) for one in tries[:_BEST]]
+    best = min(tried, key=lambda one: float(one.cost))
     cuts = np.cumsum([len(s.x) for s in parts])[:-1]
-    if best is None:
-        lag = float(np.exp(free.x[0]))
-        sure = lag * float(_spread(free.jac, free.fun, cuts)[0])
+    limited = bool(best.cost < _LIMITED * free.cost)
+    if not limited:
+        slope = np.array([dt, dt])
+        lag, covariance = float(slope @ free.x), _covariance(free.jac, free.fun, cuts)
         slew, wide = largest / max(lag, dt), 0.0
     else:
-        lag, slew = np.exp(best.x).tolist()
-        sure, wide = (np.exp(best.x) * _spread(best.jac, best.fun, cuts)).tolist()
+        slope = np.array([dt, 0.0, dt])
+        lag, covariance = float(slope @ best.x), _covariance(best.jac, best.fun, cuts)
+        slew = math.exp(best.x[1])
+        wide = slew * math.sqrt(covariance[1, 1])
+    sure = math.sqrt(slope @ covariance @ slope)
     values = (omega / (2.0 * math.pi), damping, lag, slew)
     scatter = (float(spread[0]) / (2.0 * math.pi), float(spread[1]), sure, wide)
     sure_of = tuple(
         math.hypot(s, part * v) for s, part, v in zip(scatter, _LEFT_OUT, values, strict=True)
     )
-    return Swing(*values, best is not None, sure_of, len(small) - 2.0)
+    return Swing(*values, limited, sure_of, len(small) - 2.0)
 
 
 def _size(step: Record) -> float:
@@ -219,9 +228,9 @@ def _left(x: Array, basis: Array) -> Array:
     return np.asarray(x - q @ (q.T @ x))
 
 
-def _lagged(n: int, size: float, lag: float, slew: float, h: float) -> Array:
-    """A step behind a first-order lag whose rate is limited, V: the middles of `_FINE` parts."""
-    t = (np.arange(n * _FINE) + 0.5) * h
+def _lagged(n: int, size: float, lag: float, slew: float, h: float, delay: float) -> Array:
+    """A late step behind a first-order lag whose rate is limited, V: the middles of parts."""
+    t = np.maximum((np.arange(n * _FINE) + 0.5) * h - delay, 0.0)
     # Rate-limited while more than slew lag is left, then first order.
     until = max(abs(size) - slew * lag, 0.0) / slew
     left = abs(size) - slew * until
@@ -241,10 +250,14 @@ def _swung(goal: Array, omega: float, damping: float, h: float) -> Array:
 
 
 def _spread(jacobian: Array, error: Array, cuts: Array) -> Array:
-    """Standard deviations, each part between the cuts a witness (Liang and Zeger 1986)."""
+    """Standard deviations, each part between the cuts a witness."""
+    return np.asarray(np.sqrt(np.diag(_covariance(jacobian, error, cuts))))
+
+
+def _covariance(jacobian: Array, error: Array, cuts: Array) -> Array:
+    """Each part between the cuts a witness (Liang and Zeger 1986)."""
     bread = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     parts = zip(np.split(jacobian, cuts), np.split(error, cuts), strict=True)
     scores = np.stack([j.T @ e for j, e in parts])
     n, count = len(scores), jacobian.shape[1]
-    covariance = n / max(n - count, 1) * bread @ (scores.T @ scores) @ bread
-    return np.asarray(np.sqrt(np.diag(covariance)))
+    return np.asarray(n / max(n - count, 1) * bread @ (scores.T @ scores) @ bread)

@@ -105,6 +105,7 @@ def free_run(
             p.stribeck_speed,
             p.lag,
             p.limit,
+            p.back,
         )
         v, gone = step(here, v, given(p, force[k], v) - p.offset, h)
         x += gone
@@ -195,7 +196,8 @@ def fitted(
     prior = np.concatenate([np.zeros(count), np.full(KNOTS, 1.0 / spread**2)])
 
     def axis(by: Array) -> Axis:
-        values = {n: max(getattr(start, n) + b, _LEAST[n]) for n, b in zip(names, by, strict=True)}
+        values = {n: getattr(start, n) + b for n, b in zip(names, by, strict=True)}
+        values = {n: min(max(v, _LEAST[n]), _MOST.get(n, math.inf)) for n, v in values.items()}
         return held(start._replace(**values), breakaway)
 
     some = [taken(one) for one in strokes]
@@ -247,7 +249,9 @@ _LEAST = {
     "offset": -math.inf,
     "lag": 0.0,
     "limit": 0.0,
+    "back": 0.0,
 }
+_MOST = {"back": 1.0}
 
 
 def taken(stroke: Record) -> npt.NDArray[np.intp]:
@@ -282,6 +286,8 @@ def _step(axis: Axis, name: str, dt: float) -> float:
     """How far a parameter is moved for differences."""
     if name == "lag":
         return 0.1 * dt
+    if name == "back":
+        return -_STEP if axis.back > 0.5 else _STEP  # into what may be
     if name == "offset":
         return _STEP * max(abs(axis.offset), axis.coulomb)
     return float(_STEP * max(abs(getattr(axis, name)), 1e-9))

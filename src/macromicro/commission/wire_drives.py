@@ -8,7 +8,7 @@ import numpy as np
 
 from macromicro.commission.procedure import Work
 from macromicro.commission.stand import CommissionError, Record, Stand
-from macromicro.commission.wire_laws import LONG, PATIENCE, RISE, Pulses, Ramp, Warmth
+from macromicro.commission.wire_laws import EXTENDED, LONG, PATIENCE, RISE, Pulses, Ramp, Warmth
 
 WARMTH, RAMP, PULSES = "warmth", "ramp", "pulses"
 _SEEN = 12.0  # noises that a motion must be
@@ -16,8 +16,13 @@ _STILL = 3.0  # s in which a wire that has cooled moves by no more than its nois
 EFFORTS = (0.6, 1.0, 0.8, 0.45)  # of what lies above the effort that contracts it
 
 
-def cooled(stand: Stand, least: float, work: Work) -> None:
+def cooled(
+    stand: Stand, least: float, work: Work, start: float = math.nan, way: float = math.nan
+) -> None:
     """Wait without effort until the wire moves no more.
+
+    Hot, a wire stands, too: it stays contracted until its heat has fallen far enough. So it must
+    have come back first, and stand for as long as that took.
 
     Parameters
     ----------
@@ -27,22 +32,34 @@ def cooled(stand: Stand, least: float, work: Work) -> None:
         Motion that is seen for sure, m.
     work : Work
         Options.
+    start : float, optional
+        Where it was before it was warmed, m; NaN: it is extended already.
+    way : float, optional
+        How far it was contracted, m.
 
     Raises
     ------
     CommissionError
-        It does not come to rest.
+        It does not come to rest, or not back.
     """
-    at, since = math.nan, 0.0
+    at, since, came = math.nan, 0.0, 0.0
+    back = math.isnan(start)
 
     def idle(t: float, x: float, v: float) -> float | None:
-        nonlocal at, since
+        nonlocal at, since, back, came
+        if not back and x - start <= max(EXTENDED * way, 0.5 * least):
+            back, came = True, t
         if not abs(x - at) < least:
             at, since = x, t
-        return None if t - since >= _STILL else 0.0
+        return None if back and t - since >= _STILL and t >= 2.0 * came else 0.0
 
     wide = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
     record = stand.drive(idle, PATIENCE, wide)
+    if not back:
+        raise CommissionError(
+            f"the wire is still contracted after {PATIENCE:.0f} s without effort: does its spring "
+            "stretch it again?"
+        )
     if len(record.t) * stand.dt >= PATIENCE:
         raise CommissionError(f"the wire is not at rest after {PATIENCE:.0f} s without effort")
 
@@ -102,7 +119,7 @@ def warmth(work: Work) -> Warmth:
         )
     sign = math.copysign(1.0, float(record.x[-1]) - law.start)
     stand.facing *= sign
-    cooled(stand, least, work)
+    cooled(stand, least, work, sign * law.start, abs(float(record.x[-1]) - law.start))
     return Warmth(sign, law.effort, noise)
 
 
@@ -137,12 +154,13 @@ def ramp_intent(work: Work) -> str:
     """
     return (
         f"Effort rises slowly, {work.options.effort / RISE:.2g} V/s, until the wire contracts no "
-        f"more, at {work.options.effort:.3g} V at most; then it cools. It goes all its way."
+        f"more, at {work.options.effort:.3g} V at most, and falls as slowly to 0. It goes all its "
+        "way, and back."
     )
 
 
 def ramp(work: Work) -> list[Record]:
-    """All its way, slowly.
+    """All its way and back, slowly.
 
     Parameters
     ----------
@@ -162,13 +180,13 @@ def ramp(work: Work) -> list[Record]:
     o, stand, least = work.options, work.stand, least_motion(work)
     law = Ramp(work, least, seen=False)
     wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
-    record = stand.drive(law, 1.5 * RISE, wide)
+    record = stand.drive(law, 3.0 * RISE, wide)
     if not law.contracted:
         raise CommissionError(
-            f"the wire goes on contracting up to {law.effort:.3g} V: a larger --effort would show "
-            "its whole way, or a window in --from and --to is too small for it"
+            f"the wire goes on contracting up to {record.u.max():.3g} V: a larger --effort would "
+            "show its whole way, or a window in --from and --to is too small for it"
         )
-    cooled(stand, least, work)
+    cooled(stand, least, work, law.start, float(record.x.max()) - law.start)
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]
 
 
@@ -186,8 +204,8 @@ def way_of(work: Work) -> float:
         m.
     """
     record = work[RAMP][0]
-    n = max(round(0.2 / work.stand.dt), 1)
-    return float(record.x[-n:].mean() - record.x[:n].mean())
+    n, top = max(round(0.2 / work.stand.dt), 1), int(np.argmax(record.u))
+    return float(record.x[max(top - n, 0) : top].mean() - record.x[:n].mean())
 
 
 def _pulse_efforts(work: Work) -> tuple[list[float], float]:
@@ -239,7 +257,8 @@ def pulses(work: Work) -> list[Record]:
     """
     stand, o = work.stand, work.options
     efforts, hold = _pulse_efforts(work)
-    longest = LONG * float(work[RAMP][0].t[-1])
+    slow = work[RAMP][0]
+    longest = LONG * float(slow.t[int(np.argmax(slow.u))])
     law = Pulses(efforts, hold, way_of(work), longest)
     wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
     record = stand.drive(law, len(efforts) * (longest + 2.0 * PATIENCE), wide)

@@ -12,14 +12,17 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.commission.stand import CommissionError, Record
-from macromicro.commission.wire_model import Heat, simulated, thinned
+from macromicro.commission.wire_model import Begin, Heat, simulated, thinned
 
 # Standard deviation of what the model leaves out (what is around the wire warms in more than one
 # step, a bend that is not that of f), as a part of the value: seen on 12 random wires of
 # docs/commissioning_wire.py, and checked on others there.
-_LEFT_OUT = {"up": 0.06, "tau": 0.12, "start": 0.05, "end": 0.05, "first": 0.05, "last": 0.05}
+_LEFT_OUT = {"up": 0.025, "tau": 0.06, "start": 0.05, "end": 0.05, "first": 0.05, "last": 0.05}
 _BENT = 0.3  # to begin with
-_SHARES, _SLOWER = (0.03, 0.25), (3.0, 12.0)  # of what is around the wire, to begin with
+_SHARES, _SLOWER = (0.03, 0.25), (10.0,)  # of what is around the wire, to begin with
+_TAUS = (0.3, 1.0, 3.0)  # of the time constant by delays: where the search begins
+_FEW, _BEST, _ROUNDS = 6, 2, 40  # rounds of every search, how many go on, their rounds
+_STEP = 1e-3  # of a parameter, for differences
 
 
 class Wire(NamedTuple):
@@ -35,12 +38,15 @@ class Wire(NamedTuple):
         Witnesses less one.
     rms : float
         What is left, m.
+    begin : tuple[Begin, ...], optional
+        Heat that each record begins with; none: cold.
     """
 
     heat: Heat
     covariance: Array
     freedom: float
     rms: float
+    begin: tuple[Begin, ...] = ()
 
     def deviation(self, name: str) -> float:
         """Standard deviation of a quantity, with what the model leaves out.
@@ -87,7 +93,11 @@ def _up_slope(p: Heat) -> Array:
 
 
 def fitted(records: Sequence[Record], dt: float, way: float, noise: float) -> Wire:
-    """Parameters whose free runs from cold are nearest to the records.
+    """Parameters whose free runs are nearest to the records.
+
+    A record begins extended, but not cold: what the drive before it left in the wire and around it
+    is fitted with the parameters. The search begins at several time constants, and ends in the best
+    of all: a slow wire that is taken for a quick one explains the ramp as well.
 
     Parameters
     ----------
@@ -113,36 +123,40 @@ def fitted(records: Sequence[Record], dt: float, way: float, noise: float) -> Wi
     from scipy.optimize import least_squares
 
     thin = [thinned(one, dt) for one in records]
-    start = begun(thin[0], thin[1], way)
 
     def heat(p: Array) -> Heat:
-        v, bends = np.exp(p[:-2]), p[-2:]
+        v, bends = np.exp(p[:8]), p[8:10]
         # Differences keep the four in their order.
         share = v[1] / (1.0 + v[1])
         return Heat(v[0], share, v[2], v[3], v[4], v[4] + v[5], v[6] + v[7], v[6], way, *bends)
 
-    def missed(p: Array) -> Array:
-        return np.concatenate([(one.x - simulated(heat(p), one)) / way for one in thin])
+    def begin(p: Array) -> list[Begin]:
+        return [Begin(left, left) for left in (math.exp(p[4]) * p[10:]).tolist()]
 
-    best = None
-    for share, slow in product(_SHARES, _SLOWER):
-        guess = [
-            start.tau, share, slow * start.tau, start.latent, start.start,
-            start.end - start.start, start.last, start.first - start.last,
-        ]  # fmt: skip
-        found = least_squares(
-            missed, [*np.log(guess), _BENT, _BENT], x_scale=0.1, diff_step=1e-3, max_nfev=40
+    def missed(p: Array) -> Array:
+        wire = heat(p)
+        return np.concatenate(
+            [(r.x - simulated(wire, r, b)) / way for r, b in zip(thin, begin(p), strict=True)]
         )
-        if best is None or found.cost < best.cost:
-            best = found
-    assert best is not None
+
+    def jac(p: Array) -> Array:
+        # Steps of their own: parts of the logarithms, which may be 0, say nothing of the scale.
+        return _slopes(missed, p, _STEP)
+
+    first = [
+        least_squares(missed, [*np.log(g), _BENT, _BENT, *np.zeros(len(thin))], jac, max_nfev=_FEW)
+        for g in guesses(thin[0], thin[1], way)
+    ]
+    first.sort(key=lambda one: float(one.cost))
+    ended = [least_squares(missed, one.x, jac, max_nfev=_ROUNDS) for one in first[:_BEST]]
+    best = min(ended, key=lambda one: float(one.cost))
     p = Heat(*(float(v) for v in heat(best.x)))
     if math.sqrt(np.mean(best.fun**2)) > 0.15:
         raise CommissionError(
             "no heat that comes and goes explains what the wire does: is something in its way, or "
             "does the air move?"
         )
-    slopes = _slopes(heat, best.x)
+    slopes = _slopes(lambda p: np.array(heat(p)), best.x, 1e-5)
     bread = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
     cuts = _turns(thin)
     parts = zip(np.split(best.jac, cuts), np.split(best.fun, cuts), strict=True)
@@ -151,11 +165,12 @@ def fitted(records: Sequence[Record], dt: float, way: float, noise: float) -> Wi
     covariance = slopes @ (n / (n - 1) * bread @ (scores.T @ scores) @ bread) @ slopes.T
     k = Heat._fields.index("way")
     covariance[k, k] = 2.0 * noise**2
-    return Wire(p, covariance, n - 1.0, way * float(np.sqrt(np.mean(best.fun**2))))
+    rms = way * float(np.sqrt(np.mean(best.fun**2)))
+    return Wire(p, covariance, n - 1.0, rms, tuple(begin(best.x)))
 
 
-def begun(ramp: Record, pulses: Record, way: float) -> Heat:
-    """Where the search begins: by delays and durations, as if nothing around the wire warmed.
+def guesses(ramp: Record, pulses: Record, way: float) -> list[list[float]]:
+    """Where the search begins.
 
     Parameters
     ----------
@@ -168,12 +183,43 @@ def begun(ramp: Record, pulses: Record, way: float) -> Heat:
 
     Returns
     -------
+    list[list[float]]
+        Each of tau, share, slow, latent, start, end less start, last, first less last.
+    """
+    about, made = begun(ramp, pulses, way), []
+    for part in _TAUS:
+        one = about if part == 1.0 else begun(ramp, pulses, way, part * about.tau)
+        for share, slow in product(_SHARES, _SLOWER):
+            made.append(
+                [
+                    one.tau, share, slow * one.tau, one.latent, one.start,
+                    one.end - one.start, one.last, one.first - one.last,
+                ]
+            )  # fmt: skip
+    return made
+
+
+def begun(ramp: Record, pulses: Record, way: float, tau: float | None = None) -> Heat:
+    """Where a search begins: by delays and durations, as if nothing around the wire warmed.
+
+    Parameters
+    ----------
+    ramp : Record
+        Effort that rises steadily.
+    pulses : Record
+        Of which the first one is looked at.
+    way : float
+        Full contraction, m.
+    tau : float | None, optional
+        Its time constant, s; None: by which ramp and pulse begin to contract it at one heat.
+
+    Returns
+    -------
     Heat
         Roughly.
     """
-    from scipy.optimize import brentq
-
-    rate = float(ramp.u[-1] / ramp.t[-1])
+    top = int(np.argmax(ramp.u))
+    rate = float(ramp.u[top] / ramp.t[top])
     begin, end = (float(ramp.u[int(np.argmax(ramp.x >= s * way))]) for s in (0.01, 0.97))
     off = int(np.argmax((pulses.u <= 0.0) & (pulses.x > 0.5 * way)))
     push, hold = float(pulses.u[3]), float(pulses.u[off - 2])
@@ -186,18 +232,14 @@ def begun(ramp: Record, pulses: Record, way: float) -> Heat:
     heated = max(when(x >= 0.95 * way) - wait, float(t[1]))
     fall = max(when(x <= 0.97 * way, off) - t[off], float(t[1]))
     fallen = max(when(x <= 0.03 * way, off) - t[off] - fall, float(t[1]))
-
-    def early(tau: float) -> float:  # pulse and ramp begin to contract at one heat
-        ramped = begin - tau * rate * (1.0 - math.exp(-begin / (tau * rate)))
-        return push * (1.0 - math.exp(-wait / tau)) - ramped
-
-    low, high = 0.05 * wait, 50.0 * wait
-    tau = float(brentq(early, low, high)) if early(low) * early(high) < 0.0 else 0.7 * wait
+    if tau is None:
+        tau = _tau(rate, begin, push, wait)
     start = push * (1.0 - math.exp(-wait / tau))
     span = max(end - start, 0.05 * start)
     both = heated * max(push - start - 0.5 * span, 0.05 * push)
     root = (end - start) ** 2 - 4.0 * rate * both
     width = 0.5 * (end - start + math.sqrt(root)) if root > 0.0 else 0.5 * span
+    width = max(width, 0.05 * start)
     latent = max(both - tau * width, 0.1 * both)
     first = hold * math.exp(-fall / tau)
     cold = (first * fallen - latent) / (tau + 0.5 * fallen)
@@ -205,13 +247,22 @@ def begun(ramp: Record, pulses: Record, way: float) -> Heat:
     return Heat(tau, 0.0, tau, latent, start, start + width, first, first - cold, way)
 
 
-def _slopes(heat: Callable[[Array], Heat], at: Array) -> Array:
-    """How the parameters change with those that are searched."""
-    columns = []
-    for k in range(len(at)):
-        there = at.copy()
-        there[k] += 1e-5
-        columns.append((np.array(heat(there)) - np.array(heat(at))) / 1e-5)
+def _tau(rate: float, begin: float, push: float, wait: float) -> float:
+    """The time constant with which ramp and pulse begin to contract the wire at one heat."""
+    from scipy.optimize import brentq
+
+    def early(tau: float) -> float:
+        ramped = begin - tau * rate * (1.0 - math.exp(-begin / (tau * rate)))
+        return push * (1.0 - math.exp(-wait / tau)) - ramped
+
+    low, high = 0.05 * wait, 50.0 * wait
+    return float(brentq(early, low, high)) if early(low) * early(high) < 0.0 else 0.7 * wait
+
+
+def _slopes(what: Callable[[Array], Array], at: Array, step: float) -> Array:
+    """How something changes with the parameters: differences."""
+    here = what(at)
+    columns = [(what(at + one) - here) / step for one in step * np.eye(len(at))]
     return np.stack(columns, axis=1)
 
 

@@ -11,7 +11,7 @@ RISE = 40.0  # s from no effort to the largest
 _PART = 0.02  # of the largest effort: the position must go on by then
 _FLAT = 0.01  # of the way so far
 _STOPS = 3  # so many times in turn: it is contracted
-_CONTRACTED, _EXTENDED = 0.97, 0.03  # of the way: where a pulse and its cooling end
+_CONTRACTED, EXTENDED = 0.97, 0.03  # of the way: where a pulse and its cooling end
 LONG = 3.0  # a pulse may last so many times as long as the ramp
 _HELD = 0.25  # of the ramp's time: a contracted wire is held that long
 PATIENCE = 300.0  # s
@@ -36,7 +36,9 @@ class Warmth(NamedTuple):
 
 
 class Ramp:
-    """Effort that rises slowly until the wire contracts no more, or by no more than is asked.
+    """Effort that rises slowly until the wire contracts no more, and falls as slowly to nothing.
+
+    Or it ends as soon as the wire contracts by as much as is asked.
 
     Parameters
     ----------
@@ -56,12 +58,15 @@ class Ramp:
         self.least, self.seen = least, seen
         self.effort, self.start = 0.0, math.nan
         self.mark = (0.0, math.nan)
-        self.still, self.moved, self.contracted = 0, False, False
+        self.still, self.moved, self.contracted, self.falling = 0, False, False, False
 
     def __call__(self, t: float, x: float, v: float) -> float | None:
         """The effort of this period; None when it ends."""
         if math.isnan(self.start):
             self.start, self.mark = x, (0.0, x)
+        if self.falling:
+            self.effort = max(self.effort - self.rise, 0.0)
+            return self.effort or None
         way = abs(x - self.start)
         self.moved = self.moved or way > self.least
         if self.effort - self.mark[0] >= self.step:
@@ -69,6 +74,9 @@ class Ramp:
             self.still = self.still + 1 if slow and self.moved else 0
             self.mark = (self.effort, x)
         self.contracted = self.still >= _STOPS
+        if self.contracted and not self.seen:
+            self.falling = True
+            return self.effort
         ended = self.contracted or (self.seen and self.moved) or x - self.start >= self.edge
         if ended or self.effort >= self.most:
             return None
@@ -104,7 +112,7 @@ class Pulses:
         done = (
             share >= _CONTRACTED or took > self.longest,
             took > self.held,
-            share <= _EXTENDED or took > PATIENCE,
+            share <= EXTENDED or took > PATIENCE,
             took > self.cooled,
         )[self.phase]
         if done:

@@ -8,7 +8,7 @@
 h is the temperature above the room, measured by the effort that would keep it, and s that of what
 is around the wire and warms slowly (a share of the resistance lies behind it); z is the share that
 has contracted. The four h are those of austenite start and end and of martensite start (first) and
-end (last); between them, z goes along a straight line.
+end (last).
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from macromicro.arrays import Array
 from macromicro.commission.stand import Record
 from macromicro.kernel import compiled, kernel
 
-_ROWS = 4000  # of a record
-_NEAR = 1e-9  # of the way: on a branch
+_ROWS = 1500  # of a record
+_NEAR = 1e-10  # of a branch: where its heat content is found
+_PATIENT = 40  # steps of Newton's, or halvings
 _STRAIGHT = 1e-6
 
 
@@ -61,6 +62,24 @@ class Heat(NamedTuple):
     way: float
     warming: float = 0.0
     cooling: float = 0.0
+
+
+class Begin(NamedTuple):
+    """What a record begins with: a wire that rests extended is not always cold.
+
+    Attributes
+    ----------
+    heat : float
+        Of the wire, V.
+    around : float
+        Of what is around it, V.
+    """
+
+    heat: float
+    around: float
+
+
+COLD = Begin(0.0, 0.0)
 
 
 @kernel
@@ -128,41 +147,89 @@ def steepness(z: float, bend: float) -> float:
 
 
 @kernel
-def free_run(p: Heat, efforts: Array, dt: float, out: Array) -> None:
-    """Contraction from cold under efforts.
+def settled(p: Heat, content: float, z: float, warming: bool) -> tuple[float, float]:
+    """Heat and contraction that go with a heat content, which rose or fell to it.
 
     Parameters
     ----------
     p : Heat
         Parameters.
+    content : float
+        tau h + latent z, V s.
+    z : float
+        Contraction before, from 0 to 1.
+    warming : bool
+        Whether it rose.
+
+    Returns
+    -------
+    h : float
+        V.
+    z : float
+        From 0 to 1.
+    """
+    at, over, bend = p.last, p.first - p.last, p.cooling
+    if warming:
+        at, over, bend = p.start, p.end - p.start, p.warming
+    # As a share of the branch: what no transformation would give, and where it was left.
+    free = ((content - p.latent * z) / p.tau - at) / over
+    left = along(z, bend)
+    if (warming and free <= left) or (not warming and free >= left):
+        return at + over * free, z
+    low, high, q = min(left, free), max(left, free), left
+    part, goal = p.tau * over, content - p.tau * at
+    for _ in range(_PATIENT):
+        there = branch(q, bend)
+        missing = goal - part * q - p.latent * there
+        if abs(missing) < _NEAR * part:
+            break
+        if missing > 0.0:
+            low = q
+        else:
+            high = q
+        slope = steepness(there, bend) if 0.0 <= q <= 1.0 else 0.0
+        near = q + missing / (part + p.latent * slope)
+        q = near if low < near < high else 0.5 * (low + high)
+    return at + over * q, branch(q, bend)
+
+
+@kernel
+def free_run(p: Heat, begin: Begin, efforts: Array, dt: float, out: Array) -> None:
+    """Contraction under efforts of a wire that was extended.
+
+    The heat's content goes on by Heun's rule. Heat and contraction follow from it, so a branch
+    begins and ends between two samples where it does, and results change smoothly with parameters.
+
+    Parameters
+    ----------
+    p : Heat
+        Parameters.
+    begin : Begin
+        Heat at the first row.
     efforts : ndarray, shape (n,)
         V.
     dt : float
         From one to the next, s.
     out : ndarray, shape (n,)
-        m, written into.
+        m, means over the periods, written into.
     """
-    h = z = around = 0.0
+    h, around, z = begin.heat, begin.around, 0.0
     behind = p.share / (1.0 - p.share)
     for k in range(len(efforts)):
-        out[k] = p.way * z
-        flow = h - around
-        push = (1.0 - p.share) * efforts[k] - flow
-        slope = 0.0
-        rise, fall = p.end - p.start, p.first - p.last
-        if push > 0.0 and z < 1.0 and (h - p.start) / rise >= along(z, p.warming) - _NEAR:
-            slope = steepness(z, p.warming) / rise
-        elif push < 0.0 and z > 0.0 and (h - p.last) / fall <= along(z, p.cooling) + _NEAR:
-            slope = steepness(z, p.cooling) / fall
-        around += (behind * flow - around) * dt / p.slow
-        h += push * dt / (p.tau + p.latent * slope)
-        if push > 0.0:
-            z = max(z, branch((h - p.start) / rise, p.warming))
-        else:
-            z = min(z, branch((h - p.last) / fall, p.cooling))
+        push = (1.0 - p.share) * efforts[k] - h + around
+        warm = behind * (h - around) - around
+        content = p.tau * h + p.latent * z
+        h1, _ = settled(p, content + push * dt, z, push > 0.0)
+        around1 = around + warm * dt / p.slow
+        push = 0.5 * (push + (1.0 - p.share) * efforts[k] - h1 + around1)
+        warm = 0.5 * (warm + behind * (h1 - around1) - around1)
+        before = z
+        h, z = settled(p, content + push * dt, z, push > 0.0)
+        around += warm * dt / p.slow
+        out[k] = 0.5 * p.way * (before + z)
 
 
-def simulated(p: Heat, record: Record) -> Array:
+def simulated(p: Heat, record: Record, begin: Begin = COLD) -> Array:
     """Contraction along a record.
 
     Parameters
@@ -170,7 +237,9 @@ def simulated(p: Heat, record: Record) -> Array:
     p : Heat
         Parameters.
     record : Record
-        From cold.
+        It begins extended.
+    begin : Begin, optional
+        Heat that it begins with.
 
     Returns
     -------
@@ -179,7 +248,8 @@ def simulated(p: Heat, record: Record) -> Array:
     """
     out = np.empty_like(record.x)
     plain = Heat(*(float(v) for v in p))
-    compiled(free_run)(plain, record.u, float(record.t[1] - record.t[0]), out)
+    warm = Begin(*(float(v) for v in begin))
+    compiled(free_run)(plain, warm, record.u, float(record.t[1] - record.t[0]), out)
     return out
 
 

@@ -70,7 +70,7 @@ def rows(work: Work) -> list[tuple[str, ...]]:
     return [
         ("noise of the reading", f"{warmth.noise * 1e6:.3g}", "", "um rms"),
         ("first seen to contract at", f"{warmth.effort:.3g}", "", "V, rising slowly"),
-        ("contracted at", f"{ramp.u[-1]:.3g}", "", "V, rising slowly"),
+        ("contracted at", f"{ramp.u.max():.3g}", "", "V, rising slowly"),
     ]
 
 
@@ -105,14 +105,14 @@ def doubts(work: Work, model: Wire) -> list[str]:
     return said
 
 
-def records(every: Sequence[Record], heat: Heat, dt: float) -> Figure:
+def records(every: Sequence[Record], found: Wire, dt: float) -> Figure:
     """The slow ramp and the pulses, and the model's free run.
 
     Parameters
     ----------
     every : Sequence[Record]
         Ramp, then pulses.
-    heat : Heat
+    found : Wire
         The model.
     dt : float
         Control period, s.
@@ -126,7 +126,8 @@ def records(every: Sequence[Record], heat: Heat, dt: float) -> Figure:
     for k, one in enumerate(every):
         thin = thinned(one, dt)
         line(axes[0, k], thin.t, thin.x * 1e3, BLUE, "measured")
-        line(axes[0, k], thin.t, simulated(heat, thin) * 1e3, RED, "model", linestyle="--")
+        free = simulated(found.heat, thin, found.begin[k])
+        line(axes[0, k], thin.t, free * 1e3, RED, "model", linestyle="--")
         line(axes[1, k], thin.t, thin.u, RED, "")
         finish(axes[0, k], "pulses" if k else "slow ramp", "", "" if k else "[mm]", legend=not k)
         finish(axes[1, k], "effort", "time [s]", "" if k else "[V]")
@@ -159,8 +160,8 @@ def loop(heat: Heat) -> Figure:
 FIGURES = {
     "records": Drawn(
         "Heating and cooling",
-        "The slow ramp and the pulses, beside the model's free run from cold under their efforts.",
-        lambda work, model: records([*work["ramp"], *work["pulses"]], model.heat, work.stand.dt),
+        "The slow ramp and the pulses, beside the model's free run under their efforts.",
+        lambda work, model: records([*work["ramp"], *work["pulses"]], model, work.stand.dt),
     ),
     "loop": Drawn(
         "Hysteresis",

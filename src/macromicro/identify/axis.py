@@ -42,8 +42,10 @@ class Axis(NamedTuple):
     lag : float
         Time by which the force acts late, s.
     limit : float
-        Greatest force that the drive's current gives, N. Fv is taken as back-EMF then: at a speed
-        the drive can be asked for Fv v more before it comes to that.
+        Greatest force that the drive's current gives, N. At a speed the drive can be asked for as
+        much more as back-EMF takes there, `back` Fv v, before it comes to that.
+    back : float
+        Part of Fv that is back-EMF, from 0 to 1; no other than a limited force shows it.
     """
 
     mass: float
@@ -55,6 +57,7 @@ class Axis(NamedTuple):
     stribeck_speed: float = 1.0
     lag: float = 0.0
     limit: float = math.inf
+    back: float = 1.0
 
 
 @kernel
@@ -150,7 +153,7 @@ def given(p: Axis, force: float, v: float) -> float:
     float
         N.
     """
-    emf = p.viscous * v
+    emf = p.back * p.viscous * v
     return min(max(force, emf - p.limit), emf + p.limit)
 
 

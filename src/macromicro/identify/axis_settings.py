@@ -3,7 +3,8 @@
 What was identified is a force per volt, a mass, frictions and a lag; motor and amplifier are not
 known one by one. A linear motor with a force constant of k N/A on a resistance of k / g ohm gives g
 newtons per volt, and its back-EMF is a viscous friction of k g N s/m. With k g the identified
-viscous slope, effort and motion are those of the model, whatever part of it is back-EMF in truth.
+viscous slope, effort and motion are those of the model, whatever part of it is back-EMF in truth;
+where a limited force has shown that part, the rest is friction.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ def values(axis: Axis, around: Around) -> dict[str, str]:
         Path to a TOML value with its unit.
     """
     gain, effort = around.gain, around.effort
-    k = max(axis.viscous / gain, _LEAST)
+    k = max(axis.back * axis.viscous / gain, _LEAST)
     spare = max(_SPARE * around.travel, 10.0 * around.pitch)
     # An effort acts within its period; what the lag is longer, the current's rise takes.
     delay = min(max(axis.lag, 0.0), around.period)
@@ -88,7 +89,7 @@ def values(axis: Axis, around: Around) -> dict[str, str]:
         "friction.coulomb": (axis.coulomb, "N"),
         "friction.stribeck": (axis.stribeck, "N"),
         "friction.stribeck_speed": (max(axis.stribeck_speed, 1e-4), "m/s"),
-        "friction.viscous": (0.0, "N*s/m"),
+        "friction.viscous": (max(axis.viscous - k * gain, 0.0), "N*s/m"),
         "friction.ripple": (ripple, "N"),
         "encoder.pitch": (around.pitch, "m"),
         "encoder.rate": (_COUNTED * around.speed / around.pitch, "counts/s"),
