@@ -36,7 +36,9 @@ class Written(NamedTuple):
     header, code : str
         NAME.h and NAME.c.
     entries : tuple[Routine, ...]
-        Its functions.
+        The functions that its user calls.
+    routines : tuple[Routine, ...]
+        All functions, callees first.
     program : Program
         All of it.
     store : bool
@@ -48,6 +50,7 @@ class Written(NamedTuple):
     header: str
     code: str
     entries: tuple[Routine, ...]
+    routines: tuple[Routine, ...]
     program: Program
     store: bool
 
@@ -104,8 +107,8 @@ class Writer:
         ]
         header = self._header(entries, begin[0], "\n".join(bodies + given + begin[0] + begin[1]))
         return Written(
-            unit, self.name, _joined(header), _joined(code), tuple(entries), program,
-            bool(self.changed),
+            unit, self.name, _joined(header), _joined(code), tuple(entries),
+            tuple(made for made in program.order if made in used), program, bool(self.changed),
         )  # fmt: skip
 
     def _used(self, entries: list[Routine]) -> list[Routine]:
@@ -129,29 +132,26 @@ class Writer:
     def _header(self, entries: list[Routine], begin: list[str], code: str) -> list[str]:
         program = self.program
         guard = f"{self.name.upper()}_H"
+        heads: list[str] = []
         for made in entries:
-            program.signature(made)
-        structs = program.struct_lines()
+            heads += ["", *wrapped([f"{program.signature(made)};"])]
         constants = [
             f"#define {name} {text}"
             for name, text in program.constants.items()
             if re.search(rf"\b{name}\b", code)
         ]
-        heads: list[str] = []
-        for made in entries:
-            heads += ["", *wrapped([f"{program.signature(made)};"])]
         extern = [
             f"extern const {program.declared(kind_of(value), f'{self.name}_{key}')};"
             for key, value in self.unit.given.items()
         ]
-        whole = ["#include <stdint.h>"]
+        structs = program.struct_lines("\n".join([code, *heads, *extern]))
         return [
             *self._top(),
             f"#ifndef {guard}",
             f"#define {guard}",
             "",
             "#include <stdbool.h>",
-            *whole,
+            "#include <stdint.h>",
             "",
             *constants,
             "",

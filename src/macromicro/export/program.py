@@ -262,12 +262,15 @@ class Program:
         head = f"{'static ' if static else ''}{self.signature(made)}"
         return wrapped([*lines, head, "{", *idle, *made.lines, "}"])
 
-    def struct_lines(self) -> list[str]:
-        """All structs, each before its users."""
-        lines: list[str] = []
-        for kind, name in self.structs.items():
-            lines += ["", *self._struct(kind, name)]
-        return wrapped(lines[1:])
+    def struct_lines(self, code: str) -> list[str]:
+        """The structs that a code uses, each before its users."""
+        seen = set(re.findall(r"\w+", code))
+        found: list[list[str]] = []
+        for kind, name in reversed(self.structs.items()):
+            if name in seen:
+                found.append(["", *self._struct(kind, name)])
+                seen |= set(re.findall(r"\w+", "\n".join(found[-1])))
+        return wrapped([line for each in reversed(found) for line in each])
 
     def _struct(self, kind: Any, name: str) -> list[str]:
         told: dict[str, str] = {}
