@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from macromicro.commands.group import Group
+from macromicro.commands.group import Group, whole
 
 app = typer.Typer(
     cls=Group,
@@ -80,4 +80,43 @@ def c(
         for file, text in texts.items():
             (place / file).write_text(text, encoding="utf-8")
     print(f"{written.unit.title}: {', '.join(made.name for made in written.entries)}")
+    print(f"results: {place}")
+
+
+@app.command()
+def fmu(
+    what: What,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The FMU.", show_default="<WHAT>.fmu")
+    ] = None,
+    config: Config = None,
+    fmi: Annotated[
+        int, typer.Option(parser=whole, metavar="N", help="Version of FMI: 2 or 3.")
+    ] = 2,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an earlier file.")
+    ] = False,
+) -> None:
+    """Write a co-simulation FMU from the exported C, for Simulink or FMPy (docs/export.md).
+
+    It holds the sources and a binary for Linux x86_64, which cc makes here; no Python.
+    """
+    from macromicro.errors import InputError
+    from macromicro.export import catalogue, files
+    from macromicro.export import fmu as units
+
+    if fmi not in units.VERSIONS:
+        raise InputError("--fmi", fmi, "2 or 3")
+    written = files.written(catalogue.unit(what, config))
+    place = out or Path(f"{written.name}.fmu")
+    if place.exists() and not overwrite:
+        raise InputError("--out", str(place), "a file that is not there yet, or --overwrite")
+    face = units.write(written, place, fmi)
+    numbers = {kind: 0 for kind in ("input", "output", "parameter")}
+    for each in face.variables:
+        numbers[each.causality] = numbers.get(each.causality, 0) + 1
+    print(
+        f"{written.unit.title}: {numbers['input']} inputs, {numbers['output']} outputs, "
+        f"{numbers['parameter']} tunable parameters, period {written.unit.period:g} s"
+    )
     print(f"results: {place}")

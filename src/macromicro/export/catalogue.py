@@ -56,6 +56,8 @@ class Unit(NamedTuple):
         At the start; None for what has none, or makes it in a function of its own.
     period : float
         Control period for the example, s.
+    memory : tuple[str, ...]
+        Numbers that a function takes and returns anew, where no state holds them.
     """
 
     name: str
@@ -64,9 +66,9 @@ class Unit(NamedTuple):
     given: dict[str, Any]
     state: Any = None
     period: float = 1e-3
+    memory: tuple[str, ...] = ()
 
 
-Maker = Callable[[Any], Unit]  # from settings; None for the default ones
 TWO_STAGE = "two_stage"
 
 
@@ -158,7 +160,7 @@ def _two_stage(settings: Any) -> dict[str, Callable[[], Unit]]:
         gains = getattr(spec, spec.micro_law.replace("-", "_"))
         entry = Entry("step", pi.step, (gains, 0.0, 0.0, 0.0))
         words = f"law {spec.micro_law} of the micro-stage"
-        return Unit(f"{name}.micro", words, (entry,), {"gains": gains})
+        return Unit(f"{name}.micro", words, (entry,), {"gains": gains}, memory=("integral",))
 
     def supervisor_unit() -> Unit:
         from macromicro import programme, simulate
@@ -219,7 +221,8 @@ def _parts(settings: Any) -> dict[str, Callable[[], Unit]]:
     def observer() -> Unit:
         arguments = (100.0, 0.0, 0.0, Sample(0.0, 0.0), 0.0)
         entry = Entry("step", cascade.observed, arguments)
-        return Unit("observer", "position and speed by a Luenberger observer", (entry,), {})
+        words = "the correction of a Luenberger observer of place and speed, as the cascade has it"
+        return Unit("observer", words, (entry,), {})
 
     def notch() -> Unit:
         given = filters.Notch(frequency=50.0)

@@ -41,8 +41,8 @@ class Written(NamedTuple):
         All functions, callees first.
     program : Program
         All of it.
-    store : bool
-        Whether the state needs arrays of the caller's.
+    changed : tuple[Table, ...]
+        Arrays of the state that the code changes, which the caller keeps.
     """
 
     unit: Unit
@@ -52,7 +52,12 @@ class Written(NamedTuple):
     entries: tuple[Routine, ...]
     routines: tuple[Routine, ...]
     program: Program
-    store: bool
+    changed: tuple[Table, ...]
+
+    @property
+    def store(self) -> bool:
+        """Whether the state needs arrays of the caller's."""
+        return bool(self.changed)
 
 
 class Writer:
@@ -108,7 +113,7 @@ class Writer:
         header = self._header(entries, begin[0], "\n".join(bodies + given + begin[0] + begin[1]))
         return Written(
             unit, self.name, _joined(header), _joined(code), tuple(entries),
-            tuple(made for made in program.order if made in used), program, bool(self.changed),
+            tuple(made for made in program.order if made in used), program, tuple(self.changed),
         )  # fmt: skip
 
     def _used(self, entries: list[Routine]) -> list[Routine]:
