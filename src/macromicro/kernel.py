@@ -282,3 +282,14 @@ def choice(function: object) -> Callable[..., Any] | None:
         As `by_type` was given it; None for what it did not mark.
     """
     return next((choose for marked, choose in _chosen if marked is function), None)
+
+
+def marked() -> tuple[Callable[..., Any], ...]:
+    """All kernels that have been imported.
+
+    Returns
+    -------
+    tuple[Callable[..., Any], ...]
+        In no order.
+    """
+    return tuple(_marked)

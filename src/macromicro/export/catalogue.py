@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,8 +17,10 @@ from macromicro.control import settings as control_settings
 from macromicro.control.macro import LAWS
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.errors import InputError
+from macromicro.export import kinds
 from macromicro.export.kinds import REAL, Rows
 from macromicro.kernel import is_kernel
+from macromicro.schema import plugins
 from macromicro.schema.text import printable
 
 
@@ -313,9 +316,43 @@ def unit(what: str, config: Path | None = None) -> Unit:
 
 
 def _own(what: str) -> Unit:
+    """A law or a kernel that the user names."""
+    place = plugins.place(what, outside.GROUP)
+    assert place is not None  # as `is_name` says
+    made = plugins.load(place, "WHAT", "a law or a kernel", lambda it: is_kernel(it) or _law(it))
+    name = what.partition(":")[2] or what
+    if is_kernel(made):
+        return alone(name, made)
     law = outside.find(what, "WHAT")
     if not is_kernel(law.step):
         accepted = "a law whose step is a kernel, under @kernel (docs/laws.md)"
         raise InputError("WHAT", f"{printable(what)}, plain Python", accepted)
-    module, _, name = what.partition(":")
-    return _law_of(name or module, law, law.gains(), 1e-3)
+    return _law_of(name, law, law.gains(), 1e-3)
+
+
+def _law(made: Any) -> bool:
+    return isinstance(made, StageLaw) or hasattr(made, "step")
+
+
+def alone(name: str, function: Callable[..., Any]) -> Unit:
+    """A kernel whose annotations say all of its types.
+
+    Raises `InputError` for one whose do not.
+    """
+    hints = kinds.hints_of(function)
+    arguments = []
+    for parameter in inspect.signature(function).parameters:
+        try:
+            arguments.append(kinds.of_hint(hints.get(parameter, Any)))
+        except kinds.Unlike as error:
+            where = f"{function.__module__}.{function.__qualname__}, {parameter}"
+            accepted = "float, int, bool, or a NamedTuple of them"
+            raise InputError(where, str(error), accepted) from None
+    entry = Entry("go", function, tuple(arguments))
+    return Unit(name, words_of(function), (entry,), {})
+
+
+def words_of(function: Callable[..., Any]) -> str:
+    """The first line of a kernel's docstring, or its name."""
+    text = inspect.getdoc(function) or function.__name__
+    return text.partition("\n")[0].rstrip(".")

@@ -111,7 +111,9 @@ class Example:
                 sizes = "".join(f"[{n or 1}]" for n in kind.shape)
                 self.lines.append(f"    static const {self.program.real} {shown}{sizes};")
             else:
-                start = self.program.plain(value, kind, lambda v, k: "NULL")
+                start = "{0}"
+                if not isinstance(value, Struct | Several):
+                    start = self.program.plain(value, kind, lambda v, k: "NULL")
                 declared = self.program.declared(kind, shown)
                 self.lines.append(f"    const {declared} = {start};")
             self.known[shown] = kind
