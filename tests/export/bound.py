@@ -17,8 +17,9 @@ import numpy as np
 from macromicro.export import kinds
 from macromicro.export.files import Written
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct, empty
+from macromicro.export.naming import legal
 from macromicro.export.program import Program
-from macromicro.export.routines import Routine, legal
+from macromicro.export.routines import Routine
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 CC = shutil.which("cc")
@@ -31,7 +32,17 @@ def built(written: Written, folder: Path, *, level: str = "-O1") -> ctypes.CDLL:
     code = re.sub(r"^static (?!inline|const)", "", written.code, flags=re.MULTILINE)
     (folder / f"{written.name}.c").write_text(code)
     library = folder / f"{written.name}.so"
-    command = [CC, *FLAGS, level, "-fPIC", "-shared", f"{written.name}.c", "-o", str(library), "-lm"]
+    command = [
+        CC,
+        *FLAGS,
+        level,
+        "-fPIC",
+        "-shared",
+        f"{written.name}.c",
+        "-o",
+        str(library),
+        "-lm",
+    ]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return ctypes.CDLL(str(library))
@@ -120,7 +131,8 @@ def flat(value: Any) -> list[Any]:
 def bits(value: Any) -> list[bytes]:
     """Numbers as bytes; one NaN is as good as another."""
     return [
-        b"nan" if math.isnan(float(each)) else struct.pack("=d", float(each)) for each in flat(value)
+        b"nan" if math.isnan(float(each)) else struct.pack("=d", float(each))
+        for each in flat(value)
     ]
 
 

@@ -67,7 +67,7 @@ def powered(x: float, y: float) -> tuple[float, float]:
 @kernel
 def signs(x: float, y: float) -> tuple[float, float, float, float]:
     """Signs, and terms in an order that counts."""
-    return -x - -y, x - (y - x), x / (y / x), -(-x) * -y
+    return -x - -y, x - (y - x), x / (y / x), -(-x - 1.0) * -y
 
 
 @kernel
@@ -217,6 +217,18 @@ def by_items(s: Sums) -> float:
     for each in s.values:
         total += each
     return total
+
+
+@kernel
+def by_turns(x: float) -> float:
+    while summed_pair(Pair(x)) > 1.0 and divided(x, 2.0)[0] > 0.0:
+        x -= 1.0
+    return x
+
+
+@kernel
+def by_order(s: Sums, x: float) -> float:
+    return summed(s, x)[1] + summed(s, 1.0)[1]
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from macromicro.export import catalogue, files
+from macromicro.export import catalogue, files, kinds
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct, empty
 from tests.export.bound import Bound, arrays, bits, built, strict
 
@@ -22,7 +22,7 @@ UNITS = tuple(catalogue.every())
 RAISED = (ZeroDivisionError, OverflowError, ValueError, IndexError)
 
 
-@lru_cache(maxsize=None)
+@cache
 def made(name: str, level: str = "-O1") -> Any:
     """A unit, its code, its library."""
     unit = catalogue.unit(name)
@@ -31,7 +31,7 @@ def made(name: str, level: str = "-O1") -> Any:
     return unit, written, built(written, folder, level=level)
 
 
-@lru_cache(maxsize=None)
+@cache
 def functions() -> dict[str, tuple[str, int]]:
     """Every function once: its name, the first unit that has it, its place there."""
     found: dict[Any, tuple[str, str, int]] = {}
@@ -68,10 +68,9 @@ def like(kind: Any, example: Any) -> st.SearchStrategy[Any]:
     """Values of a type about an example."""
     if kind is REAL:
         return near(0.0 if example is None else float(example))
-    if kind is WHOLE:
-        return st.one_of(st.just(int(example or 0)), st.integers(-1, 7))
-    if kind is TRUTH:
-        return st.booleans()
+    if kind in (WHOLE, TRUTH):
+        whole = st.one_of(st.just(int(example or 0)), st.integers(-1, 7))
+        return whole if kind is WHOLE else st.booleans()
     if isinstance(kind, Rows):
         if example is not None:
             return st.just(example)
@@ -97,12 +96,16 @@ def examples(unit: Any) -> dict[Any, Any]:
         if isinstance(value, tuple):
             try:
                 found.setdefault(files.kind_of(value), value)
-            except Exception:  # noqa: BLE001 - not of the language, so no argument either
+            except kinds.Unlike:
                 return
             for each in value:
                 note(each)
 
-    for value in (*unit.given.values(), unit.state, *(a for e in unit.entries for a in e.arguments)):
+    for value in (
+        *unit.given.values(),
+        unit.state,
+        *(a for e in unit.entries for a in e.arguments),
+    ):
         note(value)
     return found
 

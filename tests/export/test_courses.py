@@ -46,7 +46,11 @@ def course(name: str, folder: Path, periods: int) -> tuple[list[list[bytes]], li
             held = float(random.uniform(-0.3, 1.0)) * top
         if name == "two_stage.plant":
             out = advance.arguments[2]._replace(motor=5.0 * held / top, ctrl=max(held, 0.0))
-            given = [out, unit.entries[0].arguments[3]._replace(hall=held, laser=-held), unit.period]
+            given = [
+                out,
+                unit.entries[0].arguments[3]._replace(hall=held, laser=-held),
+                unit.period,
+            ]
         else:
             noises = advance.arguments[3].shape[1]
             given = [held, random.standard_normal((1, noises)), *rest[1:-1], unit.period]
@@ -54,7 +58,9 @@ def course(name: str, folder: Path, periods: int) -> tuple[list[list[bytes]], li
         memory = arrays(theirs)
         theirs = rebuilt(bound.call(library, made, values), ours, iter(memory))
         ours = advance.function(params, ours, *given)
-        truth = bound.call(library, shown, dict(zip(shown.parameters, (params, theirs), strict=True)))
+        truth = bound.call(
+            library, shown, dict(zip(shown.parameters, (params, theirs), strict=True))
+        )
         found[0].append([*bits(theirs), *bits(truth), *[a.tobytes() for a in memory]])
         found[1].append(
             [*bits(ours), *bits(show.function(params, ours)), *[a.tobytes() for a in arrays(ours)]]

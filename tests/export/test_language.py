@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from copy import deepcopy
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -47,7 +47,7 @@ EXAMPLES = {
 }  # fmt: skip
 
 
-@lru_cache(maxsize=None)
+@cache
 def made(name: str) -> Any:
     function = getattr(spoken, name)
     values = EXAMPLES.get(name, (0.0,) * function.__code__.co_argcount)
@@ -110,6 +110,8 @@ REFUSED = {
     "by_both": ("y, float and Pair", "one type"),
     "by_index": ("x, float", "a whole number"),
     "by_items": ("for over s.values", "range"),
+    "by_turns": ("divided", "a statement of its own"),
+    "by_order": ("summed", "alone in its statement"),
     "by_word": ("x, float", "a truth value"),
 }
 

@@ -19,7 +19,8 @@ app = typer.Typer(
 What = Annotated[
     str,
     typer.Argument(
-        metavar="WHAT", help="Such as axis.law; `macromicro export list`; or MODULE:LAW of your own."
+        metavar="WHAT",
+        help="Such as axis.law; `macromicro export list`; or MODULE:LAW of your own.",
     ),
 ]
 Config = Annotated[
@@ -31,6 +32,7 @@ Config = Annotated[
 @app.command("list")
 def list_(config: Config = None) -> None:
     """Print what can be exported, for all machines or that of a settings file."""
+    from macromicro.errors import InputError
     from macromicro.export import catalogue
 
     units = catalogue.every(config)
@@ -38,7 +40,7 @@ def list_(config: Config = None) -> None:
     for name in units:
         try:
             title = units[name]().title
-        except catalogue.InputError as error:
+        except InputError as error:
             title = f"not to be exported: {error}"
         print(f"{name:<{width}}  {title}")
 
@@ -112,7 +114,7 @@ def fmu(
     if place.exists() and not overwrite:
         raise InputError("--out", str(place), "a file that is not there yet, or --overwrite")
     face = units.write(written, place, fmi)
-    numbers = {kind: 0 for kind in ("input", "output", "parameter")}
+    numbers = dict.fromkeys(("input", "output", "parameter"), 0)
     for each in face.variables:
         numbers[each.causality] = numbers.get(each.causality, 0) + 1
     print(

@@ -21,6 +21,7 @@ from macromicro.export import kinds
 from macromicro.export.kinds import REAL, Rows
 from macromicro.kernel import is_kernel
 from macromicro.schema import plugins
+from macromicro.schema.config import load_overrides
 from macromicro.schema.text import printable
 
 
@@ -230,7 +231,9 @@ def _parts(settings: Any) -> dict[str, Callable[[], Unit]]:
     def notch() -> Unit:
         given = filters.Notch(frequency=50.0)
         entry = Entry("step", filters.step, (given, filters.Delays(0.0, 0.0), 0.0, 0.0))
-        return Unit("notch", "a notch filter", (entry,), {"params": given}, filters.Delays(0.0, 0.0))
+        return Unit(
+            "notch", "a notch filter", (entry,), {"params": given}, filters.Delays(0.0, 0.0)
+        )
 
     def dead_zone() -> Unit:
         entry = Entry("step", inverse.inverse, (0.0, 0.0))
@@ -283,9 +286,7 @@ def every(config: Path | None = None) -> dict[str, Callable[[], Unit]]:
         if machine is not None:
             loaded, tree = machines.load(config)
             return _stage(loaded, tree)
-        from macromicro import settings as two_stage
-
-        return _two_stage(two_stage.load(config))
+        return _two_stage(load_overrides(config, Settings()))
     found |= _two_stage(Settings())
     for machine in machines.MACHINES:
         found |= _stage(machine, machine.settings)

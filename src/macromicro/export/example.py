@@ -13,7 +13,7 @@ from macromicro import __version__
 from macromicro.export import kinds, words
 from macromicro.export.files import Written, kind_of
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
-from macromicro.export.program import legal, wrapped
+from macromicro.export.naming import legal, wrapped
 from macromicro.export.routines import Routine
 
 CC = "cc -std=c99 -O2 -ffp-contract=off"
@@ -170,9 +170,7 @@ def stack(written: Written) -> int | None:
             return None
         rows = [line.split("\t") for line in told[0].read_text().splitlines()]
     own = {row[0].rpartition(":")[2]: int(row[1]) for row in rows}
-    calls = {
-        made.name: set(re.findall(r"\w+", "\n".join(made.lines))) for made in written.routines
-    }
+    calls = {made.name: set(re.findall(r"\w+", "\n".join(made.lines))) for made in written.routines}
     deep: dict[str, int] = {}
     for made in written.routines:  # callees stand before their callers
         below = [deep[name] for name in calls[made.name] if name in deep]

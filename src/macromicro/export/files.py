@@ -11,7 +11,8 @@ from macromicro import __version__
 from macromicro.export import helpers, kinds, words
 from macromicro.export.catalogue import Unit
 from macromicro.export.kinds import REAL, Kind, Rows, Several, Struct, empty
-from macromicro.export.program import Program, legal, wrapped
+from macromicro.export.naming import legal, wrapped
+from macromicro.export.program import Program
 from macromicro.export.routines import Routine
 
 
@@ -181,9 +182,7 @@ class Writer:
             return self._table(value, kind, path)
         if not isinstance(kind, Struct | Several):
             return self.program.number(float(value) if kind is REAL else value)
-        names = (
-            list(kind.fields) if isinstance(kind, Struct) else self.program.parts(kind, None)
-        )
+        names = list(kind.fields) if isinstance(kind, Struct) else self.program.parts(kind, None)
         pad = "    " * (depth + 1)
         lines = []
         for name, each, part in zip(names, value, kind.types, strict=True):
@@ -239,13 +238,14 @@ class Writer:
         numbers = [int(n or 0) for n in each.kind.shape]
         flat = " * ".join(map(str, numbers))
         first = f"store->{each.name}" + "[0]" * (len(numbers) - 1)
-        source = each.source + "[0]" * (len(numbers) - 1) if each.source else ""
+        source = each.source + "[0]" * (len(numbers) - 1)
         pointer = f"    state->{each.path} = store->{each.name};"
         real = self.program.real if each.kind.element is REAL else self.program.whole
+        value = f"((const {real} *){source})[k]"
         loop = [
             pointer,
             f"    for (int k = 0; k < {flat}; k++) {{",
-            f"        (({real} *){first})[k] = {f'((const {real} *){source})[k]' if source else 0};",
+            f"        (({real} *){first})[k] = {value};",
             "    }",
         ]
         return loop

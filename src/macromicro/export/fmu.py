@@ -15,106 +15,12 @@ from xml.sax.saxutils import quoteattr
 from macromicro import __version__
 from macromicro.errors import InputError, MacromicroError
 from macromicro.export.files import Written
-from macromicro.export.kinds import Rows, Several, Struct
-from macromicro.export.routines import Routine
+from macromicro.export.model import Model
 from macromicro.export.variables import INPUT, OUTPUT, PARAMETER, Interface, Variable
 
 VERSIONS = (2, 3)
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
 _PLACES = {2: "linux64", 3: "x86_64-linux"}
-
-
-def model(face: Interface, token: str) -> str:
-    """model.c: the unit's functions, called once a control period."""
-    written, program, name = face.written, face.program, face.written.name
-    lines = [
-        f"/* {written.unit.title}: what an FMU asks of it. MIT licence. */",
-        '#include "model.h"',
-        "",
-        "#include <math.h>",
-        "#include <string.h>",
-        "",
-        f'#include "{name}.h"',
-        "",
-        f"#define PERIOD {written.unit.period!r} /* s */",
-        "",
-        f'const char MODEL_TOKEN[] = "{token}";',
-        "",
-        "struct Model {",
-        "    double time;",
-        "    double began; /* s */",
-        "    double periods;",
-        "    double behind; /* what of the last step made no whole period, s */",
-    ]
-    for kind, field in face.fields:
-        if isinstance(kind, Routine):
-            layout = kind if isinstance(kind.result, Several) else None
-            lines.append(f"    {program.declared(kind.result, field, layout=layout)};")
-        elif isinstance(kind, Rows):
-            sizes = "".join(f"[{n or 1}]" for n in kind.shape)
-            lines.append(f"    {program.real} {field}{sizes};")
-        else:
-            lines.append(f"    {program.declared(kind, field)};")
-    if written.store:
-        lines.append(f"    {program.struct(face.state)}Store store;")
-    wholes = [v for v in face.variables if v.whole]
-    if wholes:
-        lines.append(f"    double whole[{len(wholes)}]; /* copies of whole numbers */")
-    lines += ["};", "", "size_t model_size(void) { return sizeof(Model); }", ""]
-    lines += ["void model_reset(Model *m)", "{", "    memset(m, 0, sizeof *m);"]
-    for key in written.unit.given:
-        lines.append(f"    m->given_{key} = {name}_{key};")
-    for field, value, kind in face.starts:
-        text = program.plain(value, kind, lambda v, k: "NULL")
-        if isinstance(kind, Struct | Several):
-            text = f"({program.struct(kind)}){text}"
-        lines.append(f"    m->{field} = {text};")
-    lines += ["}", ""]
-    copies = [f"    m->whole[{k}] = (double)m->{v.path};" for k, v in enumerate(wholes)]
-    lines += ["void model_show(Model *m)", "{"]
-    for call in face.calls:
-        if call.moves is None and not call.kept:
-            lines.append(f"    m->out_{call.entry} = {call.text};")
-    lines += [*copies, "    (void)m;", "}", ""]
-    lines += ["void model_start(Model *m, double time)", "{", "    m->began = m->time = time;",
-              "    m->periods = m->behind = 0.0;"]  # fmt: skip
-    if written.unit.state is not None:
-        store = ", &m->store" if written.store else ""
-        lines.append(f"    {name}_begin(&m->state{store});")
-    first = face.calls[0]
-    if first.moves == "" and first.entry == "start":
-        lines.append(f"    m->state = {first.text};")
-    lines += ["    model_show(m);", "}", ""]
-    lines += [
-        "void model_step(Model *m, double length)",
-        "{",
-        "    m->behind += length;",
-        "    while (m->behind > 0.5 * PERIOD) {",
-        "        m->behind -= PERIOD;",
-    ]
-    for call in face.calls:
-        if call.moves == "" and call.entry != "start":
-            lines.append(f"        m->state = {call.text};")
-        elif call.moves or call.kept:
-            lines.append(f"        m->out_{call.entry} = {call.text};")
-            if call.moves:
-                lines.append(f"        m->state = m->out_{call.entry}.{call.moves};")
-            lines += [f"        m->in_{each} = m->out_{call.entry}.{each};" for each in call.kept]
-    lines += ["        m->periods += 1.0;", "        m->time = m->began + m->periods * PERIOD;", "    }", "    model_show(m);", "}", ""]
-    lines += ["void model_moved(Model *m)", "{"]
-    if written.store:
-        for table in written.changed:
-            lines.append(f"    m->state.{table.path} = m->store.{table.name};")
-    lines += ["    (void)m;", "}", ""]
-    lines += ["double *model_at(Model *m, unsigned int reference)", "{", "    switch (reference) {"]
-    seen = 0
-    for number, variable in enumerate(face.variables, 1):
-        path = variable.path
-        if variable.whole:
-            path, seen = f"whole[{seen}]", seen + 1
-        lines += [f"    case {number}:", f"        return &m->{path};"]
-    lines += ["    default:", "        return NULL;", "    }", "}", ""]
-    return "\n".join(lines)
 
 
 def _variable(v: Variable, reference: int, version: int) -> str:
@@ -232,7 +138,7 @@ def write(written: Written, out: Path, version: int) -> Interface:
     texts = {
         f"fmi{version}.c": own.joinpath(f"fmi{version}.c").read_text("utf-8"),
         "model.h": own.joinpath("model.h").read_text("utf-8"),
-        "model.c": model(face, token),
+        "model.c": Model(face).text(token),
         f"{written.name}.h": written.header,
         f"{written.name}.c": written.code,
     }
@@ -243,7 +149,9 @@ def write(written: Written, out: Path, version: int) -> Interface:
         command = [compiler, *FLAGS, *sources(written, version), "-o", library, "-lm"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
-            raise MacromicroError(f"cc does not compile the FMU: {done.stderr.strip().splitlines()[0]}")
+            raise MacromicroError(
+                f"cc does not compile the FMU: {done.stderr.strip().splitlines()[0]}"
+            )
         binary = (Path(folder) / library).read_bytes()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("modelDescription.xml", description(face, token, version))
@@ -253,4 +161,3 @@ def write(written: Written, out: Path, version: int) -> Interface:
         if version == 3:
             packed.writestr("sources/buildDescription.xml", _build_description(written))
     return face
-

@@ -12,11 +12,10 @@ import numpy as np
 
 from macromicro.export import helpers, kinds, words
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
-from macromicro.export.routines import Routine, legal
+from macromicro.export.naming import camel, legal, snake, wrapped
+from macromicro.export.routines import Routine
 from macromicro.export.sources import Source, source
 from macromicro.kernel import choice
-
-LONGEST = 100
 
 
 class Program:
@@ -54,10 +53,6 @@ class Program:
         self._names.add(free)
         return free
 
-    def legal(self, name: str) -> str:
-        """A field's name in C."""
-        return legal(name)
-
     def struct(self, kind: Any) -> str:
         """Name of a struct."""
         if isinstance(kind, Several):
@@ -67,10 +62,10 @@ class Program:
                 if isinstance(part, Struct | Several) and not empty(part):
                     self.struct(part)
             made = kind.instance_class
-            module = _camel(made.__module__.rpartition(".")[2])
+            module = camel(made.__module__.rpartition(".")[2])
             name = made.__name__
             name = name if name.startswith(module) else module + name
-            package = _camel(made.__module__.split(".")[-2]) if "." in made.__module__ else ""
+            package = camel(made.__module__.split(".")[-2]) if "." in made.__module__ else ""
             self.structs[kind] = self._claim(name, package + name)
         return self.structs[kind]
 
@@ -82,7 +77,7 @@ class Program:
                 if isinstance(part, Struct | Several) and not empty(part):
                     self.struct(part)
             if layout is not None:
-                name = _camel(layout.name) + "Out"
+                name = camel(layout.name) + "Out"
                 self._sizes[layout.name] = layout
             else:
                 name = "".join(str(p) if isinstance(p, Struct) else "Part" for p in kind.types)
@@ -100,7 +95,7 @@ class Program:
         for place, part in enumerate(kind.types):
             name = f"part{place}"
             if isinstance(part, Struct):
-                name = _snake(part.instance_class.__name__)
+                name = snake(part.instance_class.__name__)
             found.append(legal(f"{name}_{place}" if name in found else name))
         return found
 
@@ -171,9 +166,7 @@ class Program:
             return f"({name}){{{', '.join(text for _, text in parts)}}}"
         return f"({name}){{{', '.join(f'.{legal(n)} = {text}' for n, text in parts)}}}"
 
-    def declared(
-        self, kind: Any, name: str, layout: Any = None, rows_const: bool = False
-    ) -> str:
+    def declared(self, kind: Any, name: str, layout: Any = None, rows_const: bool = False) -> str:
         """A declaration without its end."""
         if isinstance(kind, Rows):
             const = "const " if rows_const else ""
@@ -301,41 +294,3 @@ class Program:
             shown = f"    {self.declared(part, each, rows_const=const)};"
             body.append(f"{shown} /* {note} */" if note else shown)
         return [*head, "typedef struct {", *body, f"}} {name};"]
-
-
-def wrapped(lines: list[str]) -> list[str]:
-    """Lines of code no longer than `LONGEST`, broken at blanks."""
-    found = []
-    for line in lines:
-        while len(line) > LONGEST:
-            comment = line.find("/* ", 4)
-            code = line[: comment if comment > 0 else len(line)].rstrip()
-            pad = line[: len(line) - len(line.lstrip())]
-            if comment > 0 and len(code) <= LONGEST and not line.lstrip().startswith("/*"):
-                found += [f"{pad}{line[comment:]}", code]
-                line = ""
-                break
-            place = line.rfind(" ", len(pad) + 8, LONGEST)
-            if place < 0:
-                break
-            if line.lstrip().startswith("//"):
-                found.append(line[:place])
-                line = f"{pad}// {line[place + 1 :]}"
-            else:
-                found.append(line[:place])
-                deeper = pad if len(found) > 1 and pad.endswith("        ") else pad + "        "
-                line = deeper + line[place + 1 :]
-        if line:
-            found.append(line)
-        elif not found or found[-1]:
-            if not lines or line == "":
-                found.append("") if not found or not found[-1].endswith(";") else None
-    return found
-
-
-def _camel(name: str) -> str:
-    return "".join(part[:1].upper() + part[1:] for part in name.split("_"))
-
-
-def _snake(name: str) -> str:
-    return re.sub(r"(?<=[a-z0-9])([A-Z])", r"_\1", name).lower()

@@ -6,15 +6,22 @@ import ast
 import builtins
 import inspect
 import io
+import operator
 import re
 import textwrap
 import tokenize
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
 from macromicro.errors import InputError
+
+_COMPUTED: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+}
 
 
 class Unknown(Exception):
@@ -77,6 +84,8 @@ class Source:
         """What an expression of constants is; raises `Unknown` for any other."""
         if isinstance(node, ast.Constant):
             return node.value
+        if isinstance(node, ast.Tuple):
+            return tuple(self.constant(each, local) for each in node.elts)
         if isinstance(node, ast.Name):
             if node.id in local or node.id not in self.names:
                 raise Unknown(node.id)
@@ -86,19 +95,21 @@ class Source:
             if not hasattr(base, node.attr):
                 raise Unknown(node.attr)
             return getattr(base, node.attr)
-        if isinstance(node, ast.Tuple):
-            return tuple(self.constant(each, local) for each in node.elts)
+        return self._computed(node, local)
+
+    def _computed(self, node: ast.AST, local: set[str]) -> Any:
+        """A constant with a sign, or whole numbers added, subtracted or multiplied."""
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            return -self.constant(node.operand, local)
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub | ast.Mult):
-            left = self.constant(node.left, local)
-            right = self.constant(node.right, local)
-            if not (type(left) is type(right) is int):
-                raise Unknown("no whole number")
-            if isinstance(node.op, ast.Mult):
-                return left * right
-            return left + right if isinstance(node.op, ast.Add) else left - right
-        raise Unknown(type(node).__name__)
+            found = self.constant(node.operand, local)
+            if type(found) is not int and type(found) is not float:
+                raise Unknown("no number")
+            return -found
+        if not isinstance(node, ast.BinOp) or type(node.op) not in _COMPUTED:
+            raise Unknown(type(node).__name__)
+        left, right = self.constant(node.left, local), self.constant(node.right, local)
+        if not (type(left) is type(right) is int):
+            raise Unknown("no whole number")
+        return int(_COMPUTED[type(node.op)](left, right))
 
     def home(self, node: ast.AST) -> str:
         """Name of the module that a constant's name is looked up in, for its name in C."""
@@ -109,7 +120,7 @@ class Source:
         return str(self.function.__module__)
 
 
-@lru_cache(maxsize=None)
+@cache
 def source(function: Callable[..., Any]) -> Source:
     """The source of a kernel, read once."""
     return Source(function)

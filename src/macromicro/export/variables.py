@@ -9,7 +9,7 @@ from macromicro.errors import InputError, MacromicroError
 from macromicro.export import kinds, words
 from macromicro.export.files import Written, kind_of
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Kind, Rows, Several, Struct, empty
-from macromicro.export.program import legal
+from macromicro.export.naming import legal
 from macromicro.units import size
 
 INPUT, OUTPUT, PARAMETER, LOCAL = "input", "output", "parameter", "local"
@@ -193,11 +193,11 @@ class Interface:
 
 def unit_of(said: str) -> str:
     """The unit that words about a number begin or end with; "" for none that is known."""
-    for part in (said.rpartition(", ")[2], said.split(" ")[0], said):
-        part = part.strip(" .,;")
+    for part in (said.rpartition(", ")[2], said.split(" ", maxsplit=1)[0], said):
+        unit = part.strip(" .,;")
         try:
-            size(part)
+            size(unit)
         except (MacromicroError, ValueError, KeyError):
             continue
-        return "" if part in ("1", "-", "") else part
+        return "" if unit in ("1", "-", "") else unit
     return ""

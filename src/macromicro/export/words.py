@@ -6,7 +6,7 @@ import ast
 import inspect
 import re
 import textwrap
-from functools import lru_cache
+from functools import cache
 from typing import Any, get_type_hints
 
 from macromicro.columns import Quantity
@@ -19,7 +19,7 @@ WIDTH = 96
 _BASE = ("m", "m/s", "s", "V", "rad", "1", "A", "degC")
 
 
-@lru_cache(maxsize=None)
+@cache
 def fields(kind: Any) -> dict[str, str]:
     """Words for each field of a ``NamedTuple`` class: meaning and unit as it is stored."""
     try:
