@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from macromicro.errors import InputError
 from macromicro.export import files, kinds
-from macromicro.export.catalogue import Entry, Unit
+from macromicro.export.units import Entry, Unit
 from tests.export import spoken
 from tests.export.bound import Bound, arrays, bits, built
 

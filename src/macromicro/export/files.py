@@ -9,11 +9,11 @@ import numpy as np
 
 from macromicro import __version__
 from macromicro.export import helpers, kinds, words
-from macromicro.export.catalogue import Unit
 from macromicro.export.kinds import REAL, Kind, Rows, Several, Struct, empty
 from macromicro.export.naming import legal, wrapped
 from macromicro.export.program import Program
 from macromicro.export.routines import Routine
+from macromicro.export.units import Unit
 
 
 class Table(NamedTuple):

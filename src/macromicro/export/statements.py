@@ -122,22 +122,26 @@ class Statements(Expressions):
 
     def _several(self, node: ast.Assign, target: ast.Tuple, depth: int) -> list[str]:
         names = [each.id if isinstance(each, ast.Name) else "" for each in target.elts]
-        if not all(names):
+        items = [each for each in target.elts if isinstance(each, ast.Subscript)]
+        reads = any(isinstance(each, ast.Subscript) for each in ast.walk(node.value))
+        if len(items) + sum(map(bool, names)) < len(names) or (items and reads):
             self.refuse(node, ast.unparse(node), "names on the left")
         called = node.value.func if isinstance(node.value, ast.Call) else None
         name = ast.unparse(called).rpartition(".")[2].lstrip("_") if called else "pair"
         whole = self.read(node.value)
         if not isinstance(whole.kind, Several | Struct) or len(whole.kind) != len(names):
             self.refuse(node, ast.unparse(node), f"{len(names)} values")
-        if not any(self.scopes.loads[each] for each in names) and called is not None:
+        if not items and not any(self.scopes.loads[each] for each in names) and called is not None:
             return [f"{INDENT * depth}{whole.text};"]
         found = list(self.items(whole, f"{name}_out"))
         if isinstance(node.value, ast.Tuple):
             self._apart(names, node.value.elts, found)
         lines = []
-        for each, value in zip(names, found, strict=True):
-            if self.scopes.loads[each]:
-                lines += self._set(each, value, node, depth)
+        for each, name, value in zip(target.elts, names, found, strict=True):
+            if isinstance(each, ast.Subscript):
+                lines.append(INDENT * depth + self._stored(each, value))
+            elif self.scopes.loads[name]:
+                lines += self._set(name, value, node, depth)
         return lines
 
     def _apart(self, names: list[str], nodes: list[ast.expr], found: list[Expr]) -> None:
