@@ -37,7 +37,13 @@ def measure(job: Job, folder: Path, repeats: int = 300) -> list[dict[str, Any]]:
         "macromicro, closed_loop": lambda: macro.closed_loop(model, law, aim, counted=True),
     }
     times = alternating(list(runs.values()), repeats)
-    trajectories = (plain.out, native.out, written.out, out, np.array(runs["macromicro, closed_loop"]()))
+    trajectories = (
+        plain.out,
+        native.out,
+        written.out,
+        out,
+        np.array(runs["macromicro, closed_loop"]()),
+    )
     found = []
     for name, taken, seen in zip(runs, times, trajectories, strict=True):
         by_median = median(taken) / median(times[0])

@@ -27,7 +27,7 @@ CC = shutil.which("cc")
 
 def built(written: Written, folder: Path, *, level: str = "-O1") -> ctypes.CDLL:
     """The code as a library in which every function can be called."""
-    assert CC is not None, "a C compiler is needed: apt-get install gcc libc6-dev"
+    assert CC is not None, "a C compiler is needed: make compiler"
     (folder / f"{written.name}.h").write_text(written.header)
     code = re.sub(r"^static (?!inline|const)", "", written.code, flags=re.MULTILINE)
     (folder / f"{written.name}.c").write_text(code)

@@ -90,7 +90,7 @@ def test_hysteresis_forward_and_inverse_over_many_reversals(tmp_path: Path) -> N
     written = files.written(unit)
     library, bound = built(written, tmp_path), Bound(written.program)
     table = unit.given["table"]
-    advance, peek, invert = unit.entries
+    advance, peek, invert, _ = unit.entries
     ours, theirs = unit.state, twin.state
     random, top = np.random.default_rng(5), table.lo + table.step * (table.n - 1)
     deepest = 0

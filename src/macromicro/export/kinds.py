@@ -123,6 +123,8 @@ def of_hint(hint: Any) -> Kind:
     if isinstance(hint, type) and issubclass(hint, tuple) and hasattr(hint, "_fields"):
         hints = hints_of(hint)
         return Struct(hint, tuple(of_hint(hints[name]) for name in hint._fields))
+    if get_origin(hint) is tuple:
+        raise Unlike("a tuple whose length its annotation does not say")
     if get_origin(hint) is np.ndarray:
         raise Unlike("an array whose size its annotation does not say")
     raise Unlike(f"annotated {getattr(hint, '__name__', hint)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 
 LONGEST = 100
 # What C's words and libm's functions would hide, or be hidden by.
@@ -43,7 +44,11 @@ def _broken(line: str) -> list[str]:
     pad = line[: len(line) - len(line.lstrip())]
     code, mark, note = line.partition(" /* ")
     if len(line) > LONGEST and mark and code.strip():
-        return [f"{pad}/* {note}", *_broken(code)]
+        width = LONGEST - len(pad) - 6
+        first, *rest = textwrap.wrap(note.removesuffix(" */"), width)
+        told = [f"{pad}/* {first}", *(f"{pad} * {each}" for each in rest)]
+        told[-1] += " */"
+        return [*told, *_broken(code)]
     remark = line.lstrip().startswith("//")
     found, deeper = [], f"{pad}// " if remark else f"{pad}        "
     while len(line) > LONGEST:

@@ -77,7 +77,7 @@ class Source:
         return f"{self.file}:{self.first + getattr(node, 'lineno', 1) - 1}"
 
     def refuse(self, node: ast.AST, found: str, accepted: str) -> NoReturn:
-        """Raise the error of what a kernel may not contain."""
+        """Raise the `InputError` of what a kernel may not contain."""
         raise InputError(f"{self.where(node)}, {self.function.__name__}", found, accepted)
 
     def constant(self, node: ast.AST, local: set[str]) -> Any:
