@@ -88,6 +88,26 @@ DERIVED: tuple[Derivation, ...] = (
 )
 
 
+def of_law(tree: Any) -> tuple[Derivation, ...]:
+    """What follows for the gains of a law that knows its encoder and its drive.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings with sensors and a controller.
+
+    Returns
+    -------
+    tuple[Derivation, ...]
+        Rules for the gains `pitch` (m) and `full` (V), where the law has them.
+    """
+    rules: tuple[Derivation, ...] = (
+        ("controller.own.pitch", lambda tree: tree.sensors.encoder.pitch),
+        ("controller.own.full", lambda tree: tree.controller.motor_limit),
+    )
+    return tuple(rule for rule in rules if hasattr(tree.controller.own, rule[0].split(".")[-1]))
+
+
 def end_counts(tree: Any) -> tuple[int, int]:
     """What the encoder reads at the two end stops.
 

@@ -89,7 +89,7 @@ class Settings(NamedTuple):
         tuple[derived.Derivation, ...]
             Pairs of a path and the rule that computes its value from the tree.
         """
-        return derived.DERIVED
+        return derived.DERIVED + derived.of_law(self)
 
     def grown(self, table: Mapping[str, object], where: str) -> Self:
         """These settings with the gains of a law of another package, where a table names one.

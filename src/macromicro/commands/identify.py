@@ -74,6 +74,21 @@ def drive(
 
 
 @app.command()
+def carriage(
+    files: Files,
+    columns: Columns = None,
+    pitch: Annotated[
+        str | None, typer.Option(help="Travel per count, such as 71.4um.", show_default="by y")
+    ] = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """What the law `terminal` needs, from strokes (columns t, u, x in counts; y, a laser)."""
+    _identify("carriage", {"pitch": pitch}, files, columns, out, overwrite, as_json)
+
+
+@app.command()
 def linear(
     files: Files,
     columns: Columns = None,

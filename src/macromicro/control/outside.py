@@ -1,4 +1,6 @@
-"""Control laws of other packages: named in the settings, found when they are asked for.
+"""Control laws by the contract of `stage_law`, named in the settings, found when asked for.
+
+Those of other packages, and those of `SHIPPED`.
 
 A law is known by the type of its gains, so that compiled code, whose types are decided by the
 gains in the settings, calls the right one, and no list of laws needs an edit. Its memory
@@ -25,6 +27,7 @@ from macromicro.schema.par import Par, entries
 from macromicro.schema.text import printable
 
 GROUP = "macromicro.laws"
+SHIPPED = {"terminal": "macromicro.control.terminal.law:TERMINAL"}
 FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
 UNITS = ("m", "count")
 _NEEDED = ("gains", "memory", "start", "step")
@@ -44,7 +47,8 @@ class Held(NamedTuple):
     Attributes
     ----------
     fresh : float
-        1 before the law's first period, when its `start` is due; then 0.
+        1 before the law's first period, when its `start` is due; then 0; 2 after a rest, when its
+        `again` is.
     memory : Any
         Of the law; of no meaning while it is fresh.
     """
@@ -71,20 +75,25 @@ def is_name(name: str) -> bool:
     Returns
     -------
     bool
-        "module:object", or the name of an installed entry point of the group `GROUP`.
+        "module:object", one of `SHIPPED`, or the name of an installed entry point of the group
+        `GROUP`.
     """
-    return plugins.place(name, GROUP) is not None
+    return _place(name) is not None
+
+
+def _place(name: str) -> str | None:
+    return SHIPPED.get(name) or plugins.place(name, GROUP)
 
 
 def offered() -> tuple[str, ...]:
-    """Names of the laws that installed packages offer.
+    """Names of the laws that this package and installed ones offer.
 
     Returns
     -------
     tuple[str, ...]
-        Entry points of the group `GROUP`.
+        `SHIPPED`, and entry points of the group `GROUP`.
     """
-    return tuple(plugins.registered(GROUP))
+    return (*SHIPPED, *plugins.registered(GROUP))
 
 
 def find(name: str, where: str) -> StageLaw:
@@ -114,7 +123,7 @@ def find(name: str, where: str) -> StageLaw:
             found = f"{printable(name)} has the gains of {other}, {law.gains.__name__}"
             raise InputError(where, found, "a type of gains of its own for each law")
         _laws[name] = law
-        if compiles(law):
+        if compiles(law) and foreign(law.step):
             admitted(name, law.start, law.step)
     return _laws[name]
 
@@ -199,7 +208,7 @@ def imported(name: str, where: str) -> Any:
     InputError
         It is not to be had.
     """
-    place = plugins.place(name, GROUP)
+    place = _place(name)
     assert place is not None  # as `is_name` says
     return plugins.load(place, where, "a law", _suits)
 
@@ -238,7 +247,7 @@ def checked(made: Any, name: str, where: str) -> StageLaw:
             kind = made.__name__ if isinstance(made, type) else type(made).__name__
             raise InputError(where, f"{name}, {kind} without {', '.join(missing)}", _SHAPE)
         it = made() if isinstance(made, type) else made
-        rest = {n: getattr(it, n) for n in ("unit", "compensated") if hasattr(it, n)}
+        rest = {n: getattr(it, n) for n in ("unit", "compensated", "again") if hasattr(it, n)}
         law = StageLaw(name, it.gains, it.memory, it.start, it.step, **rest)
     for part, accepted in _wrong(law):
         raise InputError(f"{where}, {part} of {name}", printable(getattr(law, part)), accepted)
@@ -393,7 +402,7 @@ def begun(gains: tuple[Any, ...]) -> Kept:
 def _again(kept: Any) -> Callable[..., Any]:
     if len(kept) == 0:
         return lambda kept: ()
-    return lambda kept: (Held(1.0, kept[0].memory),)
+    return lambda kept: (Held(1.0 if kept[0].fresh == 1.0 else 2.0, kept[0].memory),)
 
 
 @by_type(_again)
@@ -408,9 +417,19 @@ def again(kept: Kept) -> Kept:
     Returns
     -------
     Kept
-        Fresh.
+        Fresh, or rested.
     """
-    return tuple(Held(1.0, held.memory) for held in kept)
+    return tuple(Held(1.0 if held.fresh == 1.0 else 2.0, held.memory) for held in kept)
+
+
+def _anew(start: Callable[[Any, Sample], Any]) -> Callable[[Any, Any, Sample], Any]:
+    """`again` of a law that keeps nothing over a rest."""
+
+    @kernel.kernel
+    def again(gains: Any, memory: Any, sample: Sample) -> Any:
+        return start(gains, sample)
+
+    return again
 
 
 def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[..., Any]:
@@ -418,12 +437,15 @@ def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[
         return lambda gains, kept, target, sample, dt: ((), 0.0)
     law = _laws[_by_gains[gains[0].instance_class]]
     start, one = law.start, law.step
+    again = law.again or _anew(start)
 
     def chosen(
         gains: tuple[Any, ...], kept: Kept, target: Target, sample: Sample, dt: float
     ) -> tuple[Kept, float]:
         memory = kept[0].memory
-        if kept[0].fresh > 0.5:
+        if kept[0].fresh > 1.5:
+            memory = again(gains[0], memory, sample)
+        elif kept[0].fresh > 0.5:
             memory = start(gains[0], sample)
         memory, effort = one(gains[0], memory, target, sample, dt)
         return (Held(0.0, memory),), effort
@@ -458,8 +480,12 @@ def step(
         V.
     """
     law = having(gains[0])
-    fresh = not kept or kept[0].fresh > 0.5
-    memory = law.start(gains[0], sample) if fresh else kept[0].memory
+    if not kept or kept[0].fresh == 1.0 or (kept[0].fresh > 1.5 and law.again is None):
+        memory = law.start(gains[0], sample)
+    elif kept[0].fresh > 1.5 and law.again is not None:
+        memory = law.again(gains[0], kept[0].memory, sample)
+    else:
+        memory = kept[0].memory
     memory, effort = law.step(gains[0], memory, target, sample, dt)
     return (Held(0.0, memory),), effort
 

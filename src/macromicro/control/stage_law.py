@@ -70,6 +70,9 @@ class StageLaw(NamedTuple):
         derivatives included.
     compensated : bool
         Whether the macro-stage's dead-zone inverse is on "as designed".
+    again : Callable[[Any, Any, Sample], Any], optional
+        Kernel, where a move of the macro-stage follows a rest: from gains, memory and sample to a
+        memory that keeps what was learned. None: `start` begins anew.
     """
 
     name: str
@@ -80,3 +83,4 @@ class StageLaw(NamedTuple):
     tell: Callable[[Any], Any] = itself
     unit: str = "m"
     compensated: bool = True
+    again: Callable[[Any, Any, Sample], Any] | None = None

@@ -14,7 +14,7 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design.response import PITCH
-from macromicro.programme import FEWEST, LONGEST, MACRO, MICRO, Programme
+from macromicro.programme import MACRO, MICRO, Programme, dense
 from macromicro.recording import Recording
 
 MOST_LAG = 1.0  # s
@@ -100,7 +100,7 @@ def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
     found = []
     for stage in (MACRO, MICRO):
         mine = rows[programme.stage[:begun] == stage]
-        if len(mine) >= FEWEST and np.median(np.diff(mine)) * recording.dt <= LONGEST:
+        if dense(mine * recording.dt):
             found.append(stage)
     return tuple(found)
 

@@ -15,7 +15,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
-from macromicro.programme import FEWEST, LONGEST, MICRO, Limits, Programme
+from macromicro.programme import MICRO, Limits, Programme, dense
 from macromicro.schema.text import printable
 
 
@@ -128,7 +128,7 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
     place = programme.target * tree.encoder.pitch
     if programme.profiles:
         ways = _spans(programme, place)
-    elif programme.scheduled and _dense(programme):
+    elif programme.scheduled and dense(programme.start):
         ways = [track(programme.start, place)]
     else:
         ways = _moves(programme, place, tree, where, float(place[0]) if anywhere else 0.0)
@@ -140,11 +140,6 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
 def _first(way: Way) -> float:
     """Where a way begins; one without pieces stays where it is."""
     return float(way.pieces[0, 1]) if len(way.pieces) else way.target
-
-
-def _dense(programme: Programme) -> bool:
-    start = programme.start
-    return len(start) >= FEWEST and float(np.median(np.diff(start))) <= LONGEST
 
 
 def _moves(programme: Programme, place: Array, tree: Any, where: str, before: float) -> list[Way]:

@@ -22,6 +22,7 @@ from macromicro.programme.moves import (
     Limits,
     Programme,
     Span,
+    dense,
 )
 from macromicro.programme.profiled import follow
 from macromicro.programme.scheduled import load_csv
@@ -38,6 +39,7 @@ __all__ = [
     "Limits",
     "Programme",
     "Span",
+    "dense",
     "find",
     "follow",
     "load",

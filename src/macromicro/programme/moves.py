@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import NDArray
 
 from macromicro.errors import InputError
@@ -17,7 +18,7 @@ from macromicro.units import shown
 MACRO, MICRO = 0, 1
 MAX_HOLD = 3600.0
 MAX_MOVES = 1_000_000
-# A trajectory has FEWEST targets or more, one every LONGEST [s] at the latest.
+# A trajectory has FEWEST targets or more, typically one every LONGEST [s] at the latest.
 FEWEST, LONGEST = 20, 0.25
 MAX_TITLE = 200  # characters
 WHAT = "a motion programme (.toml or .csv)"
@@ -216,6 +217,23 @@ def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Prog
         end=end,
         source=str(path),
     )
+
+
+def dense(start: npt.ArrayLike) -> bool:
+    """Whether targets are a trajectory instead of moves: many, all the time.
+
+    Parameters
+    ----------
+    start : array_like, shape (n,)
+        When each is due, s.
+
+    Returns
+    -------
+    bool
+        By their number and the median of their distances.
+    """
+    times = np.asarray(start, dtype=float)
+    return len(times) >= FEWEST and float(np.median(np.diff(times))) <= LONGEST
 
 
 def admitted(value: float, stage: int, limits: Limits, where: str, text: str) -> float:

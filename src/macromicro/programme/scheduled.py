@@ -18,6 +18,7 @@ from macromicro.programme.moves import (
     Move,
     Programme,
     admitted,
+    dense,
     programme,
 )
 from macromicro.schema import csv_rows
@@ -40,11 +41,13 @@ _HEADER_TURNING = "t_s or t_ms, and macro_deg or macro_counts of this stage, whi
 
 
 class _Row(NamedTuple):
-    """A line of the file: its number, time [s] and the target of each stage (NaN: no column)."""
+    """A line of the file: its number, time [s], the target of each stage (NaN: no column), and the
+    same before a macro target was rounded to a whole count."""
 
     line: int
     t: float
     targets: tuple[float, float]
+    exact: tuple[float, float]
 
 
 def load_csv(path: Path, limits: Limits) -> Programme:
@@ -81,7 +84,11 @@ def load_csv(path: Path, limits: Limits) -> Programme:
             found = f"{name} changes in the last row"
             accepted = "the row before it repeated: the last row's time only ends the programme"
             raise InputError(f"{file}, line {last.line}", found, accepted)
-    moves = _moves(rows)
+    moves = _moves([row._replace(targets=row.exact) for row in rows])
+    if not dense(
+        [move.start for move in moves if move.stage == MACRO]
+    ):  # the end of a move is a count
+        moves = _moves(rows)
     if not moves:
         raise InputError(file, "no moves", "a target that changes")
     if len(moves) > MAX_MOVES:
@@ -154,6 +161,7 @@ def _header(
 
 def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
     (columns, _), t, targets = _accepted(limits), 0.0, [math.nan, math.nan]
+    exact = [math.nan, math.nan]
     for name, text in cells.items():
         place = f"{where}, {name}"
         kind, per_unit = columns[name]
@@ -168,5 +176,7 @@ def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
         if kind == MACRO and per_unit:
             value *= limits.counts_per_metre
         shown = f"{text} {name.partition('_')[2]}"
-        targets[kind] = admitted(value, kind, limits, place, shown)
-    return _Row(line, t, (targets[0], targets[1]))
+        targets[kind] = exact[kind] = admitted(value, kind, limits, place, shown)
+        if kind == MACRO:
+            exact[kind] = min(max(value, limits.macro_lo), limits.macro_hi)
+    return _Row(line, t, (targets[0], targets[1]), (exact[0], exact[1]))

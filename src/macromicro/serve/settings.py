@@ -178,7 +178,7 @@ class LiveSettings(NamedTuple):
 
     def derived(self) -> tuple[derived.Derivation, ...]:
         """What follows from other settings, unless it is set itself."""
-        return derived.DERIVED + derived.LIVE
+        return derived.DERIVED + derived.of_law(self) + derived.LIVE
 
     def grown(self, table: Mapping[str, object], where: str) -> Self:
         """As of `macromicro.settings.Settings`."""

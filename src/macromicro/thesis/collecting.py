@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 Recordings = dict[str, Recording]
 GROUP = "macromicro.procedures"
 FORM = "MODULE:PROCEDURE, one of your own (docs/own-procedures.md)"
+_FULL = 5.0  # V
+_STROKES_FROM = (700.0, 1120.0)  # counts
 RUN = Column("run", "1", "which run a row belongs to, from 1", "i2")
 
 
@@ -107,6 +109,17 @@ def _drive(lab: Lab) -> Recordings:
     return {"drive": joined([friction_runs.pulsed(lab.bench())], about)}
 
 
+def _carriage(lab: Lab) -> Recordings:
+    from macromicro.runs import strokes
+
+    bench = lab.bench()
+    volts = strokes.efforts(_FULL)
+    runs = [
+        strokes.stroked(bench, volts, start, lab.seed + k) for k, start in enumerate(_STROKES_FROM)
+    ]
+    return {"carriage": joined(runs, _about(lab))}
+
+
 def _kiln(lab: Lab) -> Recordings:
     from macromicro.thesis.chapter5 import kiln_runs
 
@@ -172,6 +185,15 @@ PROCEDURES = (
         "the carriage alone, 7 s",
         "pulses of 3.3 to 5 V, both ways",
         "macromicro identify drive {out}/drive.h5 --structure coulomb",
+        5,
+    ),
+    Procedure(
+        "carriage",
+        _carriage,
+        ("encoder", "laser"),
+        "the carriage, and the laser on the platform, 1 min",
+        "strokes of 3 to 250 ms at 3.3 to 5 V, both ways, from two places",
+        "macromicro identify carriage {out}/carriage.h5",
         5,
     ),
     Procedure(

@@ -9,7 +9,7 @@ from typing import Any
 Value = float | int | str | Sequence[float] | Sequence[str]
 
 
-def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
+def settings(head: str, values: Mapping[str, tuple[float, str]], law: str = "") -> str:
     """A settings file; values are rounded to six digits.
 
     Parameters
@@ -18,6 +18,8 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
         Comment at its top.
     values : Mapping[str, tuple[float, str]]
         Dotted path to value (in the stored unit) and comment.
+    law : str, optional
+        Law of the macro-stage that they are for; "": any.
 
     Returns
     -------
@@ -34,7 +36,10 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
     from macromicro.settings import Settings
     from macromicro.units import shown
 
-    tree = Settings()
+    tree, first = Settings(), ""
+    if law:
+        tree = tree._replace(controller=tree.controller.joined(law, "law"))
+        first = f'[controller]\nmacro_law = "{law}"\n'
     pars = {e.path: e.par for e in entries(tree)}
     tables: dict[str, list[str]] = {}
     texts: dict[str, str] = {}
@@ -44,7 +49,7 @@ def settings(head: str, values: Mapping[str, tuple[float, str]]) -> str:
         tables.setdefault(table, []).append(_line(name, f'"{texts[path]}"', comment))
     config.overridden(tree, texts, "model.toml")
     body = [f"[{table}]\n" + "\n".join(lines) + "\n" for table, lines in tables.items()]
-    return "\n".join([_comment(head), *body])
+    return "\n".join(filter(None, [_comment(head), first, *body]))
 
 
 def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> str:

@@ -1,0 +1,181 @@
+"""Where the carriage is, how fast, and how much it rubs, from whole counts.
+
+A Kalman filter of (place, speed, excess friction) over the model. A count says that the place lies
+between its two edges: the update takes the moments of the Gaussian cut off there, instead of a
+reading with noise (Duan, Jilkov, Li, State estimation with quantized measurements, 2008).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from macromicro.control.terminal import model
+from macromicro.control.terminal.model import Motion, Terminal
+from macromicro.kernel import kernel
+
+_ROOT2, _NORM = math.sqrt(2.0), 1.0 / math.sqrt(2.0 * math.pi)
+_LEAST = 1e-6  # of the probability between two edges; below, the edge itself is believed
+_STARTED = 5e-3  # m/s: speed of a carriage that was taken to stand
+_MOST = 0.5  # of the Coulomb friction: the greatest excess that is believed
+FIRST = 0.1  # V, standard deviation of the friction before any motion
+
+
+class Spread(NamedTuple):
+    """Covariance of place (m), speed (m/s) and excess friction (V)."""
+
+    xx: float
+    xv: float
+    xf: float
+    vv: float
+    vf: float
+    ff: float
+
+
+class Belief(NamedTuple):
+    """What is believed of the carriage.
+
+    Attributes
+    ----------
+    motion : Motion
+        Its state.
+    excess : float
+        Friction beyond the model's, V.
+    spread : Spread
+        How well that is known.
+    """
+
+    motion: Motion
+    excess: float
+    spread: Spread
+
+
+@kernel
+def standing(p: Terminal, reading: float, excess: float) -> Belief:
+    """At rest somewhere in a count.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    reading : float
+        Lower edge of the count, m.
+    excess : float
+        Friction beyond the model's, V.
+
+    Returns
+    -------
+    Belief
+        In its middle.
+    """
+    wide = p.pitch * p.pitch / 12.0
+    return Belief(
+        Motion(reading + 0.5 * p.pitch, 0.0, 0.0, 0.0),
+        excess,
+        Spread(wide, 0.0, 0.0, 0.0, 0.0, FIRST * FIRST),
+    )
+
+
+@kernel
+def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
+    """The belief after a time under one effort.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    b : Belief
+        Before.
+    u : float
+        Effort, V.
+    h : float
+        Time, s.
+
+    Returns
+    -------
+    Belief
+        Afterwards.
+    """
+    now = model.moved(p, b.motion, b.excess, u, h)
+    c = b.spread
+    if now.v == 0.0:  # at rest: the speed is known
+        return Belief(now, b.excess, Spread(c.xx, 0.0, c.xf, 0.0, 0.0, c.ff))
+    sign = math.copysign(1.0, now.v)
+    fall = math.exp(-p.drag * h)
+    gain = -sign * p.push * (1.0 - fall) / p.drag  # speed per excess friction
+    # (x, v, f) -> (x + h v + h gain f / 2, fall v + gain f, f)
+    lead = 0.5 * h * gain
+    xv = fall * (c.xv + h * c.vv + lead * c.vf) + gain * (c.xf + h * c.vf + lead * c.ff)
+    xf = c.xf + h * c.vf + lead * c.ff
+    xx = c.xx + h * (2.0 * c.xv + h * c.vv) + lead * (2.0 * (c.xf + h * c.vf) + lead * c.ff)
+    vv = fall * (fall * c.vv + 2.0 * gain * c.vf) + gain * gain * c.ff
+    vf = fall * c.vf + gain * c.ff
+    loose = gain * p.unknown
+    wander = p.wander * p.wander * h / 0.01
+    return Belief(now, b.excess, Spread(xx, xv, xf, vv + loose * loose, vf, c.ff + wander))
+
+
+@kernel
+def _cut(mean: float, deviation: float, low: float, high: float) -> tuple[float, float, bool]:
+    """Mean and variance of a Gaussian between two edges; whether it was plausible at all."""
+    a, b = (low - mean) / deviation, (high - mean) / deviation
+    inside = 0.5 * (math.erf(b / _ROOT2) - math.erf(a / _ROOT2))
+    if inside < _LEAST:  # the model is wrong: just behind the nearer edge
+        width = high - low
+        return (low + 0.05 * width if a > 0.0 else high - 0.05 * width), 0.01 * width * width, False
+    pa, pb = _NORM * math.exp(-0.5 * a * a), _NORM * math.exp(-0.5 * b * b)
+    shift = (pa - pb) / inside
+    shrunk = 1.0 + (a * pa - b * pb) / inside - shift * shift
+    return mean + deviation * shift, deviation * deviation * max(shrunk, 1e-6), True
+
+
+@kernel
+def seen(p: Terminal, b: Belief, reading: float) -> Belief:
+    """The belief after a count.
+
+    A count that the belief rules out - the carriage moves where it was taken to stand - corrects
+    the place and leaves speed and friction as unknown as at first.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    b : Belief
+        Before.
+    reading : float
+        Lower edge of the count, m.
+
+    Returns
+    -------
+    Belief
+        Afterwards.
+    """
+    c, m = b.spread, b.motion
+    xx = max(c.xx, 1e-4 * p.pitch * p.pitch)
+    x, variance, plausible = _cut(m.x, math.sqrt(xx), reading, reading + p.pitch)
+    off, less = x - m.x, xx - variance
+    if not plausible:
+        v = m.v if m.v != 0.0 else math.copysign(_STARTED, off)
+        loose = c.vv + 100.0 * _STARTED * _STARTED
+        return Belief(
+            Motion(x, v, m.q, m.s - (v - m.v)),
+            b.excess,
+            Spread(variance, 0.0, 0.0, loose, 0.0, max(c.ff, FIRST * FIRST)),
+        )
+    kv, kf = c.xv / xx, c.xf / xx
+    v = m.v + kv * off
+    if m.v != 0.0 and v * m.v < 0.0:
+        v = 0.0
+    most = _MOST * p.coulomb
+    return Belief(
+        Motion(x, v, m.q, m.s - (v - m.v)),
+        min(max(b.excess + kf * off, -most), most),
+        Spread(
+            variance,
+            c.xv - kv * less,
+            c.xf - kf * less,
+            max(c.vv - kv * kv * less, 0.0),
+            c.vf - kv * kf * less,
+            max(c.ff - kf * kf * less, 0.0),
+        ),
+    )

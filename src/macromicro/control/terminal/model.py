@@ -1,0 +1,173 @@
+"""What the law believes of a carriage: motor, friction and the swing that a belt leaves.
+
+    x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (w^2 q + 2 decay q')
+    q'' + 2 decay q' + w^2 q = -x''
+    friction(v) = coulomb + excess + breakaway exp(-(v / fade)^2)
+
+u is the effort at the D/A in V. `excess` is what the estimator adds to the friction, V. The
+bench is built of other equations; these are what `identify carriage` fits to its counts.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+_FOUND = "identify carriage, on strokes of the shipped bench"
+_CHOSEN = "chosen on the shipped bench"
+FEWEST = 8  # periods of a landing
+MOST = 400
+
+
+class Terminal(NamedTuple):
+    """Model of the carriage, and how it is driven."""
+
+    push: Annotated[float, Par("m/s^2/V", "acceleration per effort", _FOUND, positive=True)] = 9.69
+    drag: Annotated[float, Par("1/s", "rate at which speed decays", _FOUND, positive=True)] = 54.0
+    coulomb: Annotated[float, Par("V", "effort that friction takes in motion", _FOUND, lo=0.0)] = (
+        2.52
+    )
+    breakaway: Annotated[float, Par("V", "what it takes more at rest", _FOUND, lo=0.0)] = 0.11
+    fade: Annotated[
+        float,
+        Par("m/s", "speed over which that fades", _FOUND, shown="mm/s", positive=True),
+    ] = 0.104
+    delay: Annotated[
+        float, Par("s", "from an effort until it acts", _FOUND, shown="ms", lo=0.0, hi=0.1)
+    ] = 1.43e-3
+    pitch: Annotated[
+        float, Par("m", "travel per count", "data sheet", shown="um", positive=True)
+    ] = 200e-3 / 2800
+    frequency: Annotated[
+        float, Par("Hz", "of the belt's swing; 0: none is known", _FOUND, lo=0.0)
+    ] = 21.8
+    decay: Annotated[float, Par("1/s", "rate at which the swing decays", _FOUND, lo=0.0)] = 1.15
+    share: Annotated[float, Par("1", "share of the swinging mass", _FOUND, lo=0.0, hi=1.0)] = 0.0228
+    horizon: Annotated[
+        float,
+        Par("s", "length of a landing", _CHOSEN, shown="ms", positive=True, hi=1.0),
+    ] = 0.062
+    full: Annotated[float, Par("V", "effort on the way", _CHOSEN, positive=True)] = 5.0
+    reserve: Annotated[float, Par("V", "kept back when a landing is planned", _CHOSEN, lo=0.0)] = (
+        0.05
+    )
+    wander: Annotated[
+        float, Par("V", "how far the friction wanders in 10 ms of motion", _CHOSEN, positive=True)
+    ] = 0.07
+    unknown: Annotated[
+        float, Par("V", "what the model does not explain, in a period", _CHOSEN, positive=True)
+    ] = 0.10
+
+
+class Motion(NamedTuple):
+    """State of the model: place (m), speed (m/s), deflection (m) and speed of the swing (m/s)."""
+
+    x: float
+    v: float
+    q: float
+    s: float
+
+
+@kernel
+def friction(p: Terminal, excess: float, v: float) -> float:
+    """Effort that friction takes.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    excess : float
+        By the estimator, V.
+    v : float
+        Speed, m/s.
+
+    Returns
+    -------
+    float
+        V, 0 or more.
+    """
+    ratio = v / p.fade
+    return max(p.coulomb + excess + p.breakaway * math.exp(-ratio * ratio), 0.0)
+
+
+@kernel
+def swung(p: Terminal, q: float, s: float, kick: float, h: float) -> tuple[float, float]:
+    """The swing after a time, its place of suspension having gained speed evenly.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    q : float
+        Deflection, m.
+    s : float
+        Its speed, m/s.
+    kick : float
+        Speed that the carriage gained, m/s.
+    h : float
+        Time, s.
+
+    Returns
+    -------
+    q : float
+        m.
+    s : float
+        m/s.
+    """
+    w = 2.0 * math.pi * p.frequency
+    if w <= p.decay:
+        return 0.0, 0.0
+    wd = math.sqrt(w * w - p.decay * p.decay)
+    fall, c, o = math.exp(-p.decay * h), math.cos(wd * h), math.sin(wd * h) / wd
+    s = s - 0.5 * kick
+    q, s = (
+        fall * ((c + p.decay * o) * q + o * s),
+        fall * ((c - p.decay * o) * s - w * w * o * q),
+    )
+    return q, s - 0.5 * kick
+
+
+@kernel
+def moved(p: Terminal, m: Motion, excess: float, u: float, h: float) -> Motion:
+    """The model after a time under one effort. Friction stops it and holds it.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    m : Motion
+        Its state.
+    excess : float
+        Friction beyond the model's, V.
+    u : float
+        Effort, V.
+    h : float
+        Time, s; a control period at most.
+
+    Returns
+    -------
+    Motion
+        New state.
+    """
+    f = friction(p, excess, m.v)
+    w = 2.0 * math.pi * p.frequency
+    back = p.share * (w * w * m.q + 2.0 * p.decay * m.s)
+    x, v = m.x, 0.0
+    sign = 0.0
+    if m.v != 0.0:
+        sign = math.copysign(1.0, m.v)
+    elif abs(u) > f:
+        sign = math.copysign(1.0, u)
+    if sign != 0.0:
+        fall = math.exp(-p.drag * h)
+        v = fall * m.v + (p.push * (u - f * sign) + back) * (1.0 - fall) / p.drag
+        if v * sign < 0.0:  # it stops on the way
+            part = m.v / (m.v - v)
+            x, v = m.x + 0.5 * part * h * m.v, 0.0
+        else:
+            x = m.x + 0.5 * h * (m.v + v)
+    q, s = swung(p, m.q, m.s, v - m.v, h)
+    return Motion(x, v, q, s)

@@ -1,0 +1,406 @@
+"""A carriage for terminal control: drive, friction and delay from whole counts, swing from a laser.
+
+Over strokes from rest to rest the law's own estimator says how probable each count is, given
+those before; the parameters are those that make all counts likeliest (prediction error method by
+maximum likelihood: Ljung, System Identification, 1999, Chapter 7) and, where a laser saw the
+platform come to rest, its readings of the swing. So friction that changes along the rod, which
+the estimator follows, is no error of the model. The swing's standard errors take each stroke as
+one observation (a "sandwich" over strokes: Liang and Zeger, 1986). The probability of whole counts
+is too rough a function of drive and friction for curvatures that mean something: of those the
+values are told that each record alone gives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.control.terminal import estimate, model
+from macromicro.control.terminal.estimate import Belief
+from macromicro.control.terminal.model import Motion, Terminal
+from macromicro.errors import InputError
+from macromicro.kernel import compiled, kernel
+
+RIGID = ("push", "drag", "coulomb", "breakaway", "fade", "delay", "unknown")
+SWING = ("frequency", "decay", "share")
+FEWEST = 4  # strokes
+_BEFORE = 0.02  # s at rest before a stroke
+_AFTER = 0.03  # s after the last count until the laser sees the swing alone
+_SEEN = 0.25  # s of it at least
+_ROOT2 = math.sqrt(2.0)
+_ODD = 1e3  # of so many counts one may be anything near
+_SIZES = (0.2, 0.05, 0.02)  # of logarithms: how far the search looks around
+_WIDE = 3.0  # of logarithms, from where the search begins
+_SLOWEST, _FASTEST = 2.0, 0.2  # swings in the longest window; share of the sampling frequency
+_SOME = 0.02  # share of a swing to begin with: it hardly moves the carriage
+_ROUNDS = 2  # of drive and friction, then share
+
+
+class Record(NamedTuple):
+    """Strokes in open loop, from rest to rest.
+
+    Attributes
+    ----------
+    u : ndarray, shape (n,)
+        Efforts sent, V.
+    counts : ndarray, shape (n,)
+        Of the encoder.
+    laser : ndarray, shape (n,)
+        Platform, m; empty: not measured.
+    strokes : tuple[tuple[int, int, int], ...]
+        Of each: its rows [a, b), and the row from which the laser shows the swing alone (b:
+        nowhere).
+    """
+
+    u: Array
+    counts: Array
+    laser: Array
+    strokes: tuple[tuple[int, int, int], ...]
+
+
+class CarriageFit(NamedTuple):
+    """What `carriage` found.
+
+    Attributes
+    ----------
+    model : Terminal
+        The law's parameters; those that a recording does not tell keep their defaults.
+    std : dict[str, float]
+        Standard errors of those that the laser tells, in their units.
+    apart : dict[str, tuple[float, float]]
+        Of the others: the least and the greatest of the values that each record alone gives; empty
+        for one record.
+    surprise : float
+        Of a count: mean of minus the logarithm of its probability given those before.
+    swing_rms : float
+        Of the swing by the laser, m; NaN without one.
+    records : tuple[Record, ...]
+        What was fitted to.
+    motion : tuple[Array, ...]
+        Of each record by the law's estimator, as `followed` gives it.
+    dt : float
+        Sample time, s.
+    """
+
+    model: Terminal
+    std: dict[str, float]
+    apart: dict[str, tuple[float, float]]
+    surprise: float
+    swing_rms: float
+    records: tuple[Record, ...]
+    motion: tuple[Array, ...]
+    dt: float
+
+
+@kernel
+def _log_probability(p: Terminal, b: Belief, reading: float) -> float:
+    """Logarithm of the probability that a count is read, from the belief before it.
+
+    One in `_ODD` counts may be anything near: one that flickers at an edge says nothing.
+    """
+    deviation = math.sqrt(max(b.spread.xx, 1e-4 * p.pitch * p.pitch))
+    low, high = reading - b.motion.x, reading + p.pitch - b.motion.x
+    inside = 0.5 * (math.erf(high / deviation / _ROOT2) - math.erf(low / deviation / _ROOT2))
+    beyond = max(low, -high, 0.0) / p.pitch
+    return math.log(max(inside, 0.0) + math.exp(-beyond) / _ODD)
+
+
+@kernel
+def _follow(p: Terminal, u: Array, counts: Array, out: Array, dt: float) -> None:
+    """The law's estimator over a record: place, speed, swing, friction, log-probability."""
+    late = int(p.delay / dt)
+    part = p.delay - late * dt
+    b = estimate.standing(p, counts[0] * p.pitch, 0.0)
+    for k in range(len(u)):
+        surprise = 0.0
+        if k > 0:
+            before = u[k - late - 2] if k > late + 1 else 0.0
+            after = u[k - late - 1] if k > late else 0.0
+            if part > 0.0:
+                b = estimate.later(p, b, before, part)
+            b = estimate.later(p, b, after, dt - part)
+            surprise = -_log_probability(p, b, counts[k] * p.pitch)
+            b = estimate.seen(p, b, counts[k] * p.pitch)
+        m = b.motion
+        out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = m.x, m.v, m.q, b.excess, surprise
+
+
+def followed(p: Terminal, r: Record, dt: float) -> Array:
+    """The law's estimator over a record.
+
+    Parameters
+    ----------
+    p : Terminal
+        The law's model.
+    r : Record
+        The record.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    ndarray, shape (5, n)
+        Place (m), speed (m/s), deflection of the swing (m), excess friction (V), and minus the
+        logarithm of the probability of each count, given those before.
+    """
+    out = np.empty((5, len(r.u)))
+    compiled(_follow)(p, r.u, r.counts, out, dt)
+    return out
+
+
+def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record:
+    """A record with its strokes: each from an effort after rest to the next one.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        s, even.
+    u : ndarray, shape (n,)
+        V.
+    counts : ndarray, shape (n,)
+        Of the encoder.
+    laser : ndarray, shape (n,) or None
+        m.
+
+    Returns
+    -------
+    Record
+        Its strokes moved by a count or more, and stood still before.
+    """
+    dt = float(t[1] - t[0])
+    rest = max(round(_BEFORE / dt), 1)
+    moving = (u != 0.0) | (np.diff(counts, prepend=counts[0]) != 0.0)
+    busy = np.convolve(moving, np.ones(rest), "full")[: len(u)]  # of the last `rest` rows
+    quiet = np.concatenate([[True], busy[:-1] == 0.0])
+    begins = np.flatnonzero((u != 0.0) & quiet)
+    found = []
+    for a, b in zip(map(int, begins), [*map(int, begins[1:]), len(u)], strict=True):
+        changes = np.flatnonzero(np.diff(counts[a:b]))
+        if not len(changes):
+            continue
+        ends = max(int(changes[-1]) + 1, int(np.flatnonzero(u[a:b])[-1]) + 1)
+        still = a + ends + round(_AFTER / dt)
+        if laser is None or (b - still) * dt < _SEEN:
+            still = b
+        found.append((a, b, still))
+    y = np.empty(0) if laser is None else np.ascontiguousarray(laser, dtype=np.float64)
+    whole = (np.ascontiguousarray(c, dtype=np.float64) for c in (u, counts))
+    return Record(*whole, y, tuple(found))
+
+
+def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
+    """The law's model from strokes in open loop.
+
+    Parameters
+    ----------
+    records : Sequence
+        One or more of (t, u, counts) or (t, u, counts, laser): s, V, counts, m; even samples of
+        one sample time.
+    pitch : float
+        Travel per count, m.
+
+    Returns
+    -------
+    CarriageFit
+        Parameters and their standard errors.
+
+    Raises
+    ------
+    InputError
+        Too few strokes, or they do not tell the parameters.
+    """
+    dt = float(records[0][0][1] - records[0][0][0])
+    rows = [cut(*r) for r in records]
+    ways = [r.counts[b - 1] - r.counts[a] for r in rows for a, b, _ in r.strokes]
+    if len(ways) < FEWEST:
+        accepted = f"{FEWEST} strokes or more, each after {_BEFORE:g} s at rest without effort"
+        raise InputError("recordings", f"{len(ways)} strokes", accepted)
+    if not (min(ways) < 0.0 < max(ways)):
+        raise InputError("recordings", "strokes in one direction", "strokes both ways")
+    p = _free(_guess(rows, dt, pitch), rows, dt)
+    std, left = {}, math.nan
+    if _windows(rows):
+        values, std, _ = _ringing(rows, dt)
+        p = p._replace(**values)
+        p = p._replace(share=_shared(p._replace(share=_SOME), rows, dt)[0])
+    for _ in range(_ROUNDS if std else 1):
+        p = _likeliest(p, rows, dt)
+        if std:
+            share, std["share"], left = _shared(p, rows, dt)
+            p = p._replace(share=share)
+    motion = [followed(p, r, dt) for r in rows]
+    surprise = float(np.mean(np.concatenate([m[4] for m in motion])))
+    alone = [_likeliest(p, [r], dt, _SIZES[1:]) for r in rows] if len(rows) > 1 else []
+    apart = {n: (min(v), max(v)) for n in RIGID if (v := [float(getattr(q, n)) for q in alone])}
+    return CarriageFit(p, std, apart, surprise, left, tuple(rows), tuple(motion), dt)
+
+
+def _guess(rows: Sequence[Record], dt: float, pitch: float) -> Terminal:
+    """Where the search begins: orders of magnitude from the strokes."""
+    tops = [float(np.abs(r.u[a:b]).max()) for r in rows for a, b, _ in r.strokes]
+    apart = max(round(0.01 / dt), 1)
+    speed = max(float(np.abs(r.counts[apart:] - r.counts[:-apart]).max()) for r in rows)
+    speed *= pitch / (apart * dt)
+    coulomb = 0.7 * min(tops)
+    return Terminal()._replace(
+        push=20.0 * speed / max(max(tops) - coulomb, 0.1 * max(tops)),
+        drag=20.0,
+        coulomb=coulomb,
+        breakaway=0.1 * coulomb,
+        fade=0.1 * speed,
+        delay=1.2 * dt,
+        pitch=pitch,
+        frequency=0.0,
+        share=0.0,
+    )
+
+
+@kernel
+def _run(p: Terminal, u: Array, out: Array, dt: float) -> None:
+    """Place of the model from rest under efforts, without looking at counts."""
+    late = int(p.delay / dt)
+    part = p.delay - late * dt
+    m = Motion(0.0, 0.0, 0.0, 0.0)
+    for k in range(len(u)):
+        out[k] = m.x
+        m = model.moved(p, m, 0.0, u[k - late - 1] if k > late else 0.0, part)
+        m = model.moved(p, m, 0.0, u[k - late] if k >= late else 0.0, dt - part)
+
+
+def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
+    """Acceleration, drag and friction whose free runs are nearest: near enough to begin at."""
+    from scipy.optimize import least_squares
+
+    at = np.array([p.push, p.drag, p.coulomb])
+
+    def left(z: Array) -> Array:
+        push, drag, coulomb = map(float, at * np.exp(z))
+        trial = p._replace(push=push, drag=drag, coulomb=coulomb, breakaway=0.0)
+        found = []
+        for r in rows:
+            for a, b, _ in r.strokes:
+                x = np.empty(b - a)
+                compiled(_run)(trial, r.u[a:b], x, dt)
+                found.append(r.counts[a:b] - r.counts[a] - x / p.pitch)
+        return np.concatenate(found)
+
+    found = least_squares(left, np.zeros(3), loss="soft_l1", diff_step=1e-4, x_scale=0.1)
+    push, drag, coulomb = map(float, at * np.exp(found.x))
+    return p._replace(push=push, drag=drag, coulomb=coulomb, breakaway=0.1 * coulomb)
+
+
+def _windows(rows: Sequence[Record]) -> list[tuple[int, int, int]]:
+    """Record and rows [a, b) in which the laser shows the swing alone, of each stroke."""
+    return [(k, a, b) for k, r in enumerate(rows) for _, b, a in r.strokes if a < b]
+
+
+def _steadied(y: Array) -> Array:
+    """Without its mean and slope: where the laser's zero is, and its drift."""
+    k = np.linspace(-1.0, 1.0, len(y))
+    return np.asarray(y - y.mean() - k * float(k @ y / (k @ k)))
+
+
+def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, float], float]:
+    """Frequency (Hz) and decay (1/s) common to all swings, amplitude and phase free in each.
+
+    With standard errors, and the RMS (m) of what is left.
+    """
+    from scipy.optimize import least_squares
+
+    seen = [rows[k].laser[a:b] for k, a, b in _windows(rows)]
+    longest = max(map(len, seen))
+    power = sum(np.abs(np.fft.rfft(_steadied(y), 4 * longest)) ** 2 for y in seen)
+    tones = np.fft.rfftfreq(4 * longest, dt)
+    allowed = (tones > _SLOWEST / (longest * dt)) & (tones < _FASTEST / dt)
+    first = float(tones[allowed][int(np.argmax(np.asarray(power)[allowed]))])
+
+    def each(z: Array) -> list[Array]:
+        w, d = 2.0 * math.pi * z[0], z[1]
+        found = []
+        for y in seen:
+            t = np.arange(len(y)) * dt
+            fall = np.exp(-d * t)
+            basis = np.stack([np.ones(len(t)), t, fall * np.cos(w * t), fall * np.sin(w * t)])
+            found.append(y - basis.T @ np.linalg.lstsq(basis.T, y, rcond=None)[0])
+        return found
+
+    bounds = ([0.8 * first, 0.0], [1.2 * first, 2.0 * math.pi * first])
+    fit = least_squares(
+        lambda z: np.concatenate(each(z)), [first, 1.0], bounds=bounds, x_scale=[0.01, 0.1]
+    )
+    edges = np.cumsum([0, *map(len, seen)])
+    scores = [fit.jac[a:b].T @ fit.fun[a:b] for a, b in pairwise(edges)]
+    spread = _sandwich(fit.jac.T @ fit.jac, np.array(scores))
+    values = {"frequency": float(fit.x[0]), "decay": float(fit.x[1])}
+    errors = {n: math.sqrt(max(float(spread[i, i]), 0.0)) for i, n in enumerate(values)}
+    return values, errors, float(np.sqrt(np.mean(fit.fun**2)))
+
+
+def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, float, float]:
+    """Share of the swing that the laser sees of what the model's motion excites.
+
+    With its standard error, and the RMS (m) of what is left.
+    """
+    swung = [followed(p, r, dt)[2] for r in rows]
+    pairs = [
+        (_steadied(rows[k].laser[a:b]), _steadied(swung[k][a:b])) for k, a, b in _windows(rows)
+    ]
+    total = sum(float(q @ q) for _, q in pairs)
+    share = sum(float(q @ y) for y, q in pairs) / total
+    left = [y - share * q for y, q in pairs]
+    scores = np.array([[float(q @ e)] for (_, q), e in zip(pairs, left, strict=True)])
+    error = math.sqrt(float(_sandwich(np.array([[total]]), scores)[0, 0]))
+    return min(max(share, 0.0), 1.0), error, float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+
+
+def _surprises(p: Terminal, rows: Sequence[Record], dt: float) -> Array:
+    """Of each stroke: minus the logarithm of the probability of its counts."""
+    every = [followed(p, r, dt)[4] for r in rows]
+    return np.array(
+        [float(m[a:b].sum()) for m, r in zip(every, rows, strict=True) for a, b, _ in r.strokes]
+    )
+
+
+def _scaled(p: Terminal, z: Array) -> Terminal:
+    changes = {n: float(getattr(p, n)) * math.exp(v) for n, v in zip(RIGID, z, strict=True)}
+    return p._replace(**changes)
+
+
+def _likeliest(
+    p: Terminal, rows: Sequence[Record], dt: float, sizes: Sequence[float] = _SIZES
+) -> Terminal:
+    """The parameters of `RIGID` that make the counts likeliest, on the scale of logarithms.
+
+    The probability of whole counts is not smooth in them, so no derivatives are taken.
+    """
+    from scipy.optimize import minimize
+
+    n = len(RIGID)
+    most = np.full(n, _WIDE)
+    most[RIGID.index("delay")] = math.log(3.0 * dt / p.delay)
+
+    def cost(z: Array) -> float:
+        off = np.clip(z, -_WIDE, most)
+        far = float(np.sum((z - off) ** 2))
+        return float(_surprises(_scaled(p, off), rows, dt).sum()) + 1e4 * far
+
+    best, before = np.zeros(n), math.inf
+    for size in sizes:
+        simplex = np.vstack([best, best + size * np.eye(n)])
+        options = {"initial_simplex": simplex, "adaptive": True, "maxfev": 120 * n, "fatol": 0.02}
+        found = minimize(cost, best, method="Nelder-Mead", options=options | {"xatol": 1e-5})
+        best = found.x if found.fun < before else best
+        before = min(before, float(found.fun))
+    return _scaled(p, np.clip(best, -_WIDE, most))
+
+
+def _sandwich(information: Array, scores: Array) -> Array:
+    """Covariance with each row of scores as one observation."""
+    n, k = scores.shape
+    inverse = np.linalg.pinv(information)
+    return np.asarray(inverse @ (scores.T @ scores * (n / max(n - k, 1))) @ inverse)

@@ -1,0 +1,137 @@
+"""`identify carriage`: what the law `terminal` needs, from strokes in open loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.picking import RUN, Role, runs
+from macromicro.identify.result import Line, Result
+from macromicro.schema.par import entries
+from macromicro.units import quantity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LAW = "terminal"
+T = Role("t", "time", ("t", "time"), ("s",))
+U = Role("u", "effort sent", ("u", "motor", "voltage", "effort"), ("V",))
+X = Role("x", "encoder", ("x", "macro_position", "counts", "position"), ("counts",))
+Y = Role("y", "platform by a laser", ("y", "laser"), ("m",), optional=True)
+ROLES = (T, U, X, Y, RUN)
+_DOUBTFUL = 0.3  # of a value: records that differ by more tell it poorly
+
+
+class Options(NamedTuple):
+    """Options of `identify carriage`.
+
+    Attributes
+    ----------
+    pitch : str | None
+        Travel per count with its unit; None: as the laser says.
+    """
+
+    pitch: str | None = None
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """Drive, friction, delay and swing of a carriage (`macromicro.identify.carriage`).
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `Terminal`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
+    from macromicro.identify import carriage
+
+    tables = loaded(picking, ROLES)
+    records = [part for table in tables for part in runs(table)]
+    pitch, said = _pitch(records, options.pitch, tables[0].file)
+    fit = carriage.carriage([_columns(r) for r in records], pitch)
+    pars = {e.path: e.par for e in entries(fit.model)}
+    found = [n for n in (*carriage.RIGID, *carriage.SWING) if n in carriage.RIGID or n in fit.std]
+    lines = [
+        Line(name, float(getattr(fit.model, name)), error, pars[name].unit, note)
+        for name in found
+        for error in [fit.std.get(name, math.nan)]
+        for note in [_note(pars[name].meaning, fit.apart.get(name))]
+    ]
+    lines.append(Line("pitch", pitch, math.nan, "m", f"travel per count, {said}"))
+    poor = [n for n, (lo, hi) in fit.apart.items() if hi - lo > _DOUBTFUL * getattr(fit.model, n)]
+    strokes = sum(len(r.strokes) for r in fit.records)
+    remarks = [("strokes", f"{strokes}, both ways")]
+    if math.isfinite(fit.swing_rms):
+        remarks.append(("swing", f"explained to {fit.swing_rms * 1e6:.2g} um RMS of the laser"))
+    else:
+        remarks.append(("swing", "not seen: no laser, or no rest of 0.25 s after a stroke"))
+    if poor:
+        remarks.append(("hardly told by these strokes", ", ".join(poor)))
+    values = {f"controller.own.{line.name}": (line.value, line.note) for line in lines[:-1]}
+    head = f"A carriage under the law `{LAW}`: macromicro run --config model.toml"
+    toml = model_file.settings(head, values, LAW)
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.identify.kinds import pictures
+
+        t = [np.arange(len(r.u)) * fit.dt for r in fit.records]
+        off = [
+            r.counts + 0.5 - m[0] / fit.model.pitch
+            for r, m in zip(fit.records, fit.motion, strict=True)
+        ]
+        friction = [("friction beyond the model's", t[0], fit.motion[0][3], "-")]
+        return {
+            "residuals": pictures.leftover(off, fit.dt, "counts"),
+            "friction": pictures.points("by the law's estimator", "time [s]", "[V]", friction),
+        }
+
+    title = "x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (swing)"
+    data = {"surprise": fit.surprise, "strokes": strokes, "swing_rms_m": fit.swing_rms}
+    return Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
+
+
+def _note(meaning: str, apart: tuple[float, float] | None) -> str:
+    """What a parameter is, and what the records say of it one by one."""
+    if apart is None:
+        return meaning
+    return f"{meaning}; {apart[0]:.3g} to {apart[1]:.3g} by each record alone"
+
+
+def _columns(r: Mapping[str, Array]) -> tuple[Array, ...]:
+    return tuple(r[name] for name in ("t", "u", "x", "y") if name in r)
+
+
+def _pitch(
+    records: Sequence[Mapping[str, Array]], told: str | None, file: str
+) -> tuple[float, str]:
+    """Travel per count in m, and where it is from."""
+    if told is not None:
+        pitch = quantity(told, "m", "--pitch")
+        if not pitch > 0.0:
+            raise InputError("--pitch", told, "a length above zero")
+        return pitch, "as given"
+    seen = [r for r in records if "y" in r]
+    if not seen:
+        raise InputError("--pitch", "not given", "travel per count, or a column y of a laser")
+    slope = float(np.polyfit(seen[0]["x"], seen[0]["y"], 1)[0])
+    if not slope > 0.0:
+        raise InputError(f"{file}, y", f"{slope:.3g} m a count", "a laser that rises with x")
+    return slope, "by the laser"

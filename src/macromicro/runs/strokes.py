@@ -1,0 +1,109 @@
+"""Strokes of the carriage in open loop, from rest to rest, with the laser on the platform.
+
+What `identify carriage` takes: pulses of many lengths and efforts, each way in turn, so that drag,
+friction at speed and at rest, delay and swing all show in them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.columns import Column
+from macromicro.kernel import compiled, kernel
+from macromicro.nominal import PERIOD
+from macromicro.plant import bench
+from macromicro.plant.bench import NOISES, Plant, State
+from macromicro.recorded import named
+from macromicro.recording import Recording
+from macromicro.rig.guarded import IDLE
+from macromicro.rig.session import Fixture
+from macromicro.rig.twin import noise_source
+from macromicro.runs.machine import Machine, play, recorded
+from macromicro.types import Command, Outputs, Sample
+
+COLUMNS: tuple[Column, ...] = named("t", "macro_position", "motor", "laser")
+WHAT = "strokes of the macro-stage"
+# Share of the full effort, and its length in ms.
+PULSES = (
+    *((1.0, 20), (1.0, 40), (1.0, 80), (1.0, 160), (0.9, 60), (0.9, 150), (0.8, 80), (0.8, 200)),
+    *((0.72, 120), (0.72, 250), (1.0, 240), (1.0, 3), (1.0, 5), (0.9, 5), (0.66, 250), (1.0, 8)),
+    *((0.8, 8), (1.0, 12), (0.66, 120), (0.9, 20), (1.0, 30), (0.8, 30)),
+)
+REST = 300  # ms after each
+
+
+def efforts(full: float) -> Array:
+    """The strokes' efforts.
+
+    Parameters
+    ----------
+    full : float
+        The greatest, V at the D/A.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        V, a value each ms.
+    """
+    rest = np.zeros(REST)
+    parts = [rest]
+    for share, length in PULSES:
+        for way in (1.0, -1.0):
+            parts += [np.full(length, way * share * full), rest]
+    return np.concatenate(parts)
+
+
+@kernel
+def _pushed(p: Plant, s: State, volts: Array, noise: Array, out: Array, dt: float) -> None:
+    """Counts and laser (m) of the bench under motor volts, into the rows of `out`."""
+    for k in range(len(volts)):
+        draw = bench.drawn(noise, k)
+        sample = bench.measure(p, s, k * dt, draw)
+        out[0, k], out[1, k] = sample.encoder, sample.laser
+        s = bench.advance(p, s, Outputs(volts[k], 0.0, 0.0, 0.0), draw, dt)
+
+
+def stroked(machine: Machine, volts: Array, start: float, seed: int = 0) -> Recording:
+    """The carriage in open loop, with the laser where there is one.
+
+    Parameters
+    ----------
+    machine : Machine
+        The virtual bench's parameters, or a rig.
+    volts : ndarray, shape (n,)
+        V at the D/A, a value each ms.
+    start : float
+        Where it is at rest, counts.
+    seed : int, optional
+        Seed of a virtual machine's noise.
+
+    Returns
+    -------
+    Recording
+        Columns `COLUMNS`, the laser's where it is measured.
+
+    Raises
+    ------
+    InputError
+        The rig lacks an encoder.
+    GuardTripped
+        The guard stopped it.
+    """
+    if isinstance(machine, Fixture):
+        machine.need(WHAT, "encoder")
+
+        def push(k: int, sample: Sample) -> tuple[Command, Outputs]:
+            return IDLE, Outputs(float(volts[k]), 0.0, 0.0, 0.0)
+
+        done = play(machine, WHAT, len(volts), push, seed=seed, start=start)
+        rows = (done["t"], done["encoder"], done["motor"], done["laser"] * 1e6)
+        values = dict(zip((c.name for c in COLUMNS), rows, strict=True))
+        return recorded(machine, COLUMNS, values, PERIOD, seed)
+    out = np.empty((2, len(volts)))
+    noise = noise_source(seed).standard_normal((len(volts), NOISES))
+    state = bench.initial(machine, start * machine.encoder.pitch)
+    compiled(_pushed)(machine, state, volts, noise, out, PERIOD)
+    t = np.arange(len(volts), dtype=np.float64) * PERIOD
+    rows = [t, out[0], volts, out[1] * 1e6]
+    return Recording.from_arrays(COLUMNS, rows, PERIOD, {"seed": seed})
