@@ -57,9 +57,7 @@ def test_from_rest_it_ends_at_the_goal_at_rest_with_the_belt_at_rest():
 
 
 @settings(max_examples=30)
-@given(
-    st.floats(-0.4, 0.4), st.floats(-1e-3, 1e-3), st.floats(-0.1, 0.1), st.floats(-0.02, 0.02)
-)
+@given(st.floats(-0.4, 0.4), st.floats(-1e-3, 1e-3), st.floats(-0.1, 0.1), st.floats(-0.02, 0.02))
 def test_it_ends_at_rest_from_any_state(v, q, s, goal):
     sent, z = flown(P, Motion(0.0, v, q, s), goal, 80)
     size = 1.0 + float(np.abs(sent).max())

@@ -196,7 +196,9 @@ def bench(tmp_path_factory):
 
     def run(changes):
         path = tmp_path_factory.mktemp("moves") / "moves.toml"
-        path.write_text('[[moves]]\nmacro = ["190 mm", "10 mm", "15 mm", "16 mm"]\nhold = "0.5 s"\n')
+        path.write_text(
+            '[[moves]]\nmacro = ["190 mm", "10 mm", "15 mm", "16 mm"]\nhold = "0.5 s"\n'
+        )
         tree = Settings()._replace(controller=Settings().controller.joined("terminal", "law"))
         return api.run(path, settings=changed(tree, {"controller.sequence.wait": 0.5, **changes}))
 
