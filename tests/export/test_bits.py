@@ -178,4 +178,4 @@ def test_a_function_in_c_gives_the_bits_of_its_kernel(
             assert np.array_equal(a, b, equal_nan=True)
 
     same()
-    assert tried >= 3 or not [k for k in routine.parameters.values() if not empty(k)]
+    assert tried >= 1
