@@ -117,6 +117,15 @@ def branched(x: float, p: Pair) -> Pair:
 
 
 @kernel
+def either(x: float, p: Pair) -> float:
+    """Two values at once, of one pair or another."""
+    q = Pair(x, 1.0)
+    a, b = (p, q) if x > 0.0 else (q, p)
+    low, high = (0, x) if p.a > x else (1, p.b)
+    return a.a - b.b + low * high
+
+
+@kernel
 def started(x: float) -> float:
     """Constants of a module."""
     first, number = START

@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from macromicro.export import catalogue, files, kinds
-from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct, empty
+from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct
 from tests.export.bound import Bound, arrays, bits, built, strict
 
 UNITS = tuple(catalogue.every())

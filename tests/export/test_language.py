@@ -36,6 +36,7 @@ WORDS = {
     "whole_steps": (NUMBERS, st.integers(0, 12)),
     "swapped": (NUMBERS, NUMBERS),
     "branched": (NUMBERS, st.builds(spoken.Pair, NUMBERS, NUMBERS)),
+    "either": (NUMBERS, st.builds(spoken.Pair, NUMBERS, NUMBERS)),
     "started": (NUMBERS,),
     "of_another": (NUMBERS,),
     "summed_pair": (st.builds(spoken.Pair, NUMBERS, NUMBERS),),
@@ -43,6 +44,7 @@ WORDS = {
 }
 EXAMPLES = {
     "shared": (1, 2), "whole_steps": (0.0, 1), "branched": (0.0, spoken.Pair(0.0)),
+    "either": (0.0, spoken.Pair(0.0)),
     "summed_pair": (spoken.Pair(0.0),), "summed": (spoken.ROWS, 0.0),
 }  # fmt: skip
 

@@ -239,16 +239,17 @@ class Writer:
         flat = " * ".join(map(str, numbers))
         first = f"store->{each.name}" + "[0]" * (len(numbers) - 1)
         source = each.source + "[0]" * (len(numbers) - 1)
-        pointer = f"    state->{each.path} = store->{each.name};"
         real = self.program.real if each.kind.element is REAL else self.program.whole
-        value = f"((const {real} *){source})[k]"
-        loop = [
-            pointer,
-            f"    for (int k = 0; k < {flat}; k++) {{",
-            f"        (({real} *){first})[k] = {value};",
+        return [
+            f"    state->{each.path} = store->{each.name};",
+            "    {",
+            f"        const {real} *from = (const {real} *){source};",
+            f"        {real} *to = ({real} *){first};",
+            f"        for (int k = 0; k < {flat}; k++) {{",
+            "            to[k] = from[k];",
+            "        }",
             "    }",
         ]
-        return loop
 
     def _state(self, value: Any, kind: Kind, path: str, depth: int = 1) -> str:
         if isinstance(kind, Rows):

@@ -135,6 +135,14 @@ class Operators(Reading):
         with self.perhaps():
             one, other = self.read(node.body), self.read(node.orelse)
         kind = kinds.joined(one.kind, other.kind)
+        if isinstance(kind, Several) and one.items is not None and other.items is not None:
+            pairs = zip(one.items, other.items, kind.types, strict=True)
+            items = tuple(self._either(node, test, a, b, part) for a, b, part in pairs)
+            return Expr(kind, "", items=items)
+        return self._either(node, test, one, other, kind)
+
+    def _either(self, node: ast.IfExp, test: Expr, one: Expr, other: Expr, kind: Any) -> Expr:
+        """One value or another, of one type."""
         if kind is None or isinstance(kind, Rows | Several):
             self.refuse(node, f"{one.kind} or {other.kind}", "two values of one type")
         chosen = [self.given(each, kind, node) for each in (one, other)]
