@@ -130,7 +130,7 @@ def test_a_law_of_ones_own(tmp_path: Path) -> None:
     [
         ("c axis.lw", "'axis.law'?"),
         ("c macromicro.loop:rollout", "array whose size its annotation does not say"),
-        ("c no.such.module:thing", "no.such.module"),
+        ("c no.such.module:thing", "no module no"),
         ("fmu axis.law --fmi 4", "2 or 3"),
         ("c axis.law --config missing.toml", "missing.toml"),
         ("fmus axis.law", "one of list, c, fmu"),
