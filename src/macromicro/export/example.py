@@ -60,7 +60,8 @@ class Example:
             f"One period of {name}.\n{CC} main.c {name}.c -lm -o {name} && ./{name}"
         )
         return "\n".join([
-            *head, "#include <math.h>", "#include <stdio.h>", "", f'#include "{name}.h"', "", "int main(void)", "{",
+            *head, "#include <math.h>", "#include <stdio.h>", "",
+            f'#include "{name}.h"', "", "int main(void)", "{",
             *wrapped(self.lines), "    return 0;", "}", "",
         ])  # fmt: skip
 
