@@ -9,7 +9,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-slow test-all browser lint format bench bench-peers soak mutants docs clean
+.PHONY: help run serve test test-slow test-all browser compiler lint format bench bench-peers soak mutants docs clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
@@ -46,6 +46,14 @@ browser: ## install Debian's chromium for the browser tests
 	$$root env DEBIAN_FRONTEND=noninteractive \
 	  apt-get install -y -qq --no-install-recommends chromium chromium-driver
 
+compiler: ## install Debian's C compiler, for exported code and FMUs
+	@if command -v cc >/dev/null; then exit 0; fi; \
+	command -v apt-get >/dev/null || { echo "no apt-get here: install a C compiler yourself"; exit 1; }; \
+	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
+	$$root apt-get update -qq && \
+	$$root env DEBIAN_FRONTEND=noninteractive \
+	  apt-get install -y -qq --no-install-recommends gcc libc6-dev
+
 lint: $(VENV)/.dev ## check format, style, types and the layers
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -74,6 +82,7 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_errata.py
 	$(BIN)/python docs/make_beyond.py --page
 	$(BIN)/python docs/make_scpi.py
+	$(BIN)/python docs/make_export.py
 	$(BIN)/python docs/make_figures.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi

@@ -60,6 +60,12 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/commissioning.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
     },
+    "docs/export.md": {
+        "/* One control period": "a part of what is written, which tests/export compile",
+        "cc -std=c99": TESTED + "tests/export/test_command.py",
+        "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
+        "add_block(": "Simulink's",
+    },
     "docs/guard.md": {" allowed error": "a drawing"},
     "docs/identify.md": {
         "macromicro identify drive own.csv": DATA,

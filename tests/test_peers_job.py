@@ -23,7 +23,7 @@ from macromicro.models import macro
 
 PEERS = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
 NAMES = (
-    "job", "rollout", "compiling", "c_loop", "timing", "preisach_rate", "beside_c",
+    "job", "rollout", "compiling", "c_loop", "timing", "preisach_rate", "exported", "beside_c",
     "environments", "peers",
 )  # fmt: skip
 

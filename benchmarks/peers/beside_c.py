@@ -8,6 +8,7 @@ from statistics import median
 from typing import Any
 
 import c_loop
+import exported
 import numpy as np
 from compiling import NATIVE, library
 from job import Job
@@ -25,16 +26,24 @@ def measure(job: Job, folder: Path, repeats: int = 300) -> list[dict[str, Any]]:
     """Times [s] of C and the package, their ratio to the reference, largest differences."""
     plain = c_loop.compiled(job, folder)
     native = c_loop.compiled(job, folder, NATIVE, "loop_native")
+    written = exported.loop(job, folder)
     given, (model, law) = arguments(job), parts(job)
     aim, out = given[3], np.empty((2, job.samples))
     runs: dict[str, Callable[[], Any]] = {
         REFERENCE: plain.run,
         "C, cc -O3 -march=native": native.run,
+        "macromicro, exported C": written.run,
         "macromicro, kernel": lambda: compiled(macro.rollout)(*given, out),
         "macromicro, closed_loop": lambda: macro.closed_loop(model, law, aim, counted=True),
     }
     times = alternating(list(runs.values()), repeats)
-    trajectories = (plain.out, native.out, out, np.array(runs["macromicro, closed_loop"]()))
+    trajectories = (
+        plain.out,
+        native.out,
+        written.out,
+        out,
+        np.array(runs["macromicro, closed_loop"]()),
+    )
     found = []
     for name, taken, seen in zip(runs, times, trajectories, strict=True):
         by_median = median(taken) / median(times[0])

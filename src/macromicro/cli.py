@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from macromicro import __version__
-from macromicro.commands import identify, machine_run, streams
+from macromicro.commands import export, identify, machine_run, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
@@ -42,6 +42,7 @@ config_app = typer.Typer(
 )
 app.add_typer(config_app, name="config")
 app.add_typer(identify.app, name="identify")
+app.add_typer(export.app, name="export")
 
 
 def main() -> int:

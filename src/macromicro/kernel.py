@@ -266,3 +266,30 @@ def _compiled(function: Callable[P, R], joined: tuple[str, ...]) -> Callable[P, 
         dispatcher = numba.njit(**options)(function)
     result: Callable[P, R] = dispatcher
     return result
+
+
+def choice(function: object) -> Callable[..., Any] | None:
+    """What chooses the function that stands for another one (`by_type`).
+
+    Parameters
+    ----------
+    function : object
+        Anything.
+
+    Returns
+    -------
+    Callable[..., Any] | None
+        As `by_type` was given it; None for what it did not mark.
+    """
+    return next((choose for marked, choose in _chosen if marked is function), None)
+
+
+def marked() -> tuple[Callable[..., Any], ...]:
+    """All kernels that have been imported.
+
+    Returns
+    -------
+    tuple[Callable[..., Any], ...]
+        In no order.
+    """
+    return tuple(_marked)

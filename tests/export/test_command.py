@@ -1,0 +1,166 @@
+"""`macromicro export`: files, the example that they bring, what is refused."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from macromicro.export import catalogue, coverage, files
+from macromicro.export.example import Example, size
+from macromicro.export.kinds import REAL, TRUTH
+from tests.export.bound import CC, FLAGS
+
+ROOT = Path(__file__).parents[2]
+LAW = '''
+from typing import Annotated, NamedTuple
+
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.kernel import kernel
+from macromicro.schema.par import Par
+
+
+class Gains(NamedTuple):
+    """Gains."""
+
+    stiffness: Annotated[float, Par("V/m", "effort per error")] = 2000.0
+
+
+class Memory(NamedTuple):
+    """What it remembers."""
+
+    error: float
+
+
+@kernel
+def start(p: Gains, sample: Sample) -> Memory:
+    """No error yet."""
+    return Memory(0.0)
+
+
+@kernel
+def step(
+    p: Gains, s: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[Memory, float]:
+    """Proportional."""
+    error = target.position - sample.position
+    return Memory(error), p.stiffness * error
+
+
+def loud(
+    p: Gains, s: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[Memory, float]:
+    print(p)
+    return s, 0.0
+
+
+LAW = StageLaw("mine", Gains, Memory, start, step)
+PLAIN = StageLaw("plain", Gains._replace if False else type("G", (Gains,), {}), Memory, start, loud)
+'''
+
+
+def command(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "macromicro", "export", *map(str, words)],
+        cwd=cwd, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
+@pytest.mark.parametrize("name", list(catalogue.every()))
+def test_every_example_compiles_and_runs(name: str, single: bool, tmp_path: Path) -> None:
+    written = files.written(catalogue.unit(name), single)
+    (tmp_path / f"{written.name}.h").write_text(written.header)
+    (tmp_path / f"{written.name}.c").write_text(written.code)
+    (tmp_path / "main.c").write_text(Example(written).text())
+    assert CC is not None
+    command = [CC, *FLAGS, "main.c", f"{written.name}.c", "-lm", "-o", "run"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    shown = subprocess.run([tmp_path / "run"], capture_output=True, text=True, check=True)
+    assert " = " in shown.stdout or name == "two_stage.macro"
+    longest = max(map(len, written.code.splitlines()))
+    assert longest < 120
+    if single:
+        assert "double" not in written.header.split("#include <stdint.h>")[1]
+
+
+def test_four_files_and_what_is_said(tmp_path: Path) -> None:
+    done = command("c", "axis.law", "--out", "law", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "results: law"
+    names = {"axis_law.h", "axis_law.c", "main.c", "README.md"}
+    assert {place.name for place in (tmp_path / "law").iterdir()} == names
+    header = (tmp_path / "law" / "axis_law.h").read_text()
+    assert "double velocity; /* effort per velocity error, V*s/m */" in header
+    readme = (tmp_path / "law" / "README.md").read_text()
+    assert "| CascadeMemory | 48 |" in readme
+    again = command("c", "axis.law", "--out", "law", cwd=tmp_path)
+    assert again.returncode == 2
+    assert command("c", "axis.law", "--out", "law", "--overwrite", cwd=tmp_path).returncode == 0
+
+
+def test_the_values_of_a_settings_file_are_written(tmp_path: Path) -> None:
+    config = ROOT / "examples" / "machines" / "servo.toml"
+    done = command("c", "rotary.plant", "--config", config, "--out", "x", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert ".resistance = 2.6," in (tmp_path / "x" / "rotary_plant.c").read_text()
+    other = command("c", "axis.law", "--config", config, cwd=tmp_path)
+    assert other.returncode == 2
+    assert "rotary.law" in other.stderr
+
+
+def test_a_law_of_ones_own(tmp_path: Path) -> None:
+    (tmp_path / "mylab.py").write_text(LAW)
+    done = command("c", "mylab:LAW", "--out", "law", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    code = (tmp_path / "law" / "LAW.c").read_text()
+    assert "p->stiffness * error" in code
+    plain = command("c", "mylab:PLAIN", cwd=tmp_path)
+    assert plain.returncode == 2
+    assert "plain Python" in plain.stderr
+    alone = command("c", "mylab:step", "--out", "one", cwd=tmp_path)
+    assert alone.returncode == 0, alone.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("c axis.lw", "'axis.law'?"),
+        ("c macromicro.loop:rollout", "array whose size its annotation does not say"),
+        ("c no.such.module:thing", "no module no"),
+        ("fmu axis.law --fmi 4", "2 or 3"),
+        ("c axis.law --config missing.toml", "missing.toml"),
+        ("fmus axis.law", "one of list, c, fmu"),
+    ],
+)
+def test_bad_input(words: str, said: str, tmp_path: Path) -> None:
+    done = command(*words.split(), cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_list_names_every_unit(tmp_path: Path) -> None:
+    done = command("list", cwd=tmp_path)
+    assert [line.split()[0] for line in done.stdout.splitlines()] == list(catalogue.every())
+
+
+def test_an_fmu_is_written_once(tmp_path: Path) -> None:
+    done = command("fmu", "notch", "--out", "notch.fmu", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "1 inputs, 1 outputs, 3 tunable parameters, period 0.001 s" in done.stdout
+    assert command("fmu", "notch", "--out", "notch.fmu", cwd=tmp_path).returncode == 2
+
+
+def test_sizes_are_those_of_the_compiler() -> None:
+    from macromicro.export.kinds import Several
+
+    assert size(Several((TRUTH, REAL, TRUTH))) == (24, 8)
+    assert size(Several((TRUTH, REAL, TRUTH)), real=4) == (12, 4)
+
+
+def test_the_page_has_the_table_of_today() -> None:
+    assert coverage.table() in (ROOT / "docs" / "export.md").read_text()
