@@ -229,7 +229,7 @@ def told(every: list[dict[str, Any]]) -> str:
                 if name == "not in the count at last":
                     cells.append(f"{sum(v):.0f} of {len(v)}")
                 else:
-                    cells.append(f"{np.median(v):.{digits}f}, {max(v):.{digits}f}")
+                    cells.append(f"{np.nanmedian(v):.{digits}f}, {np.nanmax(v):.{digits}f}")
         lines.append(f"| {name}{unit and f' [{unit}]'} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
