@@ -78,10 +78,22 @@ def is_name(name: str) -> bool:
         "module:object", one of `SHIPPED`, or the name of an installed entry point of the group
         `GROUP`.
     """
-    return _place(name) is not None
+    return place(name) is not None
 
 
-def _place(name: str) -> str | None:
+def place(name: str) -> str | None:
+    """Where the law of a name is.
+
+    Parameters
+    ----------
+    name : str
+        As in the settings.
+
+    Returns
+    -------
+    str | None
+        "module:object"; None for a name that no law has.
+    """
     return SHIPPED.get(name) or plugins.place(name, GROUP)
 
 
@@ -208,9 +220,9 @@ def imported(name: str, where: str) -> Any:
     InputError
         It is not to be had.
     """
-    place = _place(name)
-    assert place is not None  # as `is_name` says
-    return plugins.load(place, where, "a law", _suits)
+    there = place(name)
+    assert there is not None  # as `is_name` says
+    return plugins.load(there, where, "a law", _suits)
 
 
 def _suits(made: Any) -> bool:

@@ -67,7 +67,7 @@ def unit(what: str, config: Path | None = None) -> Unit:
 
 def _own(what: str) -> Unit:
     """A law or a kernel that the user names."""
-    place = plugins.place(what, outside.GROUP)
+    place = outside.place(what)
     assert place is not None  # as `is_name` says
     made = plugins.load(place, "WHAT", "a law or a kernel", lambda it: is_kernel(it) or _law(it))
     name = what.partition(":")[2] or what

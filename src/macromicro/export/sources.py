@@ -23,6 +23,8 @@ _COMPUTED: dict[type, Callable[[Any, Any], Any]] = {
     ast.Mult: operator.mul,
 }
 
+_TOOLS = ("noqa", "fmt:")  # comments that are for tools
+
 
 class Unknown(Exception):
     """A name that is no constant."""
@@ -131,7 +133,7 @@ def _comments(text: str) -> dict[int, tuple[str, bool]]:
     found = {}
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         words = token.string.lstrip("# ").rstrip()
-        if token.type == tokenize.COMMENT and words and not words.startswith("noqa"):
+        if token.type == tokenize.COMMENT and words and not words.startswith(_TOOLS):
             found[token.start[0]] = (words, token.line.lstrip().startswith("#"))
     return found
 

@@ -69,4 +69,6 @@ def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
     if is_kernel(law.start):
         entries.insert(0, Entry("start", law.start, (gains, sample)))
         state = None
+    if law.again is not None:
+        entries.insert(1, Entry("again", law.again, (gains, memory, sample)))
     return Unit(name, f"law {law.name}", tuple(entries), {"gains": gains}, state, period)

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 from macromicro import programme, simulate, types
-from macromicro.control import calibration, pi, supervisor
+from macromicro.control import calibration, outside, pi, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import LAWS
-from macromicro.export.units import Entry, Made, Unit
+from macromicro.export.units import Entry, Made, Unit, law_of
+from macromicro.nominal import PERIOD
 from macromicro.plant import bench, carriage, cycle, kiln
 from macromicro.programme import travel
 from macromicro.rig import guard
@@ -17,9 +18,8 @@ from macromicro.rig import guard
 TWO_STAGE = "two_stage"
 
 
-def two_stage(settings: Any) -> Made:
-    """The units of the thesis' machine."""
-    spec, name = settings.controller, TWO_STAGE
+def _laws(spec: Any, name: str) -> Made:
+    """The macro-stage's laws: those of the error alone, and those of the contract of laws."""
 
     def law_unit(law: Any) -> Callable[[], Unit]:
         def made() -> Unit:
@@ -32,6 +32,22 @@ def two_stage(settings: Any) -> Made:
             return Unit(f"{name}.{law.field}", words, entries, {"gains": gains})
 
         return made
+
+    def named_unit(law_name: str) -> Callable[[], Unit]:
+        def made() -> Unit:
+            law = outside.find(law_name, "law")
+            gains = spec.own if outside.of(spec.own) == law_name else law.gains()
+            return law_of(f"{name}.{law_name}", law, gains, PERIOD)
+
+        return made
+
+    found = {f"{name}.{law.field}": law_unit(law) for law in LAWS}
+    return found | {f"{name}.{law}": named_unit(law) for law in outside.SHIPPED}
+
+
+def two_stage(settings: Any) -> Made:
+    """The units of the thesis' machine."""
+    spec, name = settings.controller, TWO_STAGE
 
     def micro_unit() -> Unit:
         gains = getattr(spec, spec.micro_law.replace("-", "_"))
@@ -98,8 +114,7 @@ def two_stage(settings: Any) -> Made:
         words = "the fixture of Appendix D: the actuator against a spring"
         return Unit(f"{name}.cycle", words, entries, {"params": params}, first)
 
-    laws = {f"{name}.{law.field}": law_unit(law) for law in LAWS}
-    return laws | {
+    return _laws(spec, name) | {
         f"{name}.micro": micro_unit,
         f"{name}.supervisor": supervisor_unit,
         f"{name}.guard": guard_unit,
