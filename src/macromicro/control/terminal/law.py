@@ -276,7 +276,7 @@ def _driven(
 ) -> tuple[Stage, float]:
     """On the way, or landing: where that leads, and the effort."""
     modes = landing.modes(p, dt)
-    periods = _periods(p, dt) if s.mode == WAY else int(s.left)
+    periods = _periods(p, dt) if s.mode == WAY else int(min(max(s.left, 1.0), float(MOST)))
     fits, effort = _landed(p, modes, at, goal, b.excess, periods)
     if s.mode == WAY and not fits and not _late(p, b, at, goal):
         return s, _pushed(p, b, s.gone, math.copysign(1.0, goal - at.x))
