@@ -68,8 +68,15 @@ def live() -> list[Line]:
     return list(live.lines(Line))
 
 
+def laws() -> list[Line]:
+    """Laws of the macro-stage."""
+    import laws
+
+    return list(laws.lines(timed, Line))
+
+
 GROUPS: dict[str, Callable[[], list[Line]]] = {
-    f.__name__: f for f in (single, many, sweeping, tuning, tools, live)
+    f.__name__: f for f in (single, many, sweeping, tuning, tools, live, laws)
 }
 
 
