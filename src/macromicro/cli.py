@@ -17,6 +17,7 @@ from macromicro.commands.compare import compare
 from macromicro.commands.doctor import doctor
 from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.latency import latency
+from macromicro.commands.limits import limits
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
 from macromicro.commands.robust import robust
@@ -284,6 +285,7 @@ app.command()(commission)
 app.command()(compare)
 app.command()(doctor)
 app.command()(latency)
+app.command()(limits)
 app.command()(reproduce)
 app.command()(response)
 app.command()(robust)

@@ -1,0 +1,47 @@
+"""`macromicro limits`: a table, JSON, and what is refused."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from macromicro import cli
+from macromicro.design.limits import quickest
+from macromicro.settings import Settings
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["macromicro", "limits", *words])
+    return cli.main()
+
+
+def test_table_and_json_say_the_same(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, "40 mm", "--json") == 0
+    found = json.loads(capsys.readouterr().out)["quickest"]
+    wanted = quickest(Settings().bench, Settings().sensors, 0.04)
+    assert found[0]["time"] == wanted.time
+    assert run(monkeypatch, "40 mm") == 0
+    assert f"{wanted.time:.3f} s" in capsys.readouterr().out
+
+
+def test_a_file_of_settings_is_the_bench(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "sticky.toml"
+    file.write_text('[bench.friction]\ncoulomb = "12 N"\n')
+    assert run(monkeypatch, "40 mm", "--config", str(file), "--json") == 0
+    slow = json.loads(capsys.readouterr().out)["quickest"][0]["time"]
+    assert slow > quickest(Settings().bench, Settings().sensors, 0.04).time
+
+
+@pytest.mark.parametrize(
+    ("way", "said"), [("40", "its unit"), ("-1 mm", "above zero"), ("3 kg", "its unit")]
+)
+def test_a_way_is_a_length(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], way: str, said: str
+) -> None:
+    assert run(monkeypatch, "--", way) == 2
+    assert said in capsys.readouterr().err
