@@ -66,7 +66,7 @@ def test_a_law_of_ones_own_joins_with_its_gains():
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("pj", "--law: 'pj'; accepted: one of pi; or MODULE:LAW"),
+        ("pj", "--law: 'pj'; accepted: one of pi, terminal; or MODULE:LAW"),
         ("tests.nowhere:it", "--law: 'no module tests.nowhere"),
         (COUNTS, "in count'; accepted: a law in m on this machine"),
     ],

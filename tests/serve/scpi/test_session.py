@@ -444,7 +444,7 @@ def test_gains_of_the_micro_stage_are_in_volts_per_mm(bench) -> None:
 
 
 def test_programme_by_name_and_as_text(bench) -> None:
-    assert bench.ask("PROG:CAT?").startswith('"full-travel"')
+    assert bench.ask("PROG:CAT?").startswith('"fast"')
     bench.ask('PROG:LOAD "thesis"')
     assert bench.ask("PROG:NAME?;STAT?") == '"thesis";STOP'
     bench.ask("PROG:RUN")
