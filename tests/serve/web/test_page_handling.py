@@ -173,6 +173,7 @@ def test_points_are_taught_visited_and_saved(in_mm: Page, tmp_path: Path) -> Non
     page = in_mm
     motion = page.move(page.station.snapshot().position_m * 1e3 + 1.0)
     assert page.outcome(motion) == m.DONE
+    page.says("arrived and settled")  # or it would say so over what is looked for below
     taught = page.station.snapshot().position_m
     page.click("#teach")
     page.says("Point kept")
