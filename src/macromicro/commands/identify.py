@@ -85,6 +85,7 @@ def carriage(
     as_json: AsJson = False,
 ) -> None:
     """What the law `terminal` needs, from strokes (columns t, u, x in counts; y, a laser)."""
+    print("identifying the carriage: about a minute", file=sys.stderr)
     _identify("carriage", {"pitch": pitch}, files, columns, out, overwrite, as_json)
 
 
