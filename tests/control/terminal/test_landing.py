@@ -101,3 +101,45 @@ def test_without_a_known_swing_place_and_speed_alone_are_landed():
     plan = landing.planned(p, modes, Motion(0.0, 0.3, 0.0, 0.0), 0.012, 50)
     assert math.isfinite(landing.efforts(modes, plan, 50)[0])
     assert modes.deflection == modes.swing == 0.0
+
+
+def test_a_plan_is_the_softened_least_squares_solution():
+    """Against the exact sampled system without the swing's pull, in the modes' coordinates."""
+    p = Terminal(share=0.0, decay=15.0, frequency=18.0)
+    at, goal, n = Motion(0.001, 0.25, 3e-4, -0.05), 0.009, 45
+    a, b = system(p)
+    both = np.zeros((5, 5))
+    both[:4, :4], both[:4, 4] = a * DT, b * DT
+    step = expm(both)
+    w = 2.0 * math.pi * p.frequency
+    tied = p.drag / (p.drag**2 - 2.0 * p.decay * p.drag + w * w)
+    modal = np.array(
+        [[1.0, 1.0 / p.drag, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0],
+         [0.0, -tied, 1.0, 0.0], [0.0, tied * p.drag, 0.0, 1.0]]
+    )  # fmt: skip
+    column, reach, free = step[:4, 4], [], np.array(at)
+    for _ in range(n):
+        reach.append(modal @ column)
+        column = step[:4, :4] @ column
+        free = step[:4, :4] @ free
+    c = np.array(reach[::-1]).T
+    soft = np.diag([3e-6**2, 5e-4**2, 1e-5**2, 1.5e-3**2])
+    lack = modal @ np.array([goal, 0.0, 0.0, 0.0]) - modal @ free
+    wanted = c.T @ np.linalg.solve(c @ c.T + soft, lack)
+    modes = landing.modes(p, DT)
+    plan = landing.planned(p, modes, at, goal, n)
+    found = [landing.efforts(modes, plan, n - k)[0] for k in range(n)]
+    assert found == pytest.approx(wanted, abs=3e-3 * float(np.abs(wanted).max()))
+
+
+def test_the_modes_of_a_flexible_carriage_are_those_of_its_system():
+    """Speed and swing of the coupled system: its eigenvalues, to first order in the share."""
+    p = Terminal(share=0.03, decay=3.0)
+    m = landing.modes(p, DT)
+    values = np.linalg.eigvals(system(p)[0])
+    real = sorted(v.real for v in values if abs(v.imag) < 1e-9)
+    ring = next(v for v in values if v.imag > 0.0)
+    assert m.fall == pytest.approx(math.exp(real[0] * DT), rel=3e-4)
+    turned = np.linalg.eigvals(np.array([[m.a, m.b], [m.c, m.d]]))
+    assert max(turned.imag) == pytest.approx(abs(np.exp(ring * DT).imag), rel=3e-3)
+    assert turned[0].real == pytest.approx(np.exp(ring * DT).real, rel=3e-4)

@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import expm
 
 from macromicro.control.terminal import model
 from macromicro.control.terminal.model import Motion, Terminal
@@ -62,6 +64,43 @@ def test_a_swing_keeps_frequency_and_decay():
     q, s = model.swung(p, 1e-3, 0.0, 0.0, turn)
     assert q == pytest.approx(1e-3 * math.exp(-2.0 * turn), rel=1e-9)
     assert s == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_swing_goes_as_its_equation_says_whatever_its_damping():
+    """Against the matrix exponential; the kick half at the begin, half at the end."""
+    p = Terminal(frequency=20.0, decay=60.0)
+    w = 2.0 * math.pi * 20.0
+    turn = expm(np.array([[0.0, 1.0], [-w * w, -2.0 * 60.0]]) * 4e-3)
+    wanted = turn @ [1e-3, 0.05 - 0.1] - [0.0, 0.1]
+    assert model.swung(p, 1e-3, 0.05, 0.2, 4e-3) == pytest.approx(tuple(wanted), rel=1e-9)
+
+
+def test_where_friction_stops_it_in_a_period_is_that_share_of_the_way():
+    f = model.friction(P, 0.1, 0.01)
+    fall = math.exp(-P.drag * DT)
+    for way in (1.0, -1.0):
+        end = fall * 0.01 - P.push * f * (1.0 - fall) / P.drag  # had it gone on
+        part = 0.01 / (0.01 - end)
+        p = P._replace(frequency=20.0)
+        m = model.moved(p, Motion(2.0, way * 0.01, 1e-4, 0.02), 0.1, 0.0, DT)
+        assert m.x == pytest.approx(2.0 + way * 0.5 * part * DT * 0.01, rel=1e-12)
+        assert (m.x - 2.0) * way == pytest.approx(0.5 * part * DT * 0.01, rel=1e-6)
+        assert m.v == 0.0
+        assert (m.q, m.s) == model.swung(p, 1e-4, 0.02, -way * 0.01, DT)
+
+
+def test_in_motion_way_speed_and_swing_are_those_of_the_equation():
+    p = Terminal()
+    w = 2.0 * math.pi * p.frequency
+    m = Motion(1.0, -0.2, 3e-4, 0.4)
+    found = model.moved(p, m, 0.3, -4.0, DT)
+    back = p.share * (w * w * 3e-4 + 2.0 * p.decay * 0.4)
+    fall = math.exp(-p.drag * DT)
+    f = model.friction(p, 0.3, -0.2)
+    v = -0.2 * fall + (p.push * (-4.0 + f) + back) * (1.0 - fall) / p.drag
+    assert found.v == pytest.approx(v, rel=1e-12)
+    assert found.x == pytest.approx(1.0 + 0.5 * DT * (v - 0.2), rel=1e-12)
+    assert (found.q, found.s) == model.swung(p, 3e-4, 0.4, v + 0.2, DT)
 
 
 def test_a_kick_of_the_carriage_leaves_the_swing_behind():

@@ -55,7 +55,9 @@ def test_curves_of_a_magnetometer_are_no_columns(tmp_path: Path) -> None:
 
 
 def test_kinds_and_their_options_are_named_in_a_refusal(file: Path) -> None:
-    with pytest.raises(InputError, match=r"kind: .no.*one of drive, carriage, linear, deadzone, hysteresis"):
+    with pytest.raises(
+        InputError, match=r"kind: .no.*one of drive, carriage, linear, deadzone, hysteresis"
+    ):
         from_files("no", file)
     with pytest.raises(InputError, match=r"linear, option: .gain.*method, order, start, width"):
         from_files("linear", file, gain=1.0)
