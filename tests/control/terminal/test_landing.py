@@ -100,7 +100,10 @@ def test_without_a_known_swing_place_and_speed_alone_are_landed():
     modes = landing.modes(p, DT)
     plan = landing.planned(p, modes, Motion(0.0, 0.3, 0.0, 0.0), 0.012, 50)
     assert math.isfinite(landing.efforts(modes, plan, 50)[0])
-    assert modes.deflection == modes.swing == 0.0
+    fall = math.exp(-p.drag * DT)
+    speed, place = p.push * (1.0 - fall) / p.drag, p.push * DT / p.drag
+    wanted = (p.drag, 0.0, fall, 0.0, 0.0, 0.0, 0.0, place, speed, 0.0, 0.0)
+    assert tuple(modes) == pytest.approx(wanted)
 
 
 def test_a_plan_is_the_softened_least_squares_solution():
