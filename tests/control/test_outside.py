@@ -236,7 +236,7 @@ def test_after_a_rest_a_law_goes_on_from_what_it_learned(rested: bool) -> None:
     p = law("terminal")
     first = macro.step(p, macro.begun(p), AIM, Sample(0.0, 120.0), 1e-3)[0]
     learned = first[-1].memory._replace(excess=0.3, v=0.1)
-    kept = (*first[:-1], Held(2.0 if rested else 0.0, learned))
+    kept = (*first[:-1], Held(outside.RESTED if rested else 0.0, learned))
     found = macro.step(p, kept, AIM, Sample(1.0, 120.0), 1e-3)
     assert kernel.compiled(macro.step)(p, kept, AIM, Sample(1.0, 120.0), 1e-3) == found
     assert found[0][-1].memory.excess == pytest.approx(0.3, abs=0.05)

@@ -30,6 +30,7 @@ GROUP = "macromicro.laws"
 SHIPPED = {"terminal": "macromicro.control.terminal.law:TERMINAL"}
 FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
 UNITS = ("m", "count")
+FRESH, RESTED = 1.0, 2.0  # see `Held`
 _NEEDED = ("gains", "memory", "start", "step")
 _SHAPE = (
     "a macromicro.control.stage_law.StageLaw, or a class with its gains, memory, start and step "
@@ -47,8 +48,8 @@ class Held(NamedTuple):
     Attributes
     ----------
     fresh : float
-        1 before the law's first period, when its `start` is due; then 0; 2 after a rest, when its
-        `again` is.
+        `FRESH` before the law's first period, when its `start` is due; then 0; `RESTED` after a
+        rest, when its `again` is.
     memory : Any
         Of the law; of no meaning while it is fresh.
     """
@@ -390,7 +391,7 @@ def _begun(gains: Any) -> Callable[..., Any]:
         return lambda gains: ()
     kind = _laws[_by_gains[gains[0].instance_class]].memory
     zeros = (0.0,) * len(kind._fields)
-    return lambda gains: (Held(1.0, kind(*zeros)),)
+    return lambda gains: (Held(FRESH, kind(*zeros)),)
 
 
 @by_type(_begun)
@@ -408,13 +409,13 @@ def begun(gains: tuple[Any, ...]) -> Kept:
         Of that law; empty without one.
     """
     kinds = [having(each).memory for each in gains]
-    return tuple(Held(1.0, kind(*[0.0] * len(kind._fields))) for kind in kinds)
+    return tuple(Held(FRESH, kind(*[0.0] * len(kind._fields))) for kind in kinds)
 
 
 def _again(kept: Any) -> Callable[..., Any]:
     if len(kept) == 0:
         return lambda kept: ()
-    return lambda kept: (Held(1.0 if kept[0].fresh == 1.0 else 2.0, kept[0].memory),)
+    return lambda kept: (Held(FRESH if kept[0].fresh == FRESH else RESTED, kept[0].memory),)
 
 
 @by_type(_again)
@@ -431,7 +432,7 @@ def again(kept: Kept) -> Kept:
     Kept
         Fresh, or rested.
     """
-    return tuple(Held(1.0 if held.fresh == 1.0 else 2.0, held.memory) for held in kept)
+    return tuple(Held(FRESH if held.fresh == FRESH else RESTED, held.memory) for held in kept)
 
 
 def _anew(start: Callable[[Any, Sample], Any]) -> Callable[[Any, Any, Sample], Any]:
@@ -455,9 +456,9 @@ def _step(gains: Any, kept: Any, target: Any, sample: Any, dt: Any) -> Callable[
         gains: tuple[Any, ...], kept: Kept, target: Target, sample: Sample, dt: float
     ) -> tuple[Kept, float]:
         memory = kept[0].memory
-        if kept[0].fresh > 1.5:
+        if kept[0].fresh == RESTED:
             memory = again(gains[0], memory, sample)
-        elif kept[0].fresh > 0.5:
+        elif kept[0].fresh == FRESH:
             memory = start(gains[0], sample)
         memory, effort = one(gains[0], memory, target, sample, dt)
         return (Held(0.0, memory),), effort
@@ -492,10 +493,10 @@ def step(
         V.
     """
     law = having(gains[0])
-    if not kept or kept[0].fresh == 1.0 or (kept[0].fresh > 1.5 and law.again is None):
+    if not kept or kept[0].fresh == FRESH:
         memory = law.start(gains[0], sample)
-    elif kept[0].fresh > 1.5 and law.again is not None:
-        memory = law.again(gains[0], kept[0].memory, sample)
+    elif kept[0].fresh == RESTED:
+        memory = (law.again or _anew(law.start))(gains[0], kept[0].memory, sample)
     else:
         memory = kept[0].memory
     memory, effort = law.step(gains[0], memory, target, sample, dt)

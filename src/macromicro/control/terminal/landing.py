@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from macromicro.control.terminal import model
 from macromicro.control.terminal.model import Motion, Terminal
 from macromicro.kernel import kernel
 
@@ -60,14 +61,6 @@ class Landing(NamedTuple):
 
 
 @kernel
-def _turn(w: float, d: float, h: float) -> tuple[float, float, float, float]:
-    """Transition of a damped swing over a time."""
-    wd = math.sqrt(max(w * w - d * d, 1e-12))
-    fall, c, o = math.exp(-d * h), math.cos(wd * h), math.sin(wd * h) / wd
-    return fall * (c + d * o), fall * o, -fall * w * w * o, fall * (c - d * o)
-
-
-@kernel
 def modes(p: Terminal, dt: float) -> Modes:
     """The linear model's modes.
 
@@ -93,10 +86,10 @@ def modes(p: Terminal, dt: float) -> Modes:
         return Modes(rate, 0.0, fall, 0.0, 0.0, 0.0, 0.0, place, speed, 0.0, 0.0)
     d = whole * p.decay + 0.5 * p.drag * p.share / whole
     tied = rate / (rate * rate - 2.0 * d * rate + w * w)
-    a, b, c, e = _turn(w, d, 0.5 * dt)
+    a, b, c, e = model.turn(w, d, 0.5 * dt)
     q, s = -tied * p.push * dt, (tied * rate - 1.0) * p.push * dt
     left_q, left_s = a * q + b * s, c * q + e * s
-    a, b, c, e = _turn(w, d, dt)
+    a, b, c, e = model.turn(w, d, dt)
     return Modes(rate, tied, fall, a, b, c, e, place, speed, left_q, left_s)
 
 

@@ -94,6 +94,29 @@ def friction(p: Terminal, excess: float, v: float) -> float:
 
 
 @kernel
+def turn(w: float, d: float, h: float) -> tuple[float, float, float, float]:
+    """Transition of a damped swing over a time: q = a q + b s, s = c q + d s.
+
+    Parameters
+    ----------
+    w : float
+        Its frequency without damping, rad/s.
+    d : float
+        Rate of its decay, 1/s; below `w`.
+    h : float
+        Time, s.
+
+    Returns
+    -------
+    a, b, c, d : float
+        1, s, 1/s, 1.
+    """
+    wd = math.sqrt(max(w * w - d * d, 1e-12))
+    fall, c, o = math.exp(-d * h), math.cos(wd * h), math.sin(wd * h) / wd
+    return fall * (c + d * o), fall * o, -fall * w * w * o, fall * (c - d * o)
+
+
+@kernel
 def swung(p: Terminal, q: float, s: float, kick: float, h: float) -> tuple[float, float]:
     """The swing after a time, its place of suspension having gained speed evenly.
 
@@ -120,14 +143,9 @@ def swung(p: Terminal, q: float, s: float, kick: float, h: float) -> tuple[float
     w = 2.0 * math.pi * p.frequency
     if w <= p.decay:
         return 0.0, 0.0
-    wd = math.sqrt(w * w - p.decay * p.decay)
-    fall, c, o = math.exp(-p.decay * h), math.cos(wd * h), math.sin(wd * h) / wd
+    a, b, c, d = turn(w, p.decay, h)
     s = s - 0.5 * kick
-    q, s = (
-        fall * ((c + p.decay * o) * q + o * s),
-        fall * ((c - p.decay * o) * s - w * w * o * q),
-    )
-    return q, s - 0.5 * kick
+    return a * q + b * s, c * q + d * s - 0.5 * kick
 
 
 @kernel
