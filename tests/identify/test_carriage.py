@@ -69,7 +69,7 @@ def test_the_swings_intervals_cover_the_truth():
     held = np.zeros(2)
     for seed in range(40):
         noise = np.random.default_rng(100 + seed).standard_normal(len(u)) * 1e-6
-        values, errors, _ = carriage._ringing([carriage.cut(*clean[:3], still + noise)], DT)
+        values, errors = carriage._ringing([carriage.cut(*clean[:3], still + noise)], DT)
         off = np.array([values["frequency"] - TRUE.frequency, values["decay"] - TRUE.decay])
         held += np.abs(off) < 1.96 * np.array([errors["frequency"], errors["decay"]])
     assert (held >= 34).all()

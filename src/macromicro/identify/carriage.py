@@ -32,7 +32,6 @@ FEWEST = 4  # strokes
 _BEFORE = 0.02  # s at rest before a stroke
 _AFTER = 0.03  # s after the last count until the laser sees the swing alone
 _SEEN = 0.25  # s of it at least
-_ROOT2 = math.sqrt(2.0)
 _ODD = 1e3  # of so many counts one may be anything near
 _SIZES = (0.2, 0.05, 0.02)  # of logarithms: how far the search looks around
 _WIDE = 3.0  # of logarithms, from where the search begins
@@ -103,11 +102,9 @@ def _log_probability(p: Terminal, b: Belief, reading: float) -> float:
 
     One in `_ODD` counts may be anything near: one that flickers at an edge says nothing.
     """
-    deviation = math.sqrt(max(b.spread.xx, 1e-4 * p.pitch * p.pitch))
     low, high = reading - b.motion.x, reading + p.pitch - b.motion.x
-    inside = 0.5 * (math.erf(high / deviation / _ROOT2) - math.erf(low / deviation / _ROOT2))
     beyond = max(low, -high, 0.0) / p.pitch
-    return math.log(max(inside, 0.0) + math.exp(-beyond) / _ODD)
+    return math.log(max(estimate.likely(p, b, reading), 0.0) + math.exp(-beyond) / _ODD)
 
 
 @kernel
@@ -226,7 +223,7 @@ def carriage(records: Sequence[Any], pitch: float) -> CarriageFit:
     std: dict[str, float] = {}
     left = math.nan
     if _windows(rows):
-        values, std, _ = _ringing(rows, dt)
+        values, std = _ringing(rows, dt)
         p = p._replace(**values)
         p = p._replace(share=_shared(p._replace(share=_SOME), rows, dt)[0])
     for _ in range(_ROUNDS if std else 1):
@@ -306,11 +303,9 @@ def _steadied(y: Array) -> Array:
     return np.asarray(y - y.mean() - k * float(k @ y / (k @ k)))
 
 
-def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, float], float]:
-    """Frequency (Hz) and decay (1/s) common to all swings, amplitude and phase free in each.
-
-    With standard errors, and the RMS (m) of what is left.
-    """
+def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[str, float]]:
+    """Frequency (Hz) and decay (1/s) common to all swings, amplitude and phase free in each; with
+    standard errors."""
     from scipy.optimize import least_squares
 
     # In um: the search ends by absolute sizes.
@@ -346,7 +341,7 @@ def _ringing(rows: Sequence[Record], dt: float) -> tuple[dict[str, float], dict[
     natural = math.hypot(shown, decay / (2.0 * math.pi))  # a decaying swing is slower
     values = {"frequency": natural, "decay": decay}
     errors = {n: math.sqrt(float(spread[i])) for i, n in enumerate(values)}
-    return values, errors, 1e-6 * float(np.sqrt(np.mean(fit.fun**2)))
+    return values, errors
 
 
 def _shared(p: Terminal, rows: Sequence[Record], dt: float) -> tuple[float, float, float]:

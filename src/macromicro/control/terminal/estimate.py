@@ -116,10 +116,44 @@ def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
 
 
 @kernel
+def _between(mean: float, deviation: float, low: float, high: float) -> float:
+    """Probability that a Gaussian lies between two edges."""
+    a, b = (low - mean) / deviation, (high - mean) / deviation
+    return 0.5 * (math.erf(b / _ROOT2) - math.erf(a / _ROOT2))
+
+
+@kernel
+def _known(p: Terminal, b: Belief) -> float:
+    """Variance of the place, never below a hundredth of a count squared."""
+    return max(b.spread.xx, 1e-4 * p.pitch * p.pitch)
+
+
+@kernel
+def likely(p: Terminal, b: Belief, reading: float) -> float:
+    """Probability that a count is read.
+
+    Parameters
+    ----------
+    p : Terminal
+        Model.
+    b : Belief
+        Before it is read.
+    reading : float
+        Its lower edge, m.
+
+    Returns
+    -------
+    float
+        0 to 1.
+    """
+    return _between(b.motion.x, math.sqrt(_known(p, b)), reading, reading + p.pitch)
+
+
+@kernel
 def _cut(mean: float, deviation: float, low: float, high: float) -> tuple[float, float, bool]:
     """Mean and variance of a Gaussian between two edges; whether it was plausible at all."""
     a, b = (low - mean) / deviation, (high - mean) / deviation
-    inside = 0.5 * (math.erf(b / _ROOT2) - math.erf(a / _ROOT2))
+    inside = _between(mean, deviation, low, high)
     if inside < _LEAST:  # the model is wrong: just behind the nearer edge
         width = high - low
         return (low + 0.05 * width if a > 0.0 else high - 0.05 * width), 0.01 * width * width, False
@@ -151,7 +185,7 @@ def seen(p: Terminal, b: Belief, reading: float) -> Belief:
         Afterwards.
     """
     c, m = b.spread, b.motion
-    xx = max(c.xx, 1e-4 * p.pitch * p.pitch)
+    xx = _known(p, b)
     x, variance, plausible = _cut(m.x, math.sqrt(xx), reading, reading + p.pitch)
     off, less = x - m.x, xx - variance
     if not plausible:
