@@ -9,16 +9,16 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-slow test-all browser compiler lint format bench bench-peers soak mutants docs clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler lint format dist bench bench-peers bench-identify soak mutants docs notebooks site clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 
 run: $(VENV)/.core ## run the thesis' integrated test, and two laws side by side; in results/
 	$(BIN)/macromicro run --out results/thesis --overwrite
-	$(BIN)/macromicro run fast --law pd-tuned --out results/fast/pd-tuned --overwrite
-	$(BIN)/macromicro run fast --law terminal --out results/fast/terminal --overwrite
-	$(BIN)/macromicro compare results/fast/pd-tuned results/fast/terminal \
+	$(BIN)/macromicro run fast --law pd-tuned,pi-antiwindup --out results/fast/thesis --overwrite
+	$(BIN)/macromicro run fast --law terminal,inverse --out results/fast/own --overwrite
+	$(BIN)/macromicro compare results/fast/thesis results/fast/own \
 	  --out results/fast/compare --overwrite
 
 serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctrl-C
@@ -27,6 +27,9 @@ serve: $(VENV)/.core ## serve the virtual bench live: SCPI and a page, until Ctr
 
 test: $(VENV)/.dev ## run the tests
 	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+test-docs: $(VENV)/.dev ## run every code block of README and docs, and the notebooks
+	$(BIN)/python -m pytest -n 2 -m slow tests/test_blocks.py tests/tools/website
 
 test-slow: $(VENV)/.dev ## run the slow tests alone
 	$(BIN)/python -m pytest -m slow
@@ -64,12 +67,21 @@ format: $(VENV)/.dev ## format the code and sort its imports
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
 
+dist: $(VENV)/.dev ## build the wheel and the source archive in dist/, and check them
+	rm -rf dist
+	$(BIN)/python -m build --no-isolation
+	$(BIN)/python -m twine check --strict dist/*
+
 bench: $(VENV)/.core ## measure the speed
 	@$(INSTALL) -e ".[sweep]"
 	$(BIN)/python benchmarks/bench.py
 
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
+
+bench-identify: $(VENV)/.core ## do the errors that identify prints hold? docs/coverage.md (half an hour)
+	$(BIN)/python benchmarks/intervals.py
+	$(BIN)/python docs/make_coverage.py
 
 mutants: $(VENV)/.dev ## do the tests notice a wrong sign, term, latch? MUTATED="rig/guard.py control/live"
 	$(BIN)/python tools/mutants $(MUTATED) --jobs 2
@@ -81,11 +93,23 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_bench.py
 	$(BIN)/python docs/make_errata.py
 	$(BIN)/python docs/make_beyond.py --page
+	$(BIN)/python docs/make_beyond_micro.py --page
+	$(BIN)/python docs/make_beyond_variants.py --page
+	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
+	$(BIN)/python docs/make_commands.py
 	$(BIN)/python docs/make_export.py
 	$(BIN)/python docs/make_figures.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
+
+notebooks: $(VENV)/.core ## execute the notebooks anew, from their scripts
+	@$(INSTALL) -e ".[notebooks]"
+	PYTHONPATH=tools $(BIN)/python -m website.notebooks
+
+site: $(VENV)/.core ## build the documentation as a site that works without a network; in build/site
+	@$(INSTALL) -e ".[web,bluesky,epics,docs]"
+	PYTHONPATH=tools $(BIN)/python -m website --out build/site
 
 clean: ## delete the virtual environment and all caches; results stay
 	@if [ -e "$(VENV)/.made" ]; then rm -rf "$(VENV)"; fi

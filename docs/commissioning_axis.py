@@ -87,5 +87,5 @@ def weighed(tree: Any, found: Commissioned) -> dict[str, float]:
     return {**truth(tree, found), "offset": force}
 
 
-DRAWN = Drawn(axis.KIND, figures, truth, 40, 2027)
-HANGING = Drawn(axis.KIND, hanging, weighed, 20, 2030)
+DRAWN = Drawn(axis.KIND, figures, truth, 100, 2027)
+HANGING = Drawn(axis.KIND, hanging, weighed, 100, 2030)

@@ -83,4 +83,4 @@ def _bench(tree: Any) -> plant.PiezoBench:
     )  # fmt: skip
 
 
-DRAWN = Drawn(piezo.KIND, figures, truth, 20, 2028)
+DRAWN = Drawn(piezo.KIND, figures, truth, 100, 2028)

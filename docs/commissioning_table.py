@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -110,48 +110,72 @@ def examples() -> str:
     return "\n".join(lines) + "\n"
 
 
-def table(what: Drawn, number: int | None = None) -> str:
-    """Commission machines one after the other, and compare: a table in Markdown."""
-    count = what.number if number is None else number
+class Tried(NamedTuple):
+    """What came of one random machine.
+
+    Attributes
+    ----------
+    label : str
+        Its kind and number.
+    errors : dict[str, tuple[float, bool]]
+        Of each parameter: the error as a share of the truth, and whether the interval holds it.
+    refused, unmet : str
+        Why it was refused, or not verified; empty where it was not.
+    """
+
+    label: str
+    errors: dict[str, tuple[float, bool]]
+    refused: str = ""
+    unmet: str = ""
+
+
+def tried(what: Drawn, number: int) -> Iterator[Tried]:
+    """Commission so many random machines one after the other, and compare them with the truth."""
     random = np.random.Generator(np.random.PCG64(what.seed))
-    inside: dict[str, int] = {}
-    errors: dict[str, list[float]] = {}
-    refused: list[str] = []
-    unmet: list[str] = []
-    for k in range(count):
+    for k in range(number):
         tree = settled(what, random)
         label = f"{what.kind.name} {k}"
         try:
             found = commissioned(what, tree, k)
         except (CommissionError, InputError) as error:
-            refused.append(f"{label}: {error}")
-            print(refused[-1], flush=True)
+            yield Tried(label, {}, refused=str(error))
             continue
         estimates = what.kind.estimates(found.model)
-        words = []
+        errors = {}
         for name, true in what.truth(tree, found).items():
-            one = estimates[name]
-            off = abs(one.value - true)
-            inside[name] = inside.get(name, 0) + int(off <= one.half)
-            errors.setdefault(name, []).append(off / abs(true))
-            words.append(f"{name} {one.value:.4g} +- {one.half:.2g} ({true:.4g})")
+            off = abs(estimates[name].value - true)
+            errors[name] = off / abs(true), bool(off <= estimates[name].half)
+        unmet = ""
         if not found.verified.met:
             arrived = sum(m.arrived_s is not None for m in found.verified.moves)
-            why = found.verified.fault or f"{arrived} of {found.verified.asked} moves arrived"
-            unmet.append(f"{label}: {why}")
-        print(label, ", ".join(words), found.verified.met or unmet[-1], flush=True)
-    done = count - len(refused)
+            unmet = found.verified.fault or f"{arrived} of {found.verified.asked} moves arrived"
+        yield Tried(label, errors, unmet=unmet)
+
+
+def told(those: Sequence[Tried]) -> str:
+    """What came of random machines of a kind: a table in Markdown."""
+    done = [one for one in those if not one.refused]
     lines = ["| parameter | 95 % interval holds the truth | median error |", "|---|---|---|"]
-    for name, off in errors.items():
-        share = f"{inside[name]} of {done} ({inside[name] / done:.0%})"
-        lines.append(f"| {name} | {share} | {np.median(off):.2%} |")
-    met = done - len(unmet)
+    for name in done[0].errors if done else ():
+        inside = sum(one.errors[name][1] for one in done)
+        off = np.median([one.errors[name][0] for one in done])
+        lines.append(f"| {name} | {inside} of {len(done)} ({inside / len(done):.0%}) | {off:.2%} |")
+    unmet = [f"{one.label}: {one.unmet}" for one in done if one.unmet]
+    refused = [f"{one.label}: {one.refused}" for one in those if one.refused]
+    met = len(done) - len(unmet)
     if done:
-        lines += [
-            "",
-            f"All moves of the verification arrived on {met} of {done} ({met / done:.0%}).",
-        ]
-    for title, those in (("Not verified", unmet), ("Refused", refused)):
-        lines += ["", f"{title}: {len(those)}." if those else f"{title}: none."]
-        lines += [f"* {one}" for one in those]
+        share = f"{met} of {len(done)} ({met / len(done):.0%})"
+        lines += ["", f"All moves of the verification arrived on {share}."]
+    for title, named in (("Not verified", unmet), ("Refused", refused)):
+        lines += ["", f"{title}: {len(named)}." if named else f"{title}: none."]
+        lines += [f"* {one}" for one in named]
     return "\n".join(lines) + "\n"
+
+
+def table(what: Drawn, number: int | None = None) -> str:
+    """Commission random machines of a kind: a table in Markdown."""
+    those = []
+    for one in tried(what, what.number if number is None else number):
+        print(one, flush=True)
+        those.append(one)
+    return told(those)

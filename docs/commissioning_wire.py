@@ -69,4 +69,4 @@ def truth(tree: Any, found: Commissioned) -> dict[str, float]:
     }
 
 
-DRAWN = Drawn(wire.KIND, figures, truth, 20, 2029)
+DRAWN = Drawn(wire.KIND, figures, truth, 100, 2029)

@@ -10,14 +10,12 @@ swing, true place.
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import re
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import measured_page
 import numpy as np
 
 from macromicro import api
@@ -259,42 +257,18 @@ def drawn_page(every: list[dict[str, Any]]) -> None:
 
 def write(every: list[dict[str, Any]]) -> None:
     """Table and figure into the page."""
-    text = PAGE.read_text(encoding="utf-8")
-    marked = re.compile(r"(<!-- measured -->\n).*?(<!-- end -->)", re.DOTALL)
-    PAGE.write_text(marked.sub(lambda m: m[1] + told(every) + m[2], text), encoding="utf-8")
+    measured_page.put(PAGE, "measured", told(every))
     drawn_page(every)
 
 
-def _short(found: Any) -> Any:
-    """The same with six digits."""
-    if isinstance(found, float):
-        return float(f"{found:.6g}")
-    if isinstance(found, dict):
-        return {name: _short(each) for name, each in found.items()}
-    return [_short(each) for each in found] if isinstance(found, list | tuple) else found
-
-
-def main() -> None:
-    """Measure, and keep what was found for the page."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--benches", type=int, default=20)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--scratch", default="results/beyond")
-    parser.add_argument("--page", action="store_true", help="only write the page anew")
-    chosen = parser.parse_args()
-    if chosen.page:
-        write(json.loads(RESULTS.read_text()))
-        return
-    jobs = [
+def jobs(chosen: argparse.Namespace) -> list[Any]:
+    """Every bench to measure."""
+    return [
         (kind, k, settings, chosen.scratch)
         for kind, spans in SPANS.items()
         for k, settings in enumerate([Settings(), *drawn(chosen.benches, 7, spans)])
     ]
-    with ProcessPoolExecutor(chosen.workers) as pool:
-        every = list(pool.map(one, jobs))
-    RESULTS.write_text(json.dumps(_short(every)) + "\n")
-    write(every)
 
 
 if __name__ == "__main__":
-    main()
+    measured_page.main(__doc__, RESULTS, jobs, one, write)

@@ -5,7 +5,7 @@
 Machines are drawn over wide ranges of data-sheet figures; what cannot work is drawn anew, by the
 rules that a settings file meets, too. Each is commissioned as a person would do it, without a look
 at its figures; then what was found is compared with them. KIND is axis, hanging, piezo, wire or
-examples; all of them without it, within a quarter of an hour.
+examples; all of them without it, within an hour and a half.
 """
 
 from __future__ import annotations

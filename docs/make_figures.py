@@ -1,12 +1,17 @@
 """Draws docs/figures/integrated-run.png, the README's figure, from a run of the default
 programme (the counterpart of Figure 6.2), docs/figures/motion-profile.png, a profile and how the
-carriage follows it, and docs/figures/xy-path.png, the usual moves of two axes in the plane.
+carriage follows it, docs/figures/xy-path.png, the usual moves of two axes in the plane,
+docs/figures/learning.png, what docs/learning.md learns, and docs/figures/bench-signals.svg, a block
+diagram of the bench.
 
     python docs/make_figures.py
 """
 
 from __future__ import annotations
 
+import contextlib
+import re
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -16,22 +21,59 @@ from matplotlib.figure import Figure
 
 from macromicro import api
 from macromicro.arrays import Array
+from macromicro.drawing.diagram import Diagram, block, quantiser, svg
 from macromicro.drawing.files import encoded
 from macromicro.drawing.style import BLUE, GREEN, ORANGE, finish, new, thinned
 from macromicro.machines.joint import course, machine, planning, runs
 from macromicro.motion import Trajectory, s_curve, trapezoid
-from macromicro.programme import follow
+from macromicro.programme import Programme, follow, load, travel
 from macromicro.recording import Recording
-from macromicro.report import joint_figures
+from macromicro.report import joint_figures, learned
+from macromicro.runs import learning, programmed
 from macromicro.settings import Settings
 
 FIGURES = Path(__file__).resolve().parent / "figures"
 PICTURE = FIGURES / "integrated-run.png"
 PROFILE = FIGURES / "motion-profile.png"
 PATH = FIGURES / "xy-path.png"
+SIGNALS = FIGURES / "bench-signals.svg"
 PLOTTER = Path(__file__).resolve().parents[1] / "examples" / "machines" / "xy-plotter.toml"
 SET_POINT = 32  # the move to 3.0 mm after the seventh macro move
 PITCH = 1e3 * Settings().sensors.encoder.pitch
+BENCH = Diagram(
+    "Signals of the virtual bench",
+    """
+    .     . .  .  ↓F  .  .   .
+    motor A M  .  C  E  .   counts
+    .     . .  .  ↓B  .  .   .
+    .     . .  .  S  L  .   laser
+    CTRL  D W  R  X  H  Q   Hall
+    .     . .  .  ↑G  .  .   .
+    .      . ↓P  .  .  .  .   .
+    .      . ↓Y  .  .  .  .   .
+    """,
+    {
+        "A": block("D/A, PWM", "amplifier"),
+        "M": block("motor", "R, L, back-EMF"),
+        "C": block("carriage", "one mass, stops"),
+        "F": block("friction", "bristles, Stribeck"),
+        "B": block("belt", "one mode"),
+        "S": block("stage"),
+        "E": quantiser("encoder"),
+        "L": block("laser", "noise, reset"),
+        "D": block("driver", "heat map, lag"),
+        "W": block("wires", "temperature"),
+        "P": block("plates"),
+        "Y": block("body, room air"),
+        "R": block("relays", "austenite"),
+        "X": block("balance", "of forces"),
+        "G": block("flexure,", "bias spring"),
+        "H": block("Hall sensor", "lag, noise"),
+        "Q": quantiser("A/D"),
+    },
+    "motor > A > M >[force] C > E > counts; F > C; C > B; B > S; X > S; S > L > laser; "
+    "CTRL > D >[heat] W > R > X > H > Q > Hall; W > P > Y; G > X; X ~>[CONTRACT] D",
+)
 
 
 def drawn(ax: Any, t: Array, y: Array, **options: Any) -> None:
@@ -113,12 +155,31 @@ def draw_path() -> Figure:
     return joint_figures.path(run, plan, settings.path.tolerance).figure
 
 
+def draw_learning() -> None:
+    """The page's own wave, learned in ten runs."""
+    page = (FIGURES.parent / "learning.md").read_text(encoding="utf-8")
+    settings = Settings()
+    settings = settings._replace(controller=settings.controller.joined("inverse", "law"))
+    limits = travel.limits(settings.travel, settings.sensors.encoder.pitch)
+
+    def run(what: Programme, k: int) -> Recording:
+        return programmed.record(what, settings, seed=k).recording
+
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0])
+        wave = load(Path("wave.csv"), limits)
+        found = learning.learn(wave, run, learning.sensor_lag(settings), limits)
+    learned.draw(found, FIGURES, ("png",))
+
+
 def main() -> None:
-    """Run the default programme, a profile and two axes, and write the pictures."""
+    """Run the default programme, a profile, two axes and a wave, and write the pictures."""
     FIGURES.mkdir(parents=True, exist_ok=True)
     PICTURE.write_bytes(encoded(draw(api.run())))
     PROFILE.write_bytes(encoded(draw_profile()))
     PATH.write_bytes(encoded(draw_path()))
+    draw_learning()
+    SIGNALS.write_text(svg(BENCH), encoding="utf-8")
 
 
 if __name__ == "__main__":

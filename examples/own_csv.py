@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from macromicro.identify import Axis, simulate
+from macromicro.identify.result import rounded
 
 TRUE = Axis(mass=1.2, viscous=14.0, coulomb=3.0, offset=0.4)  # kg, N s/m, N, N
 GAIN = 4.0  # N/V
@@ -45,10 +46,8 @@ def main(folder: Path) -> None:
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
     found = {line["name"]: line for line in json.loads(done.stdout)["values"]}
     for name, line in found.items():
-        print(
-            f"{name:9}{line['value']:8.4f} +- {line['error']:.4f} {line['unit']:6}"
-            f" (made with {getattr(TRUE, name)})"
-        )
+        value, error = rounded(line["value"], line["error"])
+        print(f"{name:9}{value:>10} +- {error} {line['unit']:6} (made with {getattr(TRUE, name)})")
 
     from matplotlib.figure import Figure
 

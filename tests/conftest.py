@@ -1,7 +1,29 @@
 """What all tests share."""
 
+from __future__ import annotations
+
+import pytest
 from hypothesis import settings
 
 # A kernel's first call compiles it, which takes seconds: no example has a deadline.
 settings.register_profile("macromicro", deadline=None, max_examples=50)
 settings.load_profile("macromicro")
+
+
+class _Names:
+    """The names of tests that fail, at once: a run that is cut off has told them."""
+
+    def __init__(self, reporter: pytest.TerminalReporter) -> None:
+        self._reporter = reporter
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self._reporter.write_line(f"\nfailed ({report.when}): {report.nodeid}")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Also of those that other processes run for this one."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is not None:
+        config.pluginmanager.register(_Names(reporter))

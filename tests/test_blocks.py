@@ -22,7 +22,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md",
-         *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md")
+         *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").rglob("*.md")
                  if ".template." not in p.name))  # fmt: skip
 
 # Page -> beginning of a command or of a block, and why no test runs it here.
@@ -31,7 +31,7 @@ TESTED = "run by the tests of "
 CANNOT: dict[str, dict[str, str]] = {
     "README.md": {
         "make run": "sets up an environment; CI runs its steps",
-        "make test": "these very tests",
+        ". .venv/bin/activate": "what CI does without",
         "make serve": TESTED + "tests/commands/test_serving.py, which need no fixed port",
         "macromicro identify drive motor.csv": DATA,
         "macromicro identify linear steps.h5": DATA,
@@ -47,7 +47,7 @@ CANNOT: dict[str, dict[str, str]] = {
         ".venv/bin/python tools/mutants": TESTED + "tests/tools/test_mutants.py",
     },
     "ARCHITECTURE.md": {
-        "  cli   api   serve": "a drawing of the layers, which import-linter checks",
+        "  cli   api   remote": "a drawing of the layers, which import-linter checks",
         "  bench.measure": "a drawing of a tick",
         "  row of own.csv": "a drawing",
         "  edge under the carriage": "a drawing",
@@ -55,10 +55,27 @@ CANNOT: dict[str, dict[str, str]] = {
     "docs/beyond.md": {
         "macromicro identify carriage": TESTED + "tests/identify/test_carriage.py: a minute",
         "macromicro run fast --config results/carriage/model": "what that writes",
+        "macromicro collect kiln": TESTED + "tests/identify/kinds/test_actuator.py",
+        "macromicro identify hysteresis": TESTED + "tests/identify/kinds/test_actuator.py",
+        "macromicro collect actuator": TESTED + "tests/identify/kinds/test_actuator.py",
+        "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
+        "macromicro run thesis --config results/actuator/model": "what that writes",
     },
-    "docs/bench.md": {"flowchart": "a drawing"},
     "docs/commissioning.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
+    },
+    "docs/deploy.md": {
+        "make dist": TESTED + "tests/test_dist.py",
+        "python3 -m venv": "installs",
+        "macromicro completion bash >": TESTED + "tests/commands/test_completion.py",
+        "sudo cp": "changes the system; tests/test_deploy.py checks the unit",
+        "podman build": "needs podman; tests/test_deploy.py checks the file",
+        "podman run": "needs podman",
+    },
+    "docs/epics.md": {
+        "pip install": "installs",
+        "macromicro serve": TESTED + "tests/serve/epics",
+        "from macromicro.ophyd_async": TESTED + "tests/serve/epics/test_async.py",
     },
     "docs/export.md": {
         "/* One control period": "a part of what is written, which tests/export compile",
@@ -66,8 +83,11 @@ CANNOT: dict[str, dict[str, str]] = {
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
         "add_block(": "Simulink's",
     },
+    "docs/gcs.md": {"macromicro serve": TESTED + "tests/serve/gcs/test_pipython.py"},
     "docs/guard.md": {" allowed error": "a drawing"},
     "docs/identify.md": {
+        "macromicro collect actuator": TESTED + "tests/identify/kinds/test_actuator.py",
+        "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro identify drive own.csv": DATA,
         "macromicro identify plays own.csv": DATA,
         "macromicro identify drive DATA_EMPS.mat": "not part of the repository",
@@ -75,7 +95,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro tune axis --config emps": TESTED + "tests/tuning/test_stage.py",
         "macromicro identify hysteresis curves.csv": DATA,
         "M dv/dt": "an equation",
-        "mass        93.8": "an output",
+        "value    +-  unit": "an output",
     },
     "docs/machines.md": {
         "macromicro run moves.toml": TESTED + "tests/machines/test_job.py",
@@ -85,13 +105,16 @@ CANNOT: dict[str, dict[str, str]] = {
         "$ nc": TESTED + "tests/serve/stage/test_served.py, such",
         "macromicro sweep examples": TESTED + "tests/sweep/test_command.py",
     },
+    "docs/variants.md": {
+        "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
+    },
     "docs/xy.md": {
         "macromicro tune xy": TESTED + "tests/tuning/test_joint.py",
         "macromicro robust --config": TESTED + "tests/robustness/test_joint.py",
         "macromicro serve": TESTED + "tests/serve/joint",
         "$ nc": TESTED + "tests/serve/joint/test_served.py, such",
     },
-    "docs/recording.md": {"n = double(h5read": "MATLAB"},
+    "docs/recording.md": {"n = double(h5read": "MATLAB", "run = load(": "MATLAB"},
     "docs/reproduce.md": {
         "macromicro reproduce --only kiln --json -": TESTED + "tests/test_cli_reproduce.py",
     },
@@ -123,6 +146,28 @@ CANNOT: dict[str, dict[str, str]] = {
         "import pyarrow": TESTED + "tests/sweep/test_docs.py",
         "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweep/test_docs.py",
     },
+    "docs/tutorials/lab.md": {
+        "macromicro serve": TESTED + "tests/commands/test_serving.py",
+        "export MACROMICRO_FAULTS": TESTED + "tests/rig/test_faulty.py",
+        "python -m macromicro.rig.faulty": TESTED + "tests/rig/test_faulty.py",
+        "MACROMICRO_TOKEN=": "listens to the network",
+    },
+    "docs/tutorials/thesis.md": {
+        "macromicro collect dead-zone": TESTED + "this file: a block of docs/identify.md",
+        "macromicro identify deadzone": TESTED + "this file: a block of docs/identify.md",
+    },
+    "docs/tutorials/motor.md": {
+        "1  axis 25.46 mm": "an output",
+        "macromicro tune axis": TESTED + "tests/tuning/test_stage.py",
+        "macromicro robust --config": TESTED + "tests/robustness/test_stage.py",
+        "macromicro serve": TESTED + "tests/serve/stage",
+        "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
+    },
+    "docs/cards.md": {
+        "macromicro doctor --rig multiq3.toml": "there is no card: tests/rig/test_comedi.py",
+        "macromicro run moves.toml --rig multiq3.toml": TESTED + "tests/rig/test_comedi.py",
+        "macromicro serve --rig multiq3.toml": "there is no card: tests/rig/test_comedi.py",
+    },
     "docs/tuning.md": {
         "macromicro tune": TESTED + "tests/tuning/test_documentation.py",
         "macromicro run --config results/tune-macro": TESTED + "tests/tuning/test_documentation.py",
@@ -132,12 +177,17 @@ CANNOT: dict[str, dict[str, str]] = {
 # What a page's TOML and CSV blocks are, in their order: files of these names.
 FILES = {
     "README.md": ("wave.toml", "sticky.toml"),
+    "docs/beyond.md": ("both.toml",),
+    "docs/cards.md": ("multiq3.toml", "ni.toml"),
     "docs/laws.md": ("mine.toml", "axis.toml"),
     "docs/machines.md": ("machine.toml", "switches.toml", "turntable.toml"),
     "docs/own-machines.md": ("coil.toml", "mylab/flexure.toml"),
+    "docs/own-parts.md": ("seal.toml", "mylab/seal.toml"),
     "docs/rigs.md": ("moves.toml",),
+    "docs/tutorials/motor.md": ("axis.toml",),
+    "docs/variants.md": ("draughty.toml",),
     "docs/xy.md": ("table.toml", "slot.toml", "wave.csv", "spec.toml"),
-    "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml"),
+    "docs/programmes.md": ("sequenced.toml", "scheduled.csv", "profiles.toml", "scan.toml"),
 }
 # Commands that a page needs before its blocks, as it says in words.
 BEFORE = {"docs/recording.md": ("run thesis --out results/thesis",)}
@@ -211,25 +261,37 @@ def test_every_block_is_run_or_listed(page: str) -> None:
             assert listed or command.startswith("macromicro "), f"{page}: {command}"
 
 
+# How a block names a port of a server, and what stands for it in the test.
+PORTS = {"scpi": ("::5025::", "::{}::"),
+         "gcs": ('PISocket("127.0.0.1", 50000', 'PISocket("127.0.0.1", {}'),
+         "web": ('connect("127.0.0.1"', 'connect("127.0.0.1", port={}'),
+         "Web": ('Machine("127.0.0.1"', 'Machine("127.0.0.1", port={}')}  # fmt: skip
+SAID = re.compile(r"(\w+): \S*?(?: port |:)(\d+)/?$")
+
+
 @contextmanager
-def serving(folder: Path) -> Iterator[str]:
-    """A served virtual bench; its SCPI port."""
-    (folder / "live.toml").write_text("[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\n")
+def serving(folder: Path) -> Iterator[dict[str, str]]:
+    """A served virtual bench; its ports by protocol."""
+    (folder / "live.toml").write_text(
+        "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\nparent_timeout = '5 s'\n"
+    )
     process = subprocess.Popen(
-        [sys.executable, "-m", "macromicro", "serve", "--scpi", "0", "--web", "-1",
+        [sys.executable, "-m", "macromicro", "serve", "--scpi", "0", "--web", "0", "--gcs", "0",
          "--config", "live.toml"],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         env={**os.environ, "XDG_STATE_HOME": str(folder), "MACROMICRO_TOKEN": ""},
     )  # fmt: skip
+    ports: dict[str, str] = {}
     try:
         assert process.stdout is not None
         for line in process.stdout:
-            found = re.match(r"SCPI: \S+ port (\d+)", line)
+            found = SAID.match(line.strip())
             if found:
-                yield found[1]
+                ports["web" if found[1] == "page" else found[1].lower()] = found[2]
+            if line.startswith("Ctrl-C"):
                 break
-        else:
-            raise AssertionError("the server did not begin")
+        assert ports, "the server did not begin"
+        yield ports | {"Web": ports["web"]}
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60.0)
@@ -244,9 +306,11 @@ def python(code: str, folder: Path) -> str:
             capture_output=True, text=True, timeout=300, check=False,
         )  # fmt: skip
 
-    if "::5025::" in code:
-        with serving(folder) as port:
-            done = run(code.replace("::5025::", f"::{port}::"))
+    if any(named in code for named, _ in PORTS.values()):
+        with serving(folder) as ports:
+            for kind, (named, used) in PORTS.items():
+                code = code.replace(named, used.format(ports[kind]))
+            done = run(code)
     else:
         done = run(code)
     assert done.returncode == 0, f"{code}\n{done.stderr}"

@@ -221,6 +221,7 @@ def test_forc_table(macromicro: Macromicro, tmp_path: Path) -> None:
     assert {"curves.png", "density.png", "residuals.png"} <= {p.name for p in out.iterdir()}
 
 
+@pytest.mark.slow
 def test_kiln_then_heat(macromicro: Macromicro, lab: Path, tmp_path: Path) -> None:
     """S2: new profiles within 3 % of the stroke. (5.5): 83.2 K at most, (5.6): -1.32 to
     -2.1, and 0.85 s of cooling, as the claims accept them."""
@@ -370,7 +371,7 @@ BAD = [
     ("thermal constant.csv --table nothing.h5", "no such file"),
     ("hall still.csv", "constant"),
     ("hall few.csv", "no one-way run"),
-    ("magic few.csv", "one of drive, carriage, linear, deadzone, hysteresis, thermal, hall"),
+    ("magic few.csv", "one of drive, carriage, actuator, linear, deadzone, hysteresis, thermal"),
 ]
 
 

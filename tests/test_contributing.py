@@ -167,7 +167,7 @@ WITH_PLAY = """    if p.backlash.gap > 0.0:
         q, qv = belt.step(p.belt, s.q, s.qv, v - s.v, h)
         play = s.play + h * (turned - v)
         i = i0 - i1 * turned
-        return MacroState(s.x + h * v, v, z0 + z1 * v, i, q, qv, s.accel, play, turned)
+        return MacroState(s.x + h * v, v, z0 + z1 * v, i, q, qv, s.accel, s.worn, play, turned)
 """
 
 PLAY = """
@@ -337,10 +337,10 @@ def test_a_sensor_and_a_part_with_a_state_take_one_new_file_and_two_edited(copy:
         plant / "carriage.py",
         ("from macromicro.plant import belt,", "from macromicro.plant import backlash, belt,"),
         ("    belt: Belt\n", "    belt: Belt\n    backlash: backlash.Backlash\n"),
-        ("    accel: float\n", "    accel: float\n    play: float = 0.0\n    rotor: float = 0.0\n"),
+        ("    worn: Worn\n", "    worn: Worn\n    play: float = 0.0\n    rotor: float = 0.0\n"),
         ("    push = motor.force(", f"{WITH_PLAY}    push = motor.force("),
-        ("i0 - i1 * v, q, qv, s.accel)", "i0 - i1 * v, q, qv, s.accel, 0.0, v)"),
-        ("(s.v - v0) / dt)", "(s.v - v0) / dt, s.play, s.rotor)"),
+        ("i0 - i1 * v, q, qv, s.accel, s.worn)", "i0 - i1 * v, q, qv, s.accel, s.worn, 0.0, v)"),
+        ("(s.v - v0) / dt, worn)", "(s.v - v0) / dt, worn, s.play, s.rotor)"),
     )
     edit(
         plant / "bench.py",

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import builtins
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import loadmat
 
 from macromicro.columns import Column
-from macromicro.errors import MacromicroError
+from macromicro.errors import InputError, MacromicroError
+from macromicro.identify import reading
 from macromicro.recording import Recording
 
 COLUMNS = (
@@ -60,6 +63,58 @@ def test_without_the_package_the_remedy_is_said(
     words = rf"{package} is not installed.*pip install 'macromicro\[{package}\]'.*checkout"
     with pytest.raises(MacromicroError, match=words):
         run.to_dataframe() if package == "pandas" else run.to_xarray()
+
+
+def test_matlab_s_file_has_columns_units_and_origin(tmp_path: Path) -> None:
+    """Read back by SciPy; names as MATLAB can have them (63 characters, a letter first)."""
+    long = "law_" + 70 * "a"
+    columns = (*COLUMNS, Column("_own", "mm", "hidden"), Column(long, "V", "long"))
+    t = 0.5 * np.arange(4)
+    run = Recording.from_arrays(columns, [t, t / 8.0, [0, 1, 2, 2], t, -t], 0.5, {"seed": 7})
+    run.to_mat(tmp_path / "a.mat")
+    found = loadmat(tmp_path / "a.mat", simplify_cells=True)
+    names = ["t", "hall_voltage", "phase", "x_own", long[:63]]
+    assert [n for n in found if not n.startswith("__")] == [
+        *names,
+        "units",
+        "meanings",
+        "recording",
+    ]
+    for name, column in zip(names, columns, strict=True):
+        np.testing.assert_array_equal(found[name], run[column.name])
+        assert re.fullmatch("[a-zA-Z][a-zA-Z0-9_]{0,62}", name)
+    assert found["phase"].dtype == np.int8
+    assert loadmat(tmp_path / "a.mat")["t"].shape == (4, 1)
+    assert found["units"] == dict(zip(names, ["s", "V", "1", "mm", "V"], strict=True))
+    assert found["meanings"]["hall_voltage"] == "Hall sensor"
+    assert found["recording"] == {"seed": 7, "sample_time_s": 0.5}
+
+
+def test_names_that_become_one_in_matlab_are_refused(tmp_path: Path) -> None:
+    for first, second in (("a" * 64, "a" * 65), ("_a", "x_a"), ("units", "b")):
+        columns = (COLUMNS[0], Column(first, "V", ""), Column(second, "V", ""))
+        run = Recording.from_arrays(columns, [[0.0]] * 3, 0.5, {})
+        with pytest.raises(InputError, match=r"a.mat, column .*a name of its own in MATLAB"):
+            run.to_mat(tmp_path / "a.mat")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_identifies_reads_a_recording_s_mat_file(tmp_path: Path) -> None:
+    made(seed=7).to_mat(tmp_path / "a.mat")
+    table = reading.read(tmp_path / "a.mat")
+    assert list(table.columns) == ["t", "hall_voltage", "phase"]
+
+
+def test_a_part_has_the_rows_within(tmp_path: Path) -> None:
+    made(seed=7).save(tmp_path / "a.h5")
+    run = Recording.load(tmp_path / "a.h5")
+    assert run.part(0.5, 1.0)["t"].tolist() == [0.5, 1.0]
+    assert run.part(end=0.6)["phase"].tolist() == [0, 1]
+    assert run.part(0.6)["t"].tolist() == [1.0, 1.5] and len(run.part()) == 4
+    assert run.part(0.6).attributes == {"seed": 7} and run.part(0.6)["phase"].dtype == np.int8
+    for span in ((0.6, 0.9), (2.0, None), (None, -1.0), (1.0, 0.5)):
+        with pytest.raises(InputError, match=r"some of 0 to 1\.5 s"):
+            run.part(*span)
 
 
 def test_shown_are_rows_duration_origin_and_columns(tmp_path: Path) -> None:

@@ -91,6 +91,17 @@ def test_loop_and_rollout_give_equal_recordings(fast: bool) -> None:
     assert not rig.tripped
 
 
+@pytest.mark.slow
+def test_laws_with_models_of_their_own_give_equal_recordings() -> None:
+    """`terminal` and `inverse`, whose models run on while the other stage has its turn."""
+    control = QUICK.controller.joined("terminal,inverse", "test")
+    settings = QUICK._replace(controller=control)
+    one = rolled(settings, SHORT, seed=3)
+    two, _ = looped(prepare(settings, SHORT), seed=3)
+    assert one.shape[0] > len(NAMES)
+    np.testing.assert_allclose(two, one, rtol=1e-9, atol=1e-12)
+
+
 def test_the_chunk_length_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     one = rolled(QUICK, SHORT, seed=5)
     monkeypatch.setattr("macromicro.simulate.CHUNK", 137)

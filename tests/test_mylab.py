@@ -21,6 +21,9 @@ from macromicro.recording import Recording
 DOCS = Path(__file__).parents[1] / "docs"
 LAW = re.findall(r"```python\n(.*?)```", (DOCS / "laws.md").read_text("utf-8"), re.DOTALL)[0]
 RIG = re.findall(r"```python\n(.*?)```", (DOCS / "rigs.md").read_text("utf-8"), re.DOTALL)[0]
+SEALS = (DOCS / "own-parts.md").read_text("utf-8")
+SEAL = re.findall(r"```python\n(.*?)```", SEALS, re.DOTALL)[0]
+SEALED, WORN = re.findall(r"```toml\n(.*?)```", SEALS, re.DOTALL)
 PLAIN = '''
 
 class PlainGains(NamedTuple):
@@ -68,6 +71,9 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "mylab" / "laws.py").write_text(LAW + PLAIN, encoding="utf-8")
     (place / "mylab" / "machines.py").write_text(PARTS, encoding="utf-8")
     (place / "mylab" / "flexure.toml").write_text(SPREAD, encoding="utf-8")
+    (place / "mylab" / "parts.py").write_text(SEAL, encoding="utf-8")
+    (place / "mylab" / "seal.toml").write_text(WORN, encoding="utf-8")
+    (place / "seal.toml").write_text(SEALED, encoding="utf-8")
     (place / "mylab" / "procedures.py").write_text(PROCEDURE, encoding="utf-8")
     (place / "coil.toml").write_text(COIL, encoding="utf-8")
     (place / "moves.toml").write_text(MOVES, encoding="utf-8")
@@ -151,6 +157,7 @@ def test_a_law_on_a_rig(lab: Path) -> None:
     assert [abs(m["final_error"]) < 0.2 for m in json.loads(done.stdout)["moves"]] == [True, True]
 
 
+@pytest.mark.slow
 def test_a_sweep_and_a_search(lab: Path) -> None:
     """Worker processes find the law by themselves; one that is edited is another sweep."""
     command(lab, "sweep", "sweep.toml", "--workers", "1", "--out", "swept")
@@ -202,6 +209,16 @@ def test_a_machine_with_parts_of_ones_own(lab: Path) -> None:
     assert told["machine"] == FLEXURE and [m["arrived_s"] is not None for m in told["moves"]]
     assert told["overrides"]["blade.mass"] == "0.3 kg"
     assert "true_position" in Recording.load(lab / "coil" / "recording.h5")
+
+
+def test_a_part_of_ones_own_in_a_machine_of_the_package(lab: Path) -> None:
+    """Compiled into the axis; its parameters are settings."""
+    found = json.loads(command(lab, "doctor", "--part", "mylab.parts:seal", "--json").stdout)
+    assert {each["state"] for each in found} == {"ok"} and found[-1]["what"] == "compiled"
+    done = command(lab, "run", "moves.toml", "--config", "seal.toml", "--out", "seal", "--json")
+    told = json.loads(done.stdout)
+    assert [m["arrived_s"] is not None for m in told["moves"]] == [True, True]
+    assert told["overrides"]["friction.own.level"] == "6 N" and "interpreted" not in done.stderr
 
 
 COILS = """
@@ -265,7 +282,8 @@ def test_a_law_of_ones_own_on_a_machine_of_one_stage(lab: Path) -> None:
 @pytest.mark.slow  # compiled with its live loop
 def test_a_machine_of_ones_own_is_served(lab: Path) -> None:
     (lab / "live-coil.toml").write_text(
-        COIL + "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\n", encoding="utf-8"
+        COIL + "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\nparent_timeout = '5 s'\n",
+        encoding="utf-8",
     )
     with serving(lab, "--config", "live-coil.toml", "--state", "coil.json") as ask:
         assert f"{FLEXURE} live-coil" in ask("*IDN?")
@@ -280,13 +298,18 @@ def test_served(lab: Path) -> None:
     mine = (lab / "mine.toml").read_text("utf-8")
     mine = mine.replace("[controller]\n", '[controller]\ndead_zone = "1 V"\n')
     (lab / "live.toml").write_text(
-        mine + "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\n", encoding="utf-8"
+        mine + "[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\nparent_timeout = '5 s'\n",
+        encoding="utf-8",
     )
     with serving(
         lab, "--rig", "mylab:bench", "--config", "live.toml", "--state", "position.json"
     ) as ask:
         assert ask("SYST:LOCK:REQ?;:ENAB;HOME;*OPC?") == "1;1"
         assert ask("MOVE:MACR 200;*OPC?;:SYST:ERR?") == '1;0,"No error"'
+        assert '"law_speed"' in ask("WAV:CAT?") and ask("WAV:UNIT?").endswith('"mm/s"')
+        speeds = [float(each) for each in ask("WAV:DATA? LAW_SPEED,20").split(",")]
+        assert max(map(abs, (v for v in speeds if v < 1e30))) > 10.0  # mm/s, on its way
+        assert ask("WAV:DATA? law_2,1;:SYST:ERR?").startswith("-224")
         assert ask('GAIN? "own.slope"') == "45"
         assert ask('GAIN "own.slope",60;:SYST:ERR?') == '0,"No error"'
         assert ask('GAIN? "own.slope"') == "60"

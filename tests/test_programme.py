@@ -20,6 +20,7 @@ from macromicro.programme import (
     load,
     shipped,
 )
+from macromicro.programme.scheduled import corrected
 
 LIMITS = Limits(0.0, 2800.0, 0.0, 3.8e-3, 14_000.0)
 
@@ -225,6 +226,37 @@ def test_csv_is_a_zero_order_hold(tmp_path: Path) -> None:
     assert programme.scheduled
 
 
+def test_csv_with_what_was_learned_beyond_its_targets(tmp_path: Path) -> None:
+    text = "t_s,micro_um,macro_mm,micro_correction_um\n"
+    rows = "0,100,0,0\n1,200,0,-3\n2,200,0,4\n3,200,10,4\n4,200,10,4\n"
+    programme = read(tmp_path, text + rows, ".csv")
+    assert programme.stage.tolist() == [MACRO, MICRO, MICRO, MICRO, MACRO, MICRO]
+    assert programme.target.tolist() == pytest.approx([0, 1e-4, 2e-4, 2e-4, 140, 2e-4])
+    assert programme.correction.tolist() == pytest.approx([0, 0, -3e-6, 4e-6, 0, 4e-6])
+    assert programme.set_points[2] == pytest.approx(197e-6)
+    twice = programme.repeated(2)
+    assert twice.correction.tolist() == programme.correction.tolist() * 2
+    plain = read(tmp_path, "t_s,micro_um\n0,100\n1,200\n2,200\n", ".csv")
+    assert len(plain.correction) == 0
+    assert plain.set_points is plain.target
+
+
+def test_what_was_learned_goes_back_into_the_file(tmp_path: Path) -> None:
+    text = "# a wave\nt_ms, micro_um\n0,100\n500,100\n1000,200\n2000,300\n3000,300\n"
+    programme = read(tmp_path, text, ".csv")
+    learned = programme._replace(correction=np.array([1e-6, -2e-6, 3.25e-6]))
+    path = tmp_path / "wave.csv"
+    again = corrected(path, learned)
+    assert again == (
+        "t_ms,micro_um,micro_correction_um\n0,100,1.0000\n500,100,1.0000\n"
+        "1000,200,-2.0000\n2000,300,3.2500\n3000,300,3.2500\n"
+    )
+    path.write_text(again)
+    back = load(path, LIMITS)
+    assert back.correction.tolist() == pytest.approx(learned.correction.tolist())
+    assert corrected(path, back) == again, "its own column is replaced"
+
+
 def test_csv_with_one_stage_in_counts(tmp_path: Path) -> None:
     programme = read(tmp_path, "macro_counts,t_s\n1680,1\n1680.3,2\n0,3\n0,4\n", ".csv")
     assert programme.target.tolist() == [1680, 0]
@@ -268,6 +300,11 @@ HEAD = "t_s,macro_mm,micro_mm\n"
         ("t_s,macro_mm,macro_counts\n0,0,0\n", ["macro_mm and macro_counts", "one of them"]),
         ("t_s,t_ms,macro_mm\n0,0,0\n", ["t_s and t_ms"]),
         ("macro_mm,micro_mm\n0,0\n", ["line 1", "t_s"]),
+        ("t_s,macro_mm,micro_correction_um\n", ["column micro_correction_um", "beside it"]),
+        (
+            "t_s,micro_um,micro_correction_um\n0,1,-2\n1,1,-2\n",
+            ["line 2, micro_correction_um", "0 mm to 3.8 mm"],
+        ),
         ("t_s\n0\n", ["line 1", "macro_mm"]),
         ("t_s;macro_mm\n0;0\n", ["line 1", "';'", "commas", "points"]),
         ("t_s\tmacro_mm\n0\t0\n", ["line 1", "tabs", "commas"]),

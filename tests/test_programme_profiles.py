@@ -95,8 +95,12 @@ def test_repeated_it_must_come_back(tmp_path: Path) -> None:
     [
         ("profiles = 3\n", [", profiles", "[[profiles]]"]),
         ("profiles = []\n", [", profiles", "[[profiles]]"]),
+        ('moves = [{macro = "1 mm", hold = "1 s"}]\n' + entry("macro", '"2 mm"'),
+         ["moves and profiles in no order", "a header [[moves]] or [[profiles]]"]),
         ('[[moves]]\nmacro = "1 mm"\nhold = "1 s"\n' + entry("macro", '"1 mm"'),
-         ["moves and profiles", "one of them"]),
+         ["profile 1, macro", "another place"]),
+        (entry("macro", '"2 mm"') + '[[moves]]\nmacro = "1 mm"\n', ["move 1, hold", "missing"]),
+        (entry("macro", '"2 mm"') + '[[moves]]\nmakro = "1 mm"\n', ["move 1, makro", "macro"]),
         (entry("macro", '"50 mm"') + entry("macro", '"60 mm"').replace("velocity", "velocty"),
          ["profile 2, velocty", "velocity"]),
         (entry("macro", '"50 mm"', 'velocity = "0.2 m/s"\n'),
@@ -166,3 +170,65 @@ def test_what_is_not_followed(change: dict[str, object], words: list[str]) -> No
         follow(**(given | change))  # type: ignore[arg-type]
     for word in words:
         assert word in str(caught.value)
+
+
+def move(stage: str, targets: str, hold: str = "1 s") -> str:
+    return f'[[moves]]\n{stage} = {targets}\nhold = "{hold}"\n'
+
+
+def test_moves_and_profiles_follow_as_they_stand_in_the_file(tmp_path: Path) -> None:
+    """Each profile from the target before it; its set points by the clock, its end as a move's."""
+    made = read(
+        tmp_path,
+        move("macro", '"20 mm"', "0.5 s")
+        + entry("macro", '["120 mm", "60 mm"]', hold="0.2 s")
+        + move("micro", '["1 mm", "2 mm"]')
+        + "  [[ 'profiles' ]]  # a scan\n"
+        + entry("micro", '"0.5 mm"', SLOW, "0 s").partition("\n")[2]
+        + move("macro", '"0 mm"'),
+    )
+    assert made.mixed and not made.scheduled and math.isnan(made.end)
+    assert [(p.stage, p.origin, p.target) for p in made.profiles] == [
+        (MACRO, 0.02, 0.12), (MACRO, 0.12, 0.06), (MICRO, 2e-3, 0.5e-3),
+    ]  # fmt: skip
+    alone = made.moves
+    assert made.target[alone].tolist() == [280.0, 1e-3, 2e-3, 0.0]
+    assert made.hold[alone].tolist() == [0.5, 1.0, 1.0, 1.0]
+    assert np.isnan(made.start[alone]).all()
+    assert made.numbers[alone].tolist() == [1, 4, 5, 7] and made.numbers[-1] == 7
+    for number, (span, hold) in enumerate(zip(made.profiles, (0.2, 0.2, 0.0), strict=True)):
+        rows = slice(span.first, span.behind)
+        assert math.isnan(made.start[rows][0]) and (made.start[rows][1:] == -math.inf).all()
+        assert made.hold[rows][:-1] == pytest.approx(1e-3) and made.hold[rows][-1] == hold
+        assert set(made.numbers[rows]) == {(2, 3, 6)[number]}
+        assert not alone[rows].any() and set(made.stage[rows]) == {span.stage}
+        waits = made.waiting[rows]
+        assert waits[-1] and not waits[:-1].any()
+    shape = trapezoid(0.1, 0.2, 1.0, start=0.02)
+    first = made.profiles[0]
+    t = 1e-3 * np.arange(1, first.behind - first.first + 1)
+    want = shape.at(t).position * 14_000
+    assert made.target[first.first : first.behind] == pytest.approx(want, abs=1e-6)
+
+
+def test_mixed_repeated_needs_a_known_beginning(tmp_path: Path) -> None:
+    """A profile that begins at 0 must find its stage there again; one behind a move does not."""
+    text = move("macro", '"20 mm"') + entry("macro", '"60 mm"')
+    once = read(tmp_path, text)
+    twice = once.repeated(2)
+    n = len(once.target)
+    assert (twice.profiles[1].first, twice.profiles[1].behind) == (1 + n, 2 * n)
+    assert twice.target[n:].tolist() == once.target.tolist() and once.from_rest() == ()
+    away = read(tmp_path, entry("macro", '"60 mm"') + move("macro", '"20 mm"'))
+    assert away.from_rest() == away.profiles
+    with pytest.raises(InputError, match="come back"):
+        away.repeated(2)
+    back = read(tmp_path, entry("macro", '"60 mm"') + move("macro", '"0 mm"'))
+    assert len(back.repeated(2).profiles) == 2
+    fine = entry("micro", '"1 mm"', SLOW)
+    let_go = read(tmp_path, fine + move("macro", '"20 mm"'))
+    assert len(let_go.repeated(3).profiles) == 3
+    with pytest.raises(InputError, match="come back"):
+        read(tmp_path, fine + move("macro", '"20 mm"') + move("micro", '"2 mm"')).repeated(2)
+    after = read(tmp_path, move("macro", '"20 mm"') + fine)
+    assert after.from_rest() == () and len(after.repeated(2).profiles) == 2

@@ -85,7 +85,7 @@ def test_the_supervisor_gives_them_to_the_macro_law(step: Any) -> None:
     control = Control().joined(f"{HERE}:sliding", "a test")
     p = prepare(control)
     p = p._replace(macro=p.macro._replace(dead_zone=0.0))
-    first = supervisor.begin(0.0, p.macro)
+    first = supervisor.begin(0.0, p)
     sample = Sample(0.0, 0.0, 2.5, *[math.nan] * 3)
     outputs = [
         step(p, plan(v, a), first, sample, 1e-3)[2].motor
@@ -113,7 +113,7 @@ def _worst(settings: Settings, plan: Plan) -> float:
     p = prepare(settings.controller)
     p = p._replace(macro=p.macro._replace(dead_zone=0.0))
     x = v = 0.0
-    s, worst = supervisor.begin(0.0, p.macro), 0.0
+    s, worst = supervisor.begin(0.0, p), 0.0
     assert isinstance(s.macro[-1].memory, Memory)
     for k in range(round(plan.end / 1e-3)):
         sample = Sample(k * 1e-3, math.floor(x * PER_METRE), 2.5, *[math.nan] * 3)

@@ -53,10 +53,12 @@ def test_a_short_hold_ends_where_the_readme_says(seed: int) -> None:
 
 
 def test_first_screen_names_make_targets() -> None:
-    """`make run` and `make test` stand before the first heading of the second level."""
+    """`make run` and `make test` stand before the first heading of the second level, the way to
+    the command and to the tutorials, too."""
     screen = README.partition("\n## ")[0]
     named = re.findall(r"^    make ([a-z-]+)", screen, re.MULTILINE)
-    assert named == ["run", "test"]
+    assert named == ["run"] and "`make test`" in screen
+    assert ". .venv/bin/activate" in screen and "(docs/index.md)" in screen
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in {*named, *re.findall(r"`make ([a-z-]+)`", README)}:
         assert re.search(rf"^{target}:.* ##", makefile, re.MULTILINE), target

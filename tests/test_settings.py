@@ -103,10 +103,10 @@ def test_shown_is_what_differs() -> None:
 
 def test_shown_is_short() -> None:
     """However many differ."""
-    numbers = [e for e in entries(NOMINAL.bench.friction) if e.number]
+    numbers = [e for e in entries(NOMINAL.bench.friction) if e.number and e.value]
     many = {f"bench.friction.{e.path}": f"{e.value * 1.01!r} {e.par.unit}" for e in numbers}
     found = repr(NOMINAL.with_(many))
-    assert len(many) == 9 and found.endswith("1 more>")
+    assert len(many) > 8 and found.endswith(f"{len(many) - 8} more>")
 
 
 def test_copies_and_pickles_are_equal() -> None:

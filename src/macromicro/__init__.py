@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from macromicro.api import tracking as tracking
     from macromicro.errors import InputError as InputError
     from macromicro.recording import Recording as Recording
+    from macromicro.remote.asynchronous import AsyncMachine as AsyncMachine
+    from macromicro.remote.machine import connect as connect
     from macromicro.settings import Settings as Settings
     from macromicro.traces import overlay as overlay
 
@@ -24,9 +26,11 @@ __version__ = "0.1.0"
 # Public name -> the module here that defines it, "" for a module. For type checkers: also
 # import it above.
 _HOMES = {
+    "AsyncMachine": "remote.asynchronous",
     "InputError": "errors",
     "Recording": "recording",
     "Settings": "settings",
+    "connect": "remote.machine",
     "load_settings": "api",
     "motion": "",
     "moves": "api",

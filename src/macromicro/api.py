@@ -78,8 +78,8 @@ def run(
     settings : Settings | None, optional
         Bench, sensors, controller and guard; default: the nominal machine.
     rig : str, optional
-        "twin" for the virtual bench of the settings, "MODULE:FACTORY" of a rig, which moves at once
-        and is not asked for, or "replay:FILE" for the sensors of a recording.
+        "twin" for the virtual bench of the settings, "MODULE:FACTORY" or "FILE.toml" of a rig,
+        which moves at once and is not asked for, or "replay:FILE" for the sensors of a recording.
 
     Returns
     -------

@@ -14,10 +14,13 @@ from macromicro.commands import export, identify, machine_run, streams
 from macromicro.commands.collect import collect
 from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
+from macromicro.commands.completion import completion
 from macromicro.commands.doctor import doctor
 from macromicro.commands.group import PNG, Figures, Law, tell, whole
 from macromicro.commands.latency import latency
+from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
+from macromicro.commands.plot import plot
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
 from macromicro.commands.robust import robust
@@ -117,8 +120,8 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY of your own rig (docs/rigs.md), or replay:FILE for the "
-            "sensors of a recording.",
+            help="The twin, MODULE:FACTORY of your own rig (docs/rigs.md), FILE.toml of a card "
+            "(docs/cards.md), or replay:FILE for the sensors of a recording.",
         ),
     ] = "twin",
     law: Law = None,
@@ -232,10 +235,10 @@ def config_show(
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option(help="With --axis: the file of the machine xy.", show_default=False),
+        typer.Option(help="A settings file; what it leaves open follows.", show_default=False),
     ] = None,
 ) -> None:
-    """Print the default settings as TOML, with units, meaning and source.
+    """Print the default settings, or those of a file, as TOML with units, meaning and source.
 
     With --law MODULE:LAW the gains of that law are there, as `controller.own`.
     `live` and `serve`, the tables that only the live machine has, are printed by their names.
@@ -247,17 +250,17 @@ def config_show(
     if axis is not None:
         machine_run.show_axis(config, axis)
         return
-    if config is not None:
-        raise InputError("--config", str(config), "a file beside --axis x or --axis y alone")
-    if machine != "two_stage":
-        machine_run.show(machine, key, law)
+    if config is not None and machine != "two_stage":
+        raise InputError("--machine", machine, "nothing beside --config, whose file names it")
+    if machine != "two_stage" or (config is not None and machine_run.other(config)):
+        machine_run.show(machine, key, law, config)
         return
     if key is not None and key.partition(".")[0] in ("live", "serve"):
         from macromicro.serve.settings import LiveSettings
 
-        print(as_toml(chosen(LiveSettings(), None, law), key), end="")
+        print(as_toml(chosen(LiveSettings(), config, law), key), end="")
         return
-    print(as_toml(chosen(Settings(), None, law), key), end="")
+    print(as_toml(chosen(Settings(), config, law), key), end="")
 
 
 @app.command()
@@ -283,9 +286,12 @@ def programmes(
 app.command()(collect)
 app.command()(commission)
 app.command()(compare)
+app.command()(completion)
 app.command()(doctor)
 app.command()(latency)
+app.command()(learn)
 app.command()(limits)
+app.command()(plot)
 app.command()(reproduce)
 app.command()(response)
 app.command()(robust)

@@ -13,6 +13,7 @@ from typing import Any
 
 from macromicro import nominal
 from macromicro.control.live.parameters import BELOW, Live
+from macromicro.plant.amplifier import Amplifier
 from macromicro.programme.travel import Travel
 from macromicro.rig.limits import Limits
 from macromicro.schema.par import value_at
@@ -89,7 +90,7 @@ DERIVED: tuple[Derivation, ...] = (
 
 
 def of_law(tree: Any) -> tuple[Derivation, ...]:
-    """What follows for the gains of a law that knows its encoder and its drive.
+    """What follows for the gains of laws that know their encoder, drive and D/A.
 
     Parameters
     ----------
@@ -99,13 +100,25 @@ def of_law(tree: Any) -> tuple[Derivation, ...]:
     Returns
     -------
     tuple[Derivation, ...]
-        Rules for the gains `pitch` (m) and `full` (V), where the law has them.
+        Rules for the gains `pitch` (m), `full` (V) and `step` (V), where a law has them.
     """
     rules: tuple[Derivation, ...] = (
         ("controller.own.pitch", lambda tree: tree.sensors.encoder.pitch),
         ("controller.own.full", lambda tree: tree.controller.motor_limit),
+        ("controller.fine.step", lambda tree: _code(tree.bench.amplifier)),
     )
-    return tuple(rule for rule in rules if hasattr(tree.controller.own, rule[0].split(".")[-1]))
+    sets = {f"controller.{name}": getattr(tree.controller, name, ()) for name in ("own", "fine")}
+
+    def there(path: str) -> bool:
+        of, _, name = path.rpartition(".")
+        return hasattr(sets[of], name)
+
+    return tuple(rule for rule in rules if there(rule[0]))
+
+
+def _code(p: Amplifier) -> float:
+    """Step of the D/A, V."""
+    return float(2.0 * p.full_scale / 2.0**p.bits)
 
 
 def end_counts(tree: Any) -> tuple[int, int]:

@@ -14,14 +14,13 @@ import numpy.typing as npt
 
 from macromicro import nominal
 from macromicro.arrays import Array
-from macromicro.control import outside, pi, supervisor
-from macromicro.control.macro import SHIPPED
+from macromicro.control import pi, supervisor
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.supervisor import DONE, Plan, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant import bench
 from macromicro.plant.bench import Plant, State, Truth
-from macromicro.recorded import ROWS, Inside, columns, inside, note
+from macromicro.recorded import ROWS, Inside, beside, columns, inside, note
 from macromicro.rig import guard
 from macromicro.rig.codes import OK
 from macromicro.rig.guard import Guard, Watch
@@ -92,7 +91,8 @@ def run(
     real = getattr(rig.rig, "truth", None)
     done = 0
     params = getattr(controller, "params", None)
-    beside = len(columns(params.macro)) - ROWS if isinstance(params, Supervisor) else 0
+    control = params if isinstance(params, Supervisor) else None
+    own = 0 if control is None else len(columns(control)) - ROWS
     with rig:
         while periods is None or done < periods:
             sample = rig.read()
@@ -101,11 +101,11 @@ def run(
             truth = real() if real is not None else _UNKNOWN
             rig.write(requested)
             if sink is not None:
-                column = np.empty((ROWS + beside, 1))
+                column = np.empty((ROWS + own, 1))
                 seen = _inside(state, command, rig.watch, controller.finished(state))
                 note(column, 0, sample, command, rig.given, seen, truth)
-                if beside:
-                    outside.note(column, 0, state.macro[SHIPPED:], ROWS)
+                if own and control is not None:
+                    beside(column, 0, control, state)
                 sink(column)
             done += 1
             if controller.finished(state) or rig.tripped:
@@ -182,7 +182,7 @@ def rollout(
         watch, given = guard.step(watchdog, watch, sample, command, requested, dt)
         truth = bench.truth(plant, machine)
         note(out, k, sample, command, given, inside(progress, watch), truth)
-        outside.note(out, k, progress.macro[SHIPPED:], ROWS)
+        beside(out, k, control, progress)
         machine = bench.advance(plant, machine, given, draw, dt)
         tick += 1
         written += 1

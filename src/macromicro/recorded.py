@@ -6,9 +6,8 @@ from typing import Annotated, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Column, Quantity, layout, put
-from macromicro.control import macro, outside
-from macromicro.control.macro import MacroLaw
-from macromicro.control.supervisor import FAULT, Progress
+from macromicro.control import macro, micro, outside
+from macromicro.control.supervisor import FAULT, Progress, Supervisor
 from macromicro.kernel import kernel
 from macromicro.plant.bench import Truth
 from macromicro.rig import guard
@@ -60,20 +59,41 @@ def named(*names: str) -> tuple[Column, ...]:
     return tuple(known[name] for name in names)
 
 
-def columns(law: MacroLaw) -> tuple[Column, ...]:
-    """What a run records each control period under a law of the macro-stage.
+def columns(control: Supervisor) -> tuple[Column, ...]:
+    """What a run records each control period under its laws.
 
     Parameters
     ----------
-    law : MacroLaw
-        The law.
+    control : Supervisor
+        Of the run.
 
     Returns
     -------
     tuple[Column, ...]
-        `COLUMNS`, and what a law of another package has recorded of its memory.
+        `COLUMNS`, and what laws by the contract have recorded of their memories.
     """
-    return (*COLUMNS, *outside.columns(law.gains[macro.SHIPPED :]))
+    own = outside.columns(control.macro.gains[macro.SHIPPED :])
+    return (*COLUMNS, *own, *micro.columns(control.fine))
+
+
+@kernel
+def beside(out: Array, k: int, control: Supervisor, progress: Progress) -> None:
+    """Write what laws by the contract remember into a block.
+
+    Parameters
+    ----------
+    out : ndarray, shape (rows, periods)
+        The block; rows as of `columns`.
+    k : int
+        Column of the block.
+    control : Supervisor
+        Of the run.
+    progress : Progress
+        The supervisor's state.
+    """
+    own = progress.macro[macro.SHIPPED :]
+    outside.note(out, k, own, ROWS)
+    micro.note(out, k, control.fine, progress.fine, ROWS + outside.rows(own))
 
 
 @kernel

@@ -282,6 +282,41 @@ class Recording:
         """
         return exported.as_dataframe(self)
 
+    def to_mat(self, path: str | os.PathLike[str]) -> None:
+        """Write the same as a MAT file (version 5), for MATLAB's `load`; docs/recording.md.
+
+        Parameters
+        ----------
+        path : str | os.PathLike[str]
+            The file; replaced if it is there.
+
+        Raises
+        ------
+        InputError
+            Columns that such a file cannot hold.
+        """
+        exported.as_mat(self, path)
+
+    def part(self, start: float | None = None, end: float | None = None) -> Recording:
+        """The rows of a span of time, in memory.
+
+        Parameters
+        ----------
+        start, end : float | None, optional
+            First and last time, s as in `t`; by default its own.
+
+        Returns
+        -------
+        Recording
+            With the same columns and attributes.
+
+        Raises
+        ------
+        InputError
+            No row lies within.
+        """
+        return exported.part(self, start, end)
+
     def plot(self, *columns: str) -> Figure:
         """Draw columns over time; those of one unit share a panel.
 

@@ -175,7 +175,7 @@ def _actuator(tree: Any) -> Iterator[Rule]:
 def _hall(tree: Any) -> Iterator[Rule]:
     """A Hall sensor that distinguishes places, and that the guard takes for alive."""
     sensor, converter, guard = tree.sensors.hall, tree.sensors.converter, tree.guard
-    ways = [hall.volts(sensor, tree.bench.wire.stop * k / 50.0) for k in range(51)]
+    ways = [hall.volts(sensor, tree.bench.wire.stop * k / 50.0, 0.0) for k in range(51)]
     rising = all(b > a for a, b in pairwise(ways))
     falling = all(b < a for a, b in pairwise(ways))
     yield (

@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from macromicro import hall_table, loop, recorded
-from macromicro.control import calibration, outside, supervisor
+from macromicro.control import calibration, supervisor
 from macromicro.control import settings as control_settings
-from macromicro.control.macro import SHIPPED
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 from macromicro.control.two_stage import TwoStage
 from macromicro.kernel import cache_folder, compiled
@@ -112,6 +111,7 @@ def plan(programme: Programme) -> Plan:
         float(programme.end),
         velocity,
         acceleration,
+        programme.correction,
     )
 
 
@@ -149,7 +149,7 @@ def prepare(settings: Settings, programme: Programme, fan: bool = False) -> Roll
         control,
         guard.prepare(settings.guard, control.calibration),
         plan(programme),
-        Run(0, bench.initial(plant), supervisor.begin(0.0, control.macro), guard.fresh()),
+        Run(0, bench.initial(plant), supervisor.begin(0.0, control), guard.fresh()),
     )
 
 
@@ -177,10 +177,10 @@ def compile_bench(settings: Settings, programme: Programme, fan: bool = False) -
         Whether the fan cools the wires.
     """
     rolled = prepare(settings, programme, fan)
-    if not rolled.control.macro.compiles:
+    if not rolled.control.compiles:
         CompiledTwin(rolled.plant, 0)
         return
-    rows = len(recorded.columns(rolled.control.macro))
+    rows = len(recorded.columns(rolled.control))
     nothing, block = np.empty((0, NOISES)), np.empty((rows, 0))
     compiled(loop.rollout)(*rolled, nothing, block, PERIOD)
 
@@ -203,7 +203,7 @@ def longest(settings: Settings, programme: Programme) -> float:
     if not np.isnan(programme.end):
         return float(programme.end) + 1.0
     sequence = settings.controller.sequence
-    macro_moves = int((programme.stage == moves.MACRO).sum())
+    macro_moves = int((programme.waiting & (programme.stage == moves.MACRO)).sum())
     # A move begins at a whole period, so a hold may last up to two periods longer than it says.
     rounding = 2.0 * PERIOD * len(programme.hold)
     waits = macro_moves * (sequence.patience + sequence.wait)
@@ -216,8 +216,8 @@ def _switched_off(
     """The period after a run that was ended from outside: measured, and all outputs safe."""
     place = calibration.position(rolled.control.calibration, sample.hall)
     command = Command(progress.macro_reference, 0.0, progress.micro_reference, 0.0, place)
-    column = np.empty((len(recorded.columns(rolled.control.macro)), 1))
-    outside.note(column, 0, progress.macro[SHIPPED:], recorded.ROWS)
+    column = np.empty((len(recorded.columns(rolled.control)), 1))
+    recorded.beside(column, 0, rolled.control, progress)
     shown = recorded.inside(progress, watch)
     recorded.note(column, 0, sample, command, SAFE, shown, real)
     return column
@@ -322,9 +322,9 @@ def simulate(
         The Hall sensor of these settings cannot be calibrated.
     """
     rolled = prepare(settings, programme, fan)
-    if not rolled.control.macro.compiles:
+    if not rolled.control.compiles:
         return _interpreted(rolled, sink, seed, progress, longest(settings, programme))
-    advance, rows = compiled(loop.rollout), len(recorded.columns(rolled.control.macro))
+    advance, rows = compiled(loop.rollout), len(recorded.columns(rolled.control))
     random = noise_source(seed)
     run = rolled.run
     limit = round(longest(settings, programme) / PERIOD)

@@ -75,8 +75,7 @@ def overlay(
         raise InputError("overlay, labels", f"{len(words)} labels", f"{len(recordings)}")
     shown = panels(recordings, names)
     figure, axes = new(0.95 + 1.45 * len(shown), len(shown), sharex=True)
-    starts = [float(r[TIME][0]) for r in recordings if len(r)]
-    apart = len(starts) > 1 and max(starts) - min(starts) > recordings[0].dt
+    apart = begin_apart(recordings)
     for ax, (unit, inside) in zip(axes[:, 0], shown, strict=True):
         _draw(ax, recordings, words, inside, own=apart, named=ax is axes[0, 0])
         last = ax is axes[-1, 0]
@@ -87,6 +86,23 @@ def overlay(
     figure.align_ylabels(list(axes[:, 0]))
     figure.subplots_adjust(hspace=0.32, left=0.105)
     return figure
+
+
+def begin_apart(recordings: Sequence[Recording]) -> bool:
+    """Whether recordings begin at other times, so that each counts from its own first row.
+
+    Parameters
+    ----------
+    recordings : Sequence[Recording]
+        One or more.
+
+    Returns
+    -------
+    bool
+        True where first rows lie more than a period of the first apart.
+    """
+    starts = [float(r[TIME][0]) for r in recordings if len(r)]
+    return len(starts) > 1 and max(starts) - min(starts) > recordings[0].dt
 
 
 def chosen(recordings: Sequence[Recording]) -> list[str]:

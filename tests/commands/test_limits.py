@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from macromicro import cli
+from macromicro.design import fine_limits
 from macromicro.design.limits import quickest
 from macromicro.settings import Settings
 
@@ -45,3 +46,18 @@ def test_a_way_is_a_length(
 ) -> None:
     assert run(monkeypatch, "--", way) == 2
     assert said in capsys.readouterr().err
+
+
+def test_those_of_the_micro_stage(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wanted = fine_limits.turns(Settings().bench, Settings().sensors, [0.5e-3, 0.2e-3])
+    assert run(monkeypatch, "--micro", "500 um", "0.2 mm", "--json") == 0
+    found = json.loads(capsys.readouterr().out)["quickest"]
+    assert [each["time"] for each in found] == [each.time for each in wanted]
+    assert run(monkeypatch, "--micro", "500 um", "0.2 mm") == 0
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[0].split() == ["from", "to", "to", "10", "um"]
+    assert shown[2].endswith(f"0.200 mm  {wanted[1].time:>8.3f} s")
+    assert run(monkeypatch, "--micro", "9 mm") == 2
+    assert "reaches in a minute" in capsys.readouterr().err

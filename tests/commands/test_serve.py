@@ -41,5 +41,5 @@ def test_a_server_that_has_ended_ends_it_all(failing: str, monkeypatch: pytest.M
     monkeypatch.setattr(web, "WebServer", make("web"))
     with Signals() as signals, pytest.raises(MacromicroError, match="ended by itself"):
         signals.later()
-        doors = serve._Doors("127.0.0.1", 0, 0, (), None)
+        doors = serve._Doors("127.0.0.1", 0, 0, -1, (), None, None)
         serve._serve(cast(Station, Stand()), doors, None, signals)

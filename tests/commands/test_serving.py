@@ -36,7 +36,9 @@ class Server:
     """The command in a folder of its own; `said` is its output up to "Ctrl-C ends it"."""
 
     def __init__(self, folder: Path, *options: str, token: str = "") -> None:
-        (folder / "live.toml").write_text("[serve]\nmiss_share = 1.0\n")
+        (folder / "live.toml").write_text(
+            "[serve]\nmiss_share = 1.0\nparent_timeout = '5 s'\nloop_timeout = '5 s'\n"
+        )
         self.folder, self.errors = folder, folder / "stderr"
         with self.errors.open("w") as errors:
             self.process = subprocess.Popen(
@@ -215,7 +217,9 @@ def test_the_log_and_the_recording_tell_who_did_what(begin: Begin, tmp_path: Pat
 
 def test_the_end_of_its_terminal_is_an_orderly_end(tmp_path: Path) -> None:
     """SIGHUP, as from a closed window or a lost ssh: at rest, kept, and exit status 129."""
-    (tmp_path / "live.toml").write_text("[serve]\nmiss_share = 1.0\n")
+    (tmp_path / "live.toml").write_text(
+        "[serve]\nmiss_share = 1.0\nparent_timeout = '5 s'\nloop_timeout = '5 s'\n"
+    )
     master, slave = os.openpty()
     options = ("--scpi", "0", "--web", "-1", "--state", "position.json", "--record", "made")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from macromicro.commission.collecting import Given
 from macromicro.commission.probing import CommissionError
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
-from macromicro.machines import planning, rotary, runs, sheets
+from macromicro.machines import planning, rotary, runs, sheets, wire_sheets
+from macromicro.machines import rig as machine_rig
 from macromicro.machines.rig import Twin
 from macromicro.recording import Recording
 
@@ -111,7 +113,7 @@ def test_the_loop_of_a_piezo_stage_is_found_from_ramps(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "experiment", "words"),
-    [("axis", "plays", "drive for this machine"), ("wire", "", "none for this machine")],
+    [("axis", "plays", "drive for this machine"), ("wire", "drive", "curves for this machine")],
 )
 def test_an_experiment_of_another_machine_is_refused(
     name: str, experiment: str, words: str
@@ -137,3 +139,72 @@ def test_the_command(
     assert f"then: macromicro identify plays {tmp_path}/a/plays.h5" in said
     assert len(Recording.load(tmp_path / "a" / "plays.h5")) > 100
     assert called("collect", "drive", "--config", file) == 2
+
+
+SLOW = 20.0
+
+
+@pytest.fixture(scope="module")
+def contraction() -> Iterator[Recording]:
+    """Three times as quick as the command, for the clock's sake."""
+    mine = given("wire")
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(collecting, "SLOW", SLOW)
+        yield collecting.find("", mine.machine).collect(mine, lambda: False)
+
+
+def test_curves_of_a_wire_are_those_of_its_sheet(contraction: Recording, tmp_path: Path) -> None:
+    """Its way, its loop from the sheet's temperatures, and a table that repeats its own curves."""
+    tree = given("wire").tree
+    contraction.save(tmp_path / "curves.h5")
+    u, f = contraction["u"], contraction["f"]
+    way = 1e6 * wire_sheets.way(tree)
+    assert np.ptp(f) == pytest.approx(way, rel=0.03)
+    volts = tree.driver.full_scale / (wire_sheets.power(tree) * wire_sheets.heats(tree).resistance)
+
+    def half(rows: Any) -> float:
+        """Effort at half the way."""
+        return float(u[rows][np.argmin(np.abs(f[rows] - 0.5 * way))])
+
+    top = int(np.argmax(np.diff(u) < 0.0))  # heating first, from cold; then all the way down
+    low = top + int(np.argmax(np.diff(u[top:]) > 0.0))
+    load = wire_sheets.pull(tree, 0.5 * wire_sheets.way(tree))
+    at = wire_sheets.shifted(tree, load)
+    wide = volts * (at.heat_start + at.heat_end - at.cool_start - at.cool_end) / 2.0
+    late = 2.0 * (u.max() - u[low]) / SLOW  # heat lags behind by one time constant
+    assert half(slice(0, top)) - half(slice(top, low)) == pytest.approx(wide + late, rel=0.08)
+    found = identify.from_files("hysteresis", str(tmp_path / "curves.h5"), shape="nonnegative")
+    values = {line.name: line.value for line in found.lines}
+    assert values["misfit"] < 2.0 and values["wiping-out"] < 1.0  # % of the range
+    assert values["output, high"] == pytest.approx(way, rel=0.03)
+
+
+def test_each_curve_turns_elsewhere_and_comes_back_to_the_top(contraction: Recording) -> None:
+    u = contraction["u"]
+    step = np.sign(np.diff(u))
+    moving = step[step != 0.0]
+    rows = np.flatnonzero(step != 0.0)[np.flatnonzero(np.diff(moving) > 0.0)]
+    turns = u[rows]
+    assert len(turns) == 1 + len(collecting.TURNS)  # the large loop, then one after another
+    assert np.all(np.diff(turns[1:]) < 0.0)
+    shares = (u.max() - turns) / (u.max() - turns[0])
+    assert shares[1:] == pytest.approx(collecting.TURNS, abs=0.01)
+    slow = float(np.abs(np.diff(u)).max()) / contraction.dt
+    heats = wire_sheets.heats(given("wire").tree)
+    tau = heats.resistance * heats.capacity
+    assert slow * tau < 0.05 * (u.max() - turns[0])
+
+
+def test_a_rig_of_a_wire_gives_its_curves_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same efforts, given period by period; who interrupts it ends it."""
+    monkeypatch.setattr(collecting, "SLOW", 0.5)
+    mine = given("wire")
+    compiled = collecting.curves(mine)
+    rig = machine_rig.CompiledTwin(mine.machine.kind, mine.tree, 0)
+    made = collecting.curves(mine._replace(rig=rig))
+    n = min(len(made), len(compiled)) - 1
+    assert np.allclose(made["u"][:n], compiled["u"][:n])
+    assert made["f"][:n] == pytest.approx(compiled["f"][:n], abs=60.0)
+    rig = machine_rig.CompiledTwin(mine.machine.kind, mine.tree, 0)
+    with pytest.raises(KeyboardInterrupt):
+        collecting.curves(mine._replace(rig=rig), lambda: True)

@@ -37,6 +37,7 @@ def folder(tmp_path: Path) -> Path:
     ("words", "match"),
     [
         (("--pitch", "5 um"), "--pitch"),
+        (("--kind", "wire"), "--kind: 'wire'; accepted: only with --rig"),
         (("--rig", "mylab:bench"), "travel per encoder count"),
         (("--rig", "mylab:bench", "--pitch", "5 V"), "--pitch"),
         (("--rig", "mylab:bench", "--pitch", "100 um"), "--effort"),

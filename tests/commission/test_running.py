@@ -50,13 +50,14 @@ def test_every_step_says_what_it_will_do_before_it_does_it(
     done: tuple[Commissioned, Path, list[str]],
 ) -> None:
     said = done[2]
-    assert [s.endswith(" done") for s in said] == [False, True] * 6
+    assert [s.endswith(" done") for s in said] == [False, True] * 7
     assert "20 s" in said[0] and "at most 8 V" in said[0]
     assert "0 to at most 8 V" in said[2]
     assert "40 mm/s" in said[4] and "300 mm" in said[4]
     assert "7 places" in said[6]
     assert "40 strokes" in said[8] and "1 m/s" in said[8]
-    assert "makes 7 moves" in said[10]
+    assert "16 passes" in said[10] and "to 450 Hz" in said[10]
+    assert "makes 7 moves" in said[12]
 
 
 def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str]]) -> None:
@@ -66,6 +67,8 @@ def test_it_finds_and_verifies_the_axis(done: tuple[Commissioned, Path, list[str
     assert found.work[axis.DIRECTION].sign == -1.0
     assert found.model.axis.mass == pytest.approx(PLAIN.mass, rel=0.02)
     assert found.settings.travel.high == pytest.approx(0.1, rel=0.06)
+    assert found.model.mode is not None and not found.model.mode.found
+    assert "No mode" in " ".join(report.doubts(found, place()))
     worst = max(abs(m.rest_error or 0.0) for m in found.verified.moves)
     assert worst < found.settings.arrival.tolerance * 1e3
 
@@ -85,7 +88,7 @@ def test_the_page_tells_all_and_escapes(done: tuple[Commissioned, Path, list[str
     page = (out / report.PAGE).read_text()
     assert "an axis &lt;b&gt;" in page
     assert "Verified: all 7 moves arrived" in page
-    assert page.count("data:image/png;base64,") == 3
+    assert page.count("data:image/png;base64,") == 4
     assert "counts down" in page
     kept = json.loads((out / report.JSON).read_text())
     assert kept["verification"]["met"]
@@ -123,7 +126,8 @@ def test_what_was_kept_is_read_back(
     kept = store.read(out, axis.KIND, asked)
     assert kept[axis.DIRECTION] == found.work[axis.DIRECTION]
     assert kept[axis.FRICTION] == found.work[axis.FRICTION]
-    for one, other in zip(kept[axis.STROKES], found.work[axis.STROKES], strict=True):
+    both = [(kept[k], found.work[k]) for k in (axis.STROKES, axis.MODES)]
+    for one, other in (pair for two in both for pair in zip(*two, strict=True)):
         assert (one.x == other.x).all() and (one.u == other.u).all()
     with pytest.raises(InputError, match="effort"):
         store.read(out, axis.KIND, place().asked(OPTIONS._replace(effort=7.0)))

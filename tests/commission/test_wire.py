@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.commission.stages import stage
 
-from macromicro.commission import report, store, wire, wire_drives, wire_fit, wire_model
+from macromicro.commission import (
+    report,
+    store,
+    wire,
+    wire_curves,
+    wire_drives,
+    wire_fit,
+    wire_model,
+    wire_page,
+)
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import CommissionError, Record
@@ -47,11 +57,12 @@ def test_it_finds_the_wire_and_verifies_it(done: Done) -> None:
 
 def test_every_step_says_how_far_and_how_hard(done: Done) -> None:
     said = done[4]
-    assert len(said) == 4
+    assert len(said) == 5
     assert "10 V at most" in said[0] and "taken away" in said[0]
     assert "0.25 V/s" in said[1]
     assert "to 10 V" in said[2] and "4.07 mm" in said[2]
-    assert "7 moves" in said[3]
+    assert "3.05, 2.03, 1.02 mm" in said[3]
+    assert "7 moves" in said[4]
 
 
 def test_the_file_runs_and_says_what_was_found(done: Done) -> None:
@@ -67,11 +78,19 @@ def test_the_file_runs_and_says_what_was_found(done: Done) -> None:
     full = wire_sheets.power(tree) * heats.resistance
     kelvin = (tree.wire.heat_start - tree.air.ambient) / heat.start
     assert full / kelvin == pytest.approx(tree.driver.full_scale, rel=1e-6)
-    assert tree.controller.kp == pytest.approx(wire_sheets.bandwidth(tree) / model.up)
+    dt = found.work.stand.dt
+    answer = wire_curves.answer(found.work[wire.CURVES][0], heat, dt)
+    assert 1.5 < answer < 3.0
+    assert tree.controller.kp == pytest.approx(answer * wire_sheets.bandwidth(tree) / model.up)
     page = (out / report.PAGE).read_text()
     assert page.count("data:image/png;base64,") == len(place.kind.figures) + 1
     kept = store.read(out, place.kind, place.asked(done[2]))
-    assert wire.fitted(Work(found.work.stand, done[2], kept)).heat == heat
+    stand = found.work.stand
+    assert wire.fitted(Work(stand, done[2], kept)).heat == heat
+    # A sensor without noise is uncertain by its steps.
+    quiet = {**kept, wire.WARMTH: kept[wire.WARMTH]._replace(noise=0.0)}
+    still = wire.fitted(Work(stand, done[2], quiet))
+    assert still.deviation("way") == pytest.approx(stand.pitch / math.sqrt(6.0))
 
 
 @given(st.floats(0.0, 1.0), st.floats(-3.0, 3.0))
@@ -245,3 +264,47 @@ def test_what_does_not_contract_is_said(way: float, words: str) -> None:
     options = Options(5.0, 1.0, 1.0, 1.0, lowest=0.0)
     with pytest.raises(CommissionError, match=words):
         wire_drives.warmth(Work(Dead(), options))  # type: ignore[arg-type]
+
+
+def test_first_order_curves_of_the_wire(done: Done) -> None:
+    found = done[0]
+    dt, heat = found.work.stand.dt, found.model.heat
+    seen = wire_curves.curves(found.work[wire.CURVES][0], heat, dt)
+    assert len(seen.every) == len(wire_drives.TURNS) + 1
+    lows = [float(one.x.min()) / heat.way for one in seen.every]
+    assert all(low < share for low, share in zip(lows, (*wire_drives.TURNS, 0.05), strict=True))
+    assert lows[0] > lows[1] > lows[2] > 0.1
+    # Each curve lies in the loop, and answers less than the branch the shallower it turned.
+    ratios = wire_curves.slower(seen)
+    assert ratios == sorted(ratios, reverse=True) and min(ratios) > 1.0
+    width = 0.5 * (heat.start + heat.end - heat.first - heat.last)
+    assert 0.0 < wire_curves.spread(seen) < 0.05 * width
+
+
+def test_the_heat_along_curves_is_that_of_the_model_and_a_draught_is_seen(done: Done) -> None:
+    # Of a wire that is the model, the heat is the effort wherever it stands long enough.
+    one = record(PLAIN, [(4.6, 100.0), (3.0, 100.0), (4.9, 100.0), (0.5, 100.0)])
+    heat = wire_curves.warmed(PLAIN, one)
+    ends = [int(k / 5e-3) - 2 for k in (100.0, 200.0, 300.0, 400.0)]
+    assert heat[ends] == pytest.approx([4.6, 3.0, 4.9, 0.5], abs=0.02)
+    work = done[0].work
+    other = Work(work.stand, work.options, dict(work.found))
+    kept = work[wire.CURVES][0]
+    cooler = np.linspace(1.0, 0.7, len(kept.t))
+    other.found[wire.CURVES] = [kept._replace(u=kept.u * cooler)]
+    assert any("V apart" in said for said in wire_page.doubts(other, done[0].model))
+
+
+def test_a_branch_like_curve_answers_as_the_branch_does() -> None:
+    h = np.linspace(0.0, 10.0, 1001)
+    first = (h, np.clip(h - 5.0, 0.0, 2.0))
+    down = (h[::-1], np.clip(h[::-1] - 3.0, 0.0, 2.0))
+
+    def back(slope: float) -> wire_curves.Curve:
+        x = np.clip(1.0 + slope * (h - 6.0), 1.0, 2.0)
+        low = down[1] >= 1.0
+        both = [np.concatenate(p) for p in ((down[0][low], h), (down[1][low], x))]
+        return wire_curves.Curve(both[0], both[1], int(low.sum()))
+
+    seen = wire_curves.Curves(first, [back(1.0), back(0.4), wire_curves.Curve(*down, 1000)])
+    assert wire_curves.slower(seen) == pytest.approx([1.0, 2.5], rel=0.05)

@@ -44,7 +44,7 @@ def test_shipped_table_covers_the_sensor_and_is_right_within_two_micrometres() -
     """Section 3.2.3: against the bench's own sensor curve, from 0.1 to 3.9 mm."""
     assert GRID[0] <= 0.1 and GRID[-1] >= 4.9
     for x in np.linspace(0.1e-3, 3.9e-3, 77):
-        shown = calibration.position(SHIPPED, hall.volts(Hall(), float(x)))
+        shown = calibration.position(SHIPPED, hall.volts(Hall(), float(x), 0.0))
         assert shown == pytest.approx(x, abs=2e-6)
 
 

@@ -103,7 +103,8 @@ def test_a_compiled_supervisor_keeps_its_memory() -> None:
     assert step(unborn) == macro.again(unborn) == (*macro.rest(0.0), unborn[-1])
     p = law(SLIDING)
     assert kernel.compiled(macro.begun)(p) == macro.begun(p)
-    assert supervisor.begin(0.0, p).macro == macro.begun(p)
+    control = settings.prepare(Control().joined(SLIDING, "a test"))
+    assert supervisor.begin(0.0, control).macro == macro.begun(control.macro)
     assert kernel.compiled(macro.integral)(memory) == 0.0
 
 
@@ -150,7 +151,11 @@ def test_a_client_cannot_name_another() -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("sliding", "one of pid, pd-initial, pd-tuned, terminal; or MODULE:LAW"),
+        (
+            "sliding",
+            "one of pid, pd-initial, pd-tuned, p, pi, pi-antiwindup, terminal, inverse; or "
+            "MODULE:LAW",
+        ),
         ("", "MODULE:LAW"),
         (f"{HERE}:slidng", "such as sliding"),
         (f"{HERE}:number", "int without gains, memory, start, step"),

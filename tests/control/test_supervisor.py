@@ -268,6 +268,25 @@ def test_a_missing_reading_gives_no_effort_and_is_forgotten() -> None:
     assert all(math.isfinite(v) and v > 0.0 for v in efforts[3:])
 
 
+@pytest.mark.parametrize("moving", [True, False])
+def test_the_law_is_given_the_correction_and_the_command_the_target(moving: bool) -> None:
+    what = plan((0.0, 1, 1e-3, 9.0), end=9.0)
+    still = np.zeros(1) if moving else np.empty(0)
+    given: list[tuple[float, float]] = []
+    for target, extra in ((1e-3, 2e-4), (1.2e-3, 0.0)):
+        learned = what._replace(
+            target=np.array([target]), velocity=still, acceleration=still,
+            correction=np.array([extra]),
+        )  # fmt: skip
+        s = supervisor.begin(0.0)
+        for k in range(3):
+            sample = Sample(k * DT, 0.0, 2.0, NAN, 0.0, 0.0)
+            s, command, out = supervisor.step(made(), learned, s, sample, DT)
+        assert command.micro_reference == target
+        given.append((out.ctrl, s.integral))
+    assert given[0] == pytest.approx(given[1])
+
+
 LEFT = tuple(type(memory)(*[3.0] * len(memory)) for memory in macro.rest(0.0))
 
 
@@ -313,3 +332,58 @@ def test_a_macro_move_behind_a_parked_carriage_begins_without_memory(phase: int,
     assert (s.phase, s.move, s.macro_reference, s.integral) == (MACRO, 1, 90.0, 0.0)
     assert s.macro == (macro.rest(0.0) if park == 1 else LEFT)
     assert out.motor == 0.0
+
+
+def test_set_points_of_a_profile_follow_by_the_clock_and_its_end_waits_for_the_arrival() -> None:
+    """-inf: when the hold of the one before is over; what comes behind waits as for a move."""
+    way = [(NAN, 0, 10.0, 0.1), (-math.inf, 0, 20.0, 0.1), (-math.inf, 0, 30.0, 0.3)]
+    what = plan(*way, (NAN, 1, 1e-3, 0.1), (-math.inf, 1, 2e-3, 0.1), (-math.inf, 1, 3e-3, 0.2))
+    seen = entries(walk(made(), what, 20.0, arrives(1.0, 30.0)))
+    assert [(phase, move) for _, phase, move in seen] == [
+        (MACRO, 0), (MACRO, 1), (MACRO, 2), (SETTLING, 2), (MICRO, 3), (MICRO, 4), (MICRO, 5),
+        (DONE, 5),
+    ]  # fmt: skip
+    times = [0.0, 0.1, 0.2, 1.2, 3.5, 3.6, 3.7, 3.9]
+    assert [t for t, _, _ in seen] == pytest.approx(times, abs=2.1e-3)
+
+
+def test_a_micro_profile_is_not_passed_over_while_the_carriage_settles() -> None:
+    what = plan((NAN, 0, 30.0, 0.0), (NAN, 1, 1e-3, 0.1), (-math.inf, 1, 2e-3, 0.1))
+    seen = entries(walk(made(), what, 20.0, arrives(1.0, 30.0)))
+    assert [move for _, phase, move in seen if phase == MICRO] == [1, 2]
+
+
+def test_both_stages_at_once_where_the_sequence_says_so() -> None:
+    """The micro-stage goes to its next place with the macro move, and the laser is reset there."""
+    p = made(overlap=1, wait=0.1)
+    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5e-3, 0.3), (NAN, 0, 50.0, 0.0))
+    ticks = walk(p, what, 1.5, arrives(0.2, 100.0))
+    first = ticks[0]
+    assert first.phase == MACRO and first.command.micro_active == 1.0
+    assert first.command.micro_reference == 1.5e-3 and first.out.ctrl > 1.3
+    before = [tick for tick in ticks if tick.move == 0]
+    assert {tick.command.micro_reference for tick in before} == {1.5e-3}
+    assert {tick.phase for tick in before} == {MACRO, SETTLING}
+    fine = [tick for tick in ticks if tick.move == 1]
+    assert [tick.out.laser_reset for tick in fine[:3]] == [1.0, 0.0, 0.0]
+    # What was integrated on the way is kept, and no next fine move: it stays where it is.
+    assert fine[0].integral < before[-1].integral < before[0].integral < 0.0  # wound by Kaw
+    after = [tick for tick in ticks if tick.move == 2]
+    assert after and {tick.command.micro_reference for tick in after} == {1.5e-3}
+    assert all(tick.command.micro_active == 1.0 for tick in after)
+
+
+def test_one_after_the_other_the_micro_stage_is_extended_meanwhile() -> None:
+    what = plan((NAN, 0, 100.0, 0.0), (NAN, 1, 1.5e-3, 0.3), (NAN, 0, 50.0, 0.0))
+    ticks = walk(made(wait=0.1), what, 1.5, arrives(0.2, 100.0))
+    for tick in ticks:
+        if tick.phase in (MACRO, SETTLING):
+            assert tick.command.micro_reference == 0.0 and tick.command.micro_active == 0.0
+            assert tick.out.ctrl == 0.0
+
+
+def test_before_the_first_move_neither_stage_is_driven() -> None:
+    p = made(overlap=1)
+    what = plan((1.0, 0, 100.0, 0.0), (NAN, 1, 1.5e-3, 0.3), end=2.0)
+    (tick,) = walk(p, what, DT, lambda _: 0.0)
+    assert tick.phase == WAITING and tick.command.micro_active == 0.0 and tick.out.ctrl == 0.0

@@ -94,3 +94,14 @@ def test_a_programme_without_micro_moves_has_no_returns() -> None:
 def test_a_stage_that_never_moved_does_not_return() -> None:
     made, _ = cycled()
     assert extension(made) == []
+
+
+def test_a_stage_that_keeps_its_set_point_does_not_return() -> None:
+    """With `sequence.overlap` it stays under control while the carriage moves."""
+    made, _ = cycled(0.2, 0.3)
+    assert len(extension(made)) == 2
+    arrays = [np.array(made[c.name]) for c in made.columns]
+    at = [c.name for c in made.columns].index("micro_reference")
+    arrays[at] = np.where(made["phase"] == MACRO, 0.3, arrays[at])
+    held = Recording.from_arrays(made.columns, arrays, made.dt, {})
+    assert extension(held) == []

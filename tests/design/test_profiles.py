@@ -14,6 +14,7 @@ from macromicro.control.supervisor import MICRO as FINE
 from macromicro.design.profiles import profiles
 from macromicro.motion import Trajectory, s_curve
 from macromicro.programme import MACRO, MICRO, Programme, Span, follow
+from macromicro.recorded import COLUMNS
 from macromicro.recording import Recording
 from macromicro.recording_format import Column
 from macromicro.report import figures, words
@@ -186,3 +187,71 @@ def test_a_trajectory_of_one_s_own_is_followed() -> None:
     (whole,) = profiles(run, what)
     assert whole.end_s == pytest.approx(there.duration + 4.0)
     assert whole.peak_error == pytest.approx(found.peak_error)
+
+
+MIXED = """
+[[moves]]
+macro = "20 mm"
+hold = "1 s"
+[[profiles]]
+macro = "120 mm"
+velocity = "0.1 m/s"
+acceleration = "0.5 m/s^2"
+hold = "0.5 s"
+[[moves]]
+micro = "1 mm"
+hold = "2 s"
+[[profiles]]
+micro = "0.5 mm"
+velocity = "1 mm/s"
+acceleration = "5 mm/s^2"
+hold = "1 s"
+[[moves]]
+macro = "0 mm"
+hold = "0.1 s"
+"""
+
+
+def test_moves_and_profiles_of_one_programme_are_told_each_as_what_they_are(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "mixed.toml"
+    path.write_text(MIXED)
+    made = experiment.Request(str(path), out=tmp_path / "out", seed=1)
+    ended = experiment.execute(experiment.check(made))
+    assert ended.finished and words.problems(ended) == [] and ended.tracking == []
+    assert [(m.stage, m.target) for m in ended.moves] == [
+        ("macro", 20.0), ("micro", 1000.0), ("macro", 0.0),
+    ]  # fmt: skip
+    assert all(m.arrived_s is not None and m.complete for m in ended.moves)
+    assert [line.cells[0] for line in words.table(ended)] == ["1", "3", "5"]
+    coarse, fine = ended.profiles
+    assert (coarse.stage, coarse.origin, coarse.target) == ("macro", 20.0, 120.0)
+    assert (fine.stage, fine.origin, fine.target) == ("micro", 1000.0, 500.0)
+    for p in (coarse, fine):
+        assert p.complete and p.late_s == 0.0 and p.settled_s is not None and p.settled_s < 0.5
+    assert coarse.end_s - coarse.start_s == pytest.approx(0.1 / 0.1 + 0.1 / 0.5, abs=2e-3)
+    run, dt = ended.recording, ended.recording.dt
+    pitch = 1e3 * macromicro.Settings().sensors.encoder.pitch
+    reference = run["macro_reference"] * pitch
+    begin, end = (round(t / dt) for t in (coarse.start_s, coarse.end_s))
+    assert reference[begin] == pytest.approx(20.0) and reference[begin + 1] > 20.0
+    assert reference[end] == pytest.approx(120.0) and reference[end - 1] < 120.0
+    worst = np.abs(reference - run["macro_position"] * pitch)[begin : end + 1].max()
+    assert coarse.peak_error == pytest.approx(worst)
+    told = summary(ended, "now")
+    assert len(told["profiles"]) == 2 and len(told["moves"]) == 3
+    assert [name for name, _ in words.remarks(ended)][:2] == ["profile 1", "profile 2"]
+
+
+def test_what_a_mixed_run_did_not_reach_is_not_complete(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.toml"
+    path.write_text(MIXED)
+    made = experiment.Request(str(path), out=tmp_path / "out", seed=1)
+    ended = experiment.execute(experiment.check(made))
+    half = round((ended.profiles[0].start_s + 0.5) / ended.recording.dt)
+    columns = tuple(c for c in COLUMNS if c.name in ended.recording)
+    data = np.array([ended.recording[c.name][:half] for c in columns])
+    cut = Recording.from_arrays(columns, data, ended.recording.dt, {})
+    (only,) = profiles(cut, ended.job.programme)
+    assert not only.complete and only.settled_s is None and only.final_error is None

@@ -189,4 +189,6 @@ def test_a_fit_tells_its_free_run_and_its_errors() -> None:
     axis = refined(train, fitted(train, "coulomb")).axis
     missed = np.concatenate(free_runs(test, axis)[1])
     assert found.holdout_rms == pytest.approx(np.sqrt(np.mean(missed**2))) != found.rms
-    np.testing.assert_array_equal(free_runs(made, found.axis)[0][0], found.free_run[0])
+    np.testing.assert_array_equal(
+        free_runs(made, found.axis, found.starts)[0][0], found.free_run[0]
+    )

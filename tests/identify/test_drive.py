@@ -38,10 +38,20 @@ def four(emps: Any) -> DriveFit:
 def test_inverse_dynamics_gives_the_published_parameters(four: DriveFit) -> None:
     p = four.inverse.axis
     assert p.mass == pytest.approx(95.1089, rel=0.01)
-    assert p.viscous == pytest.approx(203.5034, rel=0.01)
+    assert p.viscous == pytest.approx(203.5034, abs=four.inverse.std[1] + 1.0)
     assert p.coulomb == pytest.approx(20.3935, rel=0.02)
     assert p.offset == pytest.approx(-3.1648, rel=0.02)
     assert four.inverse.percent < 4.2  # 4.1 % elsewhere
+
+
+def test_published_viscous_friction_takes_the_voltage_for_that_of_its_instant(emps: Any) -> None:
+    """Those who published it paired a sample's voltage with the speed at the same time. Positions
+    of half a sample earlier undo the hold, and give their figure."""
+    t, u, x, gain = emps
+    before = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1])])
+    p = drive(t, u, before, gain=gain, structure="coulomb").inverse.axis
+    assert p.viscous == pytest.approx(203.5034, rel=0.002)
+    assert p.mass == pytest.approx(95.1089, rel=0.002)
 
 
 def test_free_run_of_the_output_error_fit(four: DriveFit, emps: Any) -> None:

@@ -9,7 +9,13 @@ import pytest
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
-from macromicro.identify.spread import MAX_ORDER, autoregression, robust_covariance, standard_errors
+from macromicro.identify.spread import (
+    MAX_ORDER,
+    autoregression,
+    clustered,
+    robust_covariance,
+    standard_errors,
+)
 
 RNG = np.random.default_rng(5)
 WHITE = RNG.normal(0.0, 0.3, 4000)
@@ -100,3 +106,39 @@ def test_standard_errors_are_the_textbooks_whatever_the_sizes() -> None:
     np.testing.assert_allclose(standard_errors(j * sizes), wanted / sizes, rtol=1e-9)
     found = standard_errors(np.c_[j, np.zeros(50)])
     np.testing.assert_allclose(found, [*wanted, math.inf], rtol=1e-9)
+
+
+def test_stretches_of_unlike_noise_tell_the_error_of_a_mean() -> None:
+    """One parameter, slope 1: squared sums of the stretches over n^2, k / (k - 1), neighbours."""
+    e = np.array([1.0, 2.0, -4.0, 0.5, 0.5, 3.0, -3.0])
+    starts = [0, 2, 3, 5]
+    sums = np.array([3.0, -4.0, 1.0, 0.0])
+    wanted = (sums @ sums + 2.0 * 0.5 * (sums[1:] @ sums[:-1])) / 49.0 * 4.0 / 3.0
+    found = clustered(np.ones((7, 1)), e, starts)
+    assert found[0, 0] == pytest.approx(wanted)
+    wide = clustered(np.full((7, 1), 0.1), e, starts)
+    assert wide[0, 0] == pytest.approx(100.0 * wanted)
+
+
+def test_stretches_need_no_model_of_what_happens_within() -> None:
+    """Levels of 40 samples each: the error is that of as many values as there are stretches."""
+    random = np.random.default_rng(0)
+    found, said = [], []
+    for _ in range(200):
+        e = np.repeat(random.standard_normal(100), 40)
+        found.append(e.mean())
+        said.append(clustered(np.ones((4000, 1)), e, np.arange(0, 4000, 40))[0, 0])
+    assert np.sqrt(np.mean(said)) == pytest.approx(0.1, rel=0.06)
+    assert np.std(found) == pytest.approx(0.1, rel=0.12)
+
+
+def test_instruments_widen_by_how_little_they_know_of_the_regressors() -> None:
+    """White noise: var(e) (z'x)^-1 z'z (x'z)^-1, the textbook's."""
+    random = np.random.default_rng(1)
+    z = random.standard_normal((4000, 2))
+    x = z @ np.array([[1.0, 0.3], [0.0, 0.5]]) + 0.2 * random.standard_normal((4000, 2))
+    found = robust_covariance(z, WHITE, [4000], None, x)
+    inverse = np.linalg.inv(z.T @ x)
+    wanted = np.mean(WHITE**2) * inverse @ (z.T @ z) @ inverse.T
+    np.testing.assert_allclose(np.sqrt(np.diag(found)), np.sqrt(np.diag(wanted)), rtol=0.05)
+    np.testing.assert_allclose(found, wanted, rtol=0.2)

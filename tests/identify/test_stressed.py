@@ -71,6 +71,14 @@ def test_a_coarse_record_keeps_all_its_samples() -> None:
     assert len(run.dt) == 100
 
 
+@pytest.mark.parametrize("dt", [0.01, 0.00999999999999801, 0.0100000000000021])
+def test_no_step_of_the_time_grid_is_empty_where_a_files_period_is_not_exact(dt: float) -> None:
+    ctrl = np.r_[np.full(1500, 1.5), np.zeros(600)]
+    run = _grid(recorded(ctrl, np.zeros(2100), dt))
+    assert run.dt.min() > 0.5 * dt and np.isfinite(run.cut).all()
+    assert len(run.dt) == len(_grid(recorded(ctrl, np.zeros(2100), 0.01)).dt)
+
+
 def test_positions_are_met_at_points_spread_evenly_over_the_grid() -> None:
     x = np.arange(20001) * 1e-4
     run = _grid(recorded(np.full(20001, 1.5), x, 1e-3))

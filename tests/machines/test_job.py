@@ -92,13 +92,22 @@ def test_a_run_stopped_from_outside_keeps_its_recording(files):
     assert ended.interrupted and not ended.finished and len(ended.recording) == runs.CHUNK
 
 
-def test_its_settings_are_shown(monkeypatch, capsys):
+def test_its_settings_are_shown(monkeypatch, capsys, tmp_path):
     assert called(monkeypatch, "config", "show", "--machine", "axis") == 0
     shown = capsys.readouterr().out
     axis = machine.MACHINES[0]
     assert shown == machine.as_toml(axis, axis.settings) and "[motor]" in shown
     assert called(monkeypatch, "config", "show", "motor", "--machine", "axis") == 0
     assert capsys.readouterr().out.startswith("[motor]")
+    name = str(next(path for path in EXAMPLES if path.stem == "stage"))
+    assert called(monkeypatch, "config", "show", "load", "--config", name) == 0
+    of_file = machine.load(Path(name))
+    assert capsys.readouterr().out == machine.as_toml(*of_file, "load")
+    assert of_file[1].load != axis.settings.load
+    (tmp_path / "s.toml").write_text('[bench.friction]\ncoulomb = "11 N"\n')
+    words = ("bench.friction", "--config", str(tmp_path / "s.toml"))
+    assert called(monkeypatch, "config", "show", *words) == 0
+    assert 'coulomb = "11 N"' in capsys.readouterr().out
     assert called(monkeypatch, "config", "show", "--machine", "axle") == 2
     assert "one of two_stage, xy, axis" in capsys.readouterr().err
 

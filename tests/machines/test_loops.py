@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from macromicro.control import cascade
+from macromicro.control import cascade, notch
 from macromicro.control.cascade import Cascade
+from macromicro.control.notch import Delays, Notch
 from macromicro.control.stage_law import Sample, Target
 from macromicro.machines import deriving, loops, sheets
 from macromicro.machines.axis import DEFAULT
@@ -86,3 +87,35 @@ def test_margins_of_a_loop_known_in_closed_form():
     assert math.isnan(none.crossover) and math.isnan(none.phase) and math.isnan(none.gain)
     double = loops.margins(f, 100.0 * (1.0 + s / 5.0) / s**2)  # from -180 deg on
     assert 0.0 < double.phase < 90.0
+
+
+def test_a_notch_passes_what_its_filter_does() -> None:
+    p, dt = Notch(40.0, 0.2, 0.4), 1e-3
+    n, f = 4000, np.array([15.0, 40.0, 130.0])
+    t = np.arange(n) * dt
+    for one, passed in zip(f.tolist(), loops.notched(p, f, dt), strict=True):
+        delays, out = Delays(0.0, 0.0), []
+        for u in np.sin(2.0 * math.pi * one * t).tolist():
+            delays, y = notch.step(p, delays, u, dt)
+            out.append(y)
+        turned = 2.0 * np.mean(np.array(out[2000:]) * np.exp(-2j * math.pi * one * t[2000:]))
+        assert turned * 1j == pytest.approx(passed, abs=1e-3)
+    assert abs(loops.notched(p, f, dt)[1]) == pytest.approx(0.2)
+    assert (loops.notched(Notch(600.0), f, dt) == 1.0).all()
+
+
+def test_under_a_notch_the_loop_is_quicker_and_robust_against_the_mode_beside_it():
+    soft = DEFAULT.with_(
+        {"drive.frequency": "30 Hz", "motor.inertia": "1e-5 kg*m^2", "encoder.at": "load"}
+    )
+    rotor, load = sheets.turning(soft), soft.load.mass
+    middle = 30.0 * math.sqrt((rotor + load) / rotor)
+    quick = soft.with_({"controller.notch.frequency": f"{middle} Hz"})
+    w = deriving.bandwidth(quick)
+    assert 1.2 * deriving.bandwidth(soft) < w <= deriving.NOTCHED * 2.0 * math.pi * 30.0
+    frequency = loops.grid(quick.timing.period, 1e-6 * w)
+    law = loops.law(quick.controller, frequency, quick.timing.period)
+    for beside in (0.95, 1.0, 1.05):
+        there = quick._replace(drive=quick.drive._replace(frequency=30.0 * beside))
+        assert loops.modulus(sheets.plant(there, frequency) * law) > 0.49
+    assert quick.motion.jerk <= 0.5 * 30.0 * quick.motion.acceleration * 1.01

@@ -94,3 +94,38 @@ def test_many_rows_of_a_csv_are_a_trajectory(tmp_path):
 def test_the_usual_moves_stay_within_the_travel():
     p = planning.plan(planning.usual(DEFAULT), DEFAULT)
     assert p.target[-1] == 0.0 and 0.0 < p.target.max() < DEFAULT.travel.high
+
+
+def test_moves_and_profiles_in_turn(tmp_path):
+    """A move is the quickest within the limits, a profile keeps its own; each from the last."""
+    text = (
+        '[[moves]]\nmacro = "20 mm"\nhold = "0.2 s"\n[[profiles]]\nmacro = "120 mm"\n'
+        'velocity = "0.5 m/s"\nacceleration = "3 m/s^2"\nhold = "0.1 s"\n'
+        '[[moves]]\nmacro = "0 mm"\nhold = "0.3 s"\n'
+    )
+    p = made(tmp_path, text)
+    assert p.target == pytest.approx([0.02, 0.12, 0.0], abs=PITCH / 2.0)
+    assert np.isnan(p.start).all() and math.isnan(p.end)
+    assert p.hold == pytest.approx([0.2, 0.1, 0.3])
+    begin, place, speed, *_ = p.pieces[p.first[1] : p.first[2]].T
+    assert (begin[0], place[0], speed[0]) == pytest.approx((0.0, p.target[0], 0.0))
+    assert speed.max() == pytest.approx(0.5, rel=1e-2)
+    assert p.length[1] == pytest.approx(0.1 / 0.5 + 0.5 / 3.0, abs=2e-3)
+    m = DEFAULT.motion
+    for k, before in ((0, 0.0), (2, p.target[1])):
+        truth = s_curve(p.target[k] - before, m.velocity, m.acceleration, m.jerk, start=before)
+        assert p.length[k] == pytest.approx(truth.duration)
+        assert p.pieces[p.first[k], 1] == pytest.approx(before)
+
+
+def test_a_mixed_programme_begins_anywhere_live(tmp_path):
+    path = tmp_path / "p.toml"
+    profile = (
+        '[[profiles]]\nmacro = "50 mm"\nvelocity = "0.5 m/s"\n'
+        'acceleration = "3 m/s^2"\nhold = "0.1 s"\n'
+    )
+    move = '[[moves]]\nmacro = "20 mm"\nhold = "0.2 s"\n'
+    for text, origin in ((profile + move, 0.0), (move + profile, 0.02)):
+        path.write_text(text, encoding="utf-8")
+        found = planning.plan(planning.load(path, DEFAULT), DEFAULT, anywhere=True)
+        assert found.origin == pytest.approx(origin, abs=PITCH / 2.0) and len(found.target) == 2

@@ -44,7 +44,7 @@ def test_content_is_temperature_with_stress_and_latent_heat(u: float) -> None:
     memory = warm().memory
     share = peek(BETTER.hysteresis.table, memory, u)
     wanted = (u + 0.5 + 0.8 * 4.0 * share) - 25.0 + 20.0 * share
-    assert stressed._content(BETTER, memory, u) == pytest.approx(wanted, rel=1e-12)
+    assert stressed.content_at(BETTER, memory, u) == pytest.approx(wanted, rel=1e-12)
 
 
 @pytest.mark.parametrize("more", [0.0, 1e-3, 0.3, 4.0, 30.0, 90.0, -1e-3, -0.3, -4.0, -30.0, -60.0])
@@ -52,9 +52,9 @@ def test_the_relay_input_is_that_which_has_the_content(more: float) -> None:
     """On heating and on cooling, across many relays or none."""
     for u in (50.0, HALF, 90.0):
         memory = warm(u).memory
-        wanted = stressed._content(BETTER, memory, memory.u) + more
+        wanted = stressed.content_at(BETTER, memory, memory.u) + more
         found = stressed._relay_input(BETTER, memory, wanted)
-        assert stressed._content(BETTER, memory, found) == pytest.approx(wanted, abs=2e-9)
+        assert stressed.content_at(BETTER, memory, found) == pytest.approx(wanted, abs=2e-9)
         assert (found - memory.u) * more >= 0.0
 
 
@@ -104,3 +104,20 @@ def test_a_simulation_shows_each_state_before_its_step() -> None:
         assert found[:, k] == pytest.approx([s.x, 25.0 + s.wire, 25.0 + s.body], rel=1e-12)
         own = 1.0 if s.x >= 3.95 else 0.0
         s = stressed.warmed(BETTER, s, ctrl[k], own if math.isnan(cut[k]) else cut[k], dt[k])
+
+
+@pytest.mark.parametrize("heat", [0.5, 1.7, 20.0, 60.0, 86.5, 120.0, 205.0])
+def test_the_level_for_a_heat_gives_that_heat(heat: float) -> None:
+    if heat >= BETTER.heat[-1]:
+        assert stressed.level(BETTER, heat) == BETTER.volts[-1]
+    else:
+        assert stressed.static_heat(BETTER, stressed.level(BETTER, heat)) == pytest.approx(heat)
+
+
+def test_no_heat_needs_no_volts_and_a_level_part_of_the_map_its_first() -> None:
+    flat = BETTER._replace(
+        volts=np.array([1.0, 1.5, 2.0, 2.5]), heat=np.array([0.0, 9.0, 9.0, 10.0])
+    )
+    assert stressed.level(flat, 0.0) == 0.0 == stressed.level(flat, -1.0)
+    assert stressed.level(flat, 9.0) == 1.5 and stressed.level(flat, 9.5) == 2.25
+    assert stressed.level(flat, 10.0) == 2.5 == stressed.level(flat, 99.0)

@@ -148,7 +148,7 @@ def ride(
 
 def motor_volts(da: float) -> float:
     """Motor volts of a D/A voltage."""
-    return amplifier.motor_volts(Amplifier(), amplifier.convert(Amplifier(), da))
+    return amplifier.motor_volts(Amplifier(), amplifier.convert(Amplifier(), da), 0.0)
 
 
 def lifted(effort: float, dead_zone: float = 3.0) -> float:

@@ -49,7 +49,7 @@ def test_all_codes_occur_and_the_ends_are_reached() -> None:
 def test_motor_map_is_0_to_100_percent_of_20_volts(u: float, share: float) -> None:
     """Section 3.1: 20 V at a duty of 0-100 % for 0-5 V."""
     assert amplifier.duty(P, u, P.motor_duty) == pytest.approx(share)
-    assert amplifier.motor_volts(P, u) == pytest.approx(20.0 * share)
+    assert amplifier.motor_volts(P, u, 0.7) == pytest.approx(20.0 * share)
 
 
 @given(st.floats(0.0, 5.0))

@@ -74,7 +74,7 @@ def test_the_two_end_switches(x: float, cut: float) -> None:
 def test_the_positioner_begins_in_the_midst_of_a_count_with_empty_outputs() -> None:
     s = bench.initial(PLANT, 0.1)
     assert s.macro == carriage.at_rest(0.1 + 0.5 * PITCH)
-    assert s.hall == hall.volts(PLANT.hall, 0.0)
+    assert s.hall == hall.volts(PLANT.hall, 0.0, 0.0)
     assert (s.drift, s.zero, s.motor, s.ctrl) == (0.0, 0.1 + 0.5 * PITCH, 0.0, 0.0)
     assert s.micro.body == PLANT.micro.thermal.ambient
 
@@ -105,7 +105,7 @@ def test_a_period_of_both_stages(steps: int, fan: float) -> None:
     p = PLANT._replace(micro_steps=steps)
     s, twin = somewhere(), somewhere()
     new = bench.advance(p, s, Outputs(1.0, 2.0, fan, 0.0), Noise(), DT)
-    volts = amplifier.motor_volts(p.amplifier, 2.0)
+    volts = amplifier.motor_volts(p.amplifier, 2.0, twin.macro.i)
     macro = carriage.advance(p.macro, twin.macro, volts, DT, p.macro_steps)
     assert new.macro == macro
     fine, level = twin.micro, 1.9
@@ -113,7 +113,7 @@ def test_a_period_of_both_stages(steps: int, fan: float) -> None:
     for _ in range(steps):
         before = fine.wire.x
         fine = micro.advance(p.micro, fine, ctrl, fan, -p.micro.load.mass * macro.accel, DT / steps)
-        level = hall.lagged(p.hall, level, 0.5 * (before + fine.wire.x), DT / steps)
+        level = hall.lagged(p.hall, level, 0.5 * (before + fine.wire.x), 0.0, DT / steps)
     assert new.micro[:5] == fine[:5] and new.micro.wire[:6] == fine.wire[:6]
     assert new.hall == level
     assert new.motor == amplifier.convert(p.amplifier, 1.0)

@@ -6,13 +6,14 @@ import pytest
 
 from macromicro.plant import belt, carriage, friction, motor
 from macromicro.plant.carriage import MacroState
+from macromicro.plant.friction import Worn
 
 from .drives import MACRO
 
 H = 5e-5
 P = MACRO.carriage
 INSIDE = 0.1
-MOVING = MacroState(INSIDE, 0.21, 4e-6, 0.8, 1.5e-5, 2e-3, 7.0)
+MOVING = MacroState(INSIDE, 0.21, 4e-6, 0.8, 1.5e-5, 2e-3, 7.0, Worn(0.3, 1.5))
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.3, -0.3])
@@ -81,4 +82,7 @@ def test_a_carriage_that_stands_needs_a_tenth_of_the_steps(
     for _ in range(steps):
         expected = carriage.substep(MACRO, expected, volts, offset, dt / steps)
     found = carriage.advance(MACRO, s, volts, dt, substeps)
-    assert found == expected._replace(accel=(expected.v - s.v) / dt)
+    assert found == expected._replace(
+        accel=(expected.v - s.v) / dt,
+        worn=friction.worn(MACRO.friction, s.worn, expected.v, dt),
+    )

@@ -15,7 +15,7 @@ def warm(cut: float = 0.0) -> MicroState:
     s = micro.cold(MICRO, 30.0)
     alloy = wire.heated(MICRO.wire, MICRO.load, MICRO.table, s.wire, 0.4, 0.0,
                         MICRO.thermal.wire_capacity)  # fmt: skip
-    return MicroState(0.9, 0.5, cut, 45.0, 38.0, alloy)
+    return s._replace(power=0.9, flow=0.5, cut=cut, plates=45.0, body=38.0, wire=alloy)
 
 
 def test_a_cold_actuator_is_at_one_temperature_and_extended() -> None:
@@ -33,7 +33,7 @@ def test_a_step_of_the_actuator_moves_heat_down_the_ladder(fan: float, inertia: 
     dt, t = 1e-3, MICRO.thermal
     s = warm()
     x = s.wire.x
-    f1, f2, f3 = thermal.flows(t, s.wire.temperature, s.plates, s.body, fan)
+    f1, f2, f3 = thermal.flows(t, s.wire.temperature, s.plates, s.body, fan, 1.0)
     out = 1.5 * f1 - 0.5 * s.flow
     power = driver.delivered(MICRO.driver, s.power, 1.9, 0.0, dt)
     again = warm()

@@ -21,7 +21,7 @@ def march(power: np.ndarray, fan: float, start: tuple[float, float, float], h: f
     nodes, rows = start, []
     capacity = (P.wire_capacity, P.plate_capacity, P.body_capacity)
     for w in power:
-        f = thermal.flows(P, *nodes, fan)
+        f = thermal.flows(P, *nodes, fan, 1.0)
         gain = (w - f[0], f[0] - f[1], f[1] - f[2])
         nodes = (
             nodes[0] + h * gain[0] / capacity[0],
@@ -53,7 +53,7 @@ def test_steady_state_is_power_times_the_resistances(power: float, fan: float) -
     body = P.ambient + power * P.body_resistance * ease
     plates = body + power * P.plate_resistance * ease
     wires = plates + power * P.wire_resistance
-    assert thermal.flows(P, wires, plates, body, fan) == pytest.approx((power,) * 3, abs=1e-12)
+    assert thermal.flows(P, wires, plates, body, fan, 1.0) == pytest.approx((power,) * 3, abs=1e-12)
     assert wires >= plates >= body >= P.ambient
 
 
@@ -68,7 +68,7 @@ def test_heating_orders_the_nodes_wire_plates_body() -> None:
 @given(st.tuples(*[st.floats(20.0, 200.0)] * 3))
 def test_the_fan_eases_the_two_outer_flows_only(nodes: tuple[float, float, float]) -> None:
     """Section 6.3.1: forced air outside, not between wires and plates."""
-    still, blown = thermal.flows(P, *nodes, 0.0), thermal.flows(P, *nodes, 1.0)
+    still, blown = thermal.flows(P, *nodes, 0.0, 1.0), thermal.flows(P, *nodes, 1.0, 1.0)
     assert blown[0] == still[0]
     assert blown[1] == pytest.approx(still[1] / P.fan_factor)
     assert blown[2] == pytest.approx(still[2] / P.fan_factor)

@@ -47,6 +47,34 @@ def test_columns_part_where_they_first_differ() -> None:
     assert texts["c"] == "equal to a in all 2 shared columns, bit for bit; it is 0.001 s shorter"
 
 
+def test_another_structure_is_said() -> None:
+    """Compared where both are: of another period, with other units and columns."""
+    t = 2e-3 * np.arange(3)
+    columns = (COLUMNS[0], COLUMNS[1], Column("fan", "V", ""), Column("x", "m", ""))
+    slow = Recording.from_arrays(columns, [t, [0.0, 2.0, 8.0], t, t], 2e-3, {})
+    quick = Recording.from_arrays(
+        (*COLUMNS, Column("motor", "V", "")), [np.arange(5) / 1e3, range(5), range(5), range(5)],
+        1e-3, {},
+    )  # fmt: skip
+    done = comparison.compare([Side("a", Path("a"), quick, []), Side("b", Path("b"), slow, [])])
+    assert comparison_words.columns(done) == [("laser", "um", "2.309", "4", "0.004 s")]
+    assert [text for _, text in comparison_words.remarks(done)] == [
+        "differs from a from 0.004 s on, first in laser; it is 0.001 s longer",
+        "lacks columns of a: motor",
+        "has columns that a lacks: x",
+        "other units, so not compared: fan [V], there [1]",
+        "a period of 0.002 s, not 0.001 s: compared every 0.002 s",
+        "no moves to compare",
+    ]
+    told = comparison.content(done)
+    assert [r["period_s"] for r in told["recordings"]] == [1e-3, 2e-3]
+    assert told["columns"]["laser"]["largest_at_s"] == [4e-3]
+    assert told["structure"] == [
+        {"compared_every_s": 2e-3, "only_first": ("motor",), "only_here": ("x",),
+         "units": {"fan": ("1", "V")}},
+    ]  # fmt: skip
+
+
 def test_other_moves_are_not_compared() -> None:
     """Of another stage or target, or none at all."""
     mine = [move(0), move(1), move(2)]

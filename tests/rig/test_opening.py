@@ -145,11 +145,11 @@ def test_another_process_may_have_it(module: object) -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("real", "twin, or MODULE:FACTORY"),
-        ("", "twin, or MODULE:FACTORY"),
-        ("my_rigs:", "twin, or MODULE:FACTORY"),
-        ("my_rigs:bench()", "twin, or MODULE:FACTORY"),
-        ("os.system('x'):y", "twin, or MODULE:FACTORY"),
+        ("real", "twin, MODULE:FACTORY"),
+        ("", "twin, MODULE:FACTORY"),
+        ("my_rigs:", "twin, MODULE:FACTORY"),
+        ("my_rigs:bench()", "twin, MODULE:FACTORY"),
+        ("os.system('x'):y", "twin, MODULE:FACTORY"),
         ("no_such_lab:bench", "no module no_such_lab"),
         ("my_rigs.inner:bench", "no module my_rigs.inner"),
         ("my_rigs:absent", "a function of my_rigs, such as bench"),

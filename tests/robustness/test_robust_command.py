@@ -22,6 +22,7 @@ from macromicro.robustness.requirements import DEFAULTS
 from macromicro.runs import job as run
 from macromicro.schema import config
 from macromicro.settings import Settings
+from macromicro.uncertainty.table import UNCERTAIN, VARIANTS
 
 COMMAND = [sys.executable, "-m", "macromicro"]
 SHORT = '[[moves]]\nmacro = ["20 mm"]\nmicro = ["1 mm", "0.5 mm"]\nhold = "1.2 s"\n'
@@ -169,8 +170,10 @@ def test_a_second_study_needs_overwrite_and_cleans_up(
     assert refused.returncode == 2
     assert "--overwrite" in refused.stderr
     assert [p.name for p in out.iterdir()] == ["worst-old.toml"]
-    finished = command(*arguments, "--overwrite", "--json", cwd=tmp_path)
+    finished = command(*arguments, "--overwrite", "--json", "--variants", cwd=tmp_path)
     assert finished.returncode == 0, finished.stderr
+    drawn = [p["name"] for p in json.loads((out / files.JSON).read_text())["parameters"]]
+    assert drawn == [u.name for u in (*UNCERTAIN, *VARIANTS)]
     assert [r["metric"] for r in json.loads(finished.stdout)["requirements"]] == ["fault"]
     assert {p.name for p in out.glob("worst-*")} == {"worst-fault.toml"}
 

@@ -26,7 +26,7 @@ def test_table_is_within_two_micrometres_of_the_bench() -> None:
     plant = bench.prepare(Bench(), Sensors())
     for table in (calibration.shipped(), hall_calibration.table(seed=7)):
         x = np.linspace(0.05e-3, 3.95e-3, 300)
-        volts = [hall.volts(plant.hall, v) for v in x]
+        volts = [hall.volts(plant.hall, v, 0.0) for v in x]
         read = [calibration.position(table, v) for v in volts]
         assert np.max(np.abs(np.array(read) - x)) < 2e-6
 

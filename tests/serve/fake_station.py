@@ -18,7 +18,8 @@ from macromicro.serve.shared import NAMES
 from macromicro.serve.snapshot import Pace, RecordingState, Snapshot, Trouble
 from macromicro.serve.trail import Trail
 
-MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Jog, m.Programme)
+MOTIONS = (m.Home, m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, *m.AXES_MOVES, m.Jog,
+           m.Programme)  # fmt: skip
 
 
 class FakeStation:

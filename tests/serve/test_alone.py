@@ -65,7 +65,7 @@ def patient() -> LiveSettings:
     sequence = plain.controller.sequence._replace(wait=0.1)
     return plain._replace(
         controller=plain.controller._replace(sequence=sequence),
-        serve=plain.serve._replace(miss_share=1.0, loop_timeout=5.0),
+        serve=plain.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0),
     )
 
 

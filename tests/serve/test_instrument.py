@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from macromicro.control.live import messages as m
-from macromicro.serve.instrument import target_after, target_now
+from macromicro.serve.instrument import speeds_after, target_after, target_now
 
 PITCH = 0.2 / 2800.0
 NAN = math.nan
@@ -48,3 +48,19 @@ def test_the_target_is_where_it_goes_or_is_held(mode: str, told: float, wanted: 
     )
     found = target_now(now, told, PITCH)
     assert found == pytest.approx(wanted, nan_ok=True)
+
+
+def test_speeds_are_those_last_set_until_the_loop_begins_anew() -> None:
+    """Of one stage, which may turn, or of each axis of two."""
+
+    def told(kind: str, cause: str, **facts: Any) -> m.Event:
+        return m.Event(1.0, kind, "ready", "ready", cause, facts)
+
+    own = {"x": 0.2, "y": 0.3}
+    changed = speeds_after(told("speed", "set speed", y_speed_m_per_s=0.1), own, own)
+    assert changed == {"x": 0.2, "y": 0.1} and own["y"] == 0.3
+    assert speeds_after(told("fan", "fan", on=True), changed, own) == changed
+    assert speeds_after(told("loop", "started"), changed, own) == own
+    for base in ("m", "rad"):
+        event = told("speed", "set speed", **{f"speed_{base}_per_s": 0.5})
+        assert speeds_after(event, {"macro": 1.0}, {"macro": 1.0}) == {"macro": 0.5}

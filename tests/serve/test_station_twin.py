@@ -34,7 +34,9 @@ def ask(station: Station, request: m.Request) -> int:
 
 def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
     settings = LiveSettings()
-    settings = settings._replace(serve=settings.serve._replace(miss_share=1.0))
+    settings = settings._replace(
+        serve=settings.serve._replace(miss_share=1.0, parent_timeout=5.0, loop_timeout=5.0)
+    )
     station = Station(settings=settings, state=tmp_path / "position.json")
     with station:
         station.acquire("test")
@@ -83,11 +85,16 @@ def test_trust_from_homing_to_a_kill(tmp_path: Path) -> None:
         assert isinstance(station.request("test", m.MoveTo(0.02)), Refused)
 
 
+AT_SPEED = 300.0  # counts
+
+
 @pytest.fixture
 def coasting(tmp_path: Path) -> Iterator[Station]:
     """A trusted machine that was disabled on its way: the carriage coasts."""
     settings = LiveSettings()
-    settings = settings._replace(serve=settings.serve._replace(miss_share=1.0))
+    settings = settings._replace(
+        serve=settings.serve._replace(miss_share=1.0, parent_timeout=5.0, loop_timeout=5.0)
+    )
     path = tmp_path / "position.json"
     persist.save(path, Kept("twin", 0.0, 0.0, True, "homed", False, 0.0))
     with Station(settings=settings, state=path) as station:
@@ -95,7 +102,7 @@ def coasting(tmp_path: Path) -> Iterator[Station]:
         station.acquire("test")
         ask(station, m.Enable())
         ask(station, m.MoveMacro(2500))
-        until(lambda: station.snapshot().macro_count > 300.0)
+        until(lambda: station.snapshot().macro_count > AT_SPEED)
         ask(station, m.Disable())
         until(lambda: station.snapshot().mode == "disabled")
         station._connection.keep()  # which goes on by itself, too, now and then
@@ -111,10 +118,9 @@ def kept(folder: Path) -> Kept:
 def test_the_file_says_moving_until_the_carriage_has_come_to_rest(
     coasting: Station, tmp_path: Path
 ) -> None:
-    began = coasting.snapshot().macro_count
     until(lambda: not kept(tmp_path).moving)
     left = kept(tmp_path)
-    assert left.encoder - left.offset > began + 2.0
+    assert left.encoder - left.offset > AT_SPEED + 2.0  # from there on it was disabled
     time.sleep(0.5)
     assert abs(coasting.snapshot().macro_count - (left.encoder - left.offset)) <= 1.0
     assert left.trusted  # it was counted all the way

@@ -27,6 +27,7 @@ def test_there_are_examples() -> None:
     assert len(EXAMPLES) >= 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_an_example_gives_what_the_job_gives(
     example: Path,

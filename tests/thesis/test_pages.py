@@ -31,6 +31,7 @@ def now() -> list[Claim]:
     return [measured(name) for name in STATEMENTS]
 
 
+@pytest.mark.slow
 def test_bench_page_has_what_is_measured_now(maker: ModuleType, now: list[Claim]) -> None:
     """Each line, value and verdict; `make docs` brings it up to date."""
     table = maker.blocks(DOCS / "bench.md")["calibration"]

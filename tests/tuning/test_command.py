@@ -21,6 +21,7 @@ def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_tune_then_run(tmp_path: Path) -> None:
     """The settings that it leaves are settings that a run takes."""
     done = command("tune", "macro", "--evaluations", "48", cwd=tmp_path)

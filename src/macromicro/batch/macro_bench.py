@@ -95,7 +95,7 @@ def run(
         memory, before = now, error
         if k < out.shape[1]:
             out[0, k], out[1, k] = seen, sent
-        drive = amplifier.motor_volts(p.amplifier, latched)
+        drive = amplifier.motor_volts(p.amplifier, latched, s.i)
         s = carriage.advance(p.macro, s, drive, dt, p.substeps)
         latched = amplifier.convert(p.amplifier, sent)
     return so_far, error

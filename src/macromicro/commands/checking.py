@@ -1,4 +1,4 @@
-"""A control law of a user's own, looked at for ``macromicro doctor --law``."""
+"""A law, machine, part or rig of a user's own, looked at for ``macromicro doctor``."""
 
 from __future__ import annotations
 
@@ -6,15 +6,23 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 
+from macromicro.commands import asking
 from macromicro.control import contract, outside
 from macromicro.control.settings import Control
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.errors import InputError
 from macromicro.machines import contract as machine_contract
 from macromicro.machines import machine as machines
+from macromicro.machines import part_contract
 from macromicro.nominal import PERIOD
+from macromicro.plant import own_part
+from macromicro.rig import contract as rig_contract
+from macromicro.rig import contract_moving
+from macromicro.rig.opening import TWIN, open_rig
+from macromicro.rig.session import BENCH
 from macromicro.schema import plugins
 from macromicro.serve.health import FAIL, OK, Finding
+from macromicro.units import quantity
 
 OPTION = "--law"
 _CALLS = 20_000
@@ -29,7 +37,7 @@ def law(name: str) -> Iterator[Finding]:
         outside.find(name, OPTION)
     for each in contract.check(made, name):
         whole = whole and each.passed
-        yield Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
+        yield _told(each)
     if whole:
         yield Finding("speed", OK, _speed(outside.checked(made, name, OPTION)))
 
@@ -40,12 +48,44 @@ def machine(name: str) -> Iterator[Finding]:
     if made is None:
         raise InputError("--machine", name, "a machine of one stage")
     for each in machine_contract.check(made):
-        yield Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
+        yield _told(each)
+
+
+def part(name: str) -> Iterator[Finding]:
+    """What a part keeps and what not."""
+    made = own_part.imported(name, "--part")
+    with suppress(InputError):  # what is wrong is said below; compiled beside its own sources
+        own_part.find(name, "--part")
+    for each in part_contract.check(made, name):
+        yield _told(each)
+
+
+def rig(name: str, move: str | None, *, yes: bool) -> Iterator[Finding]:
+    """What a rig keeps and what not; with `move` (text in V) what it does in motion, too."""
+    if name == TWIN:
+        raise InputError("--rig", name, "a rig of yours (docs/rigs.md): the twin keeps it all")
+    volts = 0.0 if move is None else quantity(move, "V", "--move")
+    if move is not None and not 0.0 < volts <= 10.0:
+        raise InputError("--move", move, "more than 0 V, at most 10 V")
+    fixture, whole = open_rig(name), True
+    if move is not None and fixture.kind != BENCH:
+        raise InputError("--move", move, f"a rig of kind bench, not {fixture.kind}")
+    for each in rig_contract.check(fixture):
+        whole = whole and each.passed
+        yield _told(each)
+    if move is not None and whole:
+        asking.agreed(contract_moving.said(fixture, volts), f"--rig {name}", yes=yes)
+        for each in contract_moving.check(fixture, volts):
+            yield _told(each)
+
+
+def _told(each: contract.Finding) -> Finding:
+    return Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
 
 
 def _speed(law: StageLaw) -> str:
     """How long a period of the law takes, interpreted, as the live machine runs it."""
-    gains, target = law.gains(), Target(0.1, 0.0, 0.0)
+    gains, target = outside.given(law, law.gains()), Target(0.1, 0.0, 0.0)
     memory, began = law.start(gains, Sample(0.0, 0.0)), time.perf_counter()
     for k in range(_CALLS):
         sample = Sample(k * PERIOD, 1e-6 * k)

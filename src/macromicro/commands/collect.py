@@ -23,7 +23,8 @@ def collect(
     rig: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help="Where to run it: the twin, or MODULE:FACTORY of your own rig."
+            metavar="NAME",
+            help="Where: the twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
         ),
     ] = "twin",
     config: Annotated[

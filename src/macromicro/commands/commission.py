@@ -32,14 +32,22 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = None,
     rig: Annotated[
         str,
-        typer.Option(metavar="NAME", help="The twin, or MODULE:FACTORY of your own rig."),
+        typer.Option(
+            metavar="NAME",
+            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
+        ),
     ] = "twin",
     pitch: Annotated[
         str, typer.Option(help="Travel per encoder count of your own rig, such as '5 um'.")
     ] = "",
     kind: Annotated[
-        str, typer.Option(metavar="NAME", help="What your own rig is: axis, rotary, piezo or wire.")
-    ] = "axis",
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="What your own rig is: axis, rotary, piezo or wire.",
+            show_default="axis",
+        ),
+    ] = "",
     effort: Annotated[
         str, typer.Option(help="Largest effort, such as '8 V'.", show_default="all there is")
     ] = "",
@@ -147,7 +155,7 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
 
     pitch, kind, lowest = own
     if rig == TWIN:
-        for name, value in (("--pitch", pitch), ("--lowest", lowest)):
+        for name, value in (("--pitch", pitch), ("--kind", kind), ("--lowest", lowest)):
             if value:
                 raise InputError(name, value, "only with --rig: a virtual machine has its own")
         return places.virtual(config)
@@ -156,6 +164,7 @@ def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) 
     if not pitch:
         raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
     below = quantity(lowest, "V", "--lowest") if lowest else None
+    kind = kind or "axis"
     found = kinds.named(kind)
     unit = LENGTH if found is None else found.place
     way = quantity(pitch, unit.base, "--pitch", unit.fine)

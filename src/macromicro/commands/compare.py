@@ -31,7 +31,7 @@ def compare(
         bool, typer.Option("--overwrite", help="Replace an earlier comparison.")
     ] = False,
 ) -> None:
-    """Draw recordings on top of each other, and say how their moves differ."""
+    """Draw recordings on top of each other, and say how their columns and moves differ."""
     from macromicro.drawing.files import formats
     from macromicro.report import comparison, comparison_files, terminal
     from macromicro.report.summary import as_json as to_json

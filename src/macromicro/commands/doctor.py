@@ -16,8 +16,25 @@ if TYPE_CHECKING:
 
 def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     rig: Annotated[
-        str, typer.Option(metavar="NAME", help="The twin, or MODULE:FACTORY; it is not opened.")
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="The twin, MODULE:FACTORY or FILE.toml; not opened, but for --open and --move.",
+        ),
     ] = "twin",
+    look: Annotated[
+        bool,
+        typer.Option("--open", help="Open the rig and read it instead, its outputs safe."),
+    ] = False,
+    move: Annotated[
+        str | None,
+        typer.Option(
+            metavar="VOLTS",
+            help="Open it and move it, too: signs, stop, a process killed in motion.",
+            show_default=False,
+        ),
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Move it without asking.")] = False,
     config: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Settings file (.toml).", show_default=False),
@@ -55,11 +72,20 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
             show_default=False,
         ),
     ] = None,
+    part: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Check this part of your own instead, MODULE:PART (docs/own-parts.md).",
+            show_default=False,
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")] = False,
 ) -> None:
     """Check whether `macromicro serve` with these options has what it needs, and what to do.
 
-    With --law a control law of your own is checked, with --machine a machine, and nothing else.
+    With --law a control law of your own is checked, with --machine a machine, with --part a part,
+    with --open or --move what the rig does, and nothing else.
     Exit status 1 if anything fails; a warning is none.
     """
     from json import dumps
@@ -70,6 +96,10 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
 
     if machine is not None:
         findings = checking.machine(machine)
+    elif look or move is not None:
+        findings = checking.rig(rig, move, yes=yes)
+    elif part is not None:
+        findings = checking.part(part)
     elif law is None:
         ports = _ports(scpi, web, port or ())
         settings = load(config)

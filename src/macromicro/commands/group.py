@@ -29,7 +29,8 @@ Law = Annotated[
     Option(
         "--law",
         metavar="NAME",
-        help="Control law of the macro-stage, or MODULE:LAW of your own (docs/laws.md).",
+        help="Control law: of the macro-stage, of the micro-stage, or of both with a comma; "
+        "or MODULE:LAW of your own (docs/laws.md).",
         show_default="that of the settings",
     ),
 ]
@@ -39,7 +40,7 @@ def tell(controller: Control) -> None:
     """Say once, on the terminal, that a law of the user's runs interpreted."""
     from macromicro.control import settings
 
-    if not settings.prepare(controller).macro.compiles:
+    if not settings.prepare(controller).compiles:
         words = "is plain Python: it runs interpreted, slower; `start` and `step` under @kernel"
         print(f"{controller.macro_law} {words} are compiled", file=sys.stderr)
 

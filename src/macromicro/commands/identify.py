@@ -90,6 +90,26 @@ def carriage(
 
 
 @app.command()
+def actuator(
+    files: Files,
+    columns: Columns = None,
+    table: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="table.h5 of `identify hysteresis`.")
+    ] = None,
+    ambient: Annotated[
+        float | None, typer.Option(help="Room temperature [degC].", show_default="25")
+    ] = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """What the law `inverse` needs, from heatings (columns t, u, x; y, c; --table of the kiln)."""
+    print("identifying the actuator: about half a minute", file=sys.stderr)
+    options = {"table": table, "ambient": ambient}
+    _identify("actuator", options, files, columns, out, overwrite, as_json)
+
+
+@app.command()
 def linear(
     files: Files,
     columns: Columns = None,

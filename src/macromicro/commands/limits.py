@@ -8,35 +8,54 @@ from typing import Annotated
 import typer
 
 WAYS = ("200 mm", "100 mm", "40 mm", "10 mm", "1 mm")
+PLACES = ("1 mm", "2 mm", "3 mm", "2 mm", "1 mm")
 
 
 def limits(
     ways: Annotated[
         list[str] | None,
-        typer.Argument(metavar="WAY ...", help="Ways of the carriage.", show_default="200 mm ..."),
+        typer.Argument(
+            metavar="WAY ...",
+            help="Ways of the carriage; with --micro places of the micro-stage, in turn.",
+            show_default="200 mm ...",
+        ),
     ] = None,
     config: Annotated[
         Path | None, typer.Option(metavar="FILE", help="TOML file of the bench's settings.")
     ] = None,
+    micro: Annotated[
+        bool, typer.Option("--micro", help="Of the micro-stage, from cold and extended.")
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the limits as JSON, and nothing else.")
     ] = False,
 ) -> None:
-    """Print the quickest moves of the carriage that a bench allows.
+    """Print the quickest moves that a bench allows.
 
-    Full effort, and full effort the other way, with the bench's own parameters: for judging laws,
-    which may not read them (docs/beyond.md).
+    Of the carriage: full effort, and full effort the other way; of the micro-stage: full heat, or
+    none. With the bench's own parameters: for judging laws, which may not read them
+    (docs/beyond.md).
     """
+    from macromicro.design.fine_limits import NEAR, turns
     from macromicro.design.limits import quickest
     from macromicro.report.summary import as_json as to_json
     from macromicro.settings import Settings, chosen
     from macromicro.units import quantity
 
-    places = [(text, quantity(text, "m", "WAY")) for text in ways or WAYS]
+    texts = ways or (PLACES if micro else WAYS)
+    places = [(text, quantity(text, "m", "WAY")) for text in texts]
     settings = chosen(Settings(), config, None)
-    found = [quickest(settings.bench, settings.sensors, way) for _, way in places]
+    wanted = [place for _, place in places]
+    fine = turns(settings.bench, settings.sensors, wanted) if micro else []
+    found = [] if micro else [quickest(settings.bench, settings.sensors, way) for way in wanted]
     if as_json:
-        print(to_json({"quickest": [each._asdict() for each in found]}), end="")
+        rows = [each._asdict() for each in fine] or [each._asdict() for each in found]
+        print(to_json({"quickest": rows}), end="")
+        return
+    if micro:
+        print(f"{'from':>10}  {'to':>10}  {f'to {1e6 * NEAR:.0f} um':>10}")
+        for turn in fine:
+            print(f"{1e3 * turn.start:>7.3f} mm  {1e3 * turn.place:>7.3f} mm  {turn.time:>8.3f} s")
         return
     print(f"{'way':>10}  {'to one count':>12}  {'full effort':>11}")
     for (text, _), each in zip(places, found, strict=True):

@@ -67,7 +67,10 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
     from macromicro.runs.job import Stop
 
     experiment, runs, report = rooms
-    if not runs.is_compiled():
+    if any(one.kind.plain for one in getattr(job.machine, "axes", (job.machine,))):
+        words = "is plain Python: the machine runs interpreted, slower; `force` and `after` under"
+        print(f"friction.part {words} @kernel are compiled", file=sys.stderr)
+    elif not runs.is_compiled():
         print("compiling the machine, once, about 10 s", file=sys.stderr)
     runs.compile_machine(job.machine, job.settings, job.plan)
     signals.later()
@@ -99,17 +102,20 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
         raise typer.Exit(signals.status or 1)
 
 
-def show(name: str, key: str | None, law: str | None) -> None:
-    """Print a machine's default settings."""
+def show(name: str, key: str | None, law: str | None, config: Path | None = None) -> None:
+    """Print a machine's default settings, or those of a file with what follows from them."""
     from macromicro.machines.joint import machine as joint
     from macromicro.machines.joint.settings import DEFAULT
-    from macromicro.machines.machine import JOINT, as_toml, named
+    from macromicro.machines.machine import JOINT, as_toml, load, named
     from macromicro.machines.tree import joined
 
-    if name == JOINT:
+    if name == JOINT or (config is not None and is_joint(config)):
         if law is not None:
             raise InputError("--law", law, "nothing: each axis has its own, x.law and y.law")
-        print(joint.as_toml(DEFAULT, key), end="")
+        print(joint.as_toml(DEFAULT if config is None else joint.load(config)[1], key), end="")
+        return
+    if config is not None:
+        print(as_toml(*load(config, law), key), end="")
         return
     machine = named(name, "--machine")
     assert machine is not None  # the two-stage machine is shown elsewhere

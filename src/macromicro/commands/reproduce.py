@@ -55,7 +55,7 @@ def reproduce(  # noqa: PLR0913, PLR0917 - a parameter for each option
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Where to measure: the twin, or MODULE:FACTORY of your own rigs.",
+            help="Where: the twin, MODULE:FACTORY of your own rigs, or FILE.toml of a card.",
             show_default="twin",
         ),
     ] = None,

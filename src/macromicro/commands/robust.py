@@ -52,6 +52,12 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = None,
     law: Law = None,
     fan: Annotated[bool, typer.Option("--fan", help="Cool the actuator by a fan.")] = False,
+    variants: Annotated[
+        bool,
+        typer.Option(
+            "--variants", help="Also draw what no model has (docs/variants.md): creep, draught ..."
+        ),
+    ] = False,
     workers: Annotated[
         int | None,
         typer.Option(parser=whole, metavar="N", help="Threads.", show_default="one for each core"),
@@ -74,7 +80,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     motor and supply.
     """
     if config is not None and machine_run.other(config):
-        options: dict[str, object] = {"--fan": fan}
+        options: dict[str, object] = {"--fan": fan, "--variants": variants}
         machine_studies.only(options, machine_studies.name_of(config))
         place = out or Path("results") / f"robust-{config.stem}"
         asked = machine_studies.Asked(config, law, place, overwrite, figures, as_json, seed)
@@ -89,6 +95,10 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     kinds = formats(figures)
     request, plan = _request(samples, seed, (config, law), programme, requirements, workers)
+    if variants:
+        from macromicro.uncertainty.table import UNCERTAIN, VARIANTS
+
+        request = request._replace(uncertain=UNCERTAIN + VARIANTS)
     place = out or Path("results") / f"robust-{programmes.find(programme).stem}"
     folder.check(place, files.BYTES, overwrite=overwrite, names=files.FILES)
     with Signals() as signals, held(place, overwrite=overwrite, names=files.FILES):

@@ -25,18 +25,24 @@ _EARLY = "interrupted; ending as soon as it has started (once more: at once)"
 
 
 class _Doors(NamedTuple):
-    """Where clients come in: host, ports (-1: none), names of the page, token."""
+    """Where clients come in: host, ports (-1: none), names of the page, token, EPICS prefix."""
 
     host: str
     scpi: int
     web: int
+    gcs: int
     names: tuple[str, ...]
     token: str | None
+    epics: str | None
 
 
 def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     rig: Annotated[
-        str, typer.Option(metavar="NAME", help="The twin, or MODULE:FACTORY of your own rig.")
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
+        ),
     ] = "twin",
     config: Annotated[
         Path | None,
@@ -50,12 +56,21 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     ] = HOST,
     scpi: Annotated[int, typer.Option(metavar="PORT", help="SCPI; -1 for none.")] = SCPI_PORT,
     web: Annotated[int, typer.Option(metavar="PORT", help="The page; -1 for none.")] = WEB_PORT,
+    gcs: Annotated[int, typer.Option(metavar="PORT", help="GCS 2.0; -1 for none.")] = -1,
     name: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
             help="Name under which browsers reach the page, beside localhost and addresses; "
             "may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    epics: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PREFIX",
+            help="EPICS motor records and channels whose names begin so, at 127.0.0.1.",
             show_default=False,
         ),
     ] = None,
@@ -98,8 +113,8 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
 
     sys.setswitchinterval(SWITCH_S)
 
-    _check(rig, scpi, web, seed)
-    doors = _Doors(host, scpi, web, hosts.names(host, name or ()), _token(host))
+    _check(rig, {"--scpi": scpi, "--web": web, "--gcs": gcs}, seed, epics)
+    doors = _Doors(host, scpi, web, gcs, hosts.names(host, name or ()), _token(host), epics)
     chosen = load(config, law)
     if isinstance(chosen.controller, Control):
         tell(chosen.controller)
@@ -129,7 +144,7 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     raise typer.Exit(signals.status)
 
 
-def _check(rig: str, scpi: int, web: int, seed: int) -> None:
+def _check(rig: str, ports: dict[str, int], seed: int, epics: str | None) -> None:
     from macromicro.errors import InputError
     from macromicro.rig.opening import TWIN, named
     from macromicro.schema import keys
@@ -137,11 +152,15 @@ def _check(rig: str, scpi: int, web: int, seed: int) -> None:
     if rig != TWIN:
         named(rig)
     keys.seed(seed, "--seed")
-    for option, port in (("--scpi", scpi), ("--web", web)):
+    for option, port in ports.items():
         if not -1 <= port <= 65535:
             accepted = "a port from 1 to 65535, 0 for any free one, -1 for none"
             raise InputError(option, port, accepted)
-    if scpi == web == -1:
+    if epics is not None:
+        from macromicro.serve.epics.server import checked
+
+        checked(epics)
+    elif set(ports.values()) == {-1}:
         raise InputError("--scpi -1 --web -1", "nobody could give orders", "a port for one of them")
 
 
@@ -192,6 +211,20 @@ def _open(station: Station, doors: _Doors, folder: Path, stack: ExitStack) -> li
         servers.append(stack.enter_context(server))
         bound, port = server.address
         print(f"SCPI: {hosts.reached(doors.host, bound)} port {port}")
+    if doors.gcs >= 0:
+        from macromicro.serve.gcs.server import GcsServer
+
+        controller = GcsServer(station, doors.host, doors.gcs, token=token)
+        servers.append(stack.enter_context(controller))
+        bound, port = controller.address
+        print(f"GCS: {hosts.reached(doors.host, bound)} port {port}")
+    if doors.epics is not None:
+        from macromicro.serve.epics.server import EpicsServer
+
+        records = EpicsServer(station, doors.epics, token)
+        servers.append(stack.enter_context(records))
+        bound, port = records.address
+        print(f"EPICS: {records.prefix} at {bound} port {port}")
     if doors.web < 0:
         return servers
     from macromicro.serve.web.server import WebServer

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from macromicro.commission import axis_page, exciting, friction, model, probing, weight
+from macromicro.commission import (
+    axis_page,
+    exciting,
+    friction,
+    mode,
+    model,
+    probing,
+    shaking,
+    weight,
+)
 from macromicro.commission import settings as found_settings
 from macromicro.commission.friction import FrictionMap
 from macromicro.commission.model import Model
@@ -13,7 +22,7 @@ from macromicro.commission.weight import Weight
 
 WEIGHT, DIRECTION = "weight", "direction"
 _LIFT = 2e-3  # of the longest way on which an end is looked for
-ENDS, FRICTION, STROKES = "ends", "friction", "strokes"
+ENDS, FRICTION, STROKES, MODES = "ends", "friction", "strokes", "modes"
 
 
 def direction_of(work: Work) -> Direction:
@@ -129,6 +138,24 @@ def _strokes(work: Work) -> list[Record]:
     return exciting.excite(work.stand, direction_of(work), ends_of(work), caution, o.creep)
 
 
+def _modes_intent(work: Work) -> str:
+    o, ends, p = work.options, ends_of(work), work.stand.place
+    at = shaking.speed(ends, o.caution(o.speed))
+    most = shaking.strength(direction_of(work), o.effort)
+    return (
+        f"{shaking.PASSES} passes at {p.told(at, 'm/s', 3)} within {ends.low * p.per:.4g} and "
+        f"{ends.high * p.per:.4g} {p.unit}, while a chirp of {shaking.SECONDS} s with up to "
+        f"{most:.3g} V shakes it, from {shaking.LOW:g} to {shaking.HIGH / work.stand.dt:.4g} Hz."
+    )
+
+
+def _modes(work: Work) -> list[Record]:
+    o = work.options
+    return shaking.shaken(
+        work.stand, work[STROKES], direction_of(work), ends_of(work), o.caution(o.speed), o.creep
+    )
+
+
 def _ready(work: Work) -> None:
     work.stand.hold = work[WEIGHT].hold
     if DIRECTION in work.found:
@@ -155,7 +182,8 @@ def fitted(work: Work) -> Model:
     """
     found: FrictionMap = work[FRICTION]
     made = model.fitted(work[STROKES], work.stand.dt, found.mean, found.spread)
-    return made._replace(hold=work.stand.sign * work.stand.hold)
+    made = made._replace(hold=work.stand.sign * work.stand.hold)
+    return made.shaken(mode.found(work[MODES], work.stand.dt))
 
 
 def settings(work: Work, found: Model, ends: Ends | None) -> dict[str, str]:
@@ -217,6 +245,7 @@ KIND = Kind(
         Step(ENDS, "end stops and travel", _ends_intent, _ends, Ends, places=True),
         Step(FRICTION, "friction over position", _friction_intent, _friction, FrictionMap),
         Step(STROKES, "strokes for the model", _strokes_intent, _strokes, None),
+        Step(MODES, "chirp for modes", _modes_intent, _modes, None),
     ),
     turned="A positive effort made the encoder count down: exchange the motor's leads, or the "
     "encoder's channels A and B, before this file is used.",

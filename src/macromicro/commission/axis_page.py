@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from macromicro.commission import mode_page
 from macromicro.commission.friction import FrictionMap
 from macromicro.commission.model import UNITS, Model
 from macromicro.commission.procedure import Drawn, Estimate, Work
@@ -25,7 +26,11 @@ MEANINGS = {
     "coulomb": "sliding friction",
     "offset": "constant force",
     "lag": "lag of the effort",
+    "resonance": "resonance of the structure",
+    "antiresonance": "antiresonance, the load on the drive",
+    "damping": "damping ratio of the load on the drive",
 }
+TWICE = 1.96  # standard errors of a mode to half of its 95 % interval
 _WIDE = 0.2  # an interval that is a larger part of its value is doubtful
 _UNEVEN = 0.3  # friction that differs by more along the travel
 _SHOWN = 4  # strokes
@@ -44,12 +49,17 @@ def estimates(found: Model) -> dict[str, Estimate]:
     dict[str, Estimate]
         By the names of its parameters.
     """
-    return {
+    told = {
         name: Estimate(
             MEANINGS[name], getattr(found.whole, name), found.half_width(name), UNITS[name]
         )
         for name in found.names
     }
+    if found.limber is not None:
+        for name, value in found.limber.values.items():
+            half = TWICE * found.limber.errors[name]
+            told[name] = Estimate(MEANINGS[name], value, half, UNITS[name])
+    return told
 
 
 def rows(work: Work) -> list[tuple[str, ...]]:
@@ -119,6 +129,7 @@ def doubts(work: Work, model: Model) -> list[str]:
                 f"The {MEANINGS[name]} is known to {half / value:.0%} only: a longer travel, or a "
                 "larger effort, would show it better."
             )
+    said += mode_page.doubts(model.mode, work.stand.dt)
     if model.axis.lag > 3.0 * work.stand.dt:
         said.append(
             f"Efforts act {model.axis.lag * 1e3:.2g} ms late, {model.axis.lag / work.stand.dt:.2g} "
@@ -208,5 +219,11 @@ FIGURES = {
         "Strokes and model",
         "Some strokes, and the model's free run from the same start under the same effort.",
         lambda work, model: strokes(work["strokes"], model, work.stand.dt, work.stand.place),
+    ),
+    "modes": Drawn(
+        "Chirp and mode",
+        "Position per effort as the chirp shows it, beside the model with the mode that was found, "
+        "and a stiff axis.",
+        lambda work, model: mode_page.bode(model.mode, work.stand.place),
     ),
 }

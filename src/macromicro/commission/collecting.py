@@ -2,6 +2,7 @@
 
 Of an axis the strokes that commissioning makes: from rest, random efforts one way, braked to rest.
 Of a piezo stage slow ramps of the voltage, up and down, with minor loops within the large one.
+Of a wire slow ramps of the effort, from contracted down to one place after another and up again.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from macromicro.columns import Column
+from macromicro.commission.courses import Corner, course, played
 from macromicro.commission.exciting import excite
 from macromicro.commission.probing import Direction, Ends
 from macromicro.commission.stand import Caution, CommissionError, Stand
 from macromicro.errors import InputError
 from macromicro.machines import rig as machine_rig
-from macromicro.machines import sheets, stage
+from macromicro.machines import sheets, stage, wire_sheets
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.rotary import as_axis
 from macromicro.machines.stage import Bounds
@@ -38,6 +40,15 @@ _LOOPS = (
     Column("u", "V", "voltage at the stack"),
     Column("f", "um", "position by the sensor"),
 )
+_CURVES = (
+    Column("t", "s", "time since the start"),
+    Column("u", "V", "effort"),
+    Column("f", "um", "contraction by the sensor"),
+)
+TURNS = tuple(round(0.1 * k, 1) for k in range(1, 10))  # shares of the window, from its top
+SLOW = 60.0  # time constants of the wire that a ramp through the window takes
+ROWS = 200_000
+BEYOND = 0.2  # of the window, on either side
 SPEED = 0.9  # of the machine's greatest
 # Of the effort at which the amplifier's current or range is all given, so that it never limits:
 PUSH, SPARE = 0.6, 0.7  # share for the strokes; or that of what is left above friction
@@ -213,6 +224,66 @@ def ramps(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
     return Recording.from_arrays(_LOOPS, rows, every * dt, _about(given))
 
 
+def curves(given: Given, ended: Callable[[], bool] = lambda: False) -> Recording:
+    """First-order reversal curves of a wire, so slowly that its heat goes with the effort.
+
+    Parameters
+    ----------
+    given : Given
+        The machine, cold and at rest.
+    ended : Callable[[], bool], optional
+        Whether somebody wants it to end; asked on a rig, for the simulation takes seconds.
+
+    Returns
+    -------
+    Recording
+        Efforts (V) and positions (um), `ROWS` at most.
+
+    Raises
+    ------
+    CommissionError
+        The stage left its bounds.
+    """
+    tree, dt = given.tree, float(given.tree.timing.period)
+    heats = wire_sheets.heats(tree)
+    cold, hot = _window(tree, heats.resistance)
+    # What the transformation takes up counts as heat capacity while it lasts.
+    capacity = heats.capacity + heats.latent / (tree.wire.heat_end - tree.wire.heat_start)
+    rate = (hot - cold) / (SLOW * heats.resistance * capacity)
+    corners = [Corner(hot, 0.0, rate), Corner(cold, 0.0, rate), Corner(hot, 0.0, rate)]
+    for share in TURNS:
+        corners += [Corner(hot - share * (hot - cold), 0.0, rate), Corner(hot, 0.0, rate)]
+    efforts = course([Corner(cold, 1.0, rate), *corners, Corner(0.0, 0.0, rate)], dt)
+    sensor, fast = tree.encoder, tree.guard.speed
+    if given.rig is None:
+        bounds = Bounds(sensor.low, sensor.high, fast, tree.guard.window)
+        params = given.machine.kind.prepare(tree)
+        seen = stage.drive(given.machine.kind, params, efforts, bounds, dt, seed=given.seed)
+        if seen.ended:
+            raise CommissionError(f"the stage met its bound {seen.ended!r}; nothing was written")
+        rows = np.array([seen.t, seen.effort, seen.position])
+    else:
+        rig: Any = given.rig
+        with Session(rig, dt) as session:
+            caution = Caution(hot, fast, sensor.low, sensor.high, 0.0)
+            record = played(Stand(session, dt, sensor.pitch, ended), efforts, caution)
+        rows = np.array([record.t, record.u, record.x])
+    rows[2] *= 1e6
+    every = max(math.ceil(rows.shape[1] / ROWS), 1)
+    return Recording.from_arrays(_CURVES, rows[:, ::every], every * dt, _about(given))
+
+
+def _window(tree: Any, resistance: float) -> tuple[float, float]:
+    """Steady efforts that extend the wire under its load and contract it, with some more, V."""
+    full, way = tree.driver.full_scale, wire_sheets.way(tree)
+    extended = wire_sheets.shifted(tree, tree.bias.preload).cool_end
+    contracted = wire_sheets.shifted(tree, wire_sheets.pull(tree, way)).heat_end
+    per_kelvin = full / (wire_sheets.power(tree) * resistance)
+    low, high = (per_kelvin * (at - tree.air.ambient) for at in (extended, contracted))
+    more = BEYOND * (high - low)
+    return max(low - more, 0.0), min(high + more, full)
+
+
 def _about(given: Given) -> dict[str, Attribute]:
     """Where a recording comes from."""
     return {
@@ -236,6 +307,13 @@ PROCEDURES = (
         ramps,
         "slow ramps of the voltage, a large loop and minor ones",
         "macromicro identify plays {file}",
+    ),
+    Procedure(
+        "curves",
+        ("wire",),
+        curves,
+        "slow ramps of the effort, first-order reversal curves of the contraction",
+        "macromicro identify hysteresis {file} --shape nonnegative",
     ),
 )
 

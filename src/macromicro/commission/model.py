@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from macromicro.commission.stand import CommissionError, Record
 from macromicro.commission.uneven import Fit, Level, held
 from macromicro.identify.axis import Axis, late, simulate
 
+if TYPE_CHECKING:
+    from macromicro.commission.mode import Mode
+
 UNITS = {
     "mass": "V*s^2/m",
     "viscous": "V*s/m",
@@ -29,6 +32,9 @@ UNITS = {
     "stribeck": "V",
     "stribeck_speed": "m/s",
     "lag": "s",
+    "resonance": "Hz",
+    "antiresonance": "Hz",
+    "damping": "1",
 }
 FITTED = ("mass", "viscous", "coulomb", "offset", "lag")
 _BY_LIMIT = ("limit", "back")  # what a limited force shows as well
@@ -72,6 +78,8 @@ class Model(NamedTuple):
         Of the free runs' positions, m.
     hold : float, optional
         Effort that was beside the strokes' all the time, V: a weight's.
+    mode : Mode | None, optional
+        What the chirp shows; None: nothing.
     """
 
     axis: Axis
@@ -81,6 +89,35 @@ class Model(NamedTuple):
     freedom: float
     rms: float
     hold: float = 0.0
+    mode: Mode | None = None
+
+    @property
+    def limber(self) -> Mode | None:
+        """The mode, where there is one."""
+        return self.mode if self.mode is not None and self.mode.found else None
+
+    def shaken(self, mode: Mode | None) -> Model:
+        """This model with what the chirp shows.
+
+        Parameters
+        ----------
+        mode : Mode | None
+            Its lag takes the place of that of the strokes, which a mode is part of.
+
+        Returns
+        -------
+        Model
+            With it.
+        """
+        made = self._replace(mode=mode)
+        if made.limber is None:
+            return made
+        kept = [k for k, name in enumerate(self.names) if name != "lag"]
+        return made._replace(
+            axis=self.axis._replace(lag=made.limber.values["lag"]),
+            names=tuple(self.names[k] for k in kept),
+            covariance=self.covariance[np.ix_(kept, kept)],
+        )
 
     @property
     def whole(self) -> Axis:
@@ -204,9 +241,7 @@ def _limited(strokes: Sequence[Record], breakaway: float, dt: float) -> Axis:
     CommissionError
         No strokes tell mass and friction apart.
     """
-    # What the weakest third shows is the least touched by a limit.
-    weak = sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3]
-    gentle = _begun(weak, dt)
+    gentle = _begun(weakest(strokes), dt)
     start = _begun(strokes, dt) or gentle
     if start is None:
         raise CommissionError(_APART)
@@ -225,6 +260,22 @@ def _limited(strokes: Sequence[Record], breakaway: float, dt: float) -> Axis:
         if error < least and found.limit < push:
             best, least = found, error
     return best
+
+
+def weakest(strokes: Sequence[Record]) -> list[Record]:
+    """The third with the smallest efforts: what they show is the least touched by a limit.
+
+    Parameters
+    ----------
+    strokes : Sequence[Record]
+        All of them.
+
+    Returns
+    -------
+    list[Record]
+        In the order of their efforts.
+    """
+    return sorted(strokes, key=lambda s: np.abs(s.u).max())[: len(strokes) // 3]
 
 
 def _begun(strokes: Sequence[Record], dt: float) -> Axis | None:

@@ -5,16 +5,24 @@ The model is in volts and metres; one newton stands for one volt at the D/A.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 
 import numpy as np
 
 from macromicro.commission.friction import FrictionMap
+from macromicro.commission.mode import Mode
 from macromicro.commission.model import Model
 from macromicro.commission.probing import Ends
 from macromicro.commission.stand import Record, Stand
 from macromicro.identify import axis_settings
 from macromicro.identify.axis_settings import Around
+from macromicro.machines import deriving
+from macromicro.machines import machine as machines
+from macromicro.schema import config
+
+NOTCH = "controller.notch.frequency"
+HELPS = 1.1  # times the bandwidth, from where a notch is worth its lag
 
 
 def settings(
@@ -60,4 +68,60 @@ def settings(
         ripple=max(friction.largest - friction.mean, 0.0),
     )
     started = max(friction.mean - model.axis.coulomb, 0.0)
-    return axis_settings.values(model.whole._replace(stribeck=started), around)
+    stiff = axis_settings.values(model.whole._replace(stribeck=started), around)
+    return stiff if model.limber is None else with_mode(stiff, model.limber, dt)
+
+
+def too_quick(mode: Mode, dt: float) -> bool:
+    """Whether a machine of this period may not name the mode (`feasible`), only take it out of
+    the effort.
+
+    Parameters
+    ----------
+    mode : Mode
+        That was found.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    bool
+        True where it has less than ten periods.
+    """
+    return 10.0 * dt * mode.shape.held > 1.0
+
+
+def with_mode(stiff: dict[str, str], mode: Mode, dt: float) -> dict[str, str]:
+    """The machine with the mode that was found, and a notch where that allows quicker gains.
+
+    Parameters
+    ----------
+    stiff : dict[str, str]
+        The machine without it.
+    mode : Mode
+        That was found.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    dict[str, str]
+        Path to a TOML value.
+    """
+    shape = mode.shape
+    if too_quick(mode, dt):
+        return {**stiff, NOTCH: f'"{shape.resonance!r} Hz"'}
+    drive = axis_settings.Drive(shape.rotor, shape.held, shape.damping, shape.at)
+    without = axis_settings.limber(stiff, drive)
+    notched = axis_settings.limber(stiff, drive._replace(notch=shape.resonance))
+    return notched if _bandwidth(notched) > HELPS * _bandwidth(without) else without
+
+
+def _bandwidth(values: dict[str, str]) -> float:
+    """Of the velocity loop that follows, rad/s."""
+    table = tomllib.loads(axis_settings.as_toml(values, ""))
+    table.pop(config.MACHINE)
+    machine = machines.named("axis", "machine")
+    assert machine is not None
+    tree = config.overridden(machine.settings, table, "the machine that was found")
+    return deriving.bandwidth(tree)

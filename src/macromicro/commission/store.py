@@ -61,9 +61,8 @@ def keep(folder: Path, step: Step, found: Any, dt: float, asked: dict[str, Any])
     """
     place = folder / file(step)
     if step.result is None:
-        rows = np.concatenate(
-            [np.array([r.t, r.u, r.x, np.full(len(r.t), k)]) for k, r in enumerate(found)], axis=1
-        )
+        every = [np.array([r.t, r.u, r.x, np.full(len(r.t), k)]) for k, r in enumerate(found)]
+        rows = np.concatenate([np.empty((len(COLUMNS), 0)), *every], axis=1)
         attributes = {"version": macromicro.__version__, "asked": json.dumps(asked)}
         Recording.from_arrays(COLUMNS, rows, dt, attributes).save(place, overwrite=True)
         return
@@ -136,6 +135,8 @@ def records(kept: Recording) -> list[Record]:
     list[Record]
         In their order.
     """
+    if not len(kept["stroke"]):
+        return []
     cuts = np.flatnonzero(np.diff(kept["stroke"])) + 1
     columns = [np.split(np.asarray(kept[c], float), cuts) for c in ("t", "u", "x")]
     return [Record(*one) for one in zip(*columns, strict=True)]

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from macromicro.commission import wire_curves, wire_fit, wire_page
 from macromicro.commission import wire_drives as drives
-from macromicro.commission import wire_fit, wire_page
 from macromicro.commission.procedure import Kind, Step, Work
-from macromicro.commission.wire_drives import PULSES, RAMP, WARMTH
+from macromicro.commission.wire_drives import CURVES, PULSES, RAMP, WARMTH
 from macromicro.commission.wire_fit import Wire
 from macromicro.commission.wire_laws import Warmth
 from macromicro.machines import wire_sheets
@@ -54,7 +54,9 @@ def fitted(work: Work) -> Wire:
         The records do not show them.
     """
     records = [*work[RAMP], *work[PULSES]]
-    return wire_fit.fitted(records, work.stand.dt, drives.way_of(work), work[WARMTH].noise)
+    # A reading that stands still is uncertain by its steps all the same.
+    noise = math.hypot(work[WARMTH].noise, work.stand.pitch / math.sqrt(12.0))
+    return wire_fit.fitted(records, work.stand.dt, drives.way_of(work), noise)
 
 
 def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
@@ -121,7 +123,10 @@ def settings(work: Work, found: Wire, home: Any) -> dict[str, str]:
     tree = config.overridden(DEFAULT, {**base, **plain}, "the machine that was found")
     speed = min(found.up * (effort - p.end), found.down * p.last)
     quick = min(wire_sheets.SLOWER * speed, tree.motion.velocity)
-    gain = wire_sheets.bandwidth(tree) / found.up
+    # Between its branches, after a turn, a wire moves by a part of what it does along them: with
+    # the gain that suits a branch the loop crosses the hysteresis too slowly.
+    quicker = wire_curves.answer(work[CURVES][0], p, stand.dt)
+    gain = quicker * wire_sheets.bandwidth(tree) / found.up
     return {**values, "motion.velocity": f'"{quick!r} m/s"', "controller.kp": f'"{gain!r} V/m"'}
 
 
@@ -149,6 +154,7 @@ KIND = Kind(
         Step(WARMTH, "sign and first contraction", drives.warmth_intent, drives.warmth, Warmth),
         Step(RAMP, "all its way, slowly", drives.ramp_intent, drives.ramp, None),
         Step(PULSES, "heating and cooling", drives.pulses_intent, drives.pulses, None),
+        Step(CURVES, "first-order curves", drives.curves_intent, drives.curves, None),
     ),
     turned="A contraction made the reading fall: turn the sensor's sign before this file is used.",
     note="Heat is in volts: the steady effort that keeps it.",

@@ -7,13 +7,37 @@ import math
 import numpy as np
 
 from macromicro.commission.procedure import Work
-from macromicro.commission.stand import CommissionError, Record, Stand
-from macromicro.commission.wire_laws import EXTENDED, LONG, PATIENCE, RISE, Pulses, Ramp, Warmth
+from macromicro.commission.stand import Caution, CommissionError, Law, Record, Stand
+from macromicro.commission.wire_laws import (
+    EXTENDED,
+    LONG,
+    PATIENCE,
+    RISE,
+    Pulses,
+    Ramp,
+    Turns,
+    Warmth,
+)
 
-WARMTH, RAMP, PULSES = "warmth", "ramp", "pulses"
+WARMTH, RAMP, PULSES, CURVES = "warmth", "ramp", "pulses", "curves"
+TURNS = (0.75, 0.5, 0.25)  # shares of the way at which first-order curves turn
 _SEEN = 12.0  # noises that a motion must be
 _STILL = 3.0  # s in which a wire that has cooled moves by no more than its noise
 EFFORTS = (0.6, 1.0, 0.8, 0.45)  # of what lies above the effort that contracts it
+
+
+def _wide(work: Work) -> Caution:
+    """Without a window: a wire that is warm may be anywhere on its way."""
+    caution = work.options.caution(work.options.speed)
+    return caution._replace(low=-math.inf, high=math.inf)
+
+
+def _driven(work: Work, law: Law, seconds: float) -> Record:
+    """What a law does, all of it. Raises `CommissionError` where a limit was passed."""
+    record = work.stand.drive(law, seconds, _wide(work))
+    if record.ended:
+        raise CommissionError(f"it passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
+    return record
 
 
 def cooled(
@@ -53,8 +77,7 @@ def cooled(
             at, since = x, t
         return None if back and t - since >= _STILL and t >= 2.0 * came else 0.0
 
-    wide = work.options.caution(work.options.speed)._replace(low=-math.inf, high=math.inf)
-    record = stand.drive(idle, PATIENCE, wide)
+    record = stand.drive(idle, PATIENCE, _wide(work))
     if not back:
         raise CommissionError(
             f"the wire is still contracted after {PATIENCE:.0f} s without effort: does its spring "
@@ -177,10 +200,9 @@ def ramp(work: Work) -> list[Record]:
     CommissionError
         It goes on contracting up to the largest effort.
     """
-    o, stand, least = work.options, work.stand, least_motion(work)
+    stand, least = work.stand, least_motion(work)
     law = Ramp(work, least, seen=False)
-    wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
-    record = stand.drive(law, 3.0 * RISE, wide)
+    record = stand.drive(law, 3.0 * RISE, _wide(work))
     if not law.contracted:
         raise CommissionError(
             f"the wire goes on contracting up to {record.u.max():.3g} V: a larger --effort would "
@@ -255,13 +277,56 @@ def pulses(work: Work) -> list[Record]:
     CommissionError
         A limit was passed.
     """
-    stand, o = work.stand, work.options
     efforts, hold = _pulse_efforts(work)
     slow = work[RAMP][0]
     longest = LONG * float(slow.t[int(np.argmax(slow.u))])
     law = Pulses(efforts, hold, way_of(work), longest)
-    wide = o.caution(o.speed)._replace(low=-math.inf, high=math.inf)
-    record = stand.drive(law, len(efforts) * (longest + 2.0 * PATIENCE), wide)
-    if record.ended:
-        raise CommissionError(f"it passed {record.ended} at {record.x[-1] * 1e3:.4g} mm")
+    record = _driven(work, law, len(efforts) * (longest + 2.0 * PATIENCE))
     return [Record(record.t[:-1], record.u[:-1], record.x[:-1])]
+
+
+def curves_intent(work: Work) -> str:
+    """What `curves` will do.
+
+    Parameters
+    ----------
+    work : Work
+        With the ramp done.
+
+    Returns
+    -------
+    str
+        How far and how hard.
+    """
+    o, way = work.options, way_of(work) * 1e3
+    places = ", ".join(f"{share * way:.3g}" for share in TURNS)
+    return (
+        f"Effort rises and falls slowly, {o.effort / RISE:.2g} V/s and {o.effort:.3g} V at most: "
+        f"the wire contracts, extends to {places} mm and contracts again each time, and cools."
+    )
+
+
+def curves(work: Work) -> list[Record]:
+    """First-order reversal curves, from contracted.
+
+    Parameters
+    ----------
+    work : Work
+        With the ramp done.
+
+    Returns
+    -------
+    list[Record]
+        One, from a wire that is cold.
+
+    Raises
+    ------
+    CommissionError
+        A limit was passed.
+    """
+    stand, o = work.stand, work.options
+    law = Turns(TURNS, way_of(work), o.effort, o.effort / RISE, stand.dt)
+    record = _driven(work, law, 2.0 * (len(TURNS) + 1) * RISE)
+    way = float(record.x.max()) - law.start
+    cooled(stand, least_motion(work), work, law.start, way)
+    return [Record(record.t[:-1], record.u[:-1], record.x[:-1] - law.start)]

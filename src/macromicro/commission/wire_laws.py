@@ -124,3 +124,43 @@ class Pulses:
         if not self.efforts:
             return None
         return (self.efforts[0], self.hold, 0.0, 0.0)[self.phase]
+
+
+class Turns:
+    """Warmed slowly until it is contracted, cooled until it is extended to a share of its way, and
+    warmed again; for one share after another; then cooled to nothing.
+
+    Parameters
+    ----------
+    shares : tuple[float, ...]
+        Of the way, where it turns.
+    way : float
+        Full contraction, m.
+    most : float
+        Largest effort, V: there it turns as well.
+    rate : float
+        V/s.
+    dt : float
+        Control period, s.
+    """
+
+    def __init__(
+        self, shares: tuple[float, ...], way: float, most: float, rate: float, dt: float
+    ) -> None:
+        self.shares, self.way, self.most, self.step = list(shares), way, most, rate * dt
+        self.effort, self.start, self.rising = 0.0, math.nan, True
+
+    def __call__(self, t: float, x: float, v: float) -> float | None:
+        """The effort of this period; None when all is done."""
+        if math.isnan(self.start):
+            self.start = x
+        share = (x - self.start) / self.way
+        if self.rising and (share >= _CONTRACTED or self.effort >= self.most):
+            self.rising = False
+        elif not self.rising and self.shares and (share <= self.shares[0] or self.effort <= 0.0):
+            self.shares.pop(0)
+            self.rising = True
+        ended = not (self.rising or self.shares) and self.effort <= 0.0
+        wanted = self.effort + (self.step if self.rising else -self.step)
+        self.effort = min(max(wanted, 0.0), self.most)
+        return None if ended else self.effort

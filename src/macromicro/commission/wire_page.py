@@ -10,14 +10,16 @@ import numpy as np
 
 from macromicro.commission.procedure import Drawn, Estimate, Work
 from macromicro.commission.stand import Record
+from macromicro.commission.wire_curves import Curves, curves, spread
 from macromicro.commission.wire_fit import Wire
 from macromicro.commission.wire_model import Heat, branch, simulated, thinned
-from macromicro.drawing.style import BLUE, RED, finish, line, new
+from macromicro.drawing.style import BLACK, BLUE, RED, finish, line, new
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SHARE = 0.95
+_DRIFT = 0.15  # of the loop's width: ways down that lie apart by more are doubtful
 _POOR = 0.04  # of the way: the model leaves that much
 MEANINGS = {
     "way": ("full contraction", "m"),
@@ -100,6 +102,13 @@ def doubts(work: Work, model: Wire) -> list[str]:
             f"{p.end:.3g} V keep it contracted and {work.options.effort:.3g} V are all there is: "
             "it contracts slowly at its end; allow a larger --effort."
         )
+    width = 0.5 * (p.start + p.end - p.first - p.last)
+    apart = spread(_curves(work, model))
+    if apart > _DRIFT * width:
+        said.append(
+            f"The ways down of the first-order curves lie {apart:.2g} V apart, of a loop of "
+            f"{width:.3g} V: the heat's balance does not hold along them. Does the air move?"
+        )
     if math.isclose(p.first, p.last, rel_tol=0.02):
         said.append("It extends within a very small range of heat: is its load too large?")
     return said
@@ -157,6 +166,43 @@ def loop(heat: Heat) -> Figure:
     return figure
 
 
+def first_order(found: Curves, heat: Heat) -> Figure:
+    """Contraction over the heat along first-order curves, and the branches of the model.
+
+    Parameters
+    ----------
+    found : Curves
+        As measured.
+    heat : Heat
+        The model.
+
+    Returns
+    -------
+    Figure
+        One picture.
+    """
+    figure, axes = new(3.2, 1)
+    ax = axes[0, 0]
+    h, x = found.first
+    line(ax, h, x * 1e3, BLACK, "first warming")
+    for k, one in enumerate(found.every):
+        line(ax, one.heat, one.x * 1e3, BLUE, "" if k else "down, and up again")
+    at = np.linspace(0.0, 1.1 * heat.end, 200)
+    for low, high, bend in (
+        (heat.start, heat.end, heat.warming),
+        (heat.last, heat.first, heat.cooling),
+    ):
+        share = np.array([branch((v - low) / (high - low), bend) for v in at])
+        name = "model" if low == heat.start else ""
+        line(ax, at, heat.way * share * 1e3, RED, name, linestyle="--")
+    finish(ax, "First-order curves", "heat [V]", "contraction [mm]", legend=True)
+    return figure
+
+
+def _curves(work: Work, model: Wire) -> Curves:
+    return curves(work["curves"][0], model.heat, work.stand.dt)
+
+
 FIGURES = {
     "records": Drawn(
         "Heating and cooling",
@@ -167,5 +213,11 @@ FIGURES = {
         "Hysteresis",
         "Contraction over the effort that keeps the heat, as the model has it.",
         lambda work, model: loop(model.heat),
+    ),
+    "curves": Drawn(
+        "First-order curves",
+        "Contraction over the heat, which follows from the effort and the measured contraction by "
+        "the model's balance of heat; and the branches of the model.",
+        lambda work, model: first_order(_curves(work, model), model.heat),
     ),
 }

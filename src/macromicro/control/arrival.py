@@ -46,6 +46,16 @@ class Sequence(NamedTuple):
             hi=1,
         ),
     ] = 1
+    overlap: Annotated[
+        int,
+        Par(
+            "",
+            "1: with a macro move the micro-stage goes to its next place, or stays where it is; "
+            "0: it is extended until the wait is over",
+            lo=0,
+            hi=1,
+        ),
+    ] = 0
 
 
 class Rule(Protocol):

@@ -18,7 +18,7 @@ from macromicro.control import outside
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.errors import InputError
 from macromicro.kernel import compiled
-from macromicro.nominal import COUNTS, PERIOD, PITCH
+from macromicro.nominal import COUNTS, FINE_STOP, PERIOD, PITCH
 from macromicro.schema.par import entries
 from macromicro.schema.text import printable
 
@@ -146,7 +146,7 @@ def broken(law: StageLaw | Any, name: str = "the law") -> list[str]:
 
 def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = None) -> Run:
     """A stage that follows nothing: it stands at these errors from a target that moves on."""
-    gains, one = law.gains(), step or law.step
+    gains, one = _given(law), step or law.step
     far = _travel(law)
     first = Sample(0.0, -errors[0])
     memory, done = law.start(gains, first), []
@@ -155,11 +155,18 @@ def _run(law: StageLaw, errors: list[float], dt: float = PERIOD, step: Any = Non
         target = Target(place, 0.1 * far * math.cos(k * dt), -place)
         answer = one(gains, memory, target, Sample(k * dt, place - error), dt)
         memory, effort = _answered(law, answer)
-        done.append((memory, effort))
+        done.append((law.tell(memory), effort))
     return done
 
 
+def _given(law: StageLaw) -> Any:
+    """What its functions take."""
+    return outside.given(law, law.gains())
+
+
 def _travel(law: StageLaw) -> float:
+    if law.rest is not None:
+        return FINE_STOP
     return COUNTS if law.unit == "count" else COUNTS * PITCH
 
 
@@ -171,11 +178,13 @@ def _course(law: StageLaw) -> list[float]:
 
 def _gains(law: StageLaw) -> str:
     for entry in entries(law.gains()):
-        if isinstance(entry.value, bool) or not isinstance(entry.value, float):
+        parts = entry.value if law.prepare and isinstance(entry.value, tuple) else (entry.value,)
+        if any(isinstance(part, bool) or not isinstance(part, float) for part in parts):
             remedy = "floats alone: compiled code and the search need one type"
             raise Broken(f"{entry.path} = {entry.value!r}", remedy)
         try:
-            entry.check(entry.value, entry.path)
+            for part in parts:
+                entry._replace(value=part).check(part, entry.path)
         except InputError as error:
             raise Broken(f"default of {entry.path}: {error.value}", error.accepted) from None
     return "the defaults are within their bounds"
@@ -194,7 +203,7 @@ def _signature(law: StageLaw) -> str:
 
 
 def _memory(law: StageLaw) -> str:
-    _remembered(law, law.start(law.gains(), Sample(0.0, 0.0)))
+    _remembered(law, law.start(_given(law), Sample(0.0, 0.0)))
     _run(law, _course(law))
     return f"{law.memory.__name__}: {', '.join(law.memory._fields)}"
 
@@ -212,7 +221,7 @@ def _answered(law: StageLaw, answer: Any) -> tuple[Any, float]:
 
 def _remembered(law: StageLaw, memory: Any) -> None:
     """Raise unless this is a memory of the law: one type, whatever happens."""
-    kind = law.memory
+    kind, memory = law.memory, law.tell(memory)
     if type(memory) is not kind:
         words = f"a memory of type {type(memory).__name__}"
         raise Broken(words, f"{kind.__name__}(...) from start and from step")
@@ -244,8 +253,8 @@ def _finite(law: StageLaw) -> str:
 
 
 def _direction(law: StageLaw) -> str:
-    gains, far = law.gains(), 0.5 * _travel(law)
-    efforts = []
+    gains, far = _given(law), 0.5 * _travel(law)
+    efforts, one_way = [], law.rest is not None  # a wire comes back by itself
     for error in (far, -far):
         sample = Sample(0.0, 0.0)
         memory, effort = law.start(gains, sample), 0.0
@@ -254,7 +263,7 @@ def _direction(law: StageLaw) -> str:
             memory, effort = law.step(gains, memory, target, Sample(k * PERIOD, 0.0), PERIOD)
         efforts.append(effort)
     above, below = efforts
-    if not above > 0.0 > below:
+    if not above > 0.0 or not (below == 0.0 if one_way else below < 0.0):
         words = f"{above:g} V towards a target above, {below:g} V towards one below"
         raise Broken(words, "a positive effort drives up: check the sign of target less reading")
     return "a target above gets a positive effort, one below a negative one"
@@ -272,7 +281,7 @@ def _compiled(law: StageLaw) -> str:
     if not outside.compiles(law):
         return "no: plain Python, it runs interpreted; mark start and step with @kernel for speed"
     course, fast = _course(law), compiled(law.step)
-    first = law.gains(), law.start(law.gains(), Sample(0.0, 0.0))
+    first = _given(law), law.start(_given(law), Sample(0.0, 0.0))
     try:
         fast(*first, Target(0.0, 0.0, 0.0), Sample(0.0, 0.0), PERIOD)
     except Exception as error:  # numba's own, of which it has many

@@ -1,6 +1,6 @@
 """Control laws by the contract of `stage_law`, named in the settings, found when asked for.
 
-Those of other packages, and those of `SHIPPED`.
+Those of other packages, and those of `SHIPPED` and `FINE`.
 
 A law is known by the type of its gains, so that compiled code, whose types are decided by the
 gains in the settings, calls the right one, and no list of laws needs an edit. Its memory
@@ -9,14 +9,10 @@ travels behind those of this package's laws (`macro.Memory`), with a mark whethe
 
 from __future__ import annotations
 
-import hashlib
-import inspect
-import sys
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from macromicro import kernel
+from macromicro import joining, kernel
 from macromicro.arrays import Array
 from macromicro.columns import Column, layout
 from macromicro.control.stage_law import Sample, StageLaw, Target
@@ -28,10 +24,12 @@ from macromicro.schema.text import printable
 
 GROUP = "macromicro.laws"
 SHIPPED = {"terminal": "macromicro.control.terminal.law:TERMINAL"}
+FINE = {"inverse": "macromicro.control.inverse.law:INVERSE"}  # of the micro-stage
 FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
 UNITS = ("m", "count")
 FRESH, RESTED = 1.0, 2.0  # see `Held`
 _NEEDED = ("gains", "memory", "start", "step")
+_OPTIONAL = ("unit", "compensated", "again", "prepare", "params", "rest")
 _SHAPE = (
     "a macromicro.control.stage_law.StageLaw, or a class with its gains, memory, start and step "
     "(docs/laws.md)"
@@ -62,7 +60,6 @@ Kept = tuple[Held, ...]  # none or one
 
 _laws: dict[str, StageLaw] = {}
 _by_gains: dict[type, str] = {}
-_modules: set[str] = set()  # of kernels that `joined`
 
 
 def is_name(name: str) -> bool:
@@ -76,8 +73,8 @@ def is_name(name: str) -> bool:
     Returns
     -------
     bool
-        "module:object", one of `SHIPPED`, or the name of an installed entry point of the group
-        `GROUP`.
+        "module:object", one of `SHIPPED` or `FINE`, or the name of an installed entry point of
+        the group `GROUP`.
     """
     return place(name) is not None
 
@@ -95,18 +92,23 @@ def place(name: str) -> str | None:
     str | None
         "module:object"; None for a name that no law has.
     """
-    return SHIPPED.get(name) or plugins.place(name, GROUP)
+    return SHIPPED.get(name) or FINE.get(name) or plugins.place(name, GROUP)
 
 
-def offered() -> tuple[str, ...]:
+def offered(fine: bool = False) -> tuple[str, ...]:
     """Names of the laws that this package and installed ones offer.
+
+    Parameters
+    ----------
+    fine : bool, optional
+        For the micro-stage; else for the macro-stage.
 
     Returns
     -------
     tuple[str, ...]
-        `SHIPPED`, and entry points of the group `GROUP`.
+        `FINE` or `SHIPPED`, and entry points of the group `GROUP`.
     """
-    return (*SHIPPED, *plugins.registered(GROUP))
+    return (*(FINE if fine else SHIPPED), *plugins.registered(GROUP))
 
 
 def find(name: str, where: str) -> StageLaw:
@@ -132,73 +134,14 @@ def find(name: str, where: str) -> StageLaw:
     if name not in _laws:
         law = checked(imported(name, where), name, where)
         other = _by_gains.setdefault(law.gains, name)
+        _by_gains.setdefault(law.params or law.gains, name)
         if other != name and _laws[other] != law:
             found = f"{printable(name)} has the gains of {other}, {law.gains.__name__}"
             raise InputError(where, found, "a type of gains of its own for each law")
         _laws[name] = law
-        if compiles(law) and foreign(law.step):
-            admitted(name, law.start, law.step)
+        if compiles(law) and joining.foreign(law.step):
+            joining.admitted(name, law.start, law.step)
     return _laws[name]
-
-
-def admitted(name: str, *functions: Callable[..., Any]) -> None:
-    """Kernels of another package join what is compiled here (`kernel.admit`).
-
-    Parameters
-    ----------
-    name : str
-        What joins.
-    *functions : Callable[..., Any]
-        Kernels; their files, packages and all other foreign kernels are looked at.
-    """
-    kernel.admit(name, sources(*functions))
-
-
-def foreign(function: Callable[..., Any]) -> bool:
-    """Whether a function is of another package.
-
-    Parameters
-    ----------
-    function : Callable[..., Any]
-        Any.
-
-    Returns
-    -------
-    bool
-        False for one of this package.
-    """
-    return function.__module__.partition(".")[0] != __name__.partition(".")[0]
-
-
-def sources(*functions: Callable[..., Any]) -> str:
-    """What the sources of some kernels are: an edit makes another digest.
-
-    Parameters
-    ----------
-    *functions : Callable[..., Any]
-        Kernels; their files, packages and all other foreign kernels are looked at.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-    """
-    return _digest(kernel.foreign() | _homes(functions))
-
-
-def joined(*functions: Callable[..., Any]) -> None:
-    """Those of some kernels that are of other packages join; before they are compiled with ours.
-
-    Parameters
-    ----------
-    *functions : Callable[..., Any]
-        Any functions.
-    """
-    for each in functions:
-        module = each.__module__
-        if foreign(each) and module not in _modules:
-            _modules.add(module)
-            admitted(module, each)
 
 
 def imported(name: str, where: str) -> Any:
@@ -260,7 +203,7 @@ def checked(made: Any, name: str, where: str) -> StageLaw:
             kind = made.__name__ if isinstance(made, type) else type(made).__name__
             raise InputError(where, f"{name}, {kind} without {', '.join(missing)}", _SHAPE)
         it = made() if isinstance(made, type) else made
-        rest = {n: getattr(it, n) for n in ("unit", "compensated", "again") if hasattr(it, n)}
+        rest = {n: getattr(it, n) for n in _OPTIONAL if hasattr(it, n)}
         law = StageLaw(name, it.gains, it.memory, it.start, it.step, **rest)
     for part, accepted in _wrong(law):
         raise InputError(f"{where}, {part} of {name}", printable(getattr(law, part)), accepted)
@@ -302,9 +245,9 @@ def compiles(law: StageLaw) -> bool:
     Returns
     -------
     bool
-        True if its `start` and `step` are kernels.
+        True if its `step` and its `rest`, or else its `start`, are kernels.
     """
-    return is_kernel(law.start) and is_kernel(law.step)
+    return is_kernel(law.step) and is_kernel(law.rest or law.start)
 
 
 def digest(name: str) -> str:
@@ -321,26 +264,7 @@ def digest(name: str) -> str:
         16 hexadecimal digits.
     """
     law = _laws[name]
-    files = kernel.foreign() if compiles(law) else set()
-    return _digest(files | _homes((law.start, law.step)))
-
-
-def _digest(files: set[Path]) -> str:
-    found = hashlib.sha256()
-    for source in sorted(files):
-        found.update(source.read_bytes())
-    return found.hexdigest()[:16]
-
-
-def _homes(functions: Iterable[Callable[..., Any]]) -> set[Path]:
-    """The files of functions of another package, with the rest of their packages."""
-    files = set()
-    for function in functions:
-        files.add(Path(inspect.getfile(function)))
-        top = sys.modules.get(function.__module__.partition(".")[0])
-        for folder in getattr(top, "__path__", ()):
-            files |= set(Path(folder).rglob("*.py"))
-    return files
+    return joining.sources(law.start, law.step, also=compiles(law))
 
 
 def of(gains: Any) -> str:
@@ -372,7 +296,41 @@ def having(gains: Any) -> StageLaw:
     StageLaw
         The law.
     """
-    return _laws[_by_gains[type(gains)]]
+    return named(type(gains))
+
+
+def given(law: StageLaw, gains: Any) -> Any:
+    """What a law's functions take.
+
+    Parameters
+    ----------
+    law : StageLaw
+        The law.
+    gains : Any
+        Of it, as in the settings.
+
+    Returns
+    -------
+    Any
+        What its `prepare` makes of them; without one, the same.
+    """
+    return gains if law.prepare is None else law.prepare(gains)
+
+
+def named(gains: type) -> StageLaw:
+    """The law of a type of gains, or of what `prepare` makes of them.
+
+    Parameters
+    ----------
+    gains : type
+        Of a law that was found.
+
+    Returns
+    -------
+    StageLaw
+        The law.
+    """
+    return _laws[_by_gains[gains]]
 
 
 def found() -> tuple[Any, ...]:
@@ -520,6 +478,27 @@ def columns(gains: tuple[Any, ...]) -> tuple[Column, ...]:
     return tuple(c._replace(name=f"law_{c.name}", dtype="f8") for c in found)
 
 
+def values(kept: Kept) -> list[float]:
+    """What is recorded of a law's memory now.
+
+    Parameters
+    ----------
+    kept : Kept
+        Of a law; empty without one.
+
+    Returns
+    -------
+    list[float]
+        As `columns`.
+    """
+    found = []
+    for held in kept:
+        (part,) = layout(type(held.memory)).parts
+        rows = zip(*part, held.memory, strict=True)
+        found += [float(scale * value) for row, scale, value in rows if row >= 0]
+    return found
+
+
 def _note(out: Any, k: Any, kept: Any, first: Any) -> Callable[..., Any]:
     if len(kept) == 0:
         return lambda out, k, kept, first: None
@@ -555,6 +534,30 @@ def note(out: Array, k: int, kept: Kept, first: int) -> None:
         for row, scale, value in zip(*part, held.memory, strict=True):
             if row >= 0:
                 out[first + row, k] = scale * value
+
+
+def _rows(kept: Any) -> Callable[..., Any]:
+    if len(kept) == 0:
+        return lambda kept: 0
+    count = len(layout(kept[0].types[1].instance_class).columns)
+    return lambda kept: count
+
+
+@by_type(_rows)
+def rows(kept: Kept) -> int:
+    """How many rows `note` writes.
+
+    Parameters
+    ----------
+    kept : Kept
+        Of a law; empty without one.
+
+    Returns
+    -------
+    int
+        As many as `columns`.
+    """
+    return sum(len(layout(type(held.memory)).columns) for held in kept)
 
 
 def _integral(kept: Any) -> Callable[..., Any]:

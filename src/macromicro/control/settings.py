@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Self
 
-from macromicro.control import calibration, macro, outside
+from macromicro.control import calibration, macro, micro, outside
 from macromicro.control.arrival import Sequence
 from macromicro.control.calibration import Calibration
 from macromicro.control.law import Law
@@ -22,7 +22,8 @@ from macromicro.schema.par import Par, with_sets
 from macromicro.schema.text import printable
 
 MICRO_LAWS = ("p", "pi", "pi-antiwindup")
-_LAW = "controller.macro_law"
+# Key of a law, its gains by the contract, and the laws of this package that need none.
+_OWN = (("macro_law", "own", macro.NAMES), ("micro_law", "fine", MICRO_LAWS))
 SWITCH = ("as designed", "on", "off")
 
 
@@ -57,7 +58,8 @@ class Control(NamedTuple):
     p: Proportional = Proportional()
     pi: Pi = Pi()
     pi_antiwindup: PiAntiWindup = PiAntiWindup()
-    own: Any = outside.NoGains()  # of the law that `macro_law` names outside this package
+    own: Any = outside.NoGains()  # of the law by the contract that `macro_law` names
+    fine: Any = outside.NoGains()  # of the one that `micro_law` names
     sequence: Sequence = Sequence()
 
     def also(self) -> dict[str, tuple[str, ...]]:
@@ -66,13 +68,13 @@ class Control(NamedTuple):
         Returns
         -------
         dict[str, tuple[str, ...]]
-            The name of the law whose gains are there.
+            The names of the laws whose gains are there.
         """
-        name = outside.of(self.own)
-        return {"macro_law": (name,)} if name else {}
+        found = {key: outside.of(getattr(self, gains)) for key, gains, _ in _OWN}
+        return {key: (name,) for key, name in found.items() if name}
 
     def grown(self, table: Mapping[str, object], where: str) -> Self:
-        """These settings with the gains of the law that a table of settings names.
+        """These settings with the gains of the laws that a table of settings names.
 
         Parameters
         ----------
@@ -84,26 +86,30 @@ class Control(NamedTuple):
         Returns
         -------
         Self
-            A copy `joined` by a law of another package; else the same.
+            A copy `joined` by laws of the contract; else the same.
 
         Raises
         ------
         InputError
             There is no such law.
         """
-        mine = table.get("controller")
-        name = table.get(_LAW, mine.get("macro_law") if isinstance(mine, Mapping) else None)
-        if not isinstance(name, str) or name in macro.NAMES or not outside.is_name(name):
-            return self  # a wrong word is refused where the table is read
-        return self.joined(name, f"{where}, {_LAW}")
+        mine, grown = table.get("controller"), self
+        for key, _, known in _OWN:
+            path = f"controller.{key}"
+            name = table.get(path, mine.get(key) if isinstance(mine, Mapping) else None)
+            # A wrong word is refused where the table is read.
+            if isinstance(name, str) and name not in known and outside.is_name(name):
+                grown = grown._with(key, name, f"{where}, {path}")
+        return grown
 
-    def joined(self, name: str, where: str) -> Self:
-        """These settings under a law of the macro-stage.
+    def joined(self, names: str, where: str) -> Self:
+        """These settings under other laws.
 
         Parameters
         ----------
-        name : str
-            One of this package, or one of another (`outside`), which joins with its default gains.
+        names : str
+            A law of this package, or one of another (`outside`), which joins with its default
+            gains; or several, with commas. Those that no stage knows are the macro-stage's.
         where : str
             Option or file and key, for messages.
 
@@ -117,12 +123,23 @@ class Control(NamedTuple):
         InputError
             There is no such law.
         """
-        if name in macro.NAMES or name in self.also().get("macro_law", ()):
-            return self._replace(macro_law=name)
+        joined = self
+        for name in names.split(","):
+            fine = name in (*MICRO_LAWS, *outside.FINE, *self.also().get("micro_law", ()))
+            joined = joined._with("micro_law" if fine else "macro_law", name, where)
+        return joined
+
+    def _with(self, key: str, name: str, where: str) -> Self:
+        """Under a law, whose gains by the contract join where it has some."""
+        _, gains, known = next(row for row in _OWN if row[0] == key)
+        if name in known or name in self.also().get(key, ()):
+            chosen: dict[str, Any] = {key: name}
+            return self._replace(**chosen)
         if not outside.is_name(name):
-            accepted = nearest(name, (*macro.NAMES, *outside.offered())) + f"; or {outside.FORM}"
-            raise InputError(where, printable(name), accepted)
-        return self._replace(macro_law=name, own=outside.find(name, where).gains())
+            every = (*macro.NAMES, *MICRO_LAWS, *outside.offered(), *outside.offered(fine=True))
+            raise InputError(where, printable(name), f"{nearest(name, every)}; or {outside.FORM}")
+        new: dict[str, Any] = {key: name, gains: outside.find(name, where).gains()}
+        return self._replace(**new)
 
     def problems(self) -> list[tuple[str, Any, str]]:
         """What cannot work.
@@ -181,7 +198,12 @@ def prepare(
         spec.dead_zone_inverse == "as designed" and chosen.compensated
     )
     gains = tuple(getattr(spec, each.field) for each in LAWS)
-    fine = getattr(spec, spec.micro_law.replace("-", "_"))
+    fine: tuple[Any, ...] = ()
+    if spec.micro_law in MICRO_LAWS:
+        one = PiAntiWindup(*getattr(spec, spec.micro_law.replace("-", "_")))
+    else:  # the PI's place has the limits of a law by the contract
+        outside.find(spec.micro_law, "micro_law")
+        fine, one = micro.prepared(spec.fine), PiAntiWindup(0.0, 0.0, 0.0, 0.0, spec.ctrl_limit)
     return Supervisor(
         MacroLaw(
             law,
@@ -190,8 +212,9 @@ def prepare(
             (*gains, spec.own) if own else gains,
             scale,
         ),
-        PiAntiWindup(*fine),
+        one,
         spec.sequence,
         calibration.shipped() if table is None else table,
         1.0 if fan else 0.0,
+        fine,
     )

@@ -73,6 +73,14 @@ class StageLaw(NamedTuple):
     again : Callable[[Any, Any, Sample], Any], optional
         Kernel, where a move of the macro-stage follows a rest: from gains, memory and sample to a
         memory that keeps what was learned. None: `start` begins anew.
+    prepare : Callable[[Any], Any], optional
+        From gains to what `start`, `step` and `rest` take instead of them, such as tables.
+    params : type, optional
+        Of what `prepare` gives: a ``NamedTuple``.
+    rest : Callable[[Any, Any, Sample, float], Any], optional
+        Kernel, of a law of the micro-stage whose model runs on while it has no turn: from gains,
+        memory, sample and period (s) to a new memory, the effort having been 0. Such a law begins
+        once, with the run; its `start` need not be a kernel.
     """
 
     name: str
@@ -84,3 +92,6 @@ class StageLaw(NamedTuple):
     unit: str = "m"
     compensated: bool = True
     again: Callable[[Any, Any, Sample], Any] | None = None
+    prepare: Callable[[Any], Any] | None = None
+    params: Any = None
+    rest: Callable[[Any, Any, Sample, float], Any] | None = None

@@ -8,15 +8,16 @@ move disables the micro-stage again (0 V).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from macromicro.control import arrival, calibration, macro, pi
+from macromicro.control import arrival, calibration, macro, micro, outside
 from macromicro.control.arrival import TICK, Sequence
 from macromicro.control.calibration import Calibration
 from macromicro.control.macro import MacroLaw, Memory
+from macromicro.control.outside import Kept
 from macromicro.control.pi import PiAntiWindup
 from macromicro.control.stage_law import Sample as StageSample
 from macromicro.control.stage_law import Target
@@ -35,13 +36,15 @@ class Supervisor(NamedTuple):
     macro : MacroLaw
         Law of the macro-stage, in counts and V.
     micro : PiAntiWindup
-        Law of the micro-stage, in m and V.
+        Law of the micro-stage, in m and V; of a law in `fine`, its limits.
     sequence : Sequence
         Arrival, wait, parking.
     calibration : Calibration
         Hall voltage to m.
     fan : float
         0 or 1, written in every period.
+    fine : tuple[Any, ...]
+        Of the law of the micro-stage that drives instead of the PI (`micro.prepared`), or none.
     """
 
     macro: MacroLaw
@@ -49,6 +52,13 @@ class Supervisor(NamedTuple):
     sequence: Sequence
     calibration: Calibration
     fan: float
+    fine: tuple[Any, ...] = ()
+
+    @property
+    def compiles(self) -> bool:
+        """Whether the laws of both stages can be compiled."""
+        fine = all(outside.compiles(outside.having(gains)) for gains in self.fine)
+        return self.macro.compiles and fine
 
 
 _AT_REST = np.empty(0)
@@ -60,7 +70,7 @@ class Plan(NamedTuple):
     Attributes
     ----------
     start : ndarray, shape (n,)
-        s; NaN: when the move before is complete.
+        s; NaN: when the move before is complete; -inf: when its hold is over, arrived or not.
     stage : ndarray, shape (n,)
         0 macro, 1 micro.
     target : ndarray, shape (n,)
@@ -71,6 +81,8 @@ class Plan(NamedTuple):
         s, or NaN.
     velocity, acceleration : ndarray, shape (n,) or (0,)
         Of a trajectory's set point at each target, in units of the target per s and s^2; (0,): 0.
+    correction : ndarray, shape (n,) or (0,)
+        What the micro-stage's law is given beyond each target, m, as it was learned; (0,): 0.
     """
 
     start: npt.NDArray[np.float64]
@@ -80,6 +92,7 @@ class Plan(NamedTuple):
     end: float
     velocity: npt.NDArray[np.float64] = _AT_REST
     acceleration: npt.NDArray[np.float64] = _AT_REST
+    correction: npt.NDArray[np.float64] = _AT_REST
 
 
 class Progress(NamedTuple):
@@ -106,7 +119,9 @@ class Progress(NamedTuple):
     macro : Memory
         Memories of the macro laws.
     integral : float
-        Integral effort of the micro law, V.
+        Integral effort of the micro-stage's PI, V.
+    fine : Kept
+        Memory of the law that drives instead of it.
     """
 
     move: int
@@ -119,25 +134,27 @@ class Progress(NamedTuple):
     micro_reference: float
     macro: Memory
     integral: float
+    fine: Kept = ()
 
 
-def begin(position: float, law: MacroLaw | None = None) -> Progress:
+def begin(position: float, control: Supervisor | None = None) -> Progress:
     """The supervisor before the first move.
 
     Parameters
     ----------
     position : float
         Where the macro-stage stands, counts.
-    law : MacroLaw | None, optional
-        Of the macro-stage; None for any of this package.
+    control : Supervisor | None, optional
+        Whose laws begin; None for any of this package.
 
     Returns
     -------
     Progress
         State.
     """
-    memory = macro.rest(0.0) if law is None else macro.begun(law)
-    return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, memory, 0.0)
+    memory = macro.rest(0.0) if control is None else macro.begun(control.macro)
+    fine = () if control is None else micro.begun(control.fine)
+    return Progress(-1, WAITING, 0.0, 0.0, math.nan, 1, float(position), 0.0, memory, 0.0, fine)
 
 
 @kernel
@@ -158,6 +175,8 @@ def _due(p: Supervisor, plan: Plan, s: Progress, t: float) -> bool:
         return False
     if math.isnan(plan.start[following]):
         return _complete(p, plan, s, t)
+    if plan.start[following] < 0.0:  # the set point of a profile, by the clock
+        return bool(t - s.began >= plan.hold[s.move] - TICK)
     if t < plan.start[following] - TICK:
         return False
     # A macro move may cut in; a micro move waits until the carriage has settled.
@@ -178,7 +197,8 @@ def _overtaken(plan: Plan, move: int, t: float) -> bool:
     """Is the next move a fine one whose successor's scheduled time has come as well?"""
     if move + 2 >= len(plan.stage) or plan.stage[move + 1] == moves.MACRO:
         return False
-    return bool(t >= plan.start[move + 2] - TICK)  # NaN, no time: never
+    # NaN and -inf, no time: never
+    return bool(plan.start[move + 2] >= 0.0 and t >= plan.start[move + 2] - TICK)
 
 
 @kernel
@@ -206,6 +226,7 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
         micro_reference,
         memory,
         integral,
+        s.fine,
     )
     if phase != DONE and _over(p, plan, now, t):
         phase, entered = DONE, t
@@ -214,11 +235,16 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
         if plan.stage[move] == moves.MACRO:
             if p.sequence.park == 1 and phase != MACRO:
                 memory = macro.again(memory)
-            phase, inside = MACRO, math.nan
-            macro_reference, micro_reference, integral = plan.target[move], 0.0, 0.0
+            phase, inside, macro_reference = MACRO, math.nan, plan.target[move]
+            if p.sequence.overlap == 0:
+                micro_reference, integral = 0.0, 0.0
+            elif move + 1 < len(plan.stage) and plan.stage[move + 1] == moves.MICRO:
+                micro_reference = plan.target[move + 1]
         else:
             if phase != MICRO:
-                zeroed, integral = 0, 0.0
+                zeroed = 0
+                if p.sequence.overlap == 0:
+                    integral = 0.0
             phase = MICRO
             micro_reference = plan.target[move]
     return Progress(
@@ -232,6 +258,7 @@ def _scheduled(p: Supervisor, plan: Plan, s: Progress, position: float, t: float
         micro_reference,
         memory,
         integral,
+        s.fine,
     )
 
 
@@ -268,7 +295,7 @@ def step(
     t = sample.t
     s = _scheduled(p, plan, s, sample.encoder, t)
     fine = calibration.position(p.calibration, sample.hall)
-    memory, integral, zeroed = s.macro, s.integral, s.zeroed
+    memory, integral, zeroed, kept = s.macro, s.integral, s.zeroed, s.fine
     motor = 0.0
     moving = s.phase == MACRO or (p.sequence.park == 0 and s.move >= 0 and s.phase != DONE)
     # A missing reading gives no effort and leaves the memory: the guard counts how long.
@@ -278,8 +305,17 @@ def step(
             target = Target(s.macro_reference, plan.velocity[s.move], plan.acceleration[s.move])
         memory, motor = macro.step(p.macro, memory, target, StageSample(t, sample.encoder), dt)
     ctrl = 0.0
-    if s.phase == MICRO and not math.isnan(sample.hall):
-        integral, ctrl = pi.step(p.micro, integral, s.micro_reference - fine, dt)
+    seen = StageSample(t, fine)
+    driven = s.phase == MICRO or (p.sequence.overlap == 1 and s.phase in (MACRO, SETTLING))
+    if driven and not math.isnan(sample.hall):
+        aim = Target(s.micro_reference, 0.0, 0.0)
+        if s.phase == MICRO and len(plan.velocity) > 0:
+            aim = Target(s.micro_reference, plan.velocity[s.move], plan.acceleration[s.move])
+        if s.phase == MICRO and len(plan.correction) > 0:
+            aim = Target(aim.position + plan.correction[s.move], aim.velocity, aim.acceleration)
+        integral, kept, ctrl = micro.step(p.micro, p.fine, kept, integral, aim, seen, dt)
+    else:
+        kept = micro.rest(p.fine, kept, seen, dt)
     reset = 0.0
     if zeroed == 0 and (
         s.phase == MICRO or (s.phase == SETTLING and t - s.entered >= p.sequence.wait - TICK)
@@ -296,12 +332,13 @@ def step(
         s.micro_reference,
         memory,
         integral,
+        kept,
     )
     command = Command(
         s.macro_reference,
         1.0 if moving else 0.0,
         s.micro_reference,
-        1.0 if s.phase == MICRO else 0.0,
+        1.0 if driven else 0.0,
         fine,
     )
     return s, command, Outputs(motor, ctrl, p.fan, reset)

@@ -96,6 +96,9 @@ def extension(recording: Recording) -> list[Extension]:
     for off, until in zip(disabled, ends, strict=True):
         if off >= len(phase) or phase[off] == DONE:
             continue
+        held = "micro_reference" in recording
+        if held and np.any(recording["micro_reference"][off:until] != 0.0):
+            continue  # it keeps a set point, and does not return
         place = 1e3 * recording["hall_position"][off:until]
         if not abs(place[0]) > RETURNED:
             continue

@@ -54,7 +54,7 @@ def _gone(
     latched, arrived = 0.0, 0
     for k in range(_LONGEST):
         sent = volts if k < full else (between if k == full else -volts)
-        drive = amplifier.motor_volts(p.amplifier, latched)
+        drive = amplifier.motor_volts(p.amplifier, latched, s.i)
         s = carriage.advance(p.macro, s, drive, dt, p.macro_steps)
         if k > full + 1 and s.v <= 0.0:
             break

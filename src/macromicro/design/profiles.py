@@ -8,11 +8,14 @@ from the encoder, micro from the laser.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from macromicro.control.supervisor import DONE
 from macromicro.control.supervisor import MICRO as FINE
+from macromicro.design import zero
 from macromicro.design.response import (
     MACRO_BAND,
     MICRO_BAND,
@@ -107,11 +110,26 @@ def profiles(
         In order; none for a programme of moves.
     """
     ran = len(recording) * recording.dt
+    spans = _timed(recording, programme) if programme.mixed else programme.profiles
     return [
         _one(recording, k, span, pitch * 1e3, macro_band)
-        for k, span in enumerate(programme.profiles)
+        for k, span in enumerate(spans)
         if span.begin + recording.dt < ran
     ]
+
+
+def _timed(recording: Recording, programme: Programme) -> Iterator[Span]:
+    """The profiles of a mixed programme that were begun, with their times by the recording."""
+    move, dt = recording["move"], recording.dt
+    for span in programme.profiles:
+        first, behind = (int(row) for row in np.searchsorted(move, (span.first, span.behind)))
+        if first == len(move):
+            return
+        begin = (first - 1) * dt  # its time 0 is the row before its first set point
+        done = behind < len(move) or recording["phase"][-1] == DONE
+        until = behind if done else len(move) + 2  # cut short: beyond what there is
+        finish = begin + (span.behind - span.first) * dt
+        yield span._replace(begin=begin, finish=finish, until=until * dt)
 
 
 def _one(recording: Recording, k: int, span: Span, pitch: float, band: float) -> ProfileResult:
@@ -128,7 +146,8 @@ def _one(recording: Recording, k: int, span: Span, pitch: float, band: float) ->
         known = np.isfinite(reading)
         scale, late, width = 1e3, 0, band * pitch
     else:
-        reference, reading = recording["micro_reference"][a:c] * 1e3, recording["laser"][a:c]
+        reference = recording["micro_reference"][a:c] * 1e3
+        reading = recording["laser"][a:c] + zero.offset(recording, c)
         driven = recording["phase"][a:c] == FINE
         known = driven & (recording["laser_reset"][a:c] == 0) & np.isfinite(reading)
         late = int(np.argmax(driven)) if driven.any() else c - a
@@ -149,7 +168,7 @@ def _one(recording: Recording, k: int, span: Span, pitch: float, band: float) ->
         unit="mm" if coarse else "um",
         origin=round(span.origin * scale, 6),
         target=round(span.target * scale, 6),
-        start_s=round(span.begin, 9),
+        start_s=round(max(span.begin, 0.0), 9),
         end_s=round(span.finish, 9),
         late_s=round(late * dt, 9),
         rms_error=None if worst is None else math.sqrt(float(np.nanmean(error[: b - a] ** 2))),

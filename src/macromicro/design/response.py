@@ -18,6 +18,7 @@ from macromicro import nominal
 from macromicro.arrays import Array
 from macromicro.control.supervisor import DONE, SETTLING
 from macromicro.control.supervisor import MACRO as MOVING
+from macromicro.design import zero
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
 
@@ -116,7 +117,8 @@ def moves(
     macro_band : float, optional
         Error within which the macro-stage has arrived, counts.
     but : Sequence[int], optional
-        Stages that are left out: they follow a trajectory (`tracking`).
+        Stages that are left out: they follow a trajectory (`tracking`). So are the set points of
+        profiles beside moves (`macromicro.design.profiles`).
 
     Returns
     -------
@@ -125,9 +127,9 @@ def moves(
     """
     if not len(recording):
         return []
-    done = []
+    done, single = [], programme.moves if programme.mixed else np.ones(len(programme.stage), bool)
     for span in _spans(recording, programme):
-        if programme.stage[span.move] in but:
+        if programme.stage[span.move] in but or not single[span.move]:
             continue
         if programme.stage[span.move] == MACRO:
             done.append(_macro(recording, programme, span, pitch, macro_band))
@@ -284,7 +286,8 @@ def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResul
     # The reading at a reset still counts from the reset before.
     resets = np.flatnonzero(recording["laser_reset"][rows])
     first = int(resets[-1]) + 1 if len(resets) else 0
-    error = target - recording["laser"][span.a + first : span.b]
+    missing = zero.offset(recording, span.b)
+    error = target - missing - recording["laser"][span.a + first : span.b]
     start = _time(recording, span.a)
     row, beyond = None, None
     if len(error):
@@ -295,7 +298,7 @@ def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResul
     final, hall, true = None, None, None
     if span.complete:
         last = slice(span.b - tail(span.b - span.a, dt), span.b)
-        final = _mean_error(recording, "laser", target, last)
+        final = _mean_error(recording, "laser", target - missing, last)
         hall = _mean_error(recording, "hall_position", target * 1e-3, last)
         true = _mean_error(recording, "true_micro", target * 1e-3, last)
     return MoveResult(

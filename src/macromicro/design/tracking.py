@@ -13,6 +13,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as FINE
+from macromicro.design import zero
 from macromicro.design.response import PITCH
 from macromicro.programme import MACRO, MICRO, Programme, dense
 from macromicro.recording import Recording
@@ -91,9 +92,9 @@ def followed(recording: Recording, programme: Programme) -> tuple[int, ...]:
     Returns
     -------
     tuple[int, ...]
-        MACRO, MICRO, both or none.
+        MACRO, MICRO, both or none; none of a mixed programme, whose profiles are told one by one.
     """
-    if not len(recording):
+    if not len(recording) or programme.mixed:
         return ()
     begun = min(int(recording["move"][-1]) + 1, len(programme.stage))
     rows = np.searchsorted(recording["move"], np.arange(begun))
@@ -135,7 +136,7 @@ def course(
         good = np.isfinite(reading)
         found = Course(t[good], reference[good] * scale, reading[good] * scale)
     else:
-        reading = recording["laser"][a:]
+        reading = zero.contraction(recording)[a:]
         good = (recording["phase"][a:] == FINE) & (recording["laser_reset"][a:] == 0)
         good &= np.isfinite(reading)
         found = Course(t[good], recording["micro_reference"][a:][good] * 1e3, reading[good])

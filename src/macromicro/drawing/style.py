@@ -45,9 +45,10 @@ def new(height: float, rows: int, columns: int = 1, **options: Any) -> tuple[Fig
         The axes, objects of matplotlib.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI)
+    from macromicro.drawing.shown import Shown
+
+    figure = Shown(figsize=(WIDTH, height), dpi=DPI)
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, columns, squeeze=False, **options)
     for ax in axes.flat:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from macromicro.control import outside
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.kernel import is_kernel
 
@@ -63,6 +64,7 @@ Made = dict[str, Callable[[], Unit]]
 def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
     """A law of one stage, with its gains."""
     sample, target = Sample(0.0, 0.0), Target(0.0, 0.0, 0.0)
+    gains = outside.given(law, gains)
     memory = law.start(gains, sample)
     entries = [Entry("step", law.step, (gains, memory, target, sample, 0.0))]
     state = memory
@@ -71,4 +73,6 @@ def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
         state = None
     if law.again is not None:
         entries.insert(1, Entry("again", law.again, (gains, memory, sample)))
+    if law.rest is not None:
+        entries.append(Entry("rest", law.rest, (gains, memory, sample, 0.0)))
     return Unit(name, f"law {law.name}", tuple(entries), {"gains": gains}, state, period)

@@ -36,13 +36,14 @@ def _laws(spec: Any, name: str) -> Made:
     def named_unit(law_name: str) -> Callable[[], Unit]:
         def made() -> Unit:
             law = outside.find(law_name, "law")
-            gains = spec.own if outside.of(spec.own) == law_name else law.gains()
+            found = (each for each in (spec.own, spec.fine) if outside.of(each) == law_name)
+            gains = next(found, law.gains())
             return law_of(f"{name}.{law_name}", law, gains, PERIOD)
 
         return made
 
     found = {f"{name}.{law.field}": law_unit(law) for law in LAWS}
-    return found | {f"{name}.{law}": named_unit(law) for law in outside.SHIPPED}
+    return found | {f"{name}.{law}": named_unit(law) for law in (*outside.SHIPPED, *outside.FINE)}
 
 
 def two_stage(settings: Any) -> Made:
@@ -50,6 +51,8 @@ def two_stage(settings: Any) -> Made:
     spec, name = settings.controller, TWO_STAGE
 
     def micro_unit() -> Unit:
+        if outside.of(spec.fine) == spec.micro_law:
+            return law_of(f"{name}.micro", outside.having(spec.fine), spec.fine, PERIOD)
         gains = getattr(spec, spec.micro_law.replace("-", "_"))
         entry = Entry("step", pi.step, (gains, 0.0, 0.0, 0.0))
         words = f"law {spec.micro_law} of the micro-stage"
@@ -60,7 +63,7 @@ def two_stage(settings: Any) -> Made:
         prepared = control_settings.prepare(spec)
         limits = travel.limits(settings.travel, settings.sensors.encoder.pitch)
         plan = simulate.plan(programme.load(programme.find("thesis"), limits))
-        first = supervisor.begin(0.0, prepared.macro)
+        first = supervisor.begin(0.0, prepared)
         sample = types.Sample(*[0.0] * len(types.Sample._fields))
         entry = Entry("step", supervisor.step, (prepared, plan, first, sample, 0.0))
         words = "the macro-then-micro supervisor with both laws, and the programme of the thesis"

@@ -156,9 +156,9 @@ def _evenly(count: int, most: int) -> list[int]:
 
 
 def _figure(title: str) -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
+    from macromicro.drawing.shown import Shown
 
-    figure = Figure(figsize=(6.0, 5.0), layout="constrained")
+    figure = Shown(figsize=(6.0, 5.0), layout="constrained")
     axes = figure.subplots()
     axes.set_title(title)
     return figure, axes

@@ -67,8 +67,12 @@ def part(rows: Rows, where: slice) -> Rows:
         These alone.
     """
     run = Run(*(column[where] for column in rows.run))
-    return Rows(
-        run, rows.force[where], rows.v[where], rows.a[where], rows.still[where], rows.factor
+    return rows._replace(
+        run=run,
+        force=rows.force[where],
+        v=rows.v[where],
+        a=rows.a[where],
+        still=rows.still[where],
     )
 
 

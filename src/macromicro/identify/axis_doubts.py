@@ -8,13 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.identify.axis_inverse import Estimate
+from macromicro.identify.axis_inverse import Estimate, Rows
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.runs import Run
 
 _FAR = 5.0  # a jump is that many times as large as any other step
 _JUMPS = 0.02  # of the samples at most
 _SURE = 2.0  # standard errors
+_ONE = 0.98  # correlation of errors
+_SLOW = 0.01  # of the greatest speed
 _REFUSED, _COARSE = 1.5, 4.0  # samples in the time constant
 
 
@@ -96,3 +98,53 @@ def coarse(estimates: Sequence[Estimate], dt: float) -> None:
         raise InputError("record", found, accepted)
     if least < _COARSE * dt:
         notice(DataWarning, f"{found}: the mass is uncertain beyond what is told; sample faster")
+
+
+def mixed(estimate: Estimate, rows: Sequence[Rows]) -> None:
+    """Say which parameters the record cannot tell apart.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        As found.
+    rows : Sequence[Rows]
+        In what.
+    """
+    fastest = max(float(np.abs(r.v).max()) for r in rows)
+    ways = {float(s) for r in rows for s in np.sign(r.v[np.abs(r.v) > _SLOW * fastest])}
+    if len(ways) == 1 and "coulomb" not in estimate.names:
+        notice(
+            DataWarning,
+            "motion in one direction only: Coulomb friction and a constant force cannot be "
+            "separated; offset is their sum",
+        )
+    for a, b, correlation in correlated(estimate):
+        notice(
+            DataWarning,
+            f"{a} and {b} cannot be separated in this record: their errors go together "
+            f"(correlation {correlation:.3f}); the errors printed hold for both at once",
+        )
+
+
+def correlated(estimate: Estimate) -> list[tuple[str, str, float]]:
+    """Pairs of parameters whose errors are nearly one and the same.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        As found.
+
+    Returns
+    -------
+    list[tuple[str, str, float]]
+        Two names and the correlation of their errors, beyond 0.98 in size.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        together = estimate.covariance / np.outer(estimate.std, estimate.std)
+    names = estimate.names
+    return [
+        (names[i], names[k], float(together[i, k]))
+        for i in range(len(names))
+        for k in range(i + 1, len(names))
+        if abs(together[i, k]) > _ONE
+    ]

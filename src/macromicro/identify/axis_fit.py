@@ -13,6 +13,7 @@ from macromicro.errors import InputError
 from macromicro.identify import axis_choice, axis_doubts
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_choice import Judged, part
+from macromicro.identify.axis_instruments import instrumented
 from macromicro.identify.axis_inverse import (
     STRUCTURES,
     Estimate,
@@ -21,7 +22,7 @@ from macromicro.identify.axis_inverse import (
     fitted,
     plausible,
 )
-from macromicro.identify.axis_refine import begun, free_runs, refined
+from macromicro.identify.axis_refine import free_runs, refined, started
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run, checked
@@ -71,7 +72,7 @@ class DriveFit:
         Position RMS of the free run over the last part of each record (of three or more: over every
         third one) by the output-error fit to the rest.
     starts : tuple[tuple[float, float], ...]
-        Measured position and speed at the start of each record.
+        Position and speed at the start of each record, as its free run asks for.
     free_run : tuple[Array, ...]
         Positions of the refined axis over each whole record, from `starts`.
     residuals : tuple[Array, ...]
@@ -199,7 +200,7 @@ def drive(
     if structure == "auto":
         judged = axis_choice.chosen(rows)
         structure = judged.structure
-    inverse = fitted(rows, structure)
+    inverse = instrumented(rows, fitted(rows, structure))
     axis_doubts.against(inverse)
     if not plausible(inverse):
         notice(
@@ -210,15 +211,17 @@ def drive(
     test, trained = _judged(rows, holdout, structure, lag)
     missed = np.concatenate(free_runs(test, trained.axis)[1])
     final = refined(rows, inverse, lag)
+    axis_doubts.mixed(inverse, rows)
     axis_doubts.coarse((inverse, final), runs[0].dt)
-    free, errors = free_runs(rows, final.axis)
+    starts = started(rows, final.axis)
+    free, errors = free_runs(rows, final.axis, starts)
     return DriveFit(
         structure,
         inverse,
         final,
         judged.scores,
         float(np.sqrt(np.mean(missed**2))),
-        tuple(begun(r) for r in rows),
+        tuple(starts),
         tuple(free),
         tuple(errors),
         float(gain),
@@ -308,7 +311,7 @@ def _judged(
     except InputError:
         train, test = next(axis_choice.folds(rows))
         start = fitted(train, structure)
-    return test, refined(train, start, lag)
+    return test, refined(train, start, lag, told=False)
 
 
 def _delayed(

@@ -5,10 +5,16 @@
 After M. Gautier and A. Janot: speed and acceleration are central differences of the
 position behind a zero-phase Butterworth filter; all columns and the force then pass
 the same low-pass and are decimated, which keeps least squares free of bias.
+
+The force is held from sample to sample. The equation is therefore taken in its mean over the
+sample before and the one after, the earlier and the later time weighted less: there the mean of
+the acceleration is the second difference of the position, whatever the force did, and the mean
+of the force is that of its two held values.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,7 +23,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.axis import Axis
+from macromicro.identify.axis import Axis, late
 from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
 
@@ -42,6 +48,9 @@ _SPEEDS = np.geomspace(0.005, 0.5, 25)  # Stribeck speeds tried, parts of the to
 _LARGEST = 3.0  # of the largest force: no breakaway friction is above it
 
 _STILL = 0.01
+_SMOOTH = ("mass", "viscous")  # their regressors have passed the low-pass of the position
+_MIXED = 0.1  # of the largest weight in what the regressors do not show
+_HELD = 0.5  # samples by which the mean of a held force is late
 
 
 @dataclass(frozen=True)
@@ -91,7 +100,7 @@ class Rows(NamedTuple):
     run : Run
         As measured.
     force : ndarray, shape (n,)
-        Gain times u.
+        Gain times u, held from each sample to the next.
     v : ndarray, shape (n,)
         Filtered speed.
     a : ndarray, shape (n,)
@@ -100,6 +109,8 @@ class Rows(NamedTuple):
         Where the axis stands, its speed under 1 % of the record's greatest, shape (n,).
     factor : int
         Decimation to come.
+    corner : float
+        Cut-off of the low-pass that speed and acceleration have passed, Hz; infinite for none.
     """
 
     run: Run
@@ -108,6 +119,7 @@ class Rows(NamedTuple):
     a: Array
     still: npt.NDArray[np.bool_]
     factor: int
+    corner: float = math.inf
 
 
 def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
@@ -129,17 +141,52 @@ def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
     Rows
         With speed in units of x/s, acceleration in x/s2.
     """
+    smooth = _smoothed(run.x, cutoff, run.dt)
+    v, a = means(smooth, run.dt)
+    still = np.abs(v) < _STILL * np.abs(v).max()
+    return Rows(run, force, v, a, still, factor, cutoff)
+
+
+def _smoothed(signals: Array, corner: float, dt: float) -> Array:
+    """Signals, one a column, behind the zero-phase low-pass; as they are for an infinite corner."""
+    if math.isinf(corner):
+        return signals
     from scipy.signal import butter, sosfiltfilt
 
-    sections = butter(4, 2.0 * run.dt * cutoff, output="sos")
-    smooth = sosfiltfilt(sections, run.x)
-    v = np.gradient(smooth, run.dt)
-    still = np.abs(v) < _STILL * np.abs(v).max()
-    return Rows(run, force, v, np.gradient(v, run.dt), still, factor)
+    sections = butter(4, 2.0 * dt * corner, output="sos")
+    return np.asarray(sosfiltfilt(sections, signals, axis=0))
+
+
+def means(x: Array, dt: float) -> tuple[Array, Array]:
+    """Speed and acceleration in their mean over the sample before and the one after.
+
+    Weighted by a triangle: the acceleration exactly, the speed to the fourth order of the sample
+    time. The two samples at either end are plain differences.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Positions.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    v : ndarray, shape (n,)
+        Units of x/s.
+    a : ndarray, shape (n,)
+        Units of x/s2.
+    """
+    v = np.gradient(x, dt)
+    a = np.gradient(v, dt)
+    near, far = x[3:-1] - x[1:-3], x[4:] - x[:-4]
+    v[2:-2] = (14.0 * near - far) / (24.0 * dt)
+    a[2:-2] = (x[3:-1] - 2.0 * x[2:-2] + x[1:-3]) / dt**2
+    return v, a
 
 
 def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
-    """The regressors, and the force last, filtered and decimated alike.
+    """The regressors, and the mean of the held force last, filtered and decimated alike.
 
     Rows around which the axis stands for half the time or more are left out: friction at rest
     balances any force, which no regressor says. A mere reversal stays in.
@@ -167,7 +214,11 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
         "asymmetry": np.abs(v),
         "stribeck": sign * np.exp(-((v / stribeck_speed) ** 2)),
     }
-    table = np.stack([made[n] for n in names if n in made] + [rows.force], axis=1)
+    asked = [n for n in names if n in made]
+    table = np.stack([made[n] for n in asked] + [late(rows.force, _HELD)], axis=1)
+    # What has not come from the position's low-pass must pass the same one.
+    rough = [k for k, n in enumerate([*asked, ""]) if n not in _SMOOTH]
+    table[:, rough] = _smoothed(table[:, rough], rows.corner, rows.run.dt)
     kept, stands = _decimated(table, rows.factor), _standing(rows.still, rows.factor)
     return np.asarray(kept[~stands])
 
@@ -240,15 +291,15 @@ def _linear(rows: list[Rows], names: tuple[str, ...], speed: float) -> Estimate:
     table = np.concatenate(parts)
     left, force = table[:, :-1], table[:, -1]
     scale = np.sqrt((left**2).sum(axis=0))
+    linear = tuple(n for n in names if n != "stribeck_speed")
     if (scale == 0.0).any() or np.linalg.cond(left / scale) > 1e8:
         raise InputError(
             "record",
-            "the motion does not determine all parameters",
+            f"the motion does not determine all parameters; {_together(left, scale, linear)}",
             "accelerated motion in both directions at several speeds, or a simpler structure",
         )
     theta = np.linalg.lstsq(left / scale, force, rcond=None)[0] / scale
     missed = force - left @ theta
-    linear = tuple(n for n in names if n != "stribeck_speed")
     found = dict(zip(linear, theta.tolist(), strict=True))
     axis = Axis(**found, stribeck_speed=speed)
     spread = np.full((len(names), len(names)), np.nan)
@@ -257,6 +308,16 @@ def _linear(rows: list[Rows], names: tuple[str, ...], speed: float) -> Estimate:
     )
     rms = float(np.sqrt(np.mean(missed**2)))
     return Estimate(axis, names, spread, rms, 100.0 * rms / float(np.sqrt(np.mean(force**2))))
+
+
+def _together(left: Array, scale: Array, names: tuple[str, ...]) -> str:
+    """Which parameters the regressors do not tell apart, or do not show at all."""
+    unseen = [n for n, s in zip(names, scale, strict=True) if s == 0.0]
+    if unseen:
+        return f"not seen: {', '.join(unseen)}"
+    weights = np.abs(np.linalg.svd(left / scale, full_matrices=False)[2][-1])
+    mixed = [n for n, w in zip(names, weights, strict=True) if w > _MIXED * weights.max()]
+    return f"cannot be separated: {', '.join(mixed)}"
 
 
 def plausible(estimate: Estimate) -> bool:

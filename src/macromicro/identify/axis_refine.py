@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.identify import axis_spread
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_inverse import Estimate, Rows, force_residuals
+from macromicro.identify.axis_pieces import Pieces, cleared, cut, runs, settled
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
-from macromicro.identify.spread import autoregression
 
-_DRAWS = 60
-_BEFORE = 200  # samples for the noise to settle
 _FORCES = ("coulomb", "offset", "stribeck")
+_WHOLE, _TURNS = 60, 20  # time constants M/Fv: a record that stays whole, a piece of a longer one
+_LEAST = 1000  # samples in a piece
+_NOISY, _HOPELESS = 3.0, 300.0  # times the noise of the position: at the end, at the begin
+_FAR = 10.0  # times its errors inverse dynamics may be off, as its bias by noise is not in them
+_SLOPE = 1e-3  # of a parameter: over which slopes are taken
 
 
 def begun(rows: Rows) -> tuple[float, float]:
@@ -35,8 +42,39 @@ def begun(rows: Rows) -> tuple[float, float]:
     return float(rows.run.x[0]), v if moving else 0.0
 
 
-def free_runs(rows: list[Rows], axis: Axis) -> tuple[list[Array], list[Array]]:
-    """Free runs of an axis from each record's measured start.
+def free_runs(
+    rows: list[Rows], axis: Axis, starts: Sequence[tuple[float, float]] = ()
+) -> tuple[list[Array], list[Array]]:
+    """Free runs of an axis over whole records.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    axis : Axis
+        Parameters.
+    starts : Sequence[tuple[float, float]], optional
+        Position and speed at the start of each record; default as measured (`begun`).
+
+    Returns
+    -------
+    free : list[Array]
+        Positions, shape (n,) per record.
+    errors : list[Array]
+        Measured less free run, shape (n,) per record.
+    """
+    free, errors = [], []
+    for k, r in enumerate(rows):
+        run = simulate(axis, r.force, r.run.dt, *(starts[k] if starts else begun(r)))
+        free.append(run)
+        errors.append(r.run.x - run)
+    return free, errors
+
+
+def started(rows: list[Rows], axis: Axis) -> list[tuple[float, float]]:
+    """Position and speed at the start of each record: as measured, or nearest to the record.
+
+    The latter where the free run then misses by little more than noise of the position.
 
     Parameters
     ----------
@@ -47,24 +85,66 @@ def free_runs(rows: list[Rows], axis: Axis) -> tuple[list[Array], list[Array]]:
 
     Returns
     -------
-    free : list[Array]
-        Positions, shape (n,) per record.
-    errors : list[Array]
-        Measured less free run, shape (n,) per record.
+    list[tuple[float, float]]
+        Position and speed, per second.
     """
-    free, errors = [], []
-    for r in rows:
-        run = simulate(axis, r.force, r.run.dt, *begun(r))
-        free.append(run)
-        errors.append(r.run.x - run)
-    return free, errors
+    found = []
+    for whole in cut(rows, max(len(r.v) for r in rows), True):
+        r, at = whole.rows, settled(whole, axis)
+        x, v = begun(r)
+        if _noisy(at.error, [r]):
+            v = float(at.speeds[0])
+            x = float(np.mean(r.run.x - simulate(axis, r.force, r.run.dt, 0.0, v)))
+        found.append((x, v))
+    return found
 
 
-def refined(rows: list[Rows], start: Estimate, lag: float | None = None) -> Estimate:
+def _noisy(error: Array, rows: list[Rows], most: float = _NOISY) -> bool:
+    """Whether a free run misses by little more than the noise of the positions."""
+    sensor = np.sqrt(np.mean([axis_spread.sensed(r.run.x) ** 2 for r in rows]))
+    return bool(np.sqrt(np.mean(error**2)) < most * sensor)
+
+
+def piece(rows: list[Rows], start: Estimate, free: bool) -> int:
+    """Samples over which a free run is compared with the record.
+
+    Long enough for friction to show in the distance gone; where forces disturb it, no longer: their
+    effects pile up.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    start : Estimate
+        By inverse dynamics.
+    free : bool
+        Whether noise of the position outweighs what forces do.
+
+    Returns
+    -------
+    int
+        All of a record up to sixty time constants M/Fv, or where noise of the position outweighs;
+        else twenty, 1000 samples at least.
+    """
+    p, dt = start.axis, rows[0].run.dt
+    longest = max(len(r.v) for r in rows)
+    if not (p.mass > 0.0 and p.viscous > 0.0):
+        return longest
+    turn = p.mass / p.viscous / dt
+    if free or longest <= _WHOLE * turn:
+        return longest
+    return int(min(max(_TURNS * turn, _LEAST), longest))
+
+
+def refined(
+    rows: list[Rows], start: Estimate, lag: float | None = None, *, told: bool = True
+) -> Estimate:
     """Output error from an estimate by inverse dynamics; mass and friction stay above zero.
 
-    Gradients are differences over 0.1 % of a parameter, wide enough to smooth over single samples
-    at which the axis sticks or not.
+    Long records are compared in pieces (`piece`). Position and speed at the start of each are found
+    with the parameters where that leaves no more than noise of the position, and else as measured:
+    they would take up what disturbing forces did. Gradients are differences over 0.1 % of a
+    parameter, wide enough to smooth over single samples at which the axis sticks or not.
 
     Parameters
     ----------
@@ -74,11 +154,13 @@ def refined(rows: list[Rows], start: Estimate, lag: float | None = None) -> Esti
         Where the search begins; its names are the free parameters.
     lag : float | None, optional
         Where the search for the force's lag begins, s; None: the force acts at once.
+    told : bool, optional
+        Whether standard errors and doubts are told; else all errors are NaN.
 
     Returns
     -------
     Estimate
-        Its `rms` is that of the position.
+        Its `rms` is that of the position, over whole records.
     """
     from scipy.optimize import least_squares
 
@@ -98,69 +180,83 @@ def refined(rows: list[Rows], start: Estimate, lag: float | None = None) -> Esti
     begin = np.where(signed, first / scale, np.maximum(first / scale, 1e-2))
 
     def axis(values: Array) -> Axis:
-        return Axis(**dict(zip(names, values.tolist(), strict=True)))
+        return Axis(**dict(zip(names, (values * scale).tolist(), strict=True)))
 
     # What is minimised is the distance of a simulation from the record, not of an equation from
     # the data: positions are taken as measured and never differentiated, so their noise does not
     # bias the result. The price is a cost with local minima, and kinks where the axis sticks; that
     # is why the search starts from inverse dynamics and is given wide differences.
-    def missed(scaled: Array) -> Array:
-        return np.concatenate(free_runs(rows, axis(scaled * scale))[1])
+    for free in (True, False):
+        pieces = cut(rows, piece(rows, start, free), free)
 
-    found = least_squares(
-        missed,
-        begin,
-        bounds=(low, np.inf),
-        jac="3-point",
-        diff_step=1e-3,
-        xtol=1e-7,
-        ftol=1e-9,
-        max_nfev=100,
-    )
+        def missed(values: Array, pieces: list[Pieces] = pieces) -> Array:
+            return np.concatenate([settled(p, axis(values)).error for p in pieces])
+
+        def slopes(values: Array, pieces: list[Pieces] = pieces) -> Array:
+            return _slopes(pieces, axis, values, low)
+
+        if free and not _noisy(missed(begin), rows, _HOPELESS):
+            continue
+        found = least_squares(
+            missed, begin, slopes, bounds=(low, np.inf), xtol=1e-7, ftol=1e-9, max_nfev=100
+        )
+        if _noisy(found.fun, rows):
+            break
     if found.status == 0:
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
-    error, final = found.fun, axis(found.x * scale)
-    runs = free_runs(rows, final)[0]
-    pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
-    disturbed = force_residuals(pushed, start)
-    spread = _covariance(rows, disturbed, final, runs, found.jac) * np.outer(scale, scale)
-    least = ~signed & (found.x <= 2.0 * low)
-    if least.any():
-        ended = ", ".join(n for n, at in zip(names, least, strict=True) if at)
-        notice(
-            DataWarning,
-            f"output error: {ended} at the least that is allowed, next to 0; the record does not "
-            "show how much there is, and no standard error is told for it",
-        )
-        spread[least, :] = spread[:, least] = np.nan
+    final = axis(found.x)
+    spread = np.full((len(names), len(names)), np.nan)
+    if told:
+        spread = _spread(rows, pieces, start, final, found, scale)
+        least = ~signed & (found.x <= 2.0 * low)
+        if least.any():
+            ended = ", ".join(n for n, at in zip(names, least, strict=True) if at)
+            notice(
+                DataWarning,
+                f"output error: {ended} at the least that is allowed, next to 0; the record does "
+                "not show how much there is, and no standard error is told for it",
+            )
+            spread[least, :] = spread[:, least] = np.nan
+    error = np.concatenate(free_runs(rows, final, started(rows, final))[1])
     about = np.concatenate([r.run.x - r.run.x.mean() for r in rows])
     rms = float(np.sqrt(np.mean(error**2)))
     return Estimate(final, names, spread, rms, 100.0 * rms / float(np.sqrt(np.mean(about**2))))
 
 
-def _covariance(
-    rows: list[Rows], disturbed: list[Array], axis: Axis, free: list[Array], jacobian: Array
+def _spread(
+    rows: list[Rows], pieces: list[Pieces], start: Estimate, final: Axis, found: Any, scale: Array
 ) -> Array:
-    """Covariance of the parameters from what disturbs the force.
+    """Covariance of the parameters; `found` is in their parts of `scale`."""
+    pushed = [r._replace(force=late(r.force, final.lag / r.run.dt)) for r in rows]
+    noise = axis_spread.noise(pushed, force_residuals(pushed, start), start.axis)
+    spread, explained = axis_spread.covariance(pieces, final, found.jac, found.fun, noise)
+    spread = spread * np.outer(scale, scale)
+    # Two methods that ought to agree say how far apart a wrong model can be. Where the free run is
+    # explained, what is many times more than inverse dynamics' own errors counts (after Hausman,
+    # Econometrica 46, 1978), but for records that noise of the position alone keeps it from.
+    apart = np.array([getattr(final, n) for n in start.names]) - start.values
+    own = np.sqrt(np.diag(start.covariance))
+    near = np.abs(apart) <= _FAR * own
+    apart[explained & (near | _noisy(found.fun, rows))] = 0.0
+    at = np.arange(len(apart))
+    spread[at, at] += apart**2
+    return np.asarray(spread)
 
-    A free run's errors come from disturbances of the force and pile up like a random walk,
-    so their own spectrum says little. In their place: the residual force of inverse
-    dynamics, as an autoregression, is drawn anew, added to the force, and the change of the
-    free run is mapped to the parameters, `_DRAWS` times.
-    """
-    from scipy.signal import lfilter
 
-    d, power = autoregression(disturbed)
-    random = np.random.Generator(np.random.PCG64(0))
-    pseudo = np.linalg.pinv(jacobian)
-    moved = np.empty((_DRAWS, jacobian.shape[1]))
-    for k in range(_DRAWS):
-        changes = []
-        for r, run in zip(rows, free, strict=True):
-            count = len(run) // r.factor + _BEFORE + 1
-            white = random.standard_normal(count) * np.sqrt(power)
-            coarse = lfilter([1.0], np.concatenate([[1.0], d]), white)[_BEFORE:]
-            shaken = r.force + np.repeat(coarse, r.factor)[: len(run)]
-            changes.append(simulate(axis, shaken, r.run.dt, *begun(r)) - run)
-        moved[k] = pseudo @ np.concatenate(changes)
-    return np.asarray(np.atleast_2d(np.cov(moved.T)))
+def _slopes(
+    pieces: list[Pieces], axis: Callable[[Array], Axis], values: Array, low: Array
+) -> Array:
+    """Slopes of the errors by the parameters, less what the starts of the pieces take up."""
+    parts = []
+    for one in pieces:
+        at = settled(one, axis(values))
+        columns = []
+        for k, value in enumerate(values):
+            nudge = _SLOPE * max(abs(float(value)), 1e-2)
+            up, down = values.copy(), values.copy()
+            up[k] += nudge
+            down[k] = max(value - nudge, low[k])
+            change = runs(one, axis(down), at.speeds) - runs(one, axis(up), at.speeds)
+            columns.append(cleared(one, at.slope, change) / (up[k] - down[k]))
+        parts.append(np.stack(columns, axis=1))
+    return np.concatenate(parts)

@@ -53,6 +53,30 @@ class Around(NamedTuple):
     ripple: float = 0.0
 
 
+class Drive(NamedTuple):
+    """What is known of a drive that gives.
+
+    Attributes
+    ----------
+    rotor : float
+        The motor's part of all that moves.
+    frequency : float
+        Of the load on it, the motor held, Hz.
+    damping : float
+        Ratio, of that.
+    at : str
+        Where the encoder is: "motor" or "load".
+    notch : float
+        Middle of the effort's notch, Hz; 0: none.
+    """
+
+    rotor: float
+    frequency: float
+    damping: float
+    at: str
+    notch: float = 0.0
+
+
 def values(axis: Axis, around: Around) -> dict[str, str]:
     """Settings of the machine by their paths.
 
@@ -108,6 +132,50 @@ def values(axis: Axis, around: Around) -> dict[str, str]:
     return {**words, **{path: f'"{float(v)!r} {unit}"' for path, (v, unit) in figures.items()}}
 
 
+def limber(settings: dict[str, str], drive: Drive) -> dict[str, str]:
+    """The same with a drive between motor and load: a belt on a pulley of 1 m, whose turn is the
+    way.
+
+    What arrives within the drive's vibration follows from its rule, so no tolerance is named.
+
+    Parameters
+    ----------
+    settings : dict[str, str]
+        From `values`.
+    drive : Drive
+        What was found of it.
+
+    Returns
+    -------
+    dict[str, str]
+        Path to a TOML value.
+    """
+
+    def number(path: str) -> float:
+        return float(settings[path].strip('"').split()[0])
+
+    mass, k = number("load.mass"), number("motor.force")
+    load = mass * (1.0 - drive.rotor)
+    pull = math.sin(number("load.incline")) * mass / load
+    left = ("motor.force", "arrival.tolerance")
+    found = {path: value for path, value in settings.items() if path not in left}
+    found |= {
+        "drive.kind": '"belt"',
+        "drive.radius": '"1.0 m"',
+        "drive.inertia": '"0.0 kg*m^2"',
+        "drive.frequency": f'"{drive.frequency!r} Hz"',
+        "drive.damping": repr(drive.damping),
+        "motor.constant": f'"{k!r} N*m/A"',
+        "motor.inertia": f'"{mass * drive.rotor!r} kg*m^2"',
+        "load.mass": f'"{load!r} kg"',
+        "load.incline": f'"{math.asin(min(max(pull, -0.99), 0.99))!r} rad"',
+        "encoder.at": f'"{drive.at}"',
+    }
+    if drive.notch > 0.0:
+        found["controller.notch.frequency"] = f'"{drive.notch!r} Hz"'
+    return found
+
+
 def turned(settings: dict[str, str]) -> dict[str, str]:
     """The same of the machine `rotary`: a motor of constant k N m/A without a gear, whose inertia
     is part of the load's.
@@ -125,7 +193,10 @@ def turned(settings: dict[str, str]) -> dict[str, str]:
     named = {"motor.force": "motor.constant", "load.mass": "load.inertia"}
     found = {"motor.inertia": '"0 kg*m^2"', "drive.ratio": "1.0", "drive.inertia": '"0 kg*m^2"'}
     for path, value in settings.items():
-        if path in ("drive.kind", "load.incline"):
+        if path in ("drive.kind", "drive.radius", "load.incline"):
+            continue
+        if path in (*found, "motor.constant"):  # of the motor's turn, here as there
+            found[path] = value
             continue
         number, _, unit = value.strip('"').partition(" ")
         same = not unit or value == number

@@ -67,6 +67,9 @@ class LinearFit:
         Whether they settled.
     noise : ndarray, shape (noise_order,)
         d1, d2, ... of `gls`; empty for the others.
+    starts : dict[str, float]
+        Of `output_error`: the free-run fit in percent that the search reached from each beginning;
+        empty for the others.
     """
 
     method: str
@@ -82,6 +85,7 @@ class LinearFit:
     iterations: int = 1
     converged: bool = True
     noise: Array = field(default_factory=lambda: np.zeros(0))
+    starts: dict[str, float] = field(default_factory=dict)
 
     @property
     def std(self) -> Array:

@@ -154,6 +154,32 @@ def sriv(
         An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
+    solution, count, done = instrumental(task)
+    return finished("sriv", task, solution, count, converged=done)
+
+
+def instrumental(task: Task) -> tuple[Solution, int, bool]:
+    """The iteration of `sriv`.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+
+    Returns
+    -------
+    solution : Solution
+        Solution of the last iteration.
+    count : int
+        Number of iterations.
+    done : bool
+        Whether they settled.
+
+    Raises
+    ------
+    InputError
+        The data do not determine the parameters.
+    """
     solution, _, _ = steiglitz_mcbride(task)
     inputs, outputs = [r.u for r in task.data], [r.y for r in task.data]
     roots = task.roots
@@ -173,4 +199,4 @@ def sriv(
         new = Solution(theta, psi, target - phi @ theta)
         done = settled(task, theta, solution.theta, new)
         solution = new
-    return finished("sriv", task, solution, count, converged=done)
+    return solution, count, done

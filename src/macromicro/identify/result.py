@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 RESULT, MODEL = "result.json", "model.toml"
+_PLAIN, _DIGITS = (-5, 7), 10  # powers of ten that are written out; the most digits of others
 WIDE = 120  # characters, where no terminal says how wide it is
 
 
@@ -199,12 +200,18 @@ class Result:
         from rich.console import Console
 
         text = StringIO()
-        self.show(Console(file=text, highlight=False, width=WIDE, force_terminal=False))
+        # In Jupyter rich would show it there, and leave the text empty.
+        plain = Console(
+            file=text, highlight=False, width=WIDE, force_terminal=False, force_jupyter=False
+        )
+        self.show(plain)
         return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
 
 
 def rounded(value: float, error: float = math.nan) -> tuple[str, str]:
     """Value and error as text: the error to two digits, the value to the same place.
+
+    An error above its value leaves the value one digit.
 
     Parameters
     ----------
@@ -226,6 +233,11 @@ def rounded(value: float, error: float = math.nan) -> tuple[str, str]:
         return f"{value:.5g}", ""
     if error <= 0.0:
         return f"{value:.6g}", "0"
-    # An error far above its value must not cost the value all its digits.
-    digits = 2 if value == 0.0 else math.floor(math.log10(abs(value) / error)) + 2
-    return f"{value:#.{min(max(digits, 2), 9)}g}".rstrip("."), f"{error:.2g}"
+    said = f"{error:.1e}"  # two digits; 0.0996 becomes 0.10
+    own = int(said.split("e")[1])
+    top = math.floor(math.log10(abs(value))) if value != 0.0 else own
+    place = min(own - 1, top)
+    if _PLAIN[0] <= own and max(own, top) < _PLAIN[1]:
+        places = max(1 - own, 0)
+        return f"{round(value, -place):.{max(-place, 0)}f}", f"{float(said):.{places}f}"
+    return f"{value:.{min(top - place, _DIGITS)}e}", f"{float(said):.2g}"

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
+
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.linear_fit import LinearFit
+from macromicro.errors import InputError
+from macromicro.identify.equation_error import plain
+from macromicro.identify.linear_fit import LinearFit, percent
 from macromicro.identify.records import Signals
-from macromicro.identify.refined import steiglitz_mcbride
+from macromicro.identify.refined import instrumental, steiglitz_mcbride
 from macromicro.identify.regression import (
     MAX_ITERATIONS,
     Solution,
@@ -33,10 +38,12 @@ def output_error(
     *,
     start: Start = "rest",
 ) -> LinearFit:
-    """Minimiser of sum w (y - (B / A) u)^2, by Levenberg-Marquardt with exact gradients from `mls`.
+    """Minimiser of sum w (y - (B / A) u)^2, by Levenberg-Marquardt with exact gradients.
 
     Consistent under any noise that the input did not cause, and of least variance when that noise
-    is white (Ljung, System Identification, chapter 7).
+    is white (Ljung, System Identification, chapter 7). The sum has other minima, so the search is
+    made from the results of `mls`, `sriv` and `least_squares`, and from the model of first order;
+    the least of their ends is taken, and `starts` tells them all.
 
     Parameters
     ----------
@@ -64,8 +71,37 @@ def output_error(
         An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    first, _, _ = steiglitz_mcbride(task)
-    theta = first.theta.copy()
+    roots = task.roots
+    ends = {name: _descended(task, theta) for name, theta in _begins(task).items()}
+    costs = {name: _cost(end[0], roots) for name, end in ends.items()}
+    least = min(costs, key=lambda name: costs[name])
+    solution, count, done = ends[least]
+    fit = finished("output_error", task, solution, count, converged=done)
+    outputs = [r.y for r in task.data]
+    with np.errstate(over="ignore", invalid="ignore"):
+        fits = {n: percent(outputs, tuple(free_runs(task, e[0].theta))) for n, e in ends.items()}
+    return replace(fit, starts=fits)
+
+
+def _begins(task: Task) -> dict[str, Array]:
+    """Where searches begin; a method that fails has none."""
+    found: dict[str, Array] = {"mls": steiglitz_mcbride(task)[0].theta}
+    with suppress(InputError):
+        found["sriv"] = instrumental(task)[0].theta
+    with suppress(InputError):
+        found["least_squares"] = plain(task).theta
+    if task.na > 1:
+        with suppress(InputError):
+            low = steiglitz_mcbride(task._replace(na=1, nb=1))[0].theta
+            theta = np.zeros(len(found["mls"]))
+            theta[[0, task.na]] = low[:2]
+            found["first order"] = theta
+    return {n: t for n, t in found.items() if np.isfinite(t).all()}
+
+
+def _descended(task: Task, begin: Array) -> tuple[Solution, int, bool]:
+    """The minimum next to a beginning, the number of steps, and whether they settled."""
+    theta = begin.copy()
     theta[: task.na] = stable(theta[: task.na])
     roots = task.roots
     best = _linearised(task, theta)
@@ -83,7 +119,7 @@ def output_error(
             # A step within the tolerance that is no better: rounding; this is the minimum.
             done = settled(task, trial, best.theta, best) or damping > 1e8
             damping = max(damping * 10.0, 1e-6)
-    return finished("output_error", task, best, count, converged=done)
+    return best, count, done
 
 
 def _linearised(task: Task, theta: Array) -> Solution:

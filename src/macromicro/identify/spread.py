@@ -8,12 +8,17 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 
 MAX_ORDER = 30
+_LAGS = 0.75  # neighbours taken together: this times the cube root of the stretches
 
 
 def robust_covariance(
-    psi: Array, residual: Array, ends: npt.ArrayLike, weights: Array | None = None
+    psi: Array,
+    residual: Array,
+    ends: npt.ArrayLike,
+    weights: Array | None = None,
+    regressors: Array | None = None,
 ) -> Array:
-    """R^-1 S R^-1 with R = psi' W psi and S = psi' W E W psi, E the covariance of residuals.
+    """R^-1 S R^-T with R = psi' W phi and S = psi' W E W psi, E the covariance of residuals.
 
     Residuals are modelled as an autoregression D(z) e = w of the order (at most 30) that Akaike's
     criterion prefers, so S = var(w) |F' W psi|^2, where F' runs the filter 1 / D backwards. For
@@ -30,6 +35,8 @@ def robust_covariance(
         Where each record ends.
     weights : ndarray, shape (n,), optional
         W; default 1.
+    regressors : ndarray, shape (n, p), optional
+        phi, where `psi` are instruments; default `psi`.
 
     Returns
     -------
@@ -49,8 +56,9 @@ def robust_covariance(
     for part in np.split(heavy, cuts):
         back = lfilter([1.0], np.concatenate([[1.0], d]), part[::-1].T.copy())
         s += back @ back.T
-    inverse = np.linalg.pinv(heavy.T @ even)
-    result = inverse @ s @ inverse * (power * n / max(n - p, 1))
+    guided = even if regressors is None else regressors / scale
+    inverse = np.linalg.pinv(heavy.T @ guided)
+    result = inverse @ s @ inverse.T * (power * n / max(n - p, 1))
     return np.asarray(result / np.outer(scale, scale))
 
 
@@ -85,6 +93,39 @@ def autoregression(residuals: list[Array]) -> tuple[Array, float]:
         if score < least:
             best, least = (d, power), score
     return best
+
+
+def clustered(slopes: Array, residual: Array, starts: npt.ArrayLike) -> Array:
+    """Covariance of least squares by the scatter of what each stretch of the data asks for.
+
+    B^-1 S B^-1 with B = J'J, and S the sum of the products of the stretches' own J'e, which need no
+    model of the noise within a stretch (Liang and Zeger 1986). Products of neighbours count with
+    weights that fall to zero (Newey and West 1987).
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (n, p)
+        J, of the residuals by the parameters.
+    residual : ndarray, shape (n,)
+        e.
+    starts : npt.ArrayLike
+        First row of each stretch, shape (k,); k above p.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        Covariance of the parameters.
+    """
+    at = np.asarray(starts)
+    count, p = len(at), slopes.shape[1]
+    scores = np.add.reduceat(slopes * residual[:, None], at, axis=0)
+    s = scores.T @ scores
+    last = int(_LAGS * np.cbrt(count))
+    for lag in range(1, last + 1):
+        cross = scores[lag:].T @ scores[:-lag]
+        s += (1.0 - lag / (last + 1.0)) * (cross + cross.T)
+    inverse = np.linalg.pinv(slopes.T @ slopes)
+    return np.asarray(inverse @ s @ inverse * (count / max(count - p, 1)))
 
 
 def standard_errors(slopes: Array) -> Array:

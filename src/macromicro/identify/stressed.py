@@ -101,7 +101,7 @@ def _grid(recording: Recording) -> _Run:
     for a, b in pairwise(edges):
         for begin, end, step in ((0.0, 2.0, 0.002), (2.0, 10.0, 0.01), (10.0, np.inf, 0.05)):
             first = a + round(begin / recording.dt)
-            last = min(b, a + end / recording.dt)
+            last = b if np.isinf(end) else min(b, a + round(end / recording.dt))
             places.append(
                 np.arange(first, last, max(round(step / recording.dt), 1), dtype=np.int64)
             )

@@ -9,6 +9,7 @@ import math
 from functools import lru_cache
 from typing import Any
 
+from macromicro.control.notch import Notch
 from macromicro.machines import loops
 from macromicro.machines.parts import LOW_LIMIT, MOTOR, TURN
 from macromicro.machines.rounding import rounded as _round
@@ -30,6 +31,8 @@ from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
 
 BESIDE, BEYOND = 0.3, 0.2  # of a flexible mode, encoder on the motor or at the load
+NOTCHED = 0.5  # of it, where a notch takes the resonance out of the effort
+STRAYS = 0.05  # of a resonance under a notch: so far beside the notch it may lie
 MARGIN = 0.02  # of the way between the stops that stays free at either end
 FINEST = 50e-6  # s; longest step of the physics
 COUNTED = 0.15  # share of the effort that one count's step may take
@@ -72,8 +75,11 @@ def bandwidth(tree: Any) -> float:
     if tree.drive.frequency > 0.0:
         beyond = tree.encoder.at != MOTOR  # the mode lies between motor and encoder
         share = BEYOND if beyond else BESIDE
+        notch = getattr(tree.controller, "notch", loops.NO_NOTCH)
+        if notch.frequency > 0.0:
+            share = max(share, NOTCHED)
         found = min(found, share * 2.0 * math.pi * tree.drive.frequency)
-        found = _robust(tree._replace(controller=None, guard=None, motion=None), found)
+        found = _robust(tree._replace(controller=None, guard=None, motion=None), notch, found)
     # A count's step through observer and velocity gain stays below COUNTED of the effort:
     # per_newton mass w (observer pitch) with the observer at OBSERVER w.
     step = OBSERVER * per_newton(tree) * mass(tree) * tree.encoder.pitch
@@ -82,14 +88,20 @@ def bandwidth(tree: Any) -> float:
 
 
 @lru_cache(maxsize=256)
-def _robust(tree: Any, most: float) -> float:
-    """The greatest bandwidth, at most so much, at which the linear loop stays away from -1."""
+def _robust(tree: Any, notch: Notch, most: float) -> float:
+    """The greatest bandwidth, at most so much, at which the linear loop stays away from -1; under
+    a notch also where the drive's mode lies somewhat beside it."""
     dt = tree.timing.period
     frequency = loops.grid(dt, 1e-6 * most)
-    body, per_speed, w = plant(tree, frequency), per_newton(tree) * mass(tree), most
+    per_speed, w = per_newton(tree) * mass(tree), most
+    sides = (0.0,) if notch.frequency <= 0.0 else (-STRAYS, 0.0, STRAYS)
+    bodies = [
+        plant(tree._replace(drive=tree.drive._replace(frequency=one)), frequency)
+        for one in (tree.drive.frequency * (1.0 + side) for side in sides)
+    ]
     for _ in range(_TRIES):
-        found = loops.gains(w, per_speed, OUTER, OBSERVER)
-        if loops.modulus(body * loops.law(found, frequency, dt)) >= loops.MODULUS:
+        law = loops.law(loops.gains(w, per_speed, OUTER, OBSERVER, notch), frequency, dt)
+        if min(loops.modulus(body * law) for body in bodies) >= loops.MODULUS:
             break
         w *= 0.85
     return w
@@ -179,10 +191,16 @@ def _tolerance(tree: Any) -> float:
 def _jerk(tree: Any) -> float:
     """The acceleration changes within the time in which the velocity loop follows, which with a
     flexible mode is two of its periods at least."""
-    return _round(0.25 * tree.motion.acceleration * bandwidth(tree))
+    rate = 0.25 * bandwidth(tree)
+    if tree.drive.frequency > 0.0:
+        rate = min(rate, 0.5 * tree.drive.frequency)
+    return _round(tree.motion.acceleration * rate)
 
 
 RULES: tuple[Rule, ...] = (
+    ("friction.coulomb", lambda t: t.friction.has("coulomb")),
+    ("friction.stribeck", lambda t: t.friction.has("stribeck")),
+    ("friction.viscous", lambda t: t.friction.has("viscous")),
     ("amplifier.gain", lambda t: _round(t.amplifier.supply / t.amplifier.full_scale, 12)),
     (
         "amplifier.transconductance",

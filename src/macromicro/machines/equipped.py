@@ -8,7 +8,7 @@ from typing import Any
 
 from macromicro.arrays import Array
 from macromicro.kernel import kernel
-from macromicro.machines import axis
+from macromicro.machines import axis, owned
 from macromicro.machines.parts import CAM
 from macromicro.machines.signals import Sample
 from macromicro.machines.stage import Kind
@@ -31,10 +31,11 @@ def kind(tree: Any) -> Kind:
     Returns
     -------
     Kind
-        `axis.KIND` for one without lines.
+        `axis.KIND` for one without lines; `plain` with a part in plain Python.
     """
     there = lines(tree)
-    return _kind(there) if there else axis.KIND
+    found = _kind(there) if there else axis.KIND
+    return found._replace(plain=True) if owned.plain(tree) else found
 
 
 @lru_cache(maxsize=16)

@@ -11,15 +11,17 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.control.cascade import Cascade
+from macromicro.control.notch import Notch
 
 Complex = npt.NDArray[np.complex128]
 
+NO_NOTCH = Notch()
 MODULUS = 0.5  # least distance of a good loop from -1
 _POINTS = 3000
 
 
 def law(p: Cascade, frequency: Array, dt: float) -> Complex:
-    """Effort per position error of the cascade, without its notch, limits and feed-forward.
+    """Effort per position error of the cascade, without its limits and feed-forward.
 
     Parameters
     ----------
@@ -42,7 +44,34 @@ def law(p: Cascade, frequency: Array, dt: float) -> Complex:
     # The observer's corrected speed per position, from its two difference equations.
     seen = rate / back / (1.0 + (place + dt * rate / back) / (z - 1.0))
     found: Complex = p.velocity * (1.0 + p.integral * dt / back) * (p.position + seen)
-    return found
+    return found * notched(p.notch, frequency, dt)
+
+
+def notched(p: Notch, frequency: Array, dt: float) -> Complex:
+    """What a notch lets pass.
+
+    Parameters
+    ----------
+    p : Notch
+        The filter.
+    frequency : ndarray, shape (n,)
+        Hz.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        1 without a notch, or with one that `notch.step` leaves out.
+    """
+    f = np.asarray(frequency, dtype=np.float64)
+    if p.frequency <= 0.0 or 2.0 * p.frequency * dt >= 1.0:
+        return np.ones(len(f), np.complex128)
+    # The bilinear transform's frequencies, that of the middle being 1.
+    w: Array = np.tan(math.pi * f * dt) / math.tan(math.pi * p.frequency * dt)
+    deep, wide = 2j * p.depth * p.width * w, 2j * p.width * w
+    passed: Complex = np.asarray((1.0 - w * w + deep) / (1.0 - w * w + wide), np.complex128)
+    return passed
 
 
 def modulus(loop: Complex) -> float:
@@ -85,7 +114,9 @@ def grid(dt: float, slowest: float) -> Array:
     return np.geomspace(slowest, 0.499 / dt, _POINTS)
 
 
-def gains(w: float, per_speed: float, outer: float, observer: float) -> Any:
+def gains(
+    w: float, per_speed: float, outer: float, observer: float, notch: Notch = NO_NOTCH
+) -> Any:
     """The cascade of a velocity loop's bandwidth.
 
     Parameters
@@ -96,6 +127,8 @@ def gains(w: float, per_speed: float, outer: float, observer: float) -> Any:
         Effort per change of speed, V s/m: that of a mass.
     outer, observer : float
         Bandwidths of position loop and observer, to the velocity loop's.
+    notch : Notch, optional
+        Of the effort; none, if nothing else is said.
 
     Returns
     -------
@@ -103,7 +136,11 @@ def gains(w: float, per_speed: float, outer: float, observer: float) -> Any:
         A `Cascade`.
     """
     return Cascade(
-        position=outer * w, velocity=per_speed * w, integral=outer * w, observer=observer * w
+        position=outer * w,
+        velocity=per_speed * w,
+        integral=outer * w,
+        observer=observer * w,
+        notch=notch,
     )
 
 

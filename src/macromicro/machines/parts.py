@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from macromicro.plant import own_part
 from macromicro.plant.carriage import Carriage
 from macromicro.plant.friction import Friction
 from macromicro.schema.par import Par
@@ -74,6 +75,40 @@ class Rubbing(NamedTuple):
     ripple_short: Annotated[
         float, Par("m", "shorter period of that change", _MEASURED, shown="mm", positive=True)
     ] = 12.0e-3
+    part: Annotated[
+        str,
+        Par("", "bristles, or MODULE:PART of your own", _CHOICE, choices=(own_part.BRISTLES,)),
+    ] = own_part.BRISTLES
+    own: Any = own_part.NoPart()
+
+    def also(self) -> dict[str, tuple[str, ...]]:
+        """Words that a text parameter takes beside its own.
+
+        Returns
+        -------
+        dict[str, tuple[str, ...]]
+            By the parameter.
+        """
+        return {} if self.part == own_part.BRISTLES else {"part": (self.part,)}
+
+    def has(self, field: str) -> float:
+        """What the part of another package says of itself, or these settings.
+
+        Parameters
+        ----------
+        field : str
+            Of `rubbing.Sheet`.
+
+        Returns
+        -------
+        float
+            In the field's unit.
+        """
+        if self.part != own_part.BRISTLES:
+            sheet = own_part.find(self.part, "friction.part").sheet
+            if sheet is not None:
+                return float(getattr(sheet(self.own), field))
+        return float(getattr(self, field))
 
 
 class Feedback(NamedTuple):
@@ -218,7 +253,7 @@ def carriage(p: Load) -> Carriage:
     return Carriage(p.mass + p.payload, p.stop_low, p.stop_high, p.stop_stiffness, p.stop_damping)
 
 
-def friction(p: Rubbing, mass: float) -> Friction:
+def friction(p: Rubbing, mass: float) -> Any:
     """The friction as the plant's kernels take it.
 
     The bristles take the breakaway force over the presliding way, and are damped as a mode of the
@@ -233,9 +268,12 @@ def friction(p: Rubbing, mass: float) -> Friction:
 
     Returns
     -------
-    Friction
-        LuGre's parameters.
+    Any
+        LuGre's parameters, a `Friction`; or those of a part of another package.
     """
+    if p.part != own_part.BRISTLES:
+        own_part.find(p.part, "friction.part")
+        return p.own
     stiffness = (p.coulomb + p.stribeck) / p.presliding
     return Friction(
         p.coulomb,

@@ -15,6 +15,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.machines.sequence import Plan
 from macromicro.motion import s_curve
+from macromicro.nominal import PERIOD
 from macromicro.programme import MICRO, Limits, Programme, dense
 from macromicro.schema.text import printable
 
@@ -126,7 +127,9 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
     """
     where = printable(programme.source, 300)
     place = programme.target * tree.encoder.pitch
-    if programme.profiles:
+    if programme.mixed:
+        ways = _mixed(programme, place, tree, where, anywhere=anywhere)
+    elif programme.profiles:
         ways = _spans(programme, place)
     elif programme.scheduled and dense(programme.start):
         ways = [track(programme.start, place)]
@@ -140,6 +143,31 @@ def plan(programme: Programme, tree: Any, *, anywhere: bool = False) -> Plan:
 def _first(way: Way) -> float:
     """Where a way begins; one without pieces stays where it is."""
     return float(way.pieces[0, 1]) if len(way.pieces) else way.target
+
+
+def _mixed(
+    programme: Programme, place: Array, tree: Any, where: str, *, anywhere: bool
+) -> list[Way]:
+    """A profile for each move and a trajectory for each motion profile, one after the other."""
+    ways: list[Way] = []
+    spans = {span.first: span for span in programme.profiles}
+    row = 0
+    while row < len(place):
+        if row in spans:
+            span = spans[row]
+            t = PERIOD * np.arange(span.behind - span.first + 1, dtype=float)
+            way = track(t, np.concatenate(([span.origin], place[row : span.behind])))
+            ways.append(way._replace(start=math.nan, hold=float(programme.hold[span.behind - 1])))
+            row = span.behind
+            continue
+        before = ways[-1].target if ways else float(place[0]) if anywhere else 0.0
+        rows = slice(row, row + 1)
+        single = programme._replace(
+            start=programme.start[rows], hold=programme.hold[rows], profiles=()
+        )
+        ways += _moves(single, place[rows], tree, where, before)
+        row += 1
+    return ways
 
 
 def _moves(programme: Programme, place: Array, tree: Any, where: str, before: float) -> list[Way]:

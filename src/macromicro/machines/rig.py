@@ -12,9 +12,8 @@ from typing import Any, NamedTuple, Self, cast
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.kernel import compiled
 from macromicro.machines.parts import CLOSED
-from macromicro.machines.stage import Kind
+from macromicro.machines.stage import Kind, quickest
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.types import ENABLE, SAFE, Lines, Outputs
 from macromicro.types import Sample as Shown
@@ -195,7 +194,7 @@ class CompiledTwin(Twin):
         self._asked = np.zeros(1 + _LINES)
         # The coroutine refers to the arrays inside, and does not own them.
         self._kept = (self.params, self.state)
-        coroutine = compiled(_inside(kind))
+        coroutine = quickest(_inside(kind), kind)
         self._stage = coroutine(self.params, self.state, self._asked, self._noise, self.dt)
         del self.state
 

@@ -246,9 +246,8 @@ def kind(tree: Any) -> Kind:
         `KIND` for one without lines.
     """
     found = equipped.kind(as_axis(tree))
-    if found is axis.KIND:
-        return KIND
-    return found._replace(name=NAME, prepare=_equipped, place=ANGLE)
+    made = _equipped if found.lines else prepare
+    return found._replace(name=NAME, prepare=made, place=ANGLE)
 
 
 def _equipped(tree: Any) -> Equipped:

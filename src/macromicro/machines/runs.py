@@ -13,7 +13,7 @@ import numpy as np
 import macromicro
 from macromicro.arrays import Array
 from macromicro.columns import Column, whole
-from macromicro.kernel import cache_folder, compiled
+from macromicro.kernel import cache_folder
 from macromicro.machines import guarding, lines, open_rig, planning, stage, tree
 from macromicro.machines.guarding import Watch
 from macromicro.machines.machine import Machine, as_toml
@@ -156,7 +156,7 @@ def compile_machine(machine: Machine, settings: Any, plan: Plan) -> None:
         return
     nothing = np.empty((0, kind.noises))
     block = np.empty((len(stage.columns(kind, law)), 0))
-    compiled(stage.period(kind, law))(params, control, run, nothing, block, settings.timing.period)
+    stage.fastest(kind, law)(params, control, run, nothing, block, settings.timing.period)
 
 
 def perform(

@@ -14,6 +14,8 @@ from macromicro.plant import transmission
 from macromicro.plant.power import CURRENT
 from macromicro.plant.transmission import LINEAR
 
+Complex = npt.NDArray[np.complex128]
+
 GRAVITY = 9.80665
 SPARE = 0.7  # share of supply and current that moves may use
 
@@ -256,7 +258,47 @@ def lag(tree: Any) -> float:
     return float(tree.timing.period + tree.timing.delay + electrical)
 
 
-def plant(tree: Any, frequency: Array) -> npt.NDArray[np.complex128]:
+def impedance(
+    s: Complex,
+    *,
+    rotor: float,
+    moved: float,
+    viscous: float,
+    frequency: float,
+    damping: float,
+) -> tuple[Complex, Complex]:
+    """Force per speed of the motor, and the load's part of that speed, with a drive between them.
+
+    Parameters
+    ----------
+    s : ndarray of complex, shape (n,)
+        Laplace's variable, rad/s.
+    rotor, moved : float
+        Masses of the motor's side and of the load, kg.
+    viscous : float
+        Friction of the load, N s/m.
+    frequency : float
+        Mode of the load on the drive, motor held, Hz; 0: stiff.
+    damping : float
+        Damping ratio of that mode.
+
+    Returns
+    -------
+    drag : ndarray of complex, shape (n,)
+        N s/m.
+    seen : ndarray of complex, shape (n,)
+        1 where stiff.
+    """
+    load = moved * s + viscous
+    if frequency <= 0.0:
+        return rotor * s + load, np.ones_like(s)
+    stiffness = moved * (2.0 * math.pi * frequency) ** 2
+    spring = stiffness / s + 2.0 * damping * math.sqrt(stiffness * moved)
+    seen = spring / (spring + load)
+    return rotor * s + load * seen, seen
+
+
+def plant(tree: Any, frequency: Array) -> Complex:
     """Position at the encoder per effort, as the sheets say: linear, sliding, without slack.
 
     With the hold over a period and the delay of the output.
@@ -274,15 +316,16 @@ def plant(tree: Any, frequency: Array) -> npt.NDArray[np.complex128]:
         m/V.
     """
     amp, motor, dt = tree.amplifier, tree.motor, tree.timing.period
-    s = 2j * math.pi * np.asarray(frequency, dtype=np.float64)
-    rotor, moved = turning(tree), float(tree.load.mass + tree.load.payload)
-    load = moved * s + tree.friction.viscous
-    drag, seen = rotor * s + load, np.ones_like(s)
-    if tree.drive.frequency > 0.0:
-        stiffness = moved * (2.0 * math.pi * tree.drive.frequency) ** 2
-        spring = stiffness / s + 2.0 * tree.drive.damping * math.sqrt(stiffness * moved)
-        seen = spring / (spring + load)
-        drag = rotor * s + load * seen
+    s = np.asarray(2j * math.pi * np.asarray(frequency), np.complex128)
+    moved = float(tree.load.mass + tree.load.payload)
+    drag, seen = impedance(
+        s,
+        rotor=turning(tree),
+        moved=moved,
+        viscous=tree.friction.viscous,
+        frequency=tree.drive.frequency,
+        damping=tree.drive.damping,
+    )
     k = constant(tree)
     push = k * tree.drive.efficiency
     if amp.mode == CURRENT:
@@ -294,5 +337,5 @@ def plant(tree: Any, frequency: Array) -> npt.NDArray[np.complex128]:
     if tree.encoder.at != MOTOR:
         speed = speed * seen
     hold = (1.0 - np.exp(-s * dt)) / (s * dt)
-    found: npt.NDArray[np.complex128] = speed / s * hold * np.exp(-s * tree.timing.delay)
+    found: Complex = speed / s * hold * np.exp(-s * tree.timing.delay)
     return found

@@ -12,10 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple, ParamSpec, TypeVar, get_type_hints
 
 import numpy as np
 
+from macromicro import joining
 from macromicro.arrays import Array
 from macromicro.columns import Column, Layout, layout, put
 from macromicro.control import outside
@@ -29,6 +30,9 @@ from macromicro.machines.sequence import DONE, Arrival, Plan, Progress
 from macromicro.machines.signals import Inside, Output, Sample, Target
 from macromicro.place import LENGTH, Place
 from macromicro.types import Enable, Lines
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 FAULT = 4  # phase that is recorded once the guard has tripped
 
@@ -65,6 +69,8 @@ class Kind(NamedTuple):
         Kernel: from parameters, state and the enable output (0 or 1) to the state with it.
     place : Place
         What its places are counted in.
+    plain : bool
+        Whether one of its parts is plain Python, so that its loops run interpreted.
     """
 
     name: str
@@ -79,6 +85,7 @@ class Kind(NamedTuple):
     sense: Callable[[Any, Any], Lines] = guarded_lines.none
     switch: Callable[[Any, Any, float], Any] = guarded_lines.as_it_is
     place: Place = LENGTH
+    plain: bool = False
 
 
 class Loop(NamedTuple):
@@ -163,6 +170,24 @@ def columns(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
     return tuple(c._replace(name=named.get(c.name, c.name)) for c in found.columns)
 
 
+def own(kind: Kind, law: StageLaw) -> tuple[Column, ...]:
+    """What a law of another package has recorded of its memory, under a stage of some kind.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+    law : StageLaw
+        Its law.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        Those of `columns` whose names begin with "law_"; none of a law of this package.
+    """
+    return tuple(c for c in columns(kind, law) if c.name.startswith("law_"))
+
+
 def laid_out(kind: Kind, law: StageLaw) -> Layout:
     """Where a run of a stage records what; of the lines, those that the stage has.
 
@@ -209,7 +234,7 @@ def period(kind: Kind, law: StageLaw) -> Period:
     """
     measure, advance, show, step = kind.measure, kind.advance, kind.show, law.step
     tell, sense, switch = law.tell, kind.sense, kind.switch
-    outside.joined(measure, advance, show, step, sense, switch)
+    joining.joined(measure, advance, show, step, sense, switch)
     watched, bounded = watching(kind)
     parts = laid_out(kind, law).parts
     sample_rows, target_rows, output_rows, memory_rows, inside_rows, truth_rows = (
@@ -306,6 +331,40 @@ def compiles(law: StageLaw) -> bool:
     return is_kernel(law.step) and is_kernel(law.tell)
 
 
+def quickest(function: Callable[P, R], *kinds: Kind) -> Callable[P, R]:
+    """A function over the kernels of kinds of stages, as fast as it can run.
+
+    Parameters
+    ----------
+    function : Callable[P, R]
+        A kernel of one, or a closure over theirs.
+    *kinds : Kind
+        All whose kernels it calls.
+
+    Returns
+    -------
+    Callable[P, R]
+        Compiled; as it is where a kind has a part in plain Python.
+    """
+    return function if any(kind.plain for kind in kinds) else compiled(function)
+
+
+def switching(kind: Kind) -> Callable[[Any, Any, float], Any]:
+    """The enable line of a kind of stage, as fast as it can run.
+
+    Parameters
+    ----------
+    kind : Kind
+        Kind of stage.
+
+    Returns
+    -------
+    Callable
+        Its `switch`, compiled if it has lines.
+    """
+    return quickest(kind.switch, kind) if kind.lines else kind.switch
+
+
 @lru_cache(maxsize=64)
 def quick(kind: Kind) -> Kind:
     """A kind of stage whose kernels are compiled each: for a loop that runs interpreted, under a
@@ -322,8 +381,8 @@ def quick(kind: Kind) -> Kind:
         With the same results.
     """
     kernels: dict[str, Any] = {name: getattr(kind, name) for name in kernels_of(kind)}
-    outside.joined(*kernels.values())
-    made: dict[str, Any] = {name: compiled(each) for name, each in kernels.items()}
+    joining.joined(*kernels.values())
+    made: dict[str, Any] = {name: quickest(each, kind) for name, each in kernels.items()}
     return kind._replace(**made)
 
 
@@ -343,7 +402,7 @@ def fastest(kind: Kind, law: StageLaw) -> Period:
         `period`, compiled; under a law in plain Python interpreted, over compiled kernels.
     """
     if compiles(law):
-        return compiled(period(kind, law))
+        return quickest(period(kind, law), kind)
     return period(quick(kind), law)
 
 
@@ -433,7 +492,7 @@ def opened(kind: Kind) -> Callable[..., tuple[Any, int, int]]:
         of shape (2, n) for time and position and `why` an index of what ended it.
     """
     measure, advance = kind.measure, kind.advance
-    outside.joined(measure, advance)
+    joining.joined(measure, advance)
 
     def run(
         params: Any, stage: Any, bounds: Bounds, efforts: Array, noise: Array, out: Array, dt: float
@@ -499,7 +558,8 @@ def drive(
     noise = np.random.default_rng(seed).standard_normal((len(given), kind.noises))
     out = np.empty((2, len(given)))
     start = kind.initial(params) if state is None else state
-    state, written, why = compiled(opened(kind))(params, start, bounds, given, noise, out, dt)
+    run = quickest(opened(kind), kind)
+    state, written, why = run(params, start, bounds, given, noise, out, dt)
     effort = given[:written].copy()
     if why:
         effort[-1] = 0.0

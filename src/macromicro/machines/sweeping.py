@@ -17,16 +17,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from macromicro import joining
 from macromicro.arrays import Array
-from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
-from macromicro.kernel import compiled
 from macromicro.machines import guarding, tree
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample, Target
-from macromicro.machines.stage import Kind, compiles
+from macromicro.machines.stage import Kind, compiles, quickest
 from macromicro.rig.twin import noise_source
 
 Complex = npt.NDArray[np.complex128]
@@ -81,7 +80,7 @@ def excited(kind: Kind, law: StageLaw) -> Callable[..., int]:
         asked for, and the whole effort.
     """
     measure, advance, step = kind.measure, kind.advance, law.step
-    outside.joined(measure, advance, step)
+    joining.joined(measure, advance, step)
 
     def run(  # noqa: PLR0913, PLR0917 - of one caller, and compiled
         params: Any,
@@ -225,7 +224,7 @@ def _run(
     """Rows of `excited` over a course, and the guard's fault."""
     kind, law, out = machine.kind, machine.law, np.empty((3, len(added)))
     params, gains = kind.prepare(settings), tree.gains(settings)
-    fault = compiled(excited(kind, law))(
+    fault = quickest(excited(kind, law), kind)(
         params,
         kind.initial(params),
         gains,

@@ -9,9 +9,10 @@ from typing import Annotated, Any, TypeVar, cast
 from macromicro.control import outside
 from macromicro.control.stage_law import StageLaw
 from macromicro.errors import InputError
+from macromicro.machines import owned
 from macromicro.schema import access
 from macromicro.schema.keys import nearest
-from macromicro.schema.par import Par, extended, replaced, value_at
+from macromicro.schema.par import Par, changed, extended, replaced, value_at
 from macromicro.schema.text import printable
 
 Tree = TypeVar("Tree")
@@ -94,7 +95,28 @@ def _also(tree: Any) -> dict[str, tuple[str, ...]]:
 
 
 def _grown(tree: Any, table: Mapping[str, object], where: str) -> Any:
-    """The tree with the gains of the law that a table of settings names."""
+    """The tree with the parameters of the part, and the gains of the law, that a table names."""
+    parts = owned.named(tree, table, where)
+    return under_law(changed(tree, parts) if parts else tree, table, where)
+
+
+def under_law(tree: Any, table: Mapping[str, object], where: str) -> Any:
+    """Settings with the gains of the law that a table of settings names.
+
+    Parameters
+    ----------
+    tree : Any
+        Settings of a machine.
+    table : Mapping[str, object]
+        Of a file.
+    where : str
+        The file, for messages.
+
+    Returns
+    -------
+    Any
+        A copy.
+    """
     name = table.get(LAW)
     if not isinstance(name, str):
         return tree  # it is refused where the table is read

@@ -141,8 +141,48 @@ def static_heat(p: Stressed, ctrl: float) -> float:
 
 
 @kernel
-def _content(p: Stressed, memory: Memory, u: float) -> float:
-    """Heat content [K above ambient] of the wires at relay input `u` [degC]; rises with u."""
+def level(p: Stressed, heat: float) -> float:
+    """CTRL for a heat: the inverse of `static_heat`.
+
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model; the map must not fall.
+    heat : float
+        K.
+
+    Returns
+    -------
+    float
+        V; 0 for no more heat than the first point has, the last point for more than it has.
+    """
+    if heat <= p.heat[0]:
+        return 0.0
+    for i in range(len(p.volts) - 1):
+        if heat <= p.heat[i + 1]:
+            share = (heat - p.heat[i]) / (p.heat[i + 1] - p.heat[i])
+            return float(p.volts[i] + share * (p.volts[i + 1] - p.volts[i]))
+    return float(p.volts[len(p.volts) - 1])
+
+
+@kernel
+def content_at(p: Stressed, memory: Memory, u: float) -> float:
+    """Heat content of the wires at a relay input; rises with it.
+
+    Parameters
+    ----------
+    p : Stressed
+        Parameters of the model.
+    memory : Memory
+        Of the relays; not changed.
+    u : float
+        Relay input, deg C.
+
+    Returns
+    -------
+    float
+        K above ambient.
+    """
     share = peek(p.hysteresis.table, memory, u)
     stretch = p.stiffening * p.hysteresis.span * share
     return u + p.shift + stretch - p.ambient + p.latent * share
@@ -156,14 +196,14 @@ def _relay_input(p: Stressed, memory: Memory, content: float) -> float:
     present residual.
     """
     a = memory.u
-    fa = _content(p, memory, a) - content
+    fa = content_at(p, memory, a) - content
     if abs(fa) < 1e-9:
         return a
     b = a - fa * 1.000001
-    fb = _content(p, memory, b) - content
+    fb = content_at(p, memory, b) - content
     for _ in range(60):
         u = b - fb * (b - a) / (fb - fa)
-        f = _content(p, memory, u) - content
+        f = content_at(p, memory, u) - content
         if abs(f) < 1e-9:
             return u
         if f * fb < 0.0:

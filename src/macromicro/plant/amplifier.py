@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro import nominal
 from macromicro.kernel import kernel
+from macromicro.plant import VARIANT
 from macromicro.schema.par import Par
 
 
@@ -28,6 +29,15 @@ class Amplifier(NamedTuple):
     ctrl_duty: Annotated[
         float, Par("1", "CTRL's PWM duty at D/A full scale", "Section 3.2.1", lo=0.01, hi=1.0)
     ] = 0.2
+    sag: Annotated[
+        float,
+        Par(
+            "ohm",
+            "inner resistance of the motor's supply",
+            VARIANT,
+            lo=0.0,
+        ),
+    ] = 0.0
 
 
 @kernel
@@ -73,8 +83,8 @@ def duty(p: Amplifier, volts: float, at_full_scale: float) -> float:
 
 
 @kernel
-def motor_volts(p: Amplifier, volts: float) -> float:
-    """Mean voltage across the motor (Section 3.1).
+def motor_volts(p: Amplifier, volts: float, current: float) -> float:
+    """Mean voltage across the motor (Section 3.1), from a supply that sags under its current.
 
     Parameters
     ----------
@@ -82,13 +92,16 @@ def motor_volts(p: Amplifier, volts: float) -> float:
         Parameters of the amplifier.
     volts : float
         D/A voltage, V.
+    current : float
+        Of the motor, A; the supply gives its share of the duty.
 
     Returns
     -------
     float
         V.
     """
-    return p.supply * duty(p, volts, p.motor_duty)
+    share = duty(p, volts, p.motor_duty)
+    return (p.supply - p.sag * share * current) * share
 
 
 @kernel

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.columns import Quantity
 from macromicro.kernel import kernel
-from macromicro.plant import carriage, encoder, friction, power, transmission
+from macromicro.plant import carriage, encoder, power, rubbing, transmission
 from macromicro.plant.carriage import Carriage
 from macromicro.plant.encoder import Encoder
-from macromicro.plant.friction import Friction
 from macromicro.plant.power import Power
 
 NOISES = 1
@@ -77,8 +76,8 @@ class Axis(NamedTuple):
         Moving mass with payload, and end stops.
     body : Body
         Drive and masses.
-    friction : Friction
-        At the load.
+    friction : Any
+        At the load: `Friction`, or the parameters of a part of another package (`rubbing`).
     reading : Reading
         The encoder.
     delay : float
@@ -90,7 +89,7 @@ class Axis(NamedTuple):
     power: Power
     load: Carriage
     body: Body
-    friction: Friction
+    friction: Any
     reading: Reading
     delay: float
     steps: int
@@ -105,8 +104,8 @@ class State(NamedTuple):
         Load, m and m/s; the way of the nut, without pitch error.
     xm, vm : float
         The motor's side of the drive, in the same units.
-    z : float
-        Deflection of the bristles, m.
+    rubbed : Any
+        What the friction remembers: the deflection of its bristles, m, or a part's state.
     i : float
         Current, A.
     effort : float
@@ -117,7 +116,7 @@ class State(NamedTuple):
     v: float
     xm: float
     vm: float
-    z: float
+    rubbed: Any
     i: float
     effort: float
 
@@ -133,7 +132,7 @@ class Truth(NamedTuple):
 
 
 def at_rest(p: Axis) -> State:
-    """The axis standing at 0, held by its bristles where its weight pulls.
+    """The axis standing at 0, held by its friction where its weight pulls.
 
     Parameters
     ----------
@@ -145,9 +144,8 @@ def at_rest(p: Axis) -> State:
     State
         Without current.
     """
-    held = min(p.body.weight, p.friction.coulomb)
-    z = -held / p.friction.bristle if p.friction.bristle > 0.0 else 0.0
-    return State(0.0, 0.0, 0.0, 0.0, z, 0.0, 0.0)
+    held = rubbing.begun(p.friction, p.body.weight)
+    return State(0.0, 0.0, 0.0, 0.0, held, 0.0, 0.0)
 
 
 @kernel
@@ -155,14 +153,15 @@ def _joined(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
     """A step of motor and load as one mass."""
     mass = p.body.motor + p.load.mass
     i0, i1 = power.current_terms(p.power, s.i, effort, s.v, h)
-    z0, z1, f0, f1 = friction.bristle_terms(p.friction, s.z, s.v, offset, h)
+    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, h)
     e0, e1 = carriage.stop_terms(p.load, s.x, h)
     outer = transmission.wave(p.body.cogging, p.body.cogging_period, s.x) - p.body.weight
     push = p.power.push * i0 - f0 + e0 + outer
-    drag = p.power.push * i1 + f1 + e1 + p.friction.viscous
+    drag = p.power.push * i1 + f1 + e1 + rubbing.viscous(p.friction)
     v = (mass * s.v + h * push) / (mass + h * drag)
     x = s.x + 0.5 * h * (s.v + v)
-    return State(x, v, x, v, z0 + z1 * v, i0 - i1 * v, effort)
+    rubbed = rubbing.after(p.friction, s.rubbed, z0 + z1 * v, s.x, v, h)
+    return State(x, v, x, v, rubbed, i0 - i1 * v, effort)
 
 
 @kernel
@@ -174,7 +173,7 @@ def _apart(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
     """
     body = p.body
     i0, i1 = power.current_terms(p.power, s.i, effort, s.vm, h)
-    z0, z1, f0, f1 = friction.bristle_terms(p.friction, s.z, s.v, offset, h)
+    z0, z1, f0, f1 = rubbing.terms(p.friction, s.rubbed, s.x, s.v, offset, h)
     e0, e1 = carriage.stop_terms(p.load, s.x, h)
     strain = transmission.stretch(body.slack, s.xm - s.x)
     # Spring force over the step: pull + give (vm1 - v1), where it touches.
@@ -187,13 +186,14 @@ def _apart(p: Axis, s: State, effort: float, offset: float, h: float) -> State:
     c = h * give
     a = body.motor + h * p.power.push * i1 + c
     b = body.motor * s.vm + h * (p.power.push * i0 + cogging - pull)
-    d = p.load.mass + h * (f1 + e1 + p.friction.viscous) + c
+    d = p.load.mass + h * (f1 + e1 + rubbing.viscous(p.friction)) + c
     e = p.load.mass * s.v + h * (pull - f0 + e0 - body.weight)
     whole = a * d - c * c
     vm = (b * d + c * e) / whole
     v = (a * e + b * c) / whole
     x, xm = s.x + 0.5 * h * (s.v + v), s.xm + 0.5 * h * (s.vm + vm)
-    return State(x, v, xm, vm, z0 + z1 * v, i0 - i1 * vm, effort)
+    rubbed = rubbing.after(p.friction, s.rubbed, z0 + z1 * v, s.x, v, h)
+    return State(x, v, xm, vm, rubbed, i0 - i1 * vm, effort)
 
 
 @kernel
@@ -220,7 +220,7 @@ def advance(p: Axis, s: State, effort: float, noise: Array, k: int, dt: float) -
     State
         New state.
     """
-    offset = friction.ripple(p.friction, s.x)
+    offset = rubbing.offset(p.friction, s.x)
     h = dt / p.steps
     before = s.effort
     for j in range(p.steps):
@@ -229,7 +229,7 @@ def advance(p: Axis, s: State, effort: float, noise: Array, k: int, dt: float) -
             s = _apart(p, s, now, offset, h)
         else:
             s = _joined(p, s, now, offset, h)
-    return State(s.x, s.v, s.xm, s.vm, s.z, s.i, effort)
+    return State(s.x, s.v, s.xm, s.vm, s.rubbed, s.i, effort)
 
 
 @kernel

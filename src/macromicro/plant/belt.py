@@ -12,6 +12,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro import nominal
 from macromicro.kernel import kernel
+from macromicro.plant import VARIANT
 from macromicro.schema.par import Par
 
 FASTEST = 0.4 / nominal.PERIOD  # Hz; beyond half the loop's frequency nothing is seen of it
@@ -39,6 +40,39 @@ class Belt(NamedTuple):
             hi=1.0,
         ),
     ] = 0.0226
+    slope: Annotated[
+        float,
+        Par(
+            "1/m",
+            "relative rise of the frequency along the rod, from its middle",
+            VARIANT,
+            lo=-5.0,
+            hi=5.0,
+        ),
+    ] = 0.0
+
+
+_MIDDLE = 0.5 * nominal.TRAVEL  # m
+
+
+@kernel
+def tensioned(p: Belt, x: float) -> Belt:
+    """The mode where the carriage stands: the free lengths of the belt change with the place.
+
+    Parameters
+    ----------
+    p : Belt
+        Parameters of the mode in the middle of the rod.
+    x : float
+        Position, m.
+
+    Returns
+    -------
+    Belt
+        Of this place.
+    """
+    frequency = p.frequency * (1.0 + p.slope * (x - _MIDDLE))
+    return Belt(frequency, p.decay, p.participation, p.slope)
 
 
 @kernel

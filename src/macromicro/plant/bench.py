@@ -291,7 +291,7 @@ def initial(p: Plant, position: float = 0.0) -> State:
     # Half a count in: a carriage left on an encoder's edge would flicker by rounding.
     x = position + 0.5 * p.encoder.pitch
     fine = micro.cold(p.micro, p.micro.thermal.ambient)
-    return State(carriage.at_rest(x), fine, hall.volts(p.hall, 0.0), 0.0, x, 0.0, 0.0)
+    return State(carriage.at_rest(x), fine, hall.volts(p.hall, 0.0, 0.0), 0.0, x, 0.0, 0.0)
 
 
 @kernel
@@ -388,7 +388,7 @@ def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
     zero = s.zero
     if out.laser_reset > 0.5:
         zero = stage(p, s) + s.drift
-    volts = amplifier.motor_volts(p.amplifier, s.motor)
+    volts = amplifier.motor_volts(p.amplifier, s.motor, s.macro.i)
     macro = carriage.advance(p.macro, s.macro, volts, dt, p.macro_steps)
     level_in = amplifier.ctrl_level(p.amplifier, s.ctrl)
     pull = -p.micro.load.mass * macro.accel
@@ -398,7 +398,8 @@ def advance(p: Plant, s: State, out: Outputs, draw: Noise, dt: float) -> State:
     for _ in range(p.micro_steps):
         before = fine.wire.x
         fine = micro.advance(p.micro, fine, level_in, out.fan, pull, h)
-        level = hall.lagged(p.hall, level, 0.5 * (before + fine.wire.x), h)
+        warm = fine.body - p.micro.thermal.ambient
+        level = hall.lagged(p.hall, level, 0.5 * (before + fine.wire.x), warm, h)
     return State(
         macro,
         fine,

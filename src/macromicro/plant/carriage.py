@@ -8,7 +8,7 @@ from macromicro import nominal
 from macromicro.kernel import kernel
 from macromicro.plant import belt, friction, motor
 from macromicro.plant.belt import Belt
-from macromicro.plant.friction import Friction
+from macromicro.plant.friction import Friction, Worn
 from macromicro.plant.motor import Motor
 from macromicro.schema.par import Par
 
@@ -67,6 +67,8 @@ class MacroState(NamedTuple):
         Speed of that, m/s.
     accel : float
         Mean acceleration over the last call of `advance`, m/s2.
+    worn : Worn
+        What the friction remembers.
     """
 
     x: float
@@ -76,6 +78,7 @@ class MacroState(NamedTuple):
     q: float
     qv: float
     accel: float
+    worn: Worn
 
 
 def at_rest(x: float) -> MacroState:
@@ -91,7 +94,7 @@ def at_rest(x: float) -> MacroState:
     MacroState
         Everything else 0.
     """
-    return MacroState(float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return MacroState(float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Worn(0.0, 0.0))
 
 
 @kernel
@@ -153,11 +156,12 @@ def substep(p: Macro, s: MacroState, volts: float, offset: float, h: float) -> M
     i0, i1 = motor.current_terms(p.motor, s.i, volts, h)
     z0, z1, f0, f1 = friction.bristle_terms(p.friction, s.z, s.v, offset, h)
     e0, e1 = stop_terms(p.carriage, s.x, h)
-    push = motor.force(p.motor, i0) - f0 + e0 + belt.reaction(p.belt, mass, s.q, s.qv)
+    mode = belt.tensioned(p.belt, s.x)
+    push = motor.force(p.motor, i0) - f0 + e0 + belt.reaction(mode, mass, s.q, s.qv)
     drag = motor.force(p.motor, i1) + f1 + e1 + p.friction.viscous
     v = (mass * s.v + h * push) / (mass + h * drag)
-    q, qv = belt.step(p.belt, s.q, s.qv, v - s.v, h)
-    return MacroState(s.x + h * v, v, z0 + z1 * v, i0 - i1 * v, q, qv, s.accel)
+    q, qv = belt.step(mode, s.q, s.qv, v - s.v, h)
+    return MacroState(s.x + h * v, v, z0 + z1 * v, i0 - i1 * v, q, qv, s.accel, s.worn)
 
 
 @kernel
@@ -192,11 +196,12 @@ def advance(p: Macro, s: MacroState, volts: float, dt: float, substeps: int) -> 
         New state.
     """
     # The rod's friction level changes over millimetres, the carriage moves 0.5 mm at most.
-    offset = friction.ripple(p.friction, s.x)
+    offset = friction.local(p.friction, s.x, s.worn)
     if _stands(s, volts):
         substeps = max(substeps // QUIET, 1)
     h = dt / substeps
     v0 = s.v
     for _ in range(substeps):
         s = substep(p, s, volts, offset, h)
-    return MacroState(s.x, s.v, s.z, s.i, s.q, s.qv, (s.v - v0) / dt)
+    worn = friction.worn(p.friction, s.worn, s.v, dt)
+    return MacroState(s.x, s.v, s.z, s.i, s.q, s.qv, (s.v - v0) / dt, worn)

@@ -10,6 +10,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
+from macromicro.plant import VARIANT, value_noise
 from macromicro.schema.par import Par
 
 _M1 = "calibrated to M1"
@@ -44,6 +45,37 @@ class Friction(NamedTuple):
     ] = 7.26e5
     bristle_damping: Annotated[float, Par("N*s/m", "damping before sliding", lo=0.0)] = 570.0
     viscous: Annotated[float, Par("N*s/m", "viscous friction", _M3, lo=0.0)] = 6.36
+    random: Annotated[
+        float, Par("N", "random part of the friction level (standard deviation)", VARIANT, lo=0.0)
+    ] = 0.0
+    random_length: Annotated[
+        float, Par("m", "travelled way over which it changes", shown="mm", positive=True)
+    ] = 0.005
+    random_seed: Annotated[float, Par("", "which random part", lo=0.0)] = 0.0
+    ripple_shift: Annotated[
+        float, Par("1", "shift of the change along the rod per travelled way", VARIANT)
+    ] = 0.0
+    ageing: Annotated[
+        float, Par("N", "rise of the breakaway per decade of rest beyond a second", VARIANT, lo=0.0)
+    ] = 0.0
+    ageing_slip: Annotated[
+        float, Par("m", "slip that ends the rest", shown="um", positive=True)
+    ] = 2e-5
+
+
+class Worn(NamedTuple):
+    """What the friction remembers.
+
+    Attributes
+    ----------
+    way : float
+        Travelled, m.
+    rest : float
+        How long the contacts have rested, s.
+    """
+
+    way: float
+    rest: float
 
 
 @kernel
@@ -70,6 +102,63 @@ def ripple(p: Friction, x: float) -> float:
             + math.sin(2.0 * math.pi * x / p.ripple_short + 1.0)
         )
     )
+
+
+@kernel
+def local(p: Friction, x: float, s: Worn) -> float:
+    """Deviation of the friction level here and now: ripple, random part, ageing at rest.
+
+    Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and compensation
+    methods for the control of machines with friction, Automatica 30 (1994), Sections 2.1 and 2.2:
+    friction depends on the place, and the breakaway rises with the logarithm of the time at rest.
+
+    Parameters
+    ----------
+    p : Friction
+        Parameters of the friction.
+    x : float
+        Position, m.
+    s : Worn
+        What it remembers.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    found = ripple(p, x + p.ripple_shift * s.way)
+    if p.random > 0.0:
+        found += p.random * value_noise.at(p.random_seed, s.way / p.random_length)
+    if p.ageing > 0.0:
+        found += p.ageing * math.log10(1.0 + s.rest)
+    return found
+
+
+@kernel
+def worn(p: Friction, s: Worn, v: float, dt: float) -> Worn:
+    """What the friction remembers after one step.
+
+    The rest by Dieterich's law (Journal of Geophysical Research 84 (1979) 2161), d rest/dt = 1 -
+    |v| rest / slip, taken implicitly.
+
+    Parameters
+    ----------
+    p : Friction
+        Parameters of the friction.
+    s : Worn
+        What it remembered.
+    v : float
+        Speed, m/s.
+    dt : float
+        Length of the step, s.
+
+    Returns
+    -------
+    Worn
+        New state.
+    """
+    slid = abs(v) * dt
+    return Worn(s.way + slid, (s.rest + dt) / (1.0 + slid / p.ageing_slip))
 
 
 @kernel

@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro import nominal
 from macromicro.kernel import kernel
+from macromicro.plant import VARIANT
 from macromicro.schema.par import Par
 
 
@@ -49,6 +50,12 @@ class Hall(NamedTuple):
     supply: Annotated[
         float, Par("V", "supply; the output stays between 0 and it", "Figure 3.8", positive=True)
     ] = nominal.HALL_SUPPLY
+    null_drift: Annotated[
+        float, Par("V/K", "rise of the output without field, as it warms", VARIANT, shown="mV/K")
+    ] = 0.0
+    gain_drift: Annotated[
+        float, Par("1/K", "relative rise of the gain, as it warms", VARIANT, lo=-0.01, hi=0.01)
+    ] = 0.0
 
 
 @kernel
@@ -70,7 +77,7 @@ def profile(s: float) -> float:
 
 
 @kernel
-def volts(p: Hall, x: float) -> float:
+def volts(p: Hall, x: float, warm: float) -> float:
     """Output before lag and noise; saturates at 0 and the supply.
 
     Parameters
@@ -79,6 +86,8 @@ def volts(p: Hall, x: float) -> float:
         Parameters of the sensor.
     x : float
         Contraction, m.
+    warm : float
+        Sensor and magnets above the room in which they were calibrated, K.
 
     Returns
     -------
@@ -87,11 +96,12 @@ def volts(p: Hall, x: float) -> float:
     """
     s = x - p.centre
     field = profile((s - p.spacing) / p.width) - profile((s + p.spacing) / p.width)
-    return min(max(p.null + p.gain * field, 0.0), p.supply)
+    level = p.null + p.null_drift * warm + p.gain * (1.0 + p.gain_drift * warm) * field
+    return min(max(level, 0.0), p.supply)
 
 
 @kernel
-def lagged(p: Hall, level: float, x: float, dt: float) -> float:
+def lagged(p: Hall, level: float, x: float, warm: float, dt: float) -> float:
     """Output after one step: a first-order lag.
 
     Parameters
@@ -102,6 +112,8 @@ def lagged(p: Hall, level: float, x: float, dt: float) -> float:
         Output before, V.
     x : float
         Contraction throughout, m.
+    warm : float
+        Above the room, K.
     dt : float
         Length of the step, s.
 
@@ -110,7 +122,7 @@ def lagged(p: Hall, level: float, x: float, dt: float) -> float:
     float
         V.
     """
-    goal = volts(p, x)
+    goal = volts(p, x, warm)
     if p.lag <= 0.0:
         return goal
     return goal + (level - goal) * math.exp(-dt / p.lag)

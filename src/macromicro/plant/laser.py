@@ -6,6 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
+from macromicro.plant import VARIANT
 from macromicro.schema.par import Par
 
 
@@ -27,6 +28,17 @@ class Laser(NamedTuple):
     resolution: Annotated[
         float, Par("m", "smallest step of the reading", "Section 7.1", shown="nm", positive=True)
     ] = 5e-9
+    tilt: Annotated[
+        float,
+        Par(
+            "rad",
+            "angle between beam and way: the cosine error",
+            VARIANT,
+            shown="mrad",
+            lo=0.0,
+            hi=0.1,
+        ),
+    ] = 0.0
 
 
 @kernel
@@ -55,7 +67,7 @@ def drifted(p: Laser, drift: float, draw: float, dt: float) -> float:
 
 @kernel
 def reading(p: Laser, path: float, draw: float, drift: float) -> float:
-    """Reading of the laser, rounded to its resolution.
+    """Reading of the laser: the way's share along its beam, rounded to its resolution.
 
     Parameters
     ----------
@@ -73,4 +85,5 @@ def reading(p: Laser, path: float, draw: float, drift: float) -> float:
     float
         m.
     """
-    return math.floor((path + p.noise * draw + drift) / p.resolution + 0.5) * p.resolution
+    shown = path * math.cos(p.tilt) + p.noise * draw + drift
+    return math.floor(shown / p.resolution + 0.5) * p.resolution

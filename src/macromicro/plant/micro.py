@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from macromicro.arrays import Array
 from macromicro.hysteresis import Everett, fresh
 from macromicro.kernel import kernel
-from macromicro.plant import driver, thermal, wire
+from macromicro.plant import creep, driver, thermal, wire
+from macromicro.plant.creep import Creep, CreepTable
 from macromicro.plant.driver import Driver, DriverTable
 from macromicro.plant.phase import Phase
 from macromicro.plant.phase import table as phase_table
 from macromicro.plant.thermal import Thermal
 from macromicro.plant.wire import Load, Wire, WireState
+
+_DECADES = 3  # of time, over which the wires creep
 
 
 class Micro(NamedTuple):
@@ -22,6 +26,7 @@ class Micro(NamedTuple):
     wire: Wire
     table: Everett
     load: Load
+    creep: CreepTable
 
 
 class MicroState(NamedTuple):
@@ -40,7 +45,13 @@ class MicroState(NamedTuple):
     body : float
         deg C.
     wire : WireState
-        The wires.
+        The wires; of unequal ones, the half that sheds more heat. The contraction is the stage's.
+    other : WireState
+        The other half of unequal wires, else as it was at the beginning.
+    lags : ndarray, shape (k,)
+        What creeps, m.
+    t : float
+        Since the beginning, s.
     """
 
     power: float
@@ -49,6 +60,9 @@ class MicroState(NamedTuple):
     plates: float
     body: float
     wire: WireState
+    other: WireState
+    lags: Array
+    t: float
 
 
 def prepare(spec: Driver, heat: Thermal, alloy: Wire, phase: Phase, load: Load) -> Micro:
@@ -72,7 +86,8 @@ def prepare(spec: Driver, heat: Thermal, alloy: Wire, phase: Phase, load: Load) 
     Micro
         For the kernels.
     """
-    return Micro(driver.prepare(spec), heat, alloy, phase_table(phase), load)
+    late = creep.prepare(Creep(alloy.creep, alloy.creep_first, _DECADES))
+    return Micro(driver.prepare(spec), heat, alloy, phase_table(phase), load, late)
 
 
 def cold(p: Micro, temperature: float) -> MicroState:
@@ -97,6 +112,9 @@ def cold(p: Micro, temperature: float) -> MicroState:
         float(temperature),
         float(temperature),
         cold_wire(p.wire, p.load, p.table, temperature),
+        cold_wire(p.wire, p.load, p.table, temperature),
+        creep.fresh(p.creep),
+        0.0,
     )
 
 
@@ -121,6 +139,23 @@ def cold_wire(p: Wire, load: Load, table: Everett, temperature: float) -> WireSt
     """
     u = temperature - p.shift * (load.preload - p.reference_load)
     return WireState(float(temperature), u, 1.0, 0.0, 0.0, float(temperature), fresh(table, u))
+
+
+@kernel
+def _halves(
+    p: Micro, s: MicroState, first: float, second: float, inertia: float
+) -> tuple[WireState, WireState, float]:
+    """Both halves of unequal wires after gains of heat [J], and their contraction [m].
+
+    They pull in a row: the same force, and each has half the stroke, the heat and the capacity.
+    Each is advanced as if all wires were like it; what the other's contraction changes of the
+    spring's force counts as load, as of the step's beginning.
+    """
+    capacity = p.thermal.wire_capacity
+    apart = 0.5 * p.load.rate * p.wire.stroke * (s.other.austenite - s.wire.austenite)
+    a = wire.heated(p.wire, p.load, p.table, s.wire, first, inertia + apart, capacity)
+    b = wire.heated(p.wire, p.load, p.table, s.other, second, inertia - apart, capacity)
+    return a, b, 0.5 * (a.x + b.x)
 
 
 @kernel
@@ -151,11 +186,27 @@ def advance(
     """
     cut = driver.contract(p.driver, s.cut, s.wire.x)
     power = driver.delivered(p.driver, s.power, ctrl, cut, dt)
-    now, f2, f3 = thermal.flows(p.thermal, s.wire.temperature, s.plates, s.body, fan)
+    air = thermal.airy(p.thermal, s.t)
+    now, f2, f3 = thermal.flows(p.thermal, s.wire.temperature, s.plates, s.body, fan, air)
+    uneven = p.wire.unequal
+    first, second = now, now
+    if uneven > 0.0:  # what each half would shed, were all wires like it
+        first = (1.0 + uneven) * now
+        second = (1.0 - uneven) * thermal.to_plates(p.thermal, s.other.temperature, s.plates)
+        now = 0.5 * (first + second)
     # Second order in dt: mean power, and the flow at mid-step (Adams-Bashforth).
     f1 = 1.5 * now - 0.5 * s.flow
-    gain = (0.5 * (s.power + power) - f1) * dt
-    alloy = wire.heated(p.wire, p.load, p.table, s.wire, gain, inertia, p.thermal.wire_capacity)
+    heat = 0.5 * (s.power + power)
+    if uneven > 0.0:
+        alloy, other, x = _halves(p, s, (heat - first) * dt, (heat - second) * dt, inertia)
+    else:
+        capacity = p.thermal.wire_capacity
+        gain = (heat - f1) * dt
+        alloy = wire.heated(p.wire, p.load, p.table, s.wire, gain, inertia, capacity)
+        other, x = s.other, alloy.x
+    if p.creep.share > 0.0:
+        x = min(creep.advance(p.creep, s.lags, x, dt), p.wire.stop)
+    alloy = wire.placed(alloy, x)
     plates = s.plates + (f1 - f2) * dt / p.thermal.plate_capacity
     body = s.body + (f2 - f3) * dt / p.thermal.body_capacity
-    return MicroState(power, now, cut, plates, body, alloy)
+    return MicroState(power, now, cut, plates, body, alloy, other, s.lags, s.t + dt)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from macromicro.kernel import kernel
+from macromicro.plant import VARIANT, value_noise
 from macromicro.schema.par import Par
 
 _S7 = "calibrated to S7 ((5.6))"
@@ -60,11 +61,79 @@ class Thermal(NamedTuple):
             hi=1.0,
         ),
     ] = 0.82
+    convection: Annotated[
+        float,
+        Par(
+            "1/K",
+            "rise of the wires' heat transfer with their temperature",
+            VARIANT,
+            lo=0.0,
+            hi=0.02,
+        ),
+    ] = 0.0
+    draught: Annotated[
+        float,
+        Par(
+            "1",
+            "change of the heat transfer to the air (standard deviation)",
+            VARIANT,
+            lo=0.0,
+            hi=0.5,
+        ),
+    ] = 0.0
+    draught_time: Annotated[float, Par("s", "time over which it changes", positive=True)] = 5.0
+    draught_seed: Annotated[float, Par("", "which draught", lo=0.0)] = 0.0
+
+
+_USUAL = 40.0  # K of the wires above the plates, for which `wire_resistance` holds
+_LEAST = 0.1  # share of the heat transfer that is always left
+
+
+@kernel
+def to_plates(p: Thermal, wire: float, plates: float) -> float:
+    """Heat from wires to plates; free convection and radiation carry more, the hotter they are.
+
+    Parameters
+    ----------
+    p : Thermal
+        Parameters of the ladder.
+    wire, plates : float
+        Temperatures, deg C.
+
+    Returns
+    -------
+    float
+        W.
+    """
+    above = wire - plates
+    ease = max(1.0 + p.convection * (abs(above) - _USUAL), _LEAST) if p.convection > 0.0 else 1.0
+    return above / p.wire_resistance * ease
+
+
+@kernel
+def airy(p: Thermal, t: float) -> float:
+    """Share of the heat transfer to the air at a time: a draught comes and goes.
+
+    Parameters
+    ----------
+    p : Thermal
+        Parameters of the ladder.
+    t : float
+        s.
+
+    Returns
+    -------
+    float
+        1 in still air.
+    """
+    if p.draught <= 0.0:
+        return 1.0
+    return max(1.0 + p.draught * value_noise.at(p.draught_seed, t / p.draught_time), _LEAST)
 
 
 @kernel
 def flows(
-    p: Thermal, wire: float, plates: float, body: float, fan: float
+    p: Thermal, wire: float, plates: float, body: float, fan: float, air: float
 ) -> tuple[float, float, float]:
     """Heat flows of the ladder.
 
@@ -76,6 +145,8 @@ def flows(
         Temperatures, deg C.
     fan : float
         0 or 1.
+    air : float
+        Share of the heat transfer to the air (`airy`).
 
     Returns
     -------
@@ -88,7 +159,7 @@ def flows(
     """
     ease = 1.0 + fan * (p.fan_factor - 1.0)
     return (
-        (wire - plates) / p.wire_resistance,
-        (plates - body) / (p.plate_resistance * ease),
-        (body - p.ambient) / (p.body_resistance * ease),
+        to_plates(p, wire, plates),
+        (plates - body) / (p.plate_resistance * ease) * air,
+        (body - p.ambient) / (p.body_resistance * ease) * air,
     )

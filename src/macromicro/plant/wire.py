@@ -12,6 +12,7 @@ from typing import Annotated, NamedTuple
 from macromicro import nominal
 from macromicro.hysteresis import Everett, Memory, advance, peek
 from macromicro.kernel import kernel
+from macromicro.plant import VARIANT
 from macromicro.plant.flexure import GRAM_FORCE
 from macromicro.schema.par import Par
 
@@ -21,7 +22,7 @@ PATIENT = 12
 
 
 class Wire(NamedTuple):
-    """The six wires of the actuator taken as one."""
+    """The six wires of the actuator taken as one; two halves in a row where they are unequal."""
 
     stroke: Annotated[
         float,
@@ -71,6 +72,21 @@ class Wire(NamedTuple):
         float,
         Par("N", "load at which the thresholds hold: the kiln's 30 g", "Section 5.2.1", lo=0.0),
     ] = 30.0 * GRAM_FORCE
+    unequal: Annotated[
+        float,
+        Par(
+            "1",
+            "half of the wires sheds so much more of its heat, the other half so much less",
+            VARIANT,
+            lo=0.0,
+            hi=0.5,
+        ),
+    ] = 0.0
+    creep: Annotated[
+        float,
+        Par("1", "creep per decade of time, of the contraction before", VARIANT, lo=0.0, hi=0.1),
+    ] = 0.0
+    creep_first: Annotated[float, Par("s", "time from which on creep counts", positive=True)] = 0.1
 
 
 class Load(NamedTuple):
@@ -266,6 +282,25 @@ def heated(
     x, _ = geometry(p, load, austenite, inertia)
     temperature = content - latent * austenite
     return WireState(content, u, slope, austenite, x, temperature, memory)
+
+
+@kernel
+def placed(s: WireState, x: float) -> WireState:
+    """The wires with another contraction: what other wires and creep add.
+
+    Parameters
+    ----------
+    s : WireState
+        State of the wires.
+    x : float
+        Contraction, m.
+
+    Returns
+    -------
+    WireState
+        Its memory is that of `s`.
+    """
+    return WireState(s.content, s.u, s.slope, s.austenite, x, s.temperature, s.memory)
 
 
 @kernel

@@ -2,7 +2,8 @@
 
 A TOML programme is sequenced: a move starts when the one before it is complete. A CSV
 programme is scheduled: a zero-order hold of columns over time. Motion profiles in TOML
-are scheduled, too: a set point each control period.
+are scheduled, too: a set point each control period; beside moves each of them is
+sequenced, and its set points follow one another by the clock.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from macromicro.programme.moves import (
 )
 from macromicro.programme.profiled import follow
 from macromicro.programme.scheduled import load_csv
-from macromicro.programme.sequenced import load_toml
+from macromicro.programme.written import load_toml
 from macromicro.schema.text import printable
 
 __all__ = [

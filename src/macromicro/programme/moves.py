@@ -17,6 +17,7 @@ from macromicro.units import shown
 
 MACRO, MICRO = 0, 1
 MAX_HOLD = 3600.0
+CLOCKED = -math.inf  # `start` of a profile's set point in a mixed programme
 MAX_MOVES = 1_000_000
 # A trajectory has FEWEST targets or more, typically one every LONGEST [s] at the latest.
 FEWEST, LONGEST = 20, 0.25
@@ -59,15 +60,19 @@ class Span(NamedTuple):
     stage : int
         MACRO or MICRO.
     begin : float
-        When it begins, s.
+        When it begins, s; NaN: as soon as what is before it is complete.
     finish : float
-        When its last target comes, s.
+        When its last target comes, s, or NaN.
     until : float
-        When its hold ends, s.
+        When its hold ends, s, or NaN.
     origin : float
         Where it begins, m.
     target : float
         Where it ends, m.
+    first : int, optional
+        Its first row in the programme.
+    behind : int, optional
+        The row behind its last one.
     """
 
     stage: int
@@ -76,6 +81,11 @@ class Span(NamedTuple):
     until: float
     origin: float
     target: float
+    first: int = 0
+    behind: int = 0
+
+
+_NOTHING = np.empty(0)
 
 
 class Programme(NamedTuple):
@@ -86,7 +96,8 @@ class Programme(NamedTuple):
     title : str
         For people.
     start : ndarray, shape (n,)
-        Earliest start after the run's beginning, s; NaN: as soon as the move before is complete.
+        Earliest start after the run's beginning, s; NaN: as soon as the move before is complete;
+        `CLOCKED`: when the hold of the one before is over, arrived or not.
     stage : ndarray, shape (n,)
         MACRO or MICRO.
     target : ndarray, shape (n,)
@@ -99,7 +110,10 @@ class Programme(NamedTuple):
     source : str
         The file.
     profiles : tuple[Span, ...], optional
-        The motion profiles that all its targets belong to; none for a programme of moves.
+        The motion profiles: all targets belong to one of a scheduled programme, some of a mixed
+        one, none of a programme of moves.
+    correction : ndarray, shape (n,) or (0,), optional
+        What was learned to give the micro-stage's law beyond each target, m; (0,): nothing.
     """
 
     title: str
@@ -110,11 +124,43 @@ class Programme(NamedTuple):
     end: float
     source: str
     profiles: tuple[Span, ...] = ()
+    correction: NDArray[np.float64] = _NOTHING
+
+    @property
+    def set_points(self) -> NDArray[np.float64]:
+        """What the laws are given: targets with what was learned beyond them, shape (n,)."""
+        return self.target + self.correction if len(self.correction) else self.target
 
     @property
     def scheduled(self) -> bool:
         """True if the moves have absolute times."""
         return not math.isnan(self.end)
+
+    @property
+    def mixed(self) -> bool:
+        """True if there are moves and profiles, one after the other."""
+        return bool(self.profiles) and not self.scheduled
+
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """Which rows are no set points of a profile, shape (n,)."""
+        found = np.ones(len(self.target), dtype=bool)
+        for span in self.profiles:
+            found[span.first : span.behind] = False
+        return found
+
+    @property
+    def numbers(self) -> NDArray[np.int64]:
+        """Number of each row's move or profile as people count them, from 1, shape (n,)."""
+        begins = self.moves
+        begins[[span.first for span in self.profiles]] = True
+        return np.cumsum(begins)
+
+    @property
+    def waiting(self) -> NDArray[np.bool_]:
+        """Which rows wait for an arrival before the next one begins, shape (n,)."""
+        found: NDArray[np.bool_] = np.append(self.start[1:] != CLOCKED, True)
+        return found if not self.scheduled else np.zeros_like(found)
 
     def repeated(self, n: int) -> Programme:
         """The programme several times in a row; a scheduled one is shifted by its end each time.
@@ -149,22 +195,47 @@ class Programme(NamedTuple):
             target=np.tile(self.target, n),
             hold=np.tile(self.hold, n),
             end=self.end * n,
+            correction=np.tile(self.correction, n),
             profiles=tuple(
-                p._replace(begin=p.begin + t, finish=p.finish + t, until=p.until + t)
-                for t in shift.tolist()
+                p._replace(
+                    begin=p.begin + t,
+                    finish=p.finish + t,
+                    until=p.until + t,
+                    first=p.first + k * size,
+                    behind=p.behind + k * size,
+                )
+                for k, t in enumerate(shift.tolist())
                 for p in self.profiles
             ),
         )
 
-    def _away(self) -> bool:
-        """Whether its profiles leave a stage elsewhere than where they begin.
+    def from_rest(self) -> tuple[Span, ...]:
+        """The profiles that begin where their stage stands at the beginning, at 0.
 
-        A macro move lets the micro-stage go, back to 0.
+        Returns
+        -------
+        tuple[Span, ...]
+            Those of stages whose first motion is a profile. A macro move before it lets the
+            micro-stage go, back to 0.
         """
-        macro = [p for p in self.profiles if p.stage == MACRO]
-        micro = [p for p in self.profiles if p.stage == MICRO]
-        coarse = bool(macro) and macro[-1].target != macro[0].origin
-        return coarse or (bool(micro) and not macro and micro[-1].target != micro[0].origin)
+        coarse = np.flatnonzero(self.stage == MACRO)
+        firsts = [int(coarse[0])] if len(coarse) else []
+        fine = np.flatnonzero(self.stage == MICRO)
+        if len(fine) and not (len(coarse) and coarse[0] < fine[0]):
+            firsts.append(int(fine[0]))
+        return tuple(p for p in self.profiles if p.first in firsts)
+
+    def _away(self) -> bool:
+        """Whether a stage whose first motion is a profile ends elsewhere than where that begins."""
+        for first in self.from_rest():
+            last = int(np.flatnonzero(self.stage == first.stage)[-1])
+            place = float(self.target[last])
+            place = next((p.target for p in self.profiles if p.behind == last + 1), place)
+            if first.stage == MICRO and (self.stage[last:] == MACRO).any():
+                place = 0.0
+            if place != first.origin:
+                return True
+        return False
 
 
 class Move(NamedTuple):
@@ -180,12 +251,15 @@ class Move(NamedTuple):
         counts or m.
     hold : float
         s.
+    correction : float, optional
+        m.
     """
 
     start: float
     stage: int
     target: float
     hold: float
+    correction: float = 0.0
 
 
 def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Programme:
@@ -207,7 +281,8 @@ def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Prog
     Programme
         Arrays of one element a move.
     """
-    start, stage, target, hold = zip(*moves, strict=True)
+    start, stage, target, hold, learned = zip(*moves, strict=True)
+    correction = np.array(learned, dtype=np.float64)
     return Programme(
         title=title,
         start=np.array(start, dtype=np.float64),
@@ -216,6 +291,7 @@ def programme(title: str, moves: Sequence[Move], end: float, path: Path) -> Prog
         hold=np.array(hold, dtype=np.float64),
         end=end,
         source=str(path),
+        correction=correction if correction.any() else _NOTHING,
     )
 
 

@@ -37,11 +37,21 @@ _UNITS = {
     "deceleration": "m/s^2",
     "jerk": "m/s^3",
 }
-_KEYS = (*_STAGES, *_UNITS, "hold")
+KEYS = (*_STAGES, *_UNITS, "hold")
 
 
-class _Leg(NamedTuple):
-    """A trajectory of one stage, and how long its end is held, in control periods."""
+class Leg(NamedTuple):
+    """A trajectory of one stage.
+
+    Attributes
+    ----------
+    stage : int
+        MACRO or MICRO.
+    way : Trajectory
+        Its set points, in m.
+    hold : int
+        How long its end is held, control periods.
+    """
 
     stage: int
     way: Trajectory
@@ -76,13 +86,13 @@ def expanded(
     """
     file = printable(path, 300)
     for number, table in enumerate(tables, 1):  # an unknown key, often a slip, before all others
-        unknown(table, _KEYS, f"{file}, profile {number}, ")
-    legs: list[_Leg] = []
+        unknown(table, KEYS, f"{file}, profile {number}, ")
+    legs: list[Leg] = []
     places = [0.0, 0.0]  # of both stages, m
     rows = 0
     for number, table in enumerate(tables, 1):
         where = f"{file}, profile {number}"
-        for leg in _legs(table, places, limits, where):
+        for leg in ways(table, places, limits, where):
             rows += len(leg.way.position) - 1
             if rows > MAX_MOVES:
                 most = MAX_MOVES * PERIOD
@@ -148,12 +158,34 @@ def follow(
         accepted = "0 m, where the stage stands at the beginning of a run; `then` puts a way before"
         raise InputError("trajectory, first position", f"{first:g} m", accepted)
     trajectory.check(lowest, highest)
-    leg = _Leg(place, trajectory, math.ceil(hold / PERIOD - 1e-6))
+    leg = Leg(place, trajectory, math.ceil(hold / PERIOD - 1e-6))
     return _programme(title or f"trajectory of the {stage}-stage", [leg], limits, "")
 
 
-def _legs(table: dict[str, Any], places: list[float], limits: Limits, where: str) -> Iterator[_Leg]:
-    """The profiles of one table; moves `places` on."""
+def ways(table: dict[str, Any], places: list[float], limits: Limits, where: str) -> Iterator[Leg]:
+    """The profiles of one table.
+
+    Parameters
+    ----------
+    table : dict[str, Any]
+        An entry [[profiles]] of the file.
+    places : list[float]
+        Where both stages stand, m; they are moved on.
+    limits : Limits
+        How far the stages go.
+    where : str
+        File and entry, for messages.
+
+    Yields
+    ------
+    Leg
+        One for each target.
+
+    Raises
+    ------
+    InputError
+        Names the file, the entry and its key.
+    """
     given = [name for name in _STAGES if name in table]
     if len(given) != 1:
         found = "both macro and micro" if given else "neither macro nor micro"
@@ -174,7 +206,7 @@ def _legs(table: dict[str, Any], places: list[float], limits: Limits, where: str
         target /= limits.counts_per_metre if stage == MACRO else 1.0
         way = _sampled(_shape(places[stage], target, most), limits.place, key, text)
         places[stage] = target
-        yield _Leg(stage, way, math.ceil(hold / PERIOD - 1e-6))
+        yield Leg(stage, way, math.ceil(hold / PERIOD - 1e-6))
 
 
 def _limit(table: dict[str, Any], name: str, place: Place, where: str) -> float | None:
@@ -211,9 +243,9 @@ def _sampled(profile: Profile, place: Place, where: str, text: str) -> Trajector
     raise InputError(where, found, f"profiles of {FEWEST * PERIOD:g} to {MAX_MOVES * PERIOD:g} s")
 
 
-def _programme(title: str, legs: list[_Leg], limits: Limits, source: str) -> Programme:
+def _programme(title: str, legs: list[Leg], limits: Limits, source: str) -> Programme:
     """The targets of all legs; each begins when the hold of the one before it ends."""
-    begin = 0.0
+    begin, count = 0.0, 0
     starts: list[Array] = []
     spans: list[Span] = []
     for leg in legs:
@@ -223,7 +255,9 @@ def _programme(title: str, legs: list[_Leg], limits: Limits, source: str) -> Pro
         ends = float(way.position[0]), float(way.position[-1])
         # Its last target needs a period of its own.
         until = finish + max(leg.hold, 1) * PERIOD
-        spans.append(Span(leg.stage, begin, finish, until, *ends))
+        rows = count, count + len(way.t) - 1
+        spans.append(Span(leg.stage, begin, finish, until, *ends, *rows))
+        count = rows[1]
         begin = round(until / PERIOD) * PERIOD
     start = np.concatenate(starts)
     stage = np.concatenate([np.full(len(leg.way.t) - 1, leg.stage) for leg in legs])

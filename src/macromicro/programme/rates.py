@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.nominal import PERIOD
 from macromicro.programme.moves import FEWEST, LONGEST, Programme
 
 
@@ -27,17 +28,29 @@ def rates(programme: Programme) -> tuple[Array, Array]:
         The same per second.
     """
     start, n = programme.start, len(programme.start)
+    place = programme.set_points
     velocity, acceleration = np.zeros(n), np.zeros(n)
-    if n >= FEWEST and programme.scheduled:
+    if programme.mixed:
+        for span in programme.profiles:
+            some = slice(span.first, span.behind)
+            t = PERIOD * np.arange(span.behind - span.first, dtype=float)
+            _fill(velocity, acceleration, some, place, t)
+    elif n >= FEWEST and programme.scheduled:
         apart = (np.diff(start) > LONGEST) | (np.diff(programme.stage) != 0)
         for rows in np.split(np.arange(n), np.flatnonzero(apart) + 1):
             if len(rows) >= FEWEST:
-                velocity[rows] = _slope(programme.target[rows], start[rows])
-                acceleration[rows] = _slope(velocity[rows], start[rows])
-                velocity[rows[-1]] = acceleration[rows[-1]] = 0.0
+                some = slice(rows[0], rows[-1] + 1)
+                _fill(velocity, acceleration, some, place, start[some])
     if not velocity.any():
         return np.empty(0), np.empty(0)
     return velocity, acceleration
+
+
+def _fill(velocity: Array, acceleration: Array, rows: slice, target: Array, t: Array) -> None:
+    """Differences at some rows; at the last of them the target rests."""
+    velocity[rows] = _slope(target[rows], t)
+    acceleration[rows] = _slope(velocity[rows], t)
+    velocity[rows.stop - 1] = acceleration[rows.stop - 1] = 0.0
 
 
 def _slope(value: Array, t: Array) -> Array:

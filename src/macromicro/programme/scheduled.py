@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from macromicro.errors import InputError
 from macromicro.place import ANGLE
 from macromicro.programme.moves import (
@@ -25,7 +27,9 @@ from macromicro.schema import csv_rows
 from macromicro.schema.text import printable, read_text
 
 MAX_END = 24 * 3600.0
+LEARNED = "micro_correction_um"
 _TIME = -1
+_LEARNED = -2
 # Name: what the column is and how many of its unit make one s, m or count.
 _TIMES = {"t_s": (_TIME, 1.0), "t_ms": (_TIME, 1e3)}
 _COLUMNS = {
@@ -34,6 +38,7 @@ _COLUMNS = {
     "macro_counts": (MACRO, 0.0),
     "micro_mm": (MICRO, 1e3),
     "micro_um": (MICRO, 1e6),
+    LEARNED: (_LEARNED, 1e6),
 }
 _TURNING = {**_TIMES, "macro_deg": (MACRO, ANGLE.per), "macro_counts": (MACRO, 0.0)}
 _HEADER = "t_s or t_ms, and macro_mm or macro_counts, micro_mm or micro_um, or both"
@@ -42,12 +47,14 @@ _HEADER_TURNING = "t_s or t_ms, and macro_deg or macro_counts of this stage, whi
 
 class _Row(NamedTuple):
     """A line of the file: its number, time [s], the target of each stage (NaN: no column), and the
-    same before a macro target was rounded to a whole count."""
+    same before a macro target was rounded to a whole count, and what was learned beyond the micro
+    target [m]."""
 
     line: int
     t: float
     targets: tuple[float, float]
     exact: tuple[float, float]
+    correction: float = 0.0
 
 
 def load_csv(path: Path, limits: Limits) -> Programme:
@@ -96,6 +103,40 @@ def load_csv(path: Path, limits: Limits) -> Programme:
     return programme(path.stem, moves, last.t, path)
 
 
+def corrected(path: Path, programme: Programme) -> str:
+    """A file's own text with what was learned of it.
+
+    Parameters
+    ----------
+    path : Path
+        .csv, which the programme was read from.
+    programme : Programme
+        With its correction.
+
+    Returns
+    -------
+    str
+        The same rows, with the column `micro_correction_um` at the end.
+    """
+    names: list[str] = []
+    text = read_text(path, WHAT)
+    rows = list(csv_rows.table(text, str(path), lambda cells, _: names.extend(cells), _HEADER))
+    names = [name for name in names if name != LEARNED]
+    fine = programme.stage == MICRO
+    start, learned = programme.start[fine], programme.correction[fine]
+    written = [",".join((*names, LEARNED))]
+    for row in rows:
+        t = next(
+            csv_rows.number(row.cells[n], row.where) / unit
+            for n, (kind, unit) in _COLUMNS.items()
+            if kind == _TIME and n in row.cells
+        )
+        k = int(np.searchsorted(start, t + 1e-9, side="right")) - 1
+        value = learned[k] if k >= 0 else 0.0
+        written.append(",".join((*(row.cells[n] for n in names), f"{1e6 * value:.4f}")))
+    return "\n".join(written) + "\n"
+
+
 def _differ(a: float, b: float) -> bool:
     return a != b and not math.isnan(b)
 
@@ -104,19 +145,21 @@ def _moves(rows: list[_Row]) -> list[Move]:
     """The changes, macro before micro at the same time, each held until the next change."""
     end = rows[-1].t
     returns = tuple(0.0 if last == 0.0 else math.inf for last in rows[-1].targets)
-    previous = returns
+    previous, learned = returns, 0.0
     changes = []
     for row in rows[:-1]:
         stages = [s for s in (MACRO, MICRO) if _differ(previous[s], row.targets[s])]
+        if MICRO not in stages and row.correction != learned:
+            stages.append(MICRO)
         # A macro move disables the micro-stage: a fine position that holds on is taken again.
         if stages == [MACRO] and row.targets[MICRO] > 0.0:
             stages.append(MICRO)
         if stages:
             changes.append((row, stages))
-        previous = row.targets
+        previous, learned = row.targets, row.correction
     nexts = [*(row.t for row, _ in changes), end][1:]
     return [
-        Move(row.t, stage, row.targets[stage], after - row.t)
+        Move(row.t, stage, row.targets[stage], after - row.t, row.correction * (stage == MICRO))
         for (row, stages), after in zip(changes, nexts, strict=True)
         for stage in stages
     ]
@@ -155,13 +198,16 @@ def _header(
             same = [name for name in cells if columns[name][0] == kind]
             found = f"columns {' and '.join(same)}"
             raise InputError(f"{where}, column {cell}", found, f"one of them only: {words}")
-    if _TIME not in kinds or len(kinds) < 2:
+    if _TIME not in kinds or not {MACRO, MICRO} & set(kinds):
         raise InputError(where, f"columns {', '.join(cells)}", words)
+    if _LEARNED in kinds and MICRO not in kinds:
+        accepted = "micro_mm or micro_um beside it: it is added to that"
+        raise InputError(where, f"column {LEARNED}", accepted)
 
 
 def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
     (columns, _), t, targets = _accepted(limits), 0.0, [math.nan, math.nan]
-    exact = [math.nan, math.nan]
+    exact, correction = [math.nan, math.nan], 0.0
     for name, text in cells.items():
         place = f"{where}, {name}"
         kind, per_unit = columns[name]
@@ -173,10 +219,17 @@ def _row(line: int, cells: dict[str, str], limits: Limits, where: str) -> _Row:
             continue
         # Divided, not multiplied by 1e-3: so "1.5" mm is exactly the float 0.0015.
         value = number / per_unit if per_unit else number
+        if kind == _LEARNED:
+            correction = value
+            continue
         if kind == MACRO and per_unit:
             value *= limits.counts_per_metre
         shown = f"{text} {name.partition('_')[2]}"
         targets[kind] = exact[kind] = admitted(value, kind, limits, place, shown)
         if kind == MACRO:
             exact[kind] = min(max(value, limits.macro_lo), limits.macro_hi)
-    return _Row(line, t, (targets[0], targets[1]), (exact[0], exact[1]))
+    if correction:
+        place = f"{where}, {LEARNED}"
+        shown = f"{targets[MICRO] + correction} m with the target"
+        admitted(targets[MICRO] + correction, MICRO, limits, place, shown)
+    return _Row(line, t, (targets[0], targets[1]), (exact[0], exact[1]), correction)

@@ -1,83 +1,44 @@
-"""TOML programmes: [[moves]], one after the other, or [[profiles]] by the clock."""
+"""The moves of a TOML programme: one after the other."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from macromicro.errors import InputError
 from macromicro.programme import entries
-from macromicro.programme.moves import (
-    MACRO,
-    MAX_MOVES,
-    MAX_TITLE,
-    MICRO,
-    WHAT,
-    Limits,
-    Move,
-    Programme,
-    programme,
-)
-from macromicro.programme.profiled import PROFILES, expanded
-from macromicro.schema.keys import found, unknown
-from macromicro.schema.text import printable, read_toml
+from macromicro.programme.moves import MACRO, MAX_MOVES, MICRO, Limits, Move
+from macromicro.schema.text import printable
 
-_KEYS = ("title", "moves", "profiles")
-_MOVE_KEYS = ("macro", "micro", "hold", "macro_hold")
-_MOVES = "one table [[moves]] or more, each with macro or micro, and hold"
+KEYS = ("macro", "micro", "hold", "macro_hold")
+MOVES = "one table [[moves]] or more, each with macro or micro, and hold"
 
 
-def load_toml(path: Path, limits: Limits) -> Programme:
-    """Read a sequenced programme, or one of motion profiles.
+def steps(table: dict[str, Any], limits: Limits, where: str, most: int) -> Iterator[Move]:
+    """The moves of one table [[moves]].
 
     Parameters
     ----------
-    path : Path
-        .toml, with tables [[moves]] or [[profiles]].
+    table : dict[str, Any]
+        As read.
     limits : Limits
         How far the stages go.
+    where : str
+        File and entry, for messages.
+    most : int
+        How many there may be.
 
     Returns
     -------
-    Programme
-        Of moves without times, of profiles with times.
+    Iterator[Move]
+        Without times.
 
     Raises
     ------
     InputError
-        Names the file and the line or the move or profile and its key.
+        Names the file, the entry and its key.
     """
-    raw, file = read_toml(path, WHAT), printable(path, 300)
-    unknown(raw, _KEYS, f"{file}, ")
-    title = raw.get("title", "")
-    if not isinstance(title, str) or not title.isprintable() or len(title) > MAX_TITLE:
-        accepted = f"one line of text of at most {MAX_TITLE} characters"
-        raise InputError(f"{file}, title", printable(title), accepted)
-    if "profiles" in raw:
-        if "moves" in raw:
-            accepted = "one of them: profiles go by the clock, moves one after the other"
-            raise InputError(file, "moves and profiles", accepted)
-        return expanded(_tables(raw, "profiles", file), limits, path, title or path.stem)
-    tables = _tables(raw, "moves", file)
-    for number, table in enumerate(tables, 1):  # an unknown key, often a slip, before all others
-        unknown(table, _MOVE_KEYS, f"{file}, move {number}, ")
-    moves: list[Move] = []
-    for number, table in enumerate(tables, 1):
-        moves += _moves(table, limits, f"{file}, move {number}", MAX_MOVES - len(moves))
-    return programme(title or path.stem, moves, math.nan, path)
-
-
-def _tables(raw: dict[str, Any], key: str, file: str) -> list[dict[str, Any]]:
-    tables = raw.get(key)
-    if isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables):
-        return tables
-    raise InputError(f"{file}, {key}", found(tables), _MOVES if key == "moves" else PROFILES)
-
-
-def _moves(table: dict[str, Any], limits: Limits, where: str, most: int) -> Iterator[Move]:
-    """The moves of one table [[moves]], at most `most`."""
     macro, micro = (entries.texts(table, key, where) for key in ("macro", "micro"))
     hold = entries.text(table, "hold", where)
     _check_keys(table, where)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 import macromicro
 from macromicro.drawing import files as drawings
+from macromicro.drawing import phases
 from macromicro.drawing.style import BLACK, BLUE, RED, finish, new
 from macromicro.machines.loops import Complex, Margins, margins
 from macromicro.machines.machine import Machine, as_toml
@@ -155,13 +156,10 @@ def draw(found: Found) -> Any:
         gain.loglog(r.frequency, np.abs(model), color=RED, linestyle="--", label="linear model")
         for rows, style in ((found.seen, _SEEN), (~found.seen, _FAINT)):
             gain.loglog(r.frequency[rows], np.abs(measured)[rows], **style)
-        turn = np.degrees(np.unwrap(np.angle(model)))
-        turn -= 360.0 * np.ceil(turn[0] / 360.0)
-        # The measured phase on the branch of the model's.
-        off = np.degrees(np.angle(measured / model))
-        phase.semilogx(r.frequency, turn, color=RED, linestyle="--")
+        turned = phases.degrees(measured, model)
+        phase.semilogx(r.frequency, phases.degrees(model, model), color=RED, linestyle="--")
         for rows, style in ((found.seen, _SEEN), (~found.seen, _FAINT)):
-            phase.semilogx(r.frequency[rows], (turn + off)[rows], **style)
+            phase.semilogx(r.frequency[rows], turned[rows], **style)
         finish(gain, title, "", "gain", legend=True)
         finish(phase, "", "frequency [Hz]", "phase [deg]")
         phase.axhline(-180.0, color=BLACK, linewidth=0.8, linestyle=":")

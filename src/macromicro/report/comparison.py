@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 import macromicro
 from macromicro import traces
-from macromicro.arrays import Array
 from macromicro.design.response import MoveResult
 from macromicro.errors import InputError
 from macromicro.recording import Recording
 from macromicro.recording_format import TIME
+from macromicro.report.partings import Parting, parting
 from macromicro.runs import folder, judging
 from macromicro.schema.text import printable
 
@@ -87,28 +85,6 @@ class Move(NamedTuple):
         return self.results[0], self.results[side]
 
 
-class Parting(NamedTuple):
-    """How the columns of a recording differ from the first's, row by row.
-
-    Attributes
-    ----------
-    rows : int
-        That both have.
-    t : float | None
-        Of the first row in which a shared column differs, s; None if none does.
-    columns : tuple[str, ...]
-        Those that differ in that row.
-    rms, largest : dict[str, float]
-        By column, in its unit, over the rows in which both are numbers; NaN if there are none.
-    """
-
-    rows: int
-    t: float | None
-    columns: tuple[str, ...]
-    rms: dict[str, float]
-    largest: dict[str, float]
-
-
 class Comparison(NamedTuple):
     """Recordings beside each other.
 
@@ -146,22 +122,19 @@ def load(places: Sequence[Path]) -> tuple[Side, ...]:
     Raises
     ------
     InputError
-        Fewer than two, a file that is no recording, a folder without one, one without rows, another
-        period than the first's, or no column that all share.
+        Fewer than two, a file that is no recording, a folder without one, one without rows, or no
+        column that all share.
     """
     if len(places) < 2:
         found = printable(places[0], 300) if places else "nothing"
         raise InputError("compare", found, f"two or more, each {_ACCEPTED}")
-    files = [_file(place) for place in places]
+    files = [folder.recording(place, _ACCEPTED) for place in places]
     recordings = [Recording.load(file) for file in files]
     first = recordings[0]
     for place, one in zip(places, recordings, strict=True):
         where = printable(place, 300)
         if not len(one):
             raise InputError(where, "no rows", "a recording with rows")
-        if not math.isclose(one.dt, first.dt, rel_tol=1e-9):
-            accepted = f"{first.dt:g} s, as of {printable(places[0], 300)}: one period in all"
-            raise InputError(f"{where}, period", f"{one.dt:g} s", accepted)
     if not traces.common(recordings):
         own = ", ".join(c.name for c in first.columns if c.name != TIME)
         accepted = f"recordings that share one or more of {own}, in the same units"
@@ -169,15 +142,6 @@ def load(places: Sequence[Path]) -> tuple[Side, ...]:
     names = _names(places)
     moves = [judging.moves(r) if judging.has_moves(r) else [] for r in recordings]
     return tuple(map(Side, names, files, recordings, moves))
-
-
-def _file(place: Path) -> Path:
-    if not place.is_dir():
-        return place
-    file = place / folder.RECORDING
-    if not file.exists():
-        raise InputError(printable(place, 300), f"a folder without {folder.RECORDING}", _ACCEPTED)
-    return file
 
 
 def _names(places: Sequence[Path]) -> list[str]:
@@ -207,7 +171,7 @@ def compare(sides: Sequence[Side]) -> Comparison:
     """
     columns = tuple(traces.common([side.recording for side in sides]))
     moves = tuple(_matched(move, sides) for move in sides[0].moves)
-    partings = tuple(_parting(sides[0].recording, s.recording, columns) for s in sides[1:])
+    partings = tuple(parting(sides[0].recording, s.recording, columns) for s in sides[1:])
     return Comparison(tuple(sides), columns, moves, partings)
 
 
@@ -222,24 +186,6 @@ def _matched(move: MoveResult, sides: Sequence[Side]) -> Move:
             same = None
         results.append(same)
     return Move(move.move, move.stage, move.unit, move.target, tuple(results))
-
-
-def _parting(first: Recording, other: Recording, columns: Sequence[str]) -> Parting:
-    rows = min(len(first), len(other))
-    parted: dict[str, int] = {}
-    rms, largest = {}, {}
-    for name in columns:
-        a, b = (np.asarray(r[name][:rows], float) for r in (first, other))
-        apart: Array = np.abs(b - a)
-        differs = np.flatnonzero((a != b) & ~(np.isnan(a) & np.isnan(b)))
-        if len(differs):
-            parted[name] = int(differs[0])
-        known = apart[np.isfinite(apart)]
-        rms[name] = float(np.sqrt(np.mean(known * known))) if len(known) else math.nan
-        largest[name] = float(known.max()) if len(known) else math.nan
-    row = min(parted.values(), default=None)
-    t = None if row is None else round(float(first[TIME][row]), 9)
-    return Parting(rows, t, tuple(n for n, k in parted.items() if k == row), rms, largest)
 
 
 def content(found: Comparison) -> dict[str, Any]:
@@ -266,6 +212,7 @@ def content(found: Comparison) -> dict[str, Any]:
                 "programme": s.recording.attributes.get("programme"),
                 "seed": s.recording.attributes.get("seed"),
                 "rows": len(s.recording),
+                "period_s": s.recording.dt,
                 "duration_s": round(len(s.recording) * s.recording.dt, 9),
                 "moves": len(s.moves),
             }
@@ -277,11 +224,21 @@ def content(found: Comparison) -> dict[str, Any]:
                 "unit": first.unit(name),
                 "rms_difference": [p.rms[name] for p in found.partings],
                 "largest_difference": [p.largest[name] for p in found.partings],
+                "largest_at_s": [p.at[name] for p in found.partings],
             }
             for name in found.columns
         },
         "first_difference": [
             {"rows": p.rows, "t_s": p.t, "columns": p.columns} for p in found.partings
+        ],
+        "structure": [
+            {
+                "compared_every_s": p.period,
+                "only_first": p.lacking,
+                "only_here": p.added,
+                "units": p.units,
+            }
+            for p in found.partings
         ],
         "moves": [_told(move) for move in found.moves],
     }

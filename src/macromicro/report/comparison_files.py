@@ -1,4 +1,4 @@
-"""The folder of a comparison: compare.json, the columns and the moves in figures."""
+"""The folder of a comparison: compare.json, a page to zoom in, columns and moves in figures."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from macromicro import traces
 from macromicro.drawing import files
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, new
+from macromicro.report import zoomable
 from macromicro.report.comparison import QUANTITIES, Comparison, content
 from macromicro.report.summary import as_json
 from macromicro.runs import folder
@@ -20,13 +21,15 @@ if TYPE_CHECKING:
 
 JSON = "compare.json"
 OVERLAY, MOVES, COLUMNS = "overlay", "moves", "columns"
-BYTES = 20_000_000
+PAGE = f"{OVERLAY}.html"
+BYTES = 20_000_000 + zoomable.BYTES
 _PANELS = 6  # of a figure
 _MOST = 40  # figures of columns
 _COLOURS = (BLUE, RED, GREEN, PURPLE, BLACK, ORANGE)
 _MARKERS = "o^sDvx"
 FILES = (
     JSON,
+    PAGE,
     *files.names((OVERLAY, MOVES, *(f"{COLUMNS}-{k}" for k in range(1, _MOST + 1)))),
 )
 
@@ -50,6 +53,9 @@ def write(out: Path, found: Comparison, kinds: Iterable[str] = files.DEFAULT) ->
     """
     with folder.staged(out, remove=FILES) as place:
         (place / JSON).write_text(as_json(content(found)), encoding="utf-8")
+        recordings = [side.recording for side in found.sides]
+        text = zoomable.page(recordings, labels=[side.name for side in found.sides])
+        (place / PAGE).write_text(text, encoding="utf-8")
         for name, figure in draw(found):
             files.save(figure, place, name, kinds)
 

@@ -1,4 +1,4 @@
-"""A comparison in words: the table of moves, and what differs in a few sentences."""
+"""A comparison in words: tables of moves and columns, and what differs in a few sentences."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import numpy as np
 
 from macromicro.report.comparison import QUANTITIES, Comparison, Move
 from macromicro.report.words import amount
+from macromicro.schema.par import NO_UNIT
 
 _NAMES = {"settling_s": "settling", "final_error": "final error", "overshoot": "overshoot"}
+COLUMNS = ("column", "unit", "RMS difference", "largest", "at")
 HEADINGS = ("#", "stage", "target", "settling", "by", "final error", "by", "overshoot", "by")
 
 
@@ -33,6 +35,35 @@ def table(found: Comparison) -> list[tuple[str, ...]]:
         for move in found.moves
         for side in range(1, len(found.sides))
     ]
+
+
+def columns(found: Comparison) -> list[tuple[str, ...]]:
+    """A line for each shared column that differs, and recording but the first.
+
+    Parameters
+    ----------
+    found : Comparison
+        The comparison.
+
+    Returns
+    -------
+    list[tuple[str, ...]]
+        Cells in the order of `COLUMNS`, where there are more than two recordings with the other's
+        name in front; "no number" where one of both never has one.
+    """
+    several = len(found.sides) > 2
+    lines = []
+    for side, parting in zip(found.sides[1:], found.partings, strict=True):
+        for name in parting.differing:
+            unit = found.sides[0].recording.unit(name)
+            sizes = [
+                "no number" if math.isnan(v) else f"{v:.4g}"
+                for v in (parting.rms[name], parting.largest[name])
+            ]
+            at = "-" if math.isnan(parting.at[name]) else f"{parting.at[name]:.3f} s"
+            head = (side.name,) if several else ()
+            lines.append((*head, name, "-" if unit in NO_UNIT else unit, *sizes, at))
+    return lines
 
 
 def _cells(move: Move, side: int) -> tuple[str, ...]:
@@ -78,6 +109,7 @@ def remarks(found: Comparison) -> list[tuple[str, str]]:
     for side in range(1, len(found.sides)):
         name = found.sides[side].name
         lines.append((name, _parting(found, side)))
+        lines += [(name, text) for text in _structure(found, side)]
         if found.partings[side - 1].t is not None:
             lines += [(name, text) for text in _stages(found, side)]
     return lines
@@ -92,11 +124,31 @@ def _parting(found: Comparison, side: int) -> str:
     if parting.t is None:
         count = len(found.columns)
         columns = "the shared column" if count == 1 else f"all {count} shared columns"
-        return f"equal to {first.name} in {columns}, bit for bit{tail}"
+        exactly = "bit for bit" if first.recording.dt == other.recording.dt else "where both are"
+        return f"equal to {first.name} in {columns}, {exactly}{tail}"
     shown = ", ".join(parting.columns[:4])
     more = len(parting.columns) - 4
     shown += f" and {more} more" if more > 0 else ""
     return f"differs from {first.name} from {parting.t:.3f} s on, first in {shown}{tail}"
+
+
+def _structure(found: Comparison, side: int) -> list[str]:
+    """Columns that only one has, other units, another period."""
+    first, other, parting = found.sides[0], found.sides[side], found.partings[side - 1]
+    texts = []
+    if parting.lacking:
+        texts.append(f"lacks columns of {first.name}: {', '.join(parting.lacking)}")
+    if parting.added:
+        texts.append(f"has columns that {first.name} lacks: {', '.join(parting.added)}")
+    units = [f"{name} [{b}], there [{a}]" for name, (a, b) in parting.units.items()]
+    if units:
+        texts.append(f"other units, so not compared: {', '.join(units)}")
+    if not math.isclose(first.recording.dt, other.recording.dt, rel_tol=1e-9):
+        its, every = other.recording.dt, parting.period
+        texts.append(
+            f"a period of {its:g} s, not {first.recording.dt:g} s: compared every {every:g} s"
+        )
+    return texts
 
 
 def _stages(found: Comparison, side: int) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.control.supervisor import MICRO as ENABLED
+from macromicro.design import zero
 from macromicro.design.response import MICRO_BAND, smoothed
 from macromicro.design.tracking import course
 from macromicro.drawing.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, finish, line, new
@@ -78,7 +79,7 @@ def fine_laser(recording: Recording) -> Array:
         um; NaN elsewhere and at resets.
     """
     enabled = (recording["phase"] == ENABLED) & (recording["laser_reset"] == 0)
-    return np.where(enabled, recording["laser"], np.nan)
+    return np.where(enabled, zero.contraction(recording), np.nan)
 
 
 def first_cycle(ended: Ended) -> slice:

@@ -63,7 +63,7 @@ def bar(title: str, expected: float, words: Callable[[int], str]) -> Iterator[Re
         To be called with the simulated time (s) and the index of the move.
     """
     if not sys.stderr.isatty():
-        print(f"running {title}: about {expected:.0f} s", file=sys.stderr)
+        print(f"running {title}: about {expected:.0f} s of the machine's time", file=sys.stderr)
         yield lambda t, move: None
         return
     from rich.console import Console
@@ -94,9 +94,10 @@ def _move(job: Job, k: int) -> str:
     macro = programme.stage[k] == MACRO
     metres = programme.target[k] * (job.settings.sensors.encoder.pitch if macro else 1.0)
     name = "macro" if macro else "micro"
-    if programme.profiles:
+    if programme.profiles and not (programme.mixed and programme.moves[k]):
         return f"{name} at {metres * 1e3:.3f} mm"
-    return f"move {k + 1} of {len(programme.target)}: {name} to {metres * 1e3:g} mm"
+    number, last = (int(programme.numbers[i]) for i in (k, -1))
+    return f"move {number} of {last}: {name} to {metres * 1e3:g} mm"
 
 
 def show(ended: Ended) -> None:
@@ -144,30 +145,40 @@ def show_lines(
 
 
 def show_comparison(found: Comparison) -> None:
-    """The table of moves and what differs, on stdout.
+    """The tables of moves and columns, and what differs, on stdout.
 
     Parameters
     ----------
     found : Comparison
         The comparison.
     """
-    from rich.table import Table
     from rich.text import Text
 
     console = _console()
-    lines = comparison_words.table(found)
-    if lines:
-        several = ("compared",) if len(lines[0]) > len(comparison_words.HEADINGS) else ()
-        table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-        for heading in (*several, *comparison_words.HEADINGS):
-            table.add_column(Text(heading), justify="right", overflow="fold", vertical="bottom")
-        for cells in lines:
-            table.add_row(*map(Text, cells))
-        console.print(Text(f"{found.sides[0].name}, and by how much the others differ"))
-        console.print(table)
-        console.print()
+    first = found.sides[0].name
+    several = ("compared",) if len(found.sides) > 2 else ()
+    moves, columns = comparison_words.table(found), comparison_words.columns(found)
+    if moves:
+        console.print(Text(f"{first}, and by how much the others differ"))
+        _table(console, (*several, *comparison_words.HEADINGS), moves)
+    if columns:
+        console.print(Text(f"Columns that differ from {first}"))
+        _table(console, (*several, *comparison_words.COLUMNS), columns)
     for name, text in comparison_words.remarks(found):
         console.print(Text(f"{name}: {text}"), soft_wrap=True)
+
+
+def _table(console: Console, headings: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    for heading in headings:
+        table.add_column(Text(heading), justify="right", overflow="fold", vertical="bottom")
+    for cells in lines:
+        table.add_row(*map(Text, cells))
+    console.print(table)
+    console.print()
 
 
 def _console() -> Console:

@@ -53,14 +53,15 @@ def table(ended: Ended) -> list[Line]:
     list[Line]
         In the order of the moves.
     """
-    return [_line(m) for m in ended.moves]
+    numbers = ended.job.programme.numbers
+    return [_line(m, int(numbers[m.move])) for m in ended.moves]
 
 
-def _line(m: MoveResult) -> Line:
+def _line(m: MoveResult, number: int) -> Line:
     digits = 3 if m.unit == "mm" else 1
     cut = "cut short" if not m.complete else "did not arrive"
     cells = (
-        str(m.move + 1),
+        str(number),
         m.stage,
         f"{m.target:.6g} {m.unit}",
         cut if m.arrived_s is None else f"{m.arrived_s:.2f} s",
@@ -202,7 +203,11 @@ def problems(ended: Ended) -> list[str]:
         None for a good run.
     """
     found = []
-    count = f"move {ended.begun} of {len(ended.job.programme.target)}"
+    numbers = ended.job.programme.numbers if ended.job.programme.mixed else None
+    begun, planned = ended.begun, len(ended.job.programme.target)
+    if numbers is not None:
+        begun, planned = int(numbers[begun - 1]) if begun else 0, int(numbers[-1])
+    count = f"move {begun} of {planned}"
     if ended.interrupted:
         found.append(f"interrupted at {ended.simulated:.3f} s, {count}; the recording is kept")
     if ended.fault is not None:
@@ -218,7 +223,8 @@ def problems(ended: Ended) -> list[str]:
             f"{which} began late, its first {p.late_s:.2f} s left out: the carriage had not "
             "settled; a longer hold of the macro profile before it gives it the time"
         )
-    lost = [str(m.move + 1) for m in ended.moves if m.complete and m.arrived_s is None]
+    each = ended.job.programme.numbers
+    lost = [str(each[m.move]) for m in ended.moves if m.complete and m.arrived_s is None]
     if lost:
         shown = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
         verb = "move" if len(lost) == 1 else "moves"

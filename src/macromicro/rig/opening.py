@@ -6,10 +6,14 @@ import inspect
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
+from macromicro.rig import comedi, nidaqmx
+from macromicro.rig.cards import wiring
+from macromicro.rig.cards.rig import CardRig
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH, KILN, KINDS, Fixture
 from macromicro.schema import plugins
@@ -20,9 +24,11 @@ T = TypeVar("T")
 TWIN = "twin"
 OPTION = "--rig"
 ACCEPTED = (
-    "twin, or MODULE:FACTORY with a module of yours and a function in it that takes a seed and "
-    "returns the rig (docs/rigs.md)"
+    "twin, MODULE:FACTORY with a module of yours and a function in it that takes a seed and "
+    "returns the rig, FILE.toml with the wiring of a card, or, for `run`, replay:FILE with a "
+    "recording (docs/rigs.md)"
 )
+CARDS = {"comedi": comedi, "nidaqmx": nidaqmx}
 _METHODS = ("read", "write", "stop", "__enter__", "__exit__")
 
 
@@ -61,8 +67,42 @@ class Factory:
         return f"{self.module}:{self.function}"
 
 
+@dataclass(frozen=True)
+class Carded:
+    """A card, by the file of its wiring.
+
+    Attributes
+    ----------
+    path : Path
+        TOML file.
+    """
+
+    path: Path
+
+    def __call__(self, seed: int) -> CardRig:
+        """The rig; not opened. InputError for what the file gets wrong."""
+        wired = wiring.read(self.path, {name: card.KEYS for name, card in CARDS.items()})
+        if wired.keeps_count and wired.card == "nidaqmx":
+            accepted = "false with nidaqmx: its counters begin at 0 when they are opened"
+            raise InputError(f"{self.path}: keeps_count", "true", accepted)
+        return CardRig(wired, CARDS[wired.card].Card())
+
+    def check(self) -> None:
+        """Read the file, without opening the card.
+
+        Raises
+        ------
+        InputError
+            It cannot be read, or is wrong.
+        """
+        self(0)
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+
 def open_rig(name: str, seed: int = 0) -> Fixture:
-    """The rig that "MODULE:FACTORY" names, ready to be opened for runs.
+    """The rig that "MODULE:FACTORY" or the wiring of a card names, ready to be opened for runs.
 
     The module is looked for in the working directory as well. The factory is called once to see
     what the rig has: `channels`; and where it has them, `kind` ("bench", "kiln" or "cycle"), `dt`
@@ -72,7 +112,7 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
     Parameters
     ----------
     name : str
-        "MODULE:FACTORY".
+        "MODULE:FACTORY" or "FILE.toml".
     seed : int, optional
         Given to the factory.
 
@@ -109,24 +149,26 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
     return fixture._replace(pitch=_number(rig, factory, "pitch", fixture.pitch))
 
 
-def named(name: str) -> Factory:
-    """The factory that "MODULE:FACTORY" names, not looked for.
+def named(name: str) -> Factory | Carded:
+    """The factory that "MODULE:FACTORY" or "FILE.toml" names, not looked for.
 
     Parameters
     ----------
     name : str
-        "MODULE:FACTORY".
+        Either of them.
 
     Returns
     -------
-    Factory
-        Module and function.
+    Factory | Carded
+        Module and function, or the file.
 
     Raises
     ------
     InputError
         Another text.
     """
+    if name.endswith(wiring.SUFFIX):
+        return Carded(Path(name))
     if not plugins.spelled(name):
         raise InputError(OPTION, printable(name) or "nothing", ACCEPTED)
     module, _, function = name.partition(":")
@@ -152,7 +194,7 @@ def _takes_seed(function: Any) -> bool:
     return True
 
 
-def _check(rig: Any, factory: Factory) -> None:
+def _check(rig: Any, factory: Factory | Carded) -> None:
     """InputError unless `rig` has the shape of `types.Rig`."""
     missing = [n for n in _METHODS if not callable(getattr(rig, n, None))]
     missing += [n for n in ("channels", "clock") if not hasattr(rig, n)]
@@ -163,7 +205,7 @@ def _check(rig: Any, factory: Factory) -> None:
         raise InputError(f"{OPTION} {factory}", found, "a rig as in docs/rigs.md")
 
 
-def _channels(rig: Any, factory: Factory, known: tuple[str, ...]) -> tuple[str, ...]:
+def _channels(rig: Any, factory: Factory | Carded, known: tuple[str, ...]) -> tuple[str, ...]:
     """The rig's channels, without the time."""
     named = rig.channels
     several = isinstance(named, Collection) and not isinstance(named, str)
@@ -177,7 +219,7 @@ def _channels(rig: Any, factory: Factory, known: tuple[str, ...]) -> tuple[str, 
     return tuple(c for c in named if c != "t")
 
 
-def _number(rig: Any, factory: Factory, name: str, default: float) -> float:
+def _number(rig: Any, factory: Factory | Carded, name: str, default: float) -> float:
     """The rig's attribute `name`, a number not below 0; above 0 where the default is."""
     value = getattr(rig, name, default)
     number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -187,7 +229,7 @@ def _number(rig: Any, factory: Factory, name: str, default: float) -> float:
     return float(value)
 
 
-def _own(rig: Any, factory: Factory, name: str, kind: type[T]) -> T | None:
+def _own(rig: Any, factory: Factory | Carded, name: str, kind: type[T]) -> T | None:
     """The rig's attribute `name` of this type, or None."""
     value = getattr(rig, name, None)
     if value is not None and not isinstance(value, kind):

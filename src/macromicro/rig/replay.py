@@ -131,7 +131,5 @@ def opened(name: str) -> Recording:
         Another text, or no recording.
     """
     if not name.startswith(SCHEME) or name == SCHEME:
-        raise InputError(
-            "--rig", name, "twin, MODULE:FACTORY of your own rig, or replay:FILE with a recording"
-        )
+        raise InputError("--rig", name, f"{SCHEME}FILE with a recording")
     return Recording.load(Path(name.removeprefix(SCHEME)))

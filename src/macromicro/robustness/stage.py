@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.machines import owned
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.trial import JointTrial
 from macromicro.machines.machine import Machine
@@ -106,7 +107,8 @@ def uncertain(machine: Machine, settings: Any) -> tuple[Uncertain, ...]:
     if machine.spread is None:
         accepted = "a machine with a table of what is not known (its `spread`)"
         raise InputError("--config", machine.name, accepted)
-    rows, known = read(machine.spread), {e.path for e in entries(settings) if e.number}
+    rows = owned.uncertain(settings, read(machine.spread))
+    known = {e.path for e in entries(settings) if e.number}
     for row in rows:
         for path, _ in row.parts:
             if path not in known:

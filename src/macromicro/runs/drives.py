@@ -83,7 +83,7 @@ def _carriage(
         x = encoder.count(plant.encoder, s.x)
         memory, motor = _motor(p, memory, closed, targets[k], StageSample(k * dt, x), dt)
         out[0, k], out[1, k], out[2, k] = x, motor, control.integral(memory)
-        drive = amplifier.motor_volts(plant.amplifier, latched)
+        drive = amplifier.motor_volts(plant.amplifier, latched, s.i)
         s = carriage.advance(plant.macro, s, drive, dt, plant.macro_steps)
         latched = amplifier.convert(plant.amplifier, motor)
 

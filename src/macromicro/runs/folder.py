@@ -134,6 +134,34 @@ def check_content(folder: Path, where: str, overwrite: bool, names: Sequence[str
             raise InputError(f"{where}, {name}", "a folder", "a file that can be replaced")
 
 
+def recording(place: Path, accepted: str = "a recording (.h5) or the folder of a run") -> Path:
+    """The file of a recording that a user named by it or by its run's folder.
+
+    Parameters
+    ----------
+    place : Path
+        File or folder; a file need not be there.
+    accepted : str, optional
+        For the message.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        A folder without a recording.
+    """
+    if not place.is_dir():
+        return place
+    file = place / RECORDING
+    if not file.exists():
+        raise InputError(printable(place, 300), f"a folder without {RECORDING}", accepted)
+    return file
+
+
 def make(folder: Path) -> None:
     """Create a folder; of an earlier run's results remove the files that a run writes.
 

@@ -33,7 +33,7 @@ from macromicro.rig.replay import SCHEME, Replay, opened
 from macromicro.rig.session import Fixture
 from macromicro.runs import folder, programmed
 from macromicro.runs.programmed import Place
-from macromicro.schema import keys, plugins
+from macromicro.schema import keys
 from macromicro.settings import Settings, chosen
 
 DEFAULT = "thesis"
@@ -247,7 +247,7 @@ def place(rig: str, seed: int) -> Place:
     Parameters
     ----------
     rig : str
-        "twin", "MODULE:FACTORY" or "replay:FILE".
+        "twin", "MODULE:FACTORY", "FILE.toml" or "replay:FILE".
     seed : int
         Given to the factory.
 
@@ -263,7 +263,7 @@ def place(rig: str, seed: int) -> Place:
     """
     if rig == TWIN:
         return None
-    if plugins.spelled(rig) and not rig.startswith(SCHEME):
+    if not rig.startswith(SCHEME):
         return open_rig(rig, seed)
     source = opened(rig)
     Replay(source, rig.removeprefix(SCHEME))  # has it sensors?
@@ -280,7 +280,9 @@ def _expected(settings: Settings, programme: Programme) -> float:
     if programme.scheduled:
         return programme.end
     each = _USUAL_MOVE + settings.controller.sequence.wait
-    return float(programme.hold.sum()) + each * int((programme.stage == MACRO).sum())
+    return float(programme.hold.sum()) + each * int(
+        (programme.waiting & (programme.stage == MACRO)).sum()
+    )
 
 
 def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> Ended:

@@ -137,7 +137,7 @@ def columns(on: Place = None, settings: Settings | None = None) -> tuple[Column,
         In the order of the rows.
     """
     control = Control() if settings is None else settings.controller
-    every = recorded.columns(control_settings.prepare(control).macro)
+    every = recorded.columns(control_settings.prepare(control))
     if on is None:
         return every
     return replaying.columns(on) if isinstance(on, Recording) else seen(on, every)
@@ -341,7 +341,7 @@ def _on_rig(
         last, rig = _driven(fixture, programme, settings, control, (seed, limits), take)
     finally:
         if blocks.blocks:
-            every = recorded.columns(control.macro)
+            every = recorded.columns(control)
             sink.append(_filled(fixture, np.concatenate(blocks.blocks, axis=1), every))
     finished = last.phase == supervisor.DONE
     took = len(blocks.blocks) * PERIOD
@@ -365,7 +365,7 @@ def _driven(
         session.restart()
         rig = Guarded(session, watchdog(limits, control.calibration), PERIOD)
         longest = round(simulate.longest(settings, programme) / PERIOD)
-        plan, start = simulate.plan(programme), supervisor.begin(0.0, control.macro)
+        plan, start = simulate.plan(programme), supervisor.begin(0.0, control)
         last = loop.run(rig, TwoStage(control), plan, PERIOD, start, take, longest)
     return last, rig
 

@@ -117,7 +117,7 @@ def replay(
             flush()
 
     began = time.perf_counter()
-    plan, state = simulate.plan(programme), supervisor.begin(0.0, control.macro)
+    plan, state = simulate.plan(programme), supervisor.begin(0.0, control)
     last: Any = loop.run(rig, TwoStage(control), plan, PERIOD, state, take, player.rows)
     flush()
     finished = last.phase == supervisor.DONE

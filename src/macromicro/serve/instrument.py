@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from macromicro.columns import Column
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Event
 from macromicro.control.live.targets import reach
@@ -20,7 +21,7 @@ from macromicro.place import PLACES, Place
 from macromicro.schema.par import entries, replaced
 from macromicro.serve.guesses import Token
 from macromicro.serve.programmes import Planned, called
-from macromicro.serve.shared import PERIOD
+from macromicro.serve.shared import OWN, PERIOD
 from macromicro.serve.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ class Instrument:
         self._lock = threading.Lock()
         self._control: Any = self.settings.controller
         self._target = math.nan
+        self._speeds: dict[str, float] = self.settings.speeds
         self._seen = -1  # number of the last event
         self._newest = -1, 0.0  # number of the last row of telemetry, and when it was looked at
 
@@ -66,11 +68,17 @@ class Instrument:
         """What the machine's places are counted in."""
         return self.settings.live.place
 
+    @property
+    def law_columns(self) -> tuple[Column, ...]:
+        """What its law shows of its memory in the telemetry, of one of another package."""
+        return self.settings.law_columns[:OWN]
+
     def _follow(self) -> None:
         self._seen, events = self.station.events(self._seen)
         for event in events:
             self._control = gains_after(event, self._control, self.settings.controller)
             self._target = target_after(event, self._target)
+            self._speeds = speeds_after(event, self._speeds, self.settings.speeds)
 
     def control(self) -> Any:
         """The controller's settings, with what any client has changed."""
@@ -85,6 +93,12 @@ class Instrument:
             self._follow()
             target = self._target
         return target_now(now or self.station.snapshot(), target, self.settings.live.pitch)
+
+    def speed(self, stage: str) -> float:
+        """The fastest that moves of a stage go now [m/s]; NaN where its law gives their speed."""
+        with self._lock:
+            self._follow()
+            return self._speeds.get(stage, math.nan)
 
     def limit(self, kind: str, which: str) -> float:
         """The lower ("MIN") or upper ("MAX") end of what is accepted now: of the whole, by what
@@ -160,6 +174,20 @@ def gains_after(event: Event, control: Any, own: Any) -> Any:
             if path in known:
                 control = replaced(control, path, change["new"])
     return control
+
+
+def speeds_after(event: Event, speeds: dict[str, float], own: dict[str, float]) -> dict[str, float]:
+    """The fastest moves of each stage after an event, `speeds` before it; `own`: those that a loop
+    starts with."""
+    if event.kind == "loop" and event.cause == "started":
+        return own
+    if event.kind != "speed":
+        return speeds
+    found = {}
+    for stage, before in speeds.items():
+        keys = [f"{'' if stage == m.MACRO else f'{stage}_'}speed_{b}_per_s" for b in ("m", "rad")]
+        found[stage] = next((event.evidence[key] for key in keys if key in event.evidence), before)
+    return found
 
 
 def target_after(event: Event, target: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from macromicro.control import macro
+from macromicro.control import macro, outside
 from macromicro.control.calibration import Calibration
 from macromicro.control.live import accept, machine, state
 from macromicro.control.live.messages import STAGES, Notice, Refused, Reply
@@ -73,6 +73,11 @@ class Live:
         if fault is None or fault.words != machine.DISAGREE:
             return None
         return fault.evidence["by_laser_counts"], fault.evidence["by_encoder_counts"]
+
+    def own(self) -> list[float] | None:
+        """What the macro law shows of its memory, for the telemetry; None: nothing."""
+        kept = self._s.drive.memory[macro.SHIPPED :]
+        return outside.values(kept) if kept else None
 
     def view(self) -> View:
         """The present state, for the telemetry."""

@@ -14,7 +14,7 @@ from macromicro.serve.choosing import AnySettings
 from macromicro.serve.holders import Holders
 from macromicro.serve.loop_connection import LoopConnection
 from macromicro.serve.recording import Recordings
-from macromicro.serve.shared import BINS, NAMES
+from macromicro.serve.shared import BINS, shown
 from macromicro.serve.snapshot import Snapshot
 
 
@@ -30,6 +30,7 @@ class Observed:
         self._connection = LoopConnection(rig, seed, settings, state, machine)
         attributes: dict[str, str | int | float] = {"rig": rig, "seed": seed}
         attributes["modes"] = ", ".join(MODES)
+        self._names = tuple(c.name for c in shown(settings.live.place, settings.law_columns)[0])
         self._recordings = Recordings(self._connection, settings, attributes)
 
     @property
@@ -67,13 +68,13 @@ class Observed:
 
         The block is float64[columns, rows], one row a millisecond, at most the last minute;
         pass the returned number as the next `since`. The names are those of
-        `serve.shared.COLUMNS`, which has units and meaning too.
+        `serve.shared.COLUMNS`, which has units and meaning too, and those of the law.
         """
-        shared = self._connection.shared
+        shared, names = self._connection.shared, self._names
         if shared is None:
-            return -1, np.empty((len(NAMES), 0)), NAMES
+            return -1, np.empty((len(names), 0)), names
         _, count, block = shared.since(since + 1)
-        return count - 1, block, NAMES
+        return count - 1, block, names
 
     def timing(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Periods since the start by how late they began, and by how long they took to

@@ -60,16 +60,19 @@ class TwoStage(NamedTuple):
             raise called(error, path, path.name) from None
 
     def read(self, path: Path, soft: SoftLimits) -> Planned:
-        """The moves in a file. Raises InputError, for profiles too: they begin at 0, this machine
-        wherever it stands."""
+        """The programme in a file. Raises InputError, for a stage's profiles before its moves, too:
+        they begin at 0, this machine wherever it stands."""
         from macromicro.simulate import plan
 
         micro = 0.0, soft.micro_high  # at 0 the micro-stage is let go
         limits = Limits(soft.macro_low, soft.macro_high, *micro, 1.0 / self.pitch)
         found = programme.load(path, limits)
-        if found.profiles:
-            accepted = "a programme of [[moves]], or CSV; `macromicro run` runs profiles"
-            raise InputError(str(path), "motion profiles", accepted)
+        if found.from_rest():
+            accepted = (
+                "a programme whose [[profiles]] stand behind [[moves]] of their stage, which say "
+                "where they begin, or CSV; `macromicro run` runs others"
+            )
+            raise InputError(str(path), "motion profiles that begin at 0", accepted)
         made = plan(found)
         if not self.rates:  # messages to the loop are short
             made = made._replace(velocity=np.empty(0), acceleration=np.empty(0))

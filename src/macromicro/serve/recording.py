@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from macromicro.columns import whole
+from macromicro.columns import Column, whole
 from macromicro.control.live.messages import Stop
 from macromicro.errors import MacromicroError
 from macromicro.place import LENGTH, Place
@@ -30,7 +30,8 @@ EVERY = 0.1  # s between looks at the ring
 
 class Recording:
     """One recording under way. `failed` is called once, in the thread, with the reason why it
-    ended early; all rows before are safe then, and the file is complete.
+    ended early; all rows before are safe then, and the file is complete. `means`: what places are
+    counted in, and the columns of the law, as `shared.shown` takes them.
 
     Raises what `Recorder` raises; from then on nothing raises.
     """
@@ -44,14 +45,14 @@ class Recording:
         attributes: Mapping[str, Attribute],
         failed: Callable[[str], None],
         *,
-        place: Place = LENGTH,
         overwrite: bool = False,
         channels: Sequence[str] = (),
+        means: tuple[Place, tuple[Column, ...]] = (LENGTH, ()),
     ) -> None:
         self._shared, self._trail = shared, trail
-        self._kept = columns(channels)
+        self._kept = columns(channels, means[1])
         self._count = int(shared.cells[WRITTEN])
-        every, self._scales = told(place)
+        every, self._scales = told(*means)
         self._columns = tuple(every[k] for k in self._kept)
         self._recorder = Recorder(
             path, self._columns, capacity, PERIOD, attributes, overwrite=overwrite, events=True
@@ -111,7 +112,7 @@ class Recordings:
         attributes: Mapping[str, Attribute],
     ) -> None:
         self._connection, self._settings, self._attributes = connection, settings.serve, attributes
-        self._place = settings.live.place
+        self._means = settings.live.place, settings.law_columns
         self._lock = threading.Lock()
         self._recording: Recording | None = None
         self._begun: deque[Path] = deque(maxlen=KEPT)
@@ -146,9 +147,9 @@ class Recordings:
                 round(capacity / PERIOD),
                 self._attributes,
                 self._failed,
-                place=self._place,
                 overwrite=overwrite,
                 channels=self._connection.channels,
+                means=self._means,
             )
             begun = self._recording.state.path
             self._begun.append(Path(begun))

@@ -120,7 +120,22 @@ REQUESTS: tuple[RequestType, ...] = (
             Field("y", "m", -10.0, 10.0, key="y", ends="y"),
         ),
         effect=MOVES,
+        replaces=True,
         motion="move to",
+    ),
+    RequestType(
+        "move point by",
+        m.MovePointBy,
+        "MOVE:POINt:RELative",
+        "Both axes of a machine of two by a distance, on a straight line, each from the target "
+        "that it holds, else from where it is.",
+        (
+            Field("x", "m", -10.0, 10.0, key="x"),
+            Field("y", "m", -10.0, 10.0, key="y"),
+        ),
+        effect=MOVES,
+        replaces=True,
+        motion="move by",
     ),
     RequestType(
         "move axis",
@@ -132,7 +147,22 @@ REQUESTS: tuple[RequestType, ...] = (
             Field("position", "m", -10.0, 10.0, ends="{stage}"),
         ),
         effect=MOVES,
+        replaces=True,
         motion="move axis to",
+    ),
+    RequestType(
+        "move axis by",
+        m.MoveAxisBy,
+        "MOVE:{stage}:RELative",
+        "The {stage} of a machine of two alone by a distance, from the target that it holds, else "
+        "from where it is.",
+        (
+            Field("axis", key="axis", choices=m.AXES),
+            Field("distance", "m", -10.0, 10.0),
+        ),
+        effect=MOVES,
+        replaces=True,
+        motion="move axis by",
     ),
     RequestType(
         "stop",
@@ -194,6 +224,18 @@ REQUESTS: tuple[RequestType, ...] = (
         "programme", m.Programme, "PROGram:RUN", "Run it.", effect=MOVES, motion="programme"
     ),
     RequestType("gains", m.SetGains, "GAIN", "Set it."),
+    RequestType(
+        "set speed",
+        m.SetSpeed,
+        "SPEed:{stage}",
+        "The fastest that moves of the {stage} go, from the next one on: of a machine of one "
+        "stage or of two axes, up to the speed of its settings. Programmes and jogs have their "
+        "own; not while it moves.",
+        (
+            Field("stage", key="stage", choices=(m.MACRO, *m.AXES)),
+            Field("speed", "m/s", 0.0, 1e3, key="speed"),
+        ),
+    ),
     RequestType(
         "limits", m.SetLimits, "LIMit:DEFault", "The limits that the machine was started with."
     ),

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
 from macromicro import derived, rules
-from macromicro.control import macro
+from macromicro.columns import Column
+from macromicro.control import macro, outside
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.control.settings import Control
 from macromicro.nominal import PERIOD
@@ -155,6 +156,18 @@ class LiveSettings(NamedTuple):
     def model(self) -> str:
         """What the machine is called."""
         return "two-stage positioner"
+
+    @property
+    def law_columns(self) -> tuple[Column, ...]:
+        """What the macro law shows of its memory, of one of another package."""
+        own = self.controller.own
+        return outside.columns((own,)) if outside.of(own) else ()
+
+    @property
+    def speeds(self) -> dict[str, float]:
+        """The fastest moves of the stages that are led by set points [m/s]: none, as the laws give
+        the speed of both."""
+        return {}
 
     @property
     def programmes(self) -> TwoStage:

@@ -48,10 +48,14 @@ class Vitals(NamedTuple):
     work: Annotated[float, Quantity("us", "time the period before took to compute", scale=1e6)]
 
 
-COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals, Lines, Enable, Second)
+_COLUMNS, _PARTS = layout(Sample, Command, Outputs, View, Vitals, Lines, Enable, Second)
+OWN = 12  # columns that a law may have of its own, at most
+COLUMNS = (*_COLUMNS, *(Column(f"law_{k}", "1", "of the law") for k in range(1, OWN + 1)))
+_SHARED = len(_COLUMNS)
 _ALWAYS = len(layout(Sample, Command, Outputs, View, Vitals).columns)
 _LINED = len(layout(Sample, Command, Outputs, View, Vitals, Lines, Enable).columns)
 NO_LINES = (math.nan,) * (_LINED - _ALWAYS)
+_NOTHING = (math.nan,) * OWN
 _FLAT_ROWS = np.concatenate([part.rows for part in _PARTS])
 _recorded = itemgetter(*np.flatnonzero(_FLAT_ROWS >= 0).tolist())
 _SCALED = [
@@ -70,36 +74,45 @@ def telemetry(
     vitals: Vitals,
     lines: tuple[float, ...] = NO_LINES,
     second: Second = SECONDLY,
+    own: Sequence[float] | None = None,
 ) -> list[float]:
     """One period as a row of telemetry, as `COLUMNS` say. `lines`: `types.Lines` and the enable
-    line, NaN for those that there are not; `second`: of a machine of two axes."""
+    line, NaN for those that there are not; `second`: of a machine of two axes; `own`: what the law
+    shows of its memory, in the units of its columns; the first `OWN` of it count; None of a law
+    that shows nothing, for which the row ends before them."""
     row = list(_recorded((*sample, *command, *given, *view, *vitals, *lines, *second)))
     for k, scale in _SCALED:
         row[k] *= scale
+    if own is not None:
+        row.extend(own[:OWN])
+        row.extend(_NOTHING[len(own) :])
     return row
 
 
-def columns(channels: Sequence[str]) -> list[int]:
+def columns(channels: Sequence[str], own: Sequence[Column] = ()) -> list[int]:
     """The columns of a machine whose rig has these channels: of the lines, those that it has, and
-    those of a second axis, if there is one."""
+    those of a second axis, if there is one; `own`: those of its law."""
     two = SENSORS["y"] in channels
-    return [
+    found = [
         k
-        for k, c in enumerate(COLUMNS)
+        for k, c in enumerate(_COLUMNS)
         if k < _ALWAYS or (two if k >= _LINED else c.name in channels)
     ]
+    return [*found, *range(_SHARED, _SHARED + len(own[:OWN]))]
 
 
 @cache
-def shown(place: Place) -> tuple[tuple[Column, ...], Array]:
+def shown(place: Place, own: tuple[Column, ...] = ()) -> tuple[tuple[Column, ...], Array]:
     """The columns as people read them where a machine counts places so, and how many of a
-    column's unit stand in the ring for one: float64[columns, 1]. The ring has those of a slide."""
-    columns = tuple(c._replace(unit=place.named(c.unit)) for c in COLUMNS)
+    column's unit stand in the ring for one: float64[columns, 1]. The ring has those of a slide, and
+    those of the law, `own`, as they are."""
+    columns = tuple(c._replace(unit=place.named(c.unit)) for c in _COLUMNS)
     scales = [
-        1.0 if made.unit == own.unit else size(own.unit) / size(made.unit)
-        for own, made in zip(COLUMNS, columns, strict=True)
+        1.0 if made.unit == was.unit else size(was.unit) / size(made.unit)
+        for was, made in zip(_COLUMNS, columns, strict=True)
     ]
-    return columns, np.array(scales)[:, None]
+    every = (*columns, *own[:OWN], *COLUMNS[_SHARED + len(own) :])
+    return every, np.array([*scales, *[1.0] * OWN])[:, None]
 
 
 NAMES = tuple(c.name for c in COLUMNS)
@@ -120,7 +133,7 @@ INDEX = {name: k for k, name in enumerate(NAMES)}
 ) = range(9)
 BINS, BIN_S = 5000, 1e-6  # of the histograms; the last bin takes all that is longer
 _CELLS = 64
-_ROW = packed(len(COLUMNS))
+_ROW, _SHORT = packed(len(COLUMNS)), packed(_SHARED)
 _LOOKS, _LOOK_S = 200, 5e-5
 
 
@@ -194,7 +207,8 @@ class Shared:
         """Append a row of telemetry (loop process only)."""
         cells = self._turns
         written = cells[WRITTEN]
-        _ROW.pack_into(self._rows, written % self.rows * _ROW.size, *row)
+        form = _SHORT if len(row) == _SHARED else _ROW
+        form.pack_into(self._rows, written % self.rows * _ROW.size, *row)
         cells[ALIVE] = time.monotonic_ns()
         cells[WRITTEN] = written + 1
 

@@ -68,6 +68,9 @@ class Loop:
         self._dt, self._paced = dt, paced
         self._lines: Callable[[], tuple[float, ...]] = getattr(rig, "lines", lambda: NO_LINES)
         self._second: Callable[[], Second] = getattr(machine, "second", lambda: SECONDLY)
+        # A law that runs beside the rig tells itself what it remembers, before one of the machine.
+        told = getattr(rig, "own", None) or getattr(machine, "own", None)
+        self._own: Callable[[], Sequence[float] | None] = told or (lambda: None)
         self._laser = Silence("laser" in rig.channels)
         self._emergency = self._commands = self._heartbeat = 0
         self._heard = time.monotonic()
@@ -238,7 +241,8 @@ class Loop:
         rig, pacer, view = self._rig, self.pacer, self._machine.view()
         vitals = Vitals(rig.temperature, self._fault[0], pacer.late, pacer.worked)
         second = self._second()
-        row = telemetry(sample, command, rig.given, view, vitals, self._lines(), second)
+        own = self._own()
+        row = telemetry(sample, command, rig.given, view, vitals, self._lines(), second, own)
         self._shared.show(row, self._status(view))
 
     def _status(self, view: View) -> tuple[float, ...]:

@@ -8,10 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from macromicro import joining
 from macromicro.batch.stage_job import StageJob
 from macromicro.control import outside
 from macromicro.control.macro import NAMES
 from macromicro.errors import InputError
+from macromicro.machines import owned
 from macromicro.machines.tree import is_own, joined
 from macromicro.schema.config import difference, load_overrides
 from macromicro.schema.keys import unknown
@@ -121,9 +123,11 @@ def laws(job: Job) -> tuple[tuple[str, str], ...]:
     base, found = job.base(), []
     if isinstance(job, StageJob):
         names = [tree.law for tree in job.trees if is_own(tree)]
+        for tree in job.trees:
+            found += [each for each in owned.digests(tree) if each not in found]
         for kind in job.kinds:
-            if outside.foreign(kind.advance):
-                found.append((f"machine {job.name}", outside.sources(kind.advance, kind.measure)))
+            if joining.foreign(kind.advance):
+                found.append((f"machine {job.name}", joining.sources(kind.advance, kind.measure)))
     else:
         own = isinstance(base, Settings) and base.controller.macro_law not in NAMES
         names = [base.controller.macro_law] if own else []

@@ -138,6 +138,17 @@ def _electrothermal(lab: Lab) -> Recordings:
     return made | {f"cooling-{v:g}V": joined(r, _about(lab)) for v, r in found.cooled.items()}
 
 
+def _actuator(lab: Lab) -> Recordings:
+    from macromicro.runs import heats
+
+    runs = list(heats.records(lab.bench(), lab.seed))
+    quick = min(r.dt for r in runs)
+    return {
+        name: joined([r for r in runs if (r.dt == quick) == (name == "quick")], _about(lab))
+        for name in ("held", "quick")
+    }
+
+
 def _hall(lab: Lab) -> Recordings:
     from macromicro import hall_table
     from macromicro.recorded import named
@@ -212,6 +223,15 @@ PROCEDURES = (
         "the micro-stage alone, 1.2 h, and the table from the kiln",
         "steps of CTRL from cold, three trials each, and steps with cooling",
         "macromicro identify thermal {out}/*.h5 --table KILN/table.h5",
+        60,
+    ),
+    Procedure(
+        "actuator",
+        _actuator,
+        ("laser", "hall"),
+        "the micro-stage alone, half an hour, and the table from the kiln",
+        "levels held, steps that cool again, minor loops, and bursts of full heat",
+        "macromicro identify actuator {out}/*.h5 --table KILN/table.h5",
         60,
     ),
     Procedure(

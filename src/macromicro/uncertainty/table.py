@@ -129,6 +129,8 @@ _KEYS = (
     "name", "stage", "paths", "weights", "kind", "range", "unit", "meaning", "source", "model",
 )  # fmt: skip
 UNCERTAIN: tuple[Uncertain, ...] = read(Path(__file__).with_name("table.toml"))
+# In what a bench may differ from every model: none of it at the settings' defaults.
+VARIANTS: tuple[Uncertain, ...] = read(Path(__file__).with_name("variants.toml"))
 
 
 def of_stage(stage: str) -> tuple[Uncertain, ...]:

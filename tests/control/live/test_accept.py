@@ -25,10 +25,12 @@ REQUESTS: dict[str, Any] = {
     "enable": m.Enable(), "disable": m.Disable(), "home": m.Home(), "move to": m.MoveTo(0.01),
     "move by": m.MoveBy(0.001), "move macro": m.MoveMacro(100), "move micro": m.MoveMicro(1e-3),
     "jog": m.Jog("macro", 0.01), "stop": m.Stop(), "emergency": m.EmergencyStop(),
-    "zero": m.Zero(), "fan": m.Fan(True), "programme": m.Programme(PLAN),
+    "speed": m.SetSpeed("macro", 0.01), "zero": m.Zero(),
+    "fan": m.Fan(True), "programme": m.Programme(PLAN),
     "gains": m.SetGains((("pd_tuned.now", 0.01),)), "clear": m.ClearFault(True),
     "lost": m.LinkLost("stop"), "limits": m.SetLimits(),
     "move point": m.MovePoint(0.01, 0.01), "move axis": m.MoveAxis("x", 0.01),
+    "move point by": m.MovePointBy(0.01, 0.01), "move axis by": m.MoveAxisBy("x", 0.01),
 }  # fmt: skip
 ALWAYS = {"disable", "stop", "emergency", "lost"}
 MOTIONS = {"home", "move to", "move by", "move macro", "move micro", "jog", "programme"}

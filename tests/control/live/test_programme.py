@@ -234,3 +234,27 @@ def test_the_end_waits_for_the_window_that_is_under_way() -> None:
         assert f.ends[-1].outcome == "done"
         seconds.append(f.ends[-1].evidence["seconds"])
     assert seconds == [pytest.approx(seconds[0])] * 3 and seconds[0] > 0.0505
+
+
+def test_set_points_of_a_profile_are_one_move_that_is_not_cut_off() -> None:
+    """They follow one another by the clock; one event tells of them all."""
+    rows = [(0, 20.0, 0.0)] + [(0, float(k), DT) for k in range(21, 61)] + [(1, 1e-3, 0.05)]
+    moves = plan(*rows)
+    moves.start[2:41] = -math.inf
+    f = ready()
+    f.ask(m.Programme(moves))
+    f.run(3.0)
+    assert [e.outcome for e in f.ends] == ["done"]
+    begun = [e.evidence["move"] for e in f.events if e.kind == "move"]
+    assert begun == [0, 1, 41]
+    assert f.encoder == pytest.approx(60.0, abs=2.0)
+
+
+def test_a_profile_that_does_not_arrive_stalls() -> None:
+    moves = plan(*[(0, 2000.0 + k, DT) for k in range(30)])
+    moves.start[1:] = -math.inf
+    f = ready()
+    f.ask(m.Programme(moves))
+    for _ in range(600):
+        f.see(0.0)
+    assert [e.outcome for e in f.ends] == ["stalled"] and f.ends[-1].evidence["move"] == 29

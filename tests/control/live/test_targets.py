@@ -279,6 +279,7 @@ def test_a_programme_may_have_an_end_or_none(end: float) -> None:
             "the programme's columns differ in length",
         ),
         ({"start": np.array([NAN, math.inf])}, "the programme has times that are none"),
+        ({"start": np.array([-math.inf, NAN])}, "the programme has times that are none"),
         ({"end": -math.inf}, "the programme has times that are none"),
         ({"end": "x"}, "the programme has times that are none"),
         ({"end": True}, "the programme has times that are none"),

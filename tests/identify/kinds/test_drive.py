@@ -74,9 +74,9 @@ def test_a_file_in_volts_and_metres(tmp_path: Path, asked: list[dict[str, Any]])
     lines = facts(made.lines)
     assert list(lines) == list(NAMES)
     assert lines["mass"][1:4] == (1.5, pytest.approx(0.1), "V*s^2/m")
-    assert lines["mass"].note == "inertia; inverse dynamics 3.00 +- 0.2"
+    assert lines["mass"].note == "inertia; inverse dynamics 3.00 +- 0.20"
     assert lines["viscous"][1:] == (
-        12.0, 0.5, "V*s/m", "viscous friction; inverse dynamics 24.0 +- 1",
+        12.0, 0.5, "V*s/m", "viscous friction; inverse dynamics 24.0 +- 1.0",
     )  # fmt: skip
     assert lines["coulomb"].note == "Coulomb friction; inverse dynamics 6"
     assert lines["coulomb"].unit == "V"
@@ -131,7 +131,13 @@ def test_gain_and_delay_of_the_file_or_as_given(
     made = drive.identify(given(both), Options())
     assert facts(made.lines)["mass"].unit == "kg" and facts(made.lines)["coulomb"].unit == "N"
     made = drive.identify(given(none), Options())
-    assert facts(made.lines)["viscous"].unit == "u*s/x"
+    assert {line.unit for line in facts(made.lines).values()} == {""}
+    assert dict(made.remarks)["units"] == (
+        "none is named for u and x: parameters in those of the columns"
+    )
+    gained = drive.identify(given(none), Options(gain=2.0))
+    assert {line.unit for line in facts(gained.lines).values()} == {""}
+    assert dict(gained.remarks)["units"].startswith("none is named for u and x")
     assert dict(made.remarks)["fit"].endswith("RMS 0.0125 x over 200 samples")
     assert Options() == (None, "auto", None, None)
 

@@ -50,7 +50,10 @@ def test_a_first_order_model_and_all_that_is_said_of_it(tmp_path: Path) -> None:
     assert lines["pole"].error == pytest.approx(fit.std[0] / abs(fit.a[0]) / DT)
     assert lines["pole"][3:] == ("rad/s", f"time constant {-1.0 / pole:.4g} s")
     said = dict(found.remarks)
-    assert list(said) == ["fit", "residuals", "method"]
+    ends = "ends of the search, by its beginning"
+    assert list(said) == ["fit", "residuals", "method", ends]
+    reached = [f"{name} {fit.fit:.2f} %" for name in ("mls", "sriv", "least_squares")]
+    assert said[ends] == ", ".join(reached) + "; the nearest is taken"
     assert said["fit"] == f"free run {fit.fit:.2f} %, 300 samples of 0.02 s"
     words = "white" if fit.whiteness.white else "not white"
     assert said["residuals"] == f"{words} (p = {fit.whiteness.p_value:.2g})"

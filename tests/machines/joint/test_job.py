@@ -146,9 +146,13 @@ def test_its_settings_are_shown(files, monkeypatch, capsys):
     (files / "y.toml").write_text(capsys.readouterr().out)
     found, tree = machine.load(files / "y.toml")
     assert found.name == "axis" and tree == DEFAULT.with_("y.load.payload", "0.2 kg").y
+    assert (
+        called(monkeypatch, "config", "show", "y.load.payload", "--config", files / "m.toml") == 0
+    )
+    assert capsys.readouterr().out.startswith('[y.load]\npayload = "0.2 kg"')
     for words, said in (
         (("--axis", "z"), "--axis: 'z'; accepted: x or y"),
-        (("--config", files / "m.toml"), "beside --axis"),
+        (("--machine", "xy", "--config", files / "m.toml"), "nothing beside --config"),
         (("--machine", "xy", "--law", "cascade"), "--law"),
     ):
         assert called(monkeypatch, "config", "show", *words) == 2

@@ -82,6 +82,30 @@ def test_a_move_to_a_point_is_straight_and_both_arrive_together(bed: Bed) -> Non
     assert end.evidence["y_mm"] == pytest.approx(60.0, abs=3e-3)
 
 
+def test_a_speed_of_one_axis_slows_both_down_on_a_line(bed: Bed) -> None:
+    """They arrive together; alone, the other one goes as before."""
+    bed.done(m.MovePoint(0.020, 0.010))
+    most = bed.settings.speeds
+    assert bed.ask(m.SetSpeed("y", 0.1 * most["y"])) == Accepted()
+    assert isinstance(bed.ask(m.SetSpeed("y", 1.1 * most["y"])), Refused)
+    assert isinstance(bed.ask(m.SetSpeed("macro", 0.01)), Refused)
+    told = [n.evidence for n in bed.notices if isinstance(n, Event) and n.kind == "speed"]
+    assert told == [{"y_speed_m_per_s": 0.1 * most["y"], "client": ""}]
+    bed.aims = []
+    bed.done(m.MovePoint(0.060, 0.030))
+    aims = np.array(bed.aims)
+    assert np.abs(aims[:, 1] - 0.5 * aims[:, 0]).max() < 2e-6
+    speed = np.abs(np.diff(aims, axis=0)).max(axis=0) / 1e-3
+    assert speed == pytest.approx([0.2 * most["y"], 0.1 * most["y"]], rel=1e-3)
+    bed.aims = []
+    bed.done(m.MoveAxis("x", 0.120))
+    assert np.abs(np.diff(bed.aims, axis=0)).max() / 1e-3 > 0.5 * most["x"]
+    bed.ask(m.MoveAxis("x", 0.1))
+    assert bed.ask(m.SetSpeed("y", most["y"])).reason == "a motion is under way"  # type: ignore[union-attr]
+    bed.run(60000, to_end=True)
+    assert bed.ask(m.SetSpeed("y", most["y"])) == Accepted()
+
+
 def test_a_stop_on_the_way_stays_on_the_line(bed: Bed) -> None:
     bed.done(m.MovePoint(0.020, 0.010))
     bed.aims = []
@@ -100,6 +124,73 @@ def test_a_stop_on_the_way_stays_on_the_line(bed: Bed) -> None:
     aims = np.array(bed.aims)
     assert np.abs(aims[:, 1] - 0.5 * aims[:, 0]).max() < 2e-6  # it began within a count of it
     assert 0.02 < bed.place[0] < 0.11 and bed.pair.view().trusted == 1.0
+
+
+def test_a_move_replaces_one_under_way(bed: Bed) -> None:
+    """It brakes on its line, and the new one is a line from where both then rest."""
+    bed.done(m.MovePoint(0.020, 0.010))
+    first = bed.ask(m.MovePoint(0.120, 0.060))
+    bed.run(120)
+    bed.aims = []
+    second = bed.ask(m.MovePoint(0.030, 0.070, "", True))
+    assert isinstance(first, Accepted) and second == Accepted(first.id + 1)
+    ends = [n for n in bed.notices if isinstance(n, m.Finished)]
+    assert (ends[-1].id, ends[-1].outcome) == (first.id, m.SUPERSEDED)
+    assert ends[-1].evidence == {"kind": "move to point", "by": "move to point"}
+    assert bed.pair.view().motion == second.id
+    bed.run(5)
+    again = bed.ask(m.MoveAxis("x", 0.0, "", True))
+    assert isinstance(again, Refused) and "coming to rest" in again.reason
+    bed.run(60000, to_end=True)
+    end = next(n for n in bed.notices[::-1] if isinstance(n, m.Finished))
+    assert (end.id, end.outcome) == (second.id, m.DONE) and bed.mode == "ready"
+    assert bed.place == pytest.approx((0.030, 0.070), abs=3e-6)
+    aims = np.array(bed.aims)
+    turn = int(np.argmax(aims[:, 0]))
+    before, after = aims[:turn], aims[turn:]
+    assert np.abs(before[:, 1] - 0.5 * before[:, 0]).max() < 2e-6  # it began within a count of it
+    way = np.array([0.030, 0.070]) - aims[turn]
+    off = after - aims[turn]
+    assert np.abs(off[:, 0] * way[1] - off[:, 1] * way[0]).max() / np.hypot(*way) < 1e-6
+
+
+def test_a_replaced_programme_rests_on_its_path_and_a_stop_ends_both(
+    bed: Bed, tmp_path: Path
+) -> None:
+    file = tmp_path / "slot.toml"
+    file.write_text(CURVES, encoding="utf-8")
+    plan = bed.settings.programmes.read(file, bed.settings.live.limits).plan
+    bed.done(m.MovePoint(*(float(p.origin) for p in plan)))
+    bed.ask(m.Programme(plan))
+    bed.run(660)
+    bed.aims = []
+    number = bed.ask(m.MoveAxisBy("y", -0.005, "", True))
+    bed.run(50)
+    x, y = bed.aims[-1]
+    assert abs(math.hypot(x - 0.080, y - 0.030) - 0.010) < 1e-9 and x > 0.085
+    bed.run(60000, to_end=True)
+    end = next(n for n in bed.notices[::-1] if isinstance(n, m.Finished))
+    assert (Accepted(end.id), end.outcome) == (number, m.DONE)
+    bed.ask(m.MovePoint(0.020, 0.010))
+    bed.run(100)
+    last = bed.ask(m.MovePointBy(0.001, 0.001, "", True))
+    bed.run(3)
+    bed.ask(m.Stop())
+    bed.run(60000, to_end=True)
+    end = next(n for n in bed.notices[::-1] if isinstance(n, m.Finished))
+    assert (Accepted(end.id), end.outcome) == (last, m.STOPPED_BY_REQUEST)
+    assert bed.mode == "stopped"
+
+
+def test_moves_by_a_distance_count_from_the_targets(bed: Bed) -> None:
+    bed.done(m.MovePoint(0.050, 0.030))
+    assert bed.done(m.MovePointBy(0.010, -0.005)).outcome == m.DONE
+    assert bed.done(m.MoveAxisBy("y", 0.001)).outcome == m.DONE
+    for _ in range(3):  # no error adds up
+        bed.done(m.MoveAxisBy("x", 0.0012345))
+    held, pitch = bed.aims[-1], bed.tree.x.encoder.pitch
+    assert held == pytest.approx((0.060 + 3 * 0.0012345, 0.026), abs=1.5 * pitch)
+    assert bed.place == pytest.approx(held, abs=4e-6)
 
 
 def test_one_axis_moves_or_jogs_and_the_other_stands(bed: Bed) -> None:
@@ -165,6 +256,42 @@ def test_a_programme_of_paths_is_followed_in_step(bed: Bed, tmp_path: Path) -> N
     assert aims[:, 0].max() == pytest.approx(first.pieces[:, 1].max(), abs=1e-6)
 
 
+@pytest.mark.parametrize("periods", [480, 600, 660])
+def test_a_stop_of_a_programme_stays_on_its_path(bed: Bed, tmp_path: Path, periods: int) -> None:
+    """From a line on, from one into the arc, and within that; as fast as the axes can."""
+    file = tmp_path / "slot.toml"
+    file.write_text(CURVES, encoding="utf-8")
+    plan = bed.settings.programmes.read(file, bed.settings.live.limits).plan
+    bed.done(m.MovePoint(*(float(p.origin) for p in plan)))
+    reply = bed.ask(m.Programme(plan))
+    bed.run(periods)
+    bed.aims = bed.aims[-2:]
+    bed.ask(m.Stop())
+    bed.run(3000, to_end=True)
+    end = next(n for n in bed.notices[::-1] if isinstance(n, m.Finished))
+    assert (end.id, end.outcome) == (reply.id, m.STOPPED_BY_REQUEST)  # type: ignore[union-attr]
+    aims = np.array(bed.aims)
+    x, y = aims.T
+    line, arc = np.abs(y - 0.020), np.abs(np.hypot(x - 0.080, y - 0.030) - 0.010)
+    assert np.where(x > 0.080, arc, line).max() < 1e-9
+    speed = np.diff(aims, axis=0) / 1e-3
+    along = np.hypot(*speed.T)
+    assert along[0] > 0.1 and along[-1] == 0.0 and np.diff(along[1:]).max() < 1e-5
+    most = np.array([bed.tree.x.motion.acceleration, bed.tree.y.motion.acceleration])
+    used = np.abs(np.diff(speed[1:], axis=0)).max(axis=0) / 1e-3 / most
+    assert 0.95 < used.max() < 1.1  # as hard as one may, and a period of the jerk
+    where = x[-1] > 0.080
+    assert bool(where) == (periods > 500) and bed.pair.view().trusted == 1.0
+    # What comes next begins there, and an axis alone brakes by itself again.
+    assert bed.done(m.MoveAxis("x", 0.050)).outcome == m.DONE
+    bed.ask(m.MoveAxis("x", 0.020))
+    bed.run(60)
+    bed.aims = []
+    bed.ask(m.Stop())
+    bed.run(3000, to_end=True)
+    assert np.ptp([a[1] for a in bed.aims]) == 0.0 and bed.place[0] > 0.021
+
+
 def test_a_trajectory_is_run_by_its_times(bed: Bed, tmp_path: Path) -> None:
     file = tmp_path / "wave.csv"
     file.write_text("t_s,x_mm,y_mm\n0,20,20\n0.3,35,24\n0.6,42,40\n0.9,30,52\n1.2,20,50\n")
@@ -190,6 +317,9 @@ def test_a_trajectory_is_run_by_its_times(bed: Bed, tmp_path: Path) -> None:
         (m.MovePoint(0.0, "far"), "y: "),  # type: ignore[arg-type]
         (m.MoveAxis("z", 0.01), "'z' is no axis"),
         (m.MoveAxis("y", 0.9), "y: position 900 mm"),
+        (m.MoveAxisBy("z", 0.01), "'z' is no axis"),
+        (m.MoveAxisBy("x", math.inf), "x: distance"),
+        (m.MovePointBy(0.0, 0.9), "y: position 9"),
         (m.Jog("y", 5.0), "y: speed 5"),
         (m.Programme(None), "no programme"),
         (m.Programme((None, None)), "no programme"),
@@ -214,7 +344,8 @@ def test_what_cannot_be_is_refused_and_changes_nothing(
 SAMPLES = (
     m.Enable(), m.Disable(), m.Home(), m.Zero(), m.Stop(), m.EmergencyStop(), m.Fan(True),
     m.MoveTo(0.02), m.MoveBy(0.02), m.MoveMacro(200), m.MoveMicro(1e-3), m.MovePoint(0.03, 0.02),
-    m.MoveAxis("x", 0.03), m.ClearFault(True), m.SetLimits(None), m.Jog("y", 0.001),
+    m.MovePointBy(1e-3, 1e-3), m.MoveAxis("x", 0.03), m.MoveAxisBy("y", 1e-3),
+    m.ClearFault(True), m.SetLimits(None), m.Jog("y", 0.001),
 )  # fmt: skip
 
 

@@ -41,6 +41,8 @@ def test_identification(bench) -> None:
         ("MOVE:MICR MAX,REPL", m.MoveMicro(OWN.micro_high, "test", True)),
         ("JOG:MACR -5 MM/S", m.Jog("macro", -0.005, "test")),
         ("JOG:MICR 100 UM/S", m.Jog("micro", 0.0001, "test")),
+        ("SPE:MACR 5 MM/S", m.SetSpeed("macro", 0.005, "test")),
+        ("SPE:X 10 MM/S", m.SetSpeed("x", 0.01, "test")),
         ("HOME", m.Home("test")),
         ("ZERO", m.Zero("test")),
         ("DIS", m.Disable("test")),
@@ -477,6 +479,12 @@ def test_profiles_are_refused_for_they_begin_at_zero(bench) -> None:
     bench.send(b"PROG:LOAD #2%d" % len(text) + text)
     entry = bench.ask("SYST:ERR?")
     assert "motion profiles" in entry and "[[moves]]" in entry
+    text = b'[[moves]]\nmacro = "5 mm"\nhold = "1 s"\n' + text
+    bench.send(b"PROG:LOAD #3%d" % len(text) + text)
+    bench.ask("PROG:RUN")
+    plan = bench.requests[-1].plan
+    assert bench.errors() == [] and plan.target[0] == 70.0 and plan.target[-1] == 126.0
+    assert (plan.start[2:] == -math.inf).all()
 
 
 def test_programme_within_narrowed_limits(bench) -> None:

@@ -224,7 +224,8 @@ def test_telemetry_and_records_have_the_lines_that_there_are(tmp_path: Path) -> 
     ]
     plain = shared.columns(("encoder",))
     second = {c.name for c in shared.COLUMNS if c.name.startswith("y_")}
-    assert len(second) == 5 and len(plain) == len(shared.COLUMNS) - len(LINES) - len(second)
+    without = len(LINES) + len(second) + shared.OWN
+    assert len(second) == 5 and len(plain) == len(shared.COLUMNS) - without
     assert not (set(LINES) | second) & {shared.COLUMNS[k].name for k in plain}
     two = {shared.COLUMNS[k].name for k in shared.columns(("x_count", "y_count"))}
     assert second < two and not set(LINES) & two
@@ -266,18 +267,23 @@ def test_a_rig_of_a_users_with_lines(lab: tuple[str, Path], tmp_path: Path) -> N
     name, file = lab
     found = settings.load(file)
     assert found is not None
-    patient = found._replace(serve=found.serve._replace(miss_share=1.0, loop_timeout=5.0))
+    patient = found._replace(
+        serve=found.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
+    )
     with Station(f"{name}:bench", settings=patient, state=tmp_path / "p.json") as station:
         station.acquire("a test")
-        lines = dict(station.snapshot().lines)
-        assert lines == {
+        quiet = {
             "limit_low": False,
             "limit_high": False,
             "home": True,
             "drive_fault": False,
-            "enabled": False,
+            "enabled": False,  # once the drive has seen a period without `enable`
             "enable": False,
         }
+        end_at = time.monotonic() + 10.0
+        while dict(station.snapshot().lines) != quiet and time.monotonic() < end_at:
+            time.sleep(0.02)
+        assert dict(station.snapshot().lines) == quiet
         station.record(tmp_path / "live.h5")
         station.request("a test", m.Enable())
         reply = station.request("a test", m.Home())

@@ -172,3 +172,55 @@ def test_homing_is_for_a_sensor_that_counts(screw: Machine) -> None:
     assert isinstance(reply, Refused) and "absolute" in reply.reason and notices == ()
     assert led.view().trusted == 1.0 and led._s.frame.carriage is False
     assert led.accept(m.Stop())[0] == Accepted(0)
+
+
+def test_moves_go_at_the_speed_that_was_set_from_the_next_one_on() -> None:
+    """Which the set point reaches and never passes; a jog has its own."""
+    screw = Machine()
+    most = screw.settings.speeds["macro"]
+    assert screw.led.refusal(m.SetSpeed("macro", 0.1 * most)) is None
+    assert screw.ask(m.SetSpeed("macro", 0.1 * most, "me")) == Accepted()
+    told = [n for n in screw.notices if isinstance(n, Event) and n.kind == "speed"]
+    assert told[-1].evidence == {"speed_m_per_s": 0.1 * most, "client": "me"}
+
+    def fastest(request: Any, periods: int) -> float:
+        assert isinstance(screw.ask(request), Accepted)
+        found = 0.0
+        for _ in range(periods):
+            screw.run(1)
+            found = max(found, abs(screw.led.course.aim.velocity))
+        return found
+
+    assert fastest(m.MoveTo(0.06), 400) == pytest.approx(0.1 * most, rel=1e-6)
+    refused = screw.ask(m.SetSpeed("macro", most))
+    assert refused == Refused("a motion is under way", "wait for its end, or stop it")
+    while screw.led.state.motion is not None:
+        screw.run(10)
+    assert fastest(m.Jog("macro", 0.25 * most), 300) == pytest.approx(0.25 * most, rel=1e-6)
+    screw.ask(m.Jog("macro", 0.0))
+    while screw.led.state.motion is not None:
+        screw.run(10)
+    screw.led.begin(screw.rig.read(), Restored(True, 0.0, "known"))
+    assert screw.led.speed == most
+
+
+@pytest.mark.parametrize(
+    ("stage", "share", "words"),
+    [
+        ("macro", 1.01, "is no speed of its moves"),
+        ("macro", 0.0, "is no speed of its moves"),
+        ("macro", -0.5, "is no speed of its moves"),
+        ("macro", float("nan"), "is no finite number"),
+        ("micro", 0.5, "no micro-stage"),
+        ("x", 0.5, "no axes x and y"),
+        (None, 0.5, "None is no stage"),
+    ],
+)
+def test_a_speed_that_moves_cannot_have_is_refused(
+    screw: Machine, stage: Any, share: float, words: str
+) -> None:
+    request = m.SetSpeed(stage, share * screw.settings.speeds["macro"])
+    reply = screw.ask(request)
+    assert isinstance(reply, Refused) and words in reply.reason and reply.remedy
+    assert screw.led.refusal(request) == reply
+    assert screw.led.speed == screw.settings.speeds["macro"]

@@ -42,7 +42,9 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_it_homes_and_moves_under_the_machines_law(lab: str, tmp_path: Path) -> None:
     found = settings.load(FILE)
     assert found is not None
-    patient = found._replace(serve=found.serve._replace(miss_share=1.0, loop_timeout=5.0))
+    patient = found._replace(
+        serve=found.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
+    )
     with Station(f"{lab}:bench", settings=patient, state=tmp_path / "p.json") as station:
         station.acquire("a test")
         station.request("a test", m.Enable())

@@ -16,7 +16,7 @@ from tests.serve.web.web_parts import Client as Page
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "machines"
 # A loaded test computer misses periods: that is not what is looked at here.
-PATIENT = '\n[serve]\nmiss_share = 1.0\nloop_timeout = "5 s"\n'
+PATIENT = '\n[serve]\nmiss_share = 1.0\nloop_timeout = "5 s"\nparent_timeout = "5 s"\n'
 
 
 class Served(Client):
@@ -138,6 +138,9 @@ hold = "0.1 s"
 """
 
 
+MIXED = PLACES + PROFILE.replace("[40 mm", "[50 mm")
+
+
 def block(text: str) -> str:
     return f"#{len(str(len(text)))}{len(text)}{text}"
 
@@ -147,7 +150,12 @@ def test_programmes_run_live_and_gains_change(tmp_path: Path) -> None:
         assert client.ask("SYST:LOCK:REQ?;:ENAB;:HOME;*OPC?") == "1;1"
         assert client.ask("PROG:CAT?") == '"usual"'
         tolerance = 6.667e-3
-        for loaded, last in (('"usual"', 0.0), (block(PLACES), 20.0), (block(PROFILE), 5.0)):
+        for loaded, last in (
+            ('"usual"', 0.0),
+            (block(PLACES), 20.0),
+            (block(PROFILE), 5.0),
+            (block(MIXED), 5.0),
+        ):
             client.send(f"PROG:LOAD {loaded}")
             assert client.ask("PROG:RUN;*OPC?") == "1"
             client.fine()

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests import browser
 
 from macromicro.serve import station as real
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web import WebServer
+from tests import browser
 
 sys.path.insert(0, str(Path(__file__).parent))
 from page_parts import Page
@@ -58,12 +58,12 @@ def client(serve: Callable[..., WebServer]) -> Iterator[Callable[..., Client]]:
         each.close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("web")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def station(profile: Path) -> Iterator[real.Station]:
     """The virtual bench. Machines that run tests are busy: nothing stops for lateness."""
     settings = LiveSettings()
@@ -74,12 +74,12 @@ def station(profile: Path) -> Iterator[real.Station]:
         yield made
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def chromium() -> None:
     browser.needed()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def page(chromium: None, station: real.Station, profile: Path) -> Iterator[Page]:
     with WebServer(station, port=0, folder=profile) as server:
         driver = browser.driver(profile / "browser", "127.0.0.1")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from tests.browser import DESK, Window
 from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
+from tests.browser import DESK, Window
 
 
 class Page(Window):

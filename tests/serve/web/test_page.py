@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 from page_parts import Page
-from tests import browser
-from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, contrast, luminance
 from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.serve.shared import INDEX
 from macromicro.serve.web import WebServer
+from tests import browser
+from tests.browser import DESK, LEAST_CONTRAST, PHONE, TEXTS, WIDER, contrast, luminance
 
 FOCUSED = """
 const e = document.activeElement, s = getComputedStyle(e), b = e.getBoundingClientRect();

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 from page_parts import Page, saved
-from tests.browser import DESK
 from web_parts import until
 
 from macromicro.control.live import messages as m
@@ -17,6 +16,7 @@ from macromicro.schema.config import load_overrides
 from macromicro.serve.instrument import Instrument
 from macromicro.serve.settings import LiveSettings
 from macromicro.serve.web.hub import Hub
+from tests.browser import DESK
 
 
 def classes(page: Page, selector: str) -> str:

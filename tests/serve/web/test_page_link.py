@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 from page_parts import Page
-from tests.browser import DESK, PHONE
 from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.serve.web import WebServer
+from tests.browser import DESK, PHONE
 
 
 @pytest.fixture

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 from page_parts import Page, saved
-from tests import browser
 from web_parts import until
 
 from macromicro.control.live import messages as m
 from macromicro.serve.stage import settings as stage
 from macromicro.serve.station import Station
 from macromicro.serve.web import WebServer
+from tests import browser
 
 FILE = Path(__file__).parents[3] / "examples" / "machines" / "piezo-100um.toml"
 
@@ -30,7 +30,7 @@ def opened(file: Path, tmp_path: Path) -> Iterator[Page]:
     """The page of the machine in a file."""
     settings = stage.load(file)
     assert settings is not None
-    patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0)
+    patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
     station = Station(settings=settings._replace(serve=patient), state=tmp_path / "p.json")
     with station, WebServer(station, port=0, folder=tmp_path) as server:
         driver = browser.driver(tmp_path / "browser", "127.0.0.1")

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 from page_parts import Page
-from tests.browser import DESK, PHONE
 from web_parts import Client, Station, until
 
 from macromicro.control.live import messages as m
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.web import WebServer
+from tests.browser import DESK, PHONE
 
 LIVE = """
 window.told = 0;

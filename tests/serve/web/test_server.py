@@ -473,3 +473,29 @@ def test_every_message_is_strict_json(client: Make, fake: Station) -> None:
     items = viewer.get("news")
     assert items[-1]["time"] is None and items[-1]["evidence"] == {"a": None, "b": [1, None]}
     json.dumps(viewer.seen, allow_nan=False)
+
+
+def test_who_watches_may_ask_for_the_state_and_for_an_end(client: Make, fake: Station) -> None:
+    """Also without the token, as everybody is shown both."""
+    holder, watcher = client({"token": "x"}, token="x"), client()
+    holder.order("take")
+    motion = holder.order("move to", value=1.0, unit="mm")["motion"]
+    state = watcher.order("state")["state"]
+    assert state["motion"] == motion and state["position_m"] == 0.0421234
+    waiting = watcher.begin("wait", motion=motion)
+    assert watcher.order("state")["ok"]  # asked later, answered before
+    fake.end("stalled")
+    end = watcher.reply(waiting)
+    assert end["ok"] and end["finished"]["outcome"] == "stalled"
+    assert not watcher.order("wait", motion="1")["ok"]
+
+
+def test_a_program_gets_no_frames_until_it_asks(client: Make, fake: Station) -> None:
+    program = client({"program": True, "frames": False})
+    for _ in range(5):
+        program.order("state")
+        program.get("state", lambda state: True)
+    assert not program.frames
+    program.put(do="view", id=99, span=2.0, columns=100, view=7)
+    until(lambda: program.read() is None)
+    assert program.frames

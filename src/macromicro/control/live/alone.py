@@ -19,7 +19,7 @@ _AXES_ONLY = Refused("this machine has no axes x and y", "ask for the stage that
 _POINT = Refused("this machine has two axes", "ask for a point, or for one of them")
 _NEEDS: dict[type, str] = {m.Home: m.MACRO, m.MoveMacro: m.MACRO, m.MoveMicro: m.MICRO}
 # What of the controller's settings belongs to the micro-stage; all else is the macro-stage's.
-_FINE = ("micro_law", "ctrl_limit", "p", "pi", "pi_antiwindup")
+_FINE = ("micro_law", "ctrl_limit", "p", "pi", "pi_antiwindup", "fine")
 _ALL = Control._fields
 
 
@@ -55,10 +55,10 @@ def refusal(stages: tuple[str, ...], request: Any) -> Refused | None:
     Refused | None
         None where it has all that is needed.
     """
-    jogged = request.stage if isinstance(request, m.Jog) else ""
+    named = request.stage if isinstance(request, m.Jog | m.SetSpeed) else ""
     if stages == m.AXES:
-        return _POINT if isinstance(request, _ONE) or among(jogged, m.STAGES) else None
-    if isinstance(request, m.MovePoint | m.MoveAxis) or among(jogged, m.AXES):
+        return _POINT if isinstance(request, _ONE) or among(named, m.STAGES) else None
+    if isinstance(request, m.AXES_MOVES) or among(named, m.AXES):
         return _AXES_ONLY
     for stage in m.STAGES:
         if stage not in stages and stage in _needed(request):
@@ -75,7 +75,7 @@ def _needed(request: Any) -> frozenset[str]:
     kind = type(request)
     if kind in _NEEDS:
         return frozenset({_NEEDS[kind]})
-    if kind is m.Jog and among(request.stage, m.STAGES):
+    if isinstance(request, m.Jog | m.SetSpeed) and among(request.stage, m.STAGES):
         return frozenset({request.stage})
     if kind is m.Programme and isinstance(request.plan, Plan):
         return frozenset(s for k, s in enumerate(m.STAGES) if (request.plan.stage == k).any())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from macromicro.control import macro, pi
+from macromicro.control import macro, micro
 from macromicro.control.arrival import TICK
 from macromicro.control.live.messages import Notice
 from macromicro.control.live.parameters import Fine
@@ -69,7 +69,7 @@ def macro_effort(s: LiveState, encoder: float, reference: float, dt: float) -> t
     memory, motor = macro.step(
         s.laws.macro, d.memory, Target(reference, 0.0, 0.0), StageSample(s.time, encoder), dt
     )
-    return Drive(reference, d.micro_reference, memory, d.integral, d.reset), motor
+    return Drive(reference, d.micro_reference, memory, d.integral, d.reset, d.fine), motor
 
 
 def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tuple[Drive, float]:
@@ -96,8 +96,30 @@ def micro_effort(s: LiveState, hall: float, reference: float, dt: float) -> tupl
     d = s.drive
     if math.isnan(hall):
         return d._replace(micro_reference=reference), 0.0
-    integral, ctrl = pi.step(s.laws.micro, d.integral, reference - s.seen.fine, dt)
-    return Drive(d.macro_reference, reference, d.memory, integral, d.reset), ctrl
+    laws, aim, seen = s.laws, Target(reference, 0.0, 0.0), StageSample(s.time, s.seen.fine)
+    integral, fine, ctrl = micro.step(laws.micro, laws.fine, d.fine, d.integral, aim, seen, dt)
+    return Drive(d.macro_reference, reference, d.memory, integral, d.reset, fine), ctrl
+
+
+def rested(s: LiveState, dt: float) -> LiveState:
+    """A period in which the micro-stage has no turn, for a law whose model runs on.
+
+    Parameters
+    ----------
+    s : LiveState
+        State of the live machine.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    LiveState
+        With the law's new memory.
+    """
+    if not s.laws.fine:
+        return s
+    fine = micro.rest(s.laws.fine, s.drive.fine, StageSample(s.time, s.seen.fine), dt)
+    return s._replace(drive=s.drive._replace(fine=fine))
 
 
 def parked_effort(s: LiveState, sample: Sample, dt: float) -> tuple[Drive, float, float]:
@@ -153,7 +175,12 @@ def fine_efforts(
     fine, ctrl = micro_effort(s, sample.hall, reference, dt)
     coarse, motor, active = parked_effort(s, sample, dt)
     drive = Drive(
-        coarse.macro_reference, fine.micro_reference, coarse.memory, fine.integral, s.drive.reset
+        coarse.macro_reference,
+        fine.micro_reference,
+        coarse.memory,
+        fine.integral,
+        s.drive.reset,
+        fine.fine,
     )
     return driven(s, drive, s.work), Efforts(motor, ctrl, active, 1.0)
 

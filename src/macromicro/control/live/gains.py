@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from macromicro.control import settings
+from macromicro.control import micro, settings
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.messages import Accepted, Change, Notice, Refused, Reply
@@ -160,6 +160,8 @@ def _put(p: LiveParameters, s: LiveState, new: Control) -> LiveState:
     if laws.micro.ki == 0.0:  # a law without an integral has no such memory
         integral = 0.0
     drive = s.drive._replace(integral=integral)
+    if new.micro_law != s.control.micro_law:
+        drive = drive._replace(fine=micro.begun(laws.fine))
     if laws.sequence.park != s.laws.sequence.park and _parked(s):
         # What is held from now on is where the carriage is, wherever it was parked.
         drive = drive._replace(macro_reference=s.seen.encoder, memory=REST)

@@ -20,7 +20,6 @@ from macromicro.control.live import transitions as t
 from macromicro.control.live.leading import (
     NEVER,
     REST,
-    Aim,
     Course,
     Guide,
     Guided,
@@ -38,6 +37,7 @@ from macromicro.types import QUIET, Lines, Sample
 
 Step = tuple[LiveState, Guided, tuple[Notice, ...]]
 Work = Callable[[LiveParameters, Guide, LiveState, Guided, float, float], Step]
+Brake = Callable[[Guide, Guided, float], tuple[Guided, bool]]
 
 
 def step(
@@ -236,8 +236,20 @@ def reached(q: Guide, g: Guided, goal: float, place: float, now: float) -> tuple
     return g._replace(inside=inside), arrival.arrived(q.arrival, inside, now)
 
 
+def _alone(q: Guide, g: Guided, dt: float) -> tuple[Guided, bool]:
+    """Its own way to rest; and whether the set point is there."""
+    g = braked(q, g, dt)
+    return g, g.aim == REST._replace(position=g.aim.position)
+
+
 def slow_down(
-    p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float
+    p: LiveParameters,
+    q: Guide,
+    s: LiveState,
+    g: Guided,
+    place: float,
+    dt: float,
+    brake: Brake = _alone,
 ) -> Step:
     """One period of coming to rest: the set point first, then the stage.
 
@@ -255,6 +267,8 @@ def slow_down(
         Where the stage is, m.
     dt : float
         Control period, s.
+    brake : Brake, optional
+        The set point a period later on its way to rest, and whether it is there.
 
     Returns
     -------
@@ -272,9 +286,9 @@ def slow_down(
     if not s.frame.trusted and g.aim.velocity == 0.0 and math.isnan(g.inside):
         # What leaned on something is let go: it is held where it is.
         g = g._replace(aim=REST._replace(position=place), restart=g.restart + 1)
-    g = braked(q, g, dt)
+    g, stands = brake(q, g, dt)
     off = g.aim.position - place
-    inside = arrival.since(q.arrival, off, g.inside, s.time) if g.aim == _rest(g) else math.nan
+    inside = arrival.since(q.arrival, off, g.inside, s.time) if stands else math.nan
     g = g._replace(inside=inside)
     rested = arrival.arrived(q.arrival, inside, s.time)
     if not rested and s.time < work.until + q.arrival.patience - TICK:
@@ -284,10 +298,6 @@ def slow_down(
         evidence["rest"] = "did not come to rest in time"
     s, notices = t.finished(p, s, work.outcome if rested else m.STALLED, evidence)
     return s, g, notices
-
-
-def _rest(g: Guided) -> Aim:
-    return REST._replace(position=g.aim.position)
 
 
 def jog(p: LiveParameters, q: Guide, s: LiveState, g: Guided, place: float, dt: float) -> Step:

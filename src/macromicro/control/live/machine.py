@@ -15,7 +15,7 @@ from macromicro.control.live import brake, homing, jog, moves, programme, survey
 from macromicro.control.live import messages as m
 from macromicro.control.live import transitions as t
 from macromicro.control.live.accept import accept
-from macromicro.control.live.effort import NONE, Efforts
+from macromicro.control.live.effort import NONE, Efforts, rested
 from macromicro.control.live.messages import Evidence, Notice
 from macromicro.control.live.parameters import Edges, LiveParameters
 from macromicro.control.live.state import (
@@ -82,6 +82,8 @@ def step(
         return s, Command(s.drive.macro_reference, 0.0, 0.0, 0.0, s.seen.fine), SAFE, notices
     s, efforts = _work(p, s, sample, dt)
     motor, ctrl, macro_active, micro_active, notices = efforts
+    if micro_active < 0.5 and not isinstance(s.work, Running):  # whose supervisor sees to it
+        s = rested(s, dt)
     if m.MACRO not in p.stages:  # `sequence.park` = 0 would hold what is not there
         motor, macro_active = 0.0, 0.0
     d = s.drive

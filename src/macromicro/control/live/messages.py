@@ -154,11 +154,35 @@ class MovePoint(NamedTuple):
         m.
     client : str
         Who sent it.
+    replace : bool
+        Here and in other moves of axes: a motion under way (no homing, no braking) ends as
+        "superseded", comes to rest on its line or path, and this one begins there.
     """
 
     x: float
     y: float
     client: str = ""
+    replace: bool = False
+
+
+class MovePointBy(NamedTuple):
+    """Both axes by a distance, on a straight line, each from the target that it holds, else from
+    where it is.
+
+    Attributes
+    ----------
+    x, y : float
+        m.
+    client : str
+        Who sent it.
+    replace : bool
+        As for `MovePoint`.
+    """
+
+    x: float
+    y: float
+    client: str = ""
+    replace: bool = False
 
 
 class MoveAxis(NamedTuple):
@@ -172,11 +196,35 @@ class MoveAxis(NamedTuple):
         m.
     client : str
         Who sent it.
+    replace : bool
+        As for `MovePoint`.
     """
 
     axis: str
     position: float
     client: str = ""
+    replace: bool = False
+
+
+class MoveAxisBy(NamedTuple):
+    """One axis of two by a distance from the target that it holds, else from where it is.
+
+    Attributes
+    ----------
+    axis : str
+        One of `AXES`.
+    distance : float
+        m.
+    client : str
+        Who sent it.
+    replace : bool
+        As for `MovePoint`.
+    """
+
+    axis: str
+    distance: float
+    client: str = ""
+    replace: bool = False
 
 
 class Jog(NamedTuple):
@@ -256,6 +304,24 @@ class SetGains(NamedTuple):
     client: str = ""
 
 
+class SetSpeed(NamedTuple):
+    """The fastest that the moves of a stage which is led by set points go, from the next one on.
+
+    Attributes
+    ----------
+    stage : str
+        "macro", or one of `AXES`.
+    speed : float
+        m/s, up to that of the machine's settings.
+    client : str
+        Who sent it.
+    """
+
+    stage: str
+    speed: float
+    client: str = ""
+
+
 class SetLimits(NamedTuple):
     """Soft limits for whatever moves from now on, within the machine's own.
 
@@ -302,6 +368,8 @@ class LinkLost(NamedTuple):
     client: str = ""
 
 
+AXES_MOVES = (MovePoint, MovePointBy, MoveAxis, MoveAxisBy)
+
 Request = (
     Enable
     | Disable
@@ -311,7 +379,9 @@ Request = (
     | MoveMacro
     | MoveMicro
     | MovePoint
+    | MovePointBy
     | MoveAxis
+    | MoveAxisBy
     | Jog
     | Stop
     | EmergencyStop
@@ -319,6 +389,7 @@ Request = (
     | Fan
     | Programme
     | SetGains
+    | SetSpeed
     | SetLimits
     | ClearFault
     | LinkLost

@@ -1,7 +1,7 @@
 """Which requests make sense in a mode, whatever is in them: what a client may offer a person.
 
-`accept` decides; this says beforehand what it would refuse for the mode alone. A test holds
-both equal over every mode.
+`accept` decides; this says beforehand what it would refuse for the mode alone, of all requests but
+SetSpeed, which no page has. A test holds both equal over every mode.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from macromicro.control.live import messages as m
 
 _ALWAYS = frozenset({m.Stop, m.EmergencyStop, m.Disable, m.SetGains})
-_AXES = frozenset({m.MovePoint, m.MoveAxis})
+_AXES = frozenset(m.AXES_MOVES)
 _ONE = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Zero, m.Fan, m.SetLimits})
 _MOTIONS = frozenset({m.MoveTo, m.MoveBy, m.MoveMacro, m.MoveMicro, m.Programme})
 
@@ -44,7 +44,8 @@ def possible(
     """
     if stages == m.AXES:
         one = possible(mode, moving=moving, trusted=trusted)
-        return (one - _ONE) | (_AXES if m.MoveTo in one else frozenset())
+        replaces = supersede and trusted and mode in (m.MOVING_MACRO, m.SETTLING)
+        return (one - _ONE) | (_AXES if m.MoveTo in one or replaces else frozenset())
     if mode == m.FAULT:
         return _ALWAYS | {m.ClearFault, m.SetLimits}
     found = set(_ALWAYS) | {m.Fan}

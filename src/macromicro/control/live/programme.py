@@ -50,7 +50,7 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
         The transition.
     """
     raw = _raw(plan, s.frame.offset)
-    progress = supervisor.begin(s.seen.encoder, s.laws.macro)
+    progress = supervisor.begin(s.seen.encoder, s.laws)._replace(fine=s.drive.fine)
     drive = t.idle(s.drive)._replace(macro_reference=s.seen.encoder)
     work = Running(raw, progress, s.time, EMPTY, NAN, None)
     s = s._replace(motion=motion, work=work, drive=drive, target=math.nan)
@@ -61,10 +61,9 @@ def start(s: LiveState, motion: Motion, plan: Plan) -> tuple[LiveState, tuple[No
 def _raw(plan: Plan, offset: float) -> Plan:
     """The plan with raw counts, as plain numbers: interpreted, they are faster than arrays."""
     target = plan.target + (plan.stage == moves.MACRO) * offset
-    columns = (plan.start, plan.stage, target, plan.hold, plan.velocity, plan.acceleration)
-    listed: Any = [a.tolist() for a in columns]
-    start, stage, goal, hold, velocity, acceleration = listed
-    return Plan(start, stage, goal, hold, float(plan.end), velocity, acceleration)
+    columns = plan._replace(target=target)
+    listed: Any = {f: getattr(columns, f).tolist() for f in plan._fields if f != "end"}
+    return Plan(end=float(plan.end), **listed)
 
 
 def step(
@@ -99,6 +98,8 @@ def step(
     before = work.progress
     local = sample._replace(t=s.time - work.start)
     progress, command, out = supervisor.step(s.laws, work.plan, before, local, dt)
+    if s.laws.fine:  # its memory moves on, however this period ends
+        s = s._replace(drive=s.drive._replace(fine=progress.fine))
     notices: tuple[Notice, ...] = ()
     if before.phase == MACRO and _left(work.plan, before, progress):
         late = local.t - before.began >= s.laws.sequence.patience
@@ -127,19 +128,22 @@ def step(
         progress.macro,
         progress.integral,
         s.drive.reset or out.laser_reset > 0.5,
+        progress.fine,
     )
     s = driven(s, drive, work._replace(progress=progress, window=window))
     mode = MODES.get(progress.phase, s.mode)
     if mode != s.mode:
         s, event = t.go(s, mode, t.NEXT_MOVE, {"move": progress.move})
         notices = (*notices, event)
-    if fresh:
+    if fresh and work.plan.start[progress.move] != -math.inf:  # a profile is told once
         notices = (*notices, _begun(s, work, progress))
     return s, Efforts(out.motor, out.ctrl, command.macro_active, command.micro_active, notices)
 
 
 def _left(plan: Plan, before: Progress, progress: Progress) -> bool:
     """Is the macro move that was under way over? Moves passed over do not end it."""
+    if progress.move != before.move and plan.start[progress.move] == -math.inf:
+        return False  # the next set point of the same profile
     fresh = progress.move != before.move and plan.stage[progress.move] == moves.MACRO
     return progress.phase != MACRO or fresh
 

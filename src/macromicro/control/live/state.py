@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from macromicro.control import macro, settings
+from macromicro.control import macro, micro, settings
 from macromicro.control.live import survey
 from macromicro.control.live.messages import DISABLED, MACRO, MICRO, Evidence
 from macromicro.control.live.parameters import LiveParameters, SoftLimits
 from macromicro.control.live.survey import NOTHING, Survey
 from macromicro.control.macro import Memory
+from macromicro.control.outside import Kept
 from macromicro.control.settings import Control
 from macromicro.control.supervisor import Plan, Progress, Supervisor
 
@@ -83,6 +84,8 @@ class Drive(NamedTuple):
         Integral of the micro law, V.
     reset : bool
         Whether a laser reset is still to be given.
+    fine : Kept
+        Memory of a law of the micro-stage that drives instead of the PI.
     """
 
     macro_reference: float
@@ -90,6 +93,7 @@ class Drive(NamedTuple):
     memory: Memory
     integral: float
     reset: bool
+    fine: Kept = ()
 
 
 class Motion(NamedTuple):
@@ -428,15 +432,16 @@ def begin(
     kept = NAN if coordinate is None else float(coordinate)
     known = not alone and math.isfinite(kept)
     first = kept if known else 0.0
+    laws = settings.prepare(p.control, False, p.calibration, p.settings.pitch)
     return LiveState(
         DISABLED,
         0.0,
         p.control,
-        settings.prepare(p.control, False, p.calibration, p.settings.pitch),
+        laws,
         p.settings.limits,
         Seen(NAN, 0.0, 0.0, NAN if MICRO in p.stages else 0.0, NAN),
         Frame(NAN, first, (trusted and known) or alone, 0.0, known, not alone),
-        Drive(0.0, 0.0, REST, 0.0, False),
+        Drive(0.0, 0.0, REST, 0.0, False, micro.begun(laws.fine)),
         None,
         None,
         NAN,

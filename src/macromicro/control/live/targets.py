@@ -294,7 +294,9 @@ def _misshapen(plan: Any) -> Refused | None:
 
 
 def _senseless(plan: Plan) -> Refused | None:
-    if np.isinf(plan.start).any() or not (finite(plan.end) or _unset(plan.end)):
+    clocked = plan.start == -math.inf  # set points of a profile, behind another one of its stage
+    own = np.append(False, plan.stage[1:] == plan.stage[:-1])
+    if np.isinf(plan.start[~(clocked & own)]).any() or not (finite(plan.end) or _unset(plan.end)):
         return Refused("the programme has times that are none", "give seconds, or NaN for no time")
     if not np.isin(plan.stage, (0, 1)).all() or not np.isfinite(plan.target).all():
         return Refused("the programme has moves without stage or target", "correct these moves")

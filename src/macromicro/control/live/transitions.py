@@ -163,7 +163,7 @@ def idle(d: Drive) -> Drive:
     Drive
         With the references as they were.
     """
-    return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset)
+    return Drive(d.macro_reference, 0.0, REST, 0.0, d.reset, d.fine)
 
 
 def finished(

@@ -16,7 +16,10 @@ from macromicro.identify.picking import chosen
 from macromicro.identify.result import Result
 from macromicro.schema.text import printable
 
-KINDS = ("drive", "carriage", "linear", "deadzone", "hysteresis", "thermal", "hall", "plays")
+KINDS = (
+    *("drive", "carriage", "linear", "deadzone", "hysteresis", "thermal", "actuator", "hall"),
+    "plays",
+)
 
 
 def from_files(
@@ -30,7 +33,8 @@ def from_files(
     Parameters
     ----------
     kind : str
-        One of `KINDS`: drive, carriage, linear, deadzone, hysteresis, thermal, hall or plays.
+        One of `KINDS`: drive, carriage, linear, deadzone, hysteresis, thermal, actuator, hall or
+        plays.
     files : str | PathLike[str] | Sequence[str | PathLike[str]]
         One or several recordings of this package, CSV, MAT or MicroMag files.
     columns : Mapping[str, str] | None, optional

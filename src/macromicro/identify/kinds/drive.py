@@ -118,7 +118,8 @@ def identify(picking: Picking, options: Options) -> Result:
     u_unit, x_unit = first.units["u"] or "u", first.units["x"] or "x"
     newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
     force = newton if gain != 1.0 else u_unit
-    units = units_of(force, x_unit)
+    named = bool(first.units["x"]) and (gain != 1.0 or bool(first.units["u"]))
+    units = units_of(force, x_unit) if named else dict.fromkeys(MEANINGS, "")
     lines = []
     inverse = dict(zip(fit.inverse.names, range(len(fit.inverse.names)), strict=True))
     for name, value, error in zip(
@@ -135,6 +136,9 @@ def identify(picking: Picking, options: Options) -> Result:
         ("force, inverse dynamics", f"error {fit.inverse.percent:.2f} %"),
         ("structure", structure(fit)),
     ]
+    if not named:
+        bare = " and ".join(n for n in ("u", "x") if not first.units[n])
+        remarks.append(("units", f"none is named for {bare}: parameters in those of the columns"))
     if gain != 1.0:
         remarks.append(("gain", f"{gain:g} {newton}/{u_unit}, {said}"))
     if delay:

@@ -104,6 +104,9 @@ def identify(picking: Picking, options: Options) -> Result:
         ("residuals", f"{'white' if white.white else 'not white'} (p = {white.p_value:.2g})"),
         ("method", f"{fit.method}, {fit.iterations} iterations, start at {options.start}"),
     ]
+    if fit.starts:
+        ends = ", ".join(f"{name} {end:.2f} %" for name, end in fit.starts.items())
+        remarks.append(("ends of the search, by its beginning", f"{ends}; the nearest is taken"))
     if position:
         remarks.append(("output", f"speed: the position differentiated; {_travel(fit, y)}"))
     remarks += [("records", text) for text in averaged]
@@ -304,6 +307,7 @@ def data(fit: LinearFit) -> dict[str, Any]:
         "white": fit.whiteness.white,
         "p_value": fit.whiteness.p_value,
         "converged": fit.converged,
+        "starts": fit.starts,
     }
 
 

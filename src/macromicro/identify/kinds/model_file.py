@@ -52,6 +52,54 @@ def settings(head: str, values: Mapping[str, tuple[float, str]], law: str = "") 
     return "\n".join(filter(None, [_comment(head), first, *body]))
 
 
+def gains(head: str, name: str, found: Any, law: str) -> str:
+    """A settings file with all gains of a law.
+
+    Parameters
+    ----------
+    head : str
+        Comment at its top.
+    name : str
+        Set of `controller` that they are: own or fine.
+    found : Any
+        The gains.
+    law : str
+        Of them.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    InputError
+        The gains do not work together.
+    """
+    from macromicro.schema import config
+    from macromicro.schema.par import entries
+    from macromicro.settings import Settings
+
+    control = Settings().controller.joined(law, "law")
+    config.check(found, "model.toml", f"controller.{name}.")
+    key = "micro_law" if control.micro_law == law else "macro_law"
+    rounded = type(found)(*[_rounded(value) for value in found])
+    lines = [
+        _line(entry.path, str(entry.text), entry.par.meaning)
+        for entry in entries(rounded)
+        if entry.text is not None
+    ]
+    first = f'[controller]\n{key} = "{law}"\n'
+    return "\n".join([_comment(head), first, f"[controller.{name}]", *lines, ""])
+
+
+def _rounded(value: Any) -> Any:
+    """To six digits, each number of a list."""
+    if isinstance(value, tuple):
+        return tuple(map(_rounded, value))
+    return float(f"{value:.6g}")
+
+
 def plain(head: str, tables: Mapping[str, Mapping[str, tuple[Value, str]]]) -> str:
     """A TOML file for other programs.
 

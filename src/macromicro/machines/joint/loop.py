@@ -14,12 +14,13 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from macromicro import joining
 from macromicro.arrays import Array
 from macromicro.columns import Column, Quantity, layout, put
-from macromicro.control import arrival, outside
+from macromicro.control import arrival
 from macromicro.control.arrival import TICK
 from macromicro.control.stage_law import Sample, StageLaw, Target
-from macromicro.kernel import compiled, kernel
+from macromicro.kernel import kernel
 from macromicro.machines import guarding, sequence, stage
 from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.joint.settings import AXES
@@ -305,8 +306,8 @@ def period(  # noqa: PLR0915 - each line for either axis
     measure_b, advance_b, show_b, step_b = kind_b.measure, kind_b.advance, kind_b.show, law_b.step
     tell_a, tell_b = law_a.tell, law_b.tell
     sense_a, switch_a, sense_b, switch_b = kind_a.sense, kind_a.switch, kind_b.sense, kind_b.switch
-    outside.joined(measure_a, advance_a, show_a, step_a, sense_a, switch_a)
-    outside.joined(measure_b, advance_b, show_b, step_b, sense_b, switch_b)
+    joining.joined(measure_a, advance_a, show_a, step_a, sense_a, switch_a)
+    joining.joined(measure_b, advance_b, show_b, step_b, sense_b, switch_b)
     watched_a, bounded_a = stage.watching(kind_a)
     watched_b, bounded_b = stage.watching(kind_b)
     every = columns(kinds, laws)
@@ -395,7 +396,7 @@ def fastest(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> Period
         `period`, compiled; with a law in plain Python interpreted, over compiled kernels.
     """
     if all(map(stage.compiles, laws)):
-        return compiled(period(kinds, laws))
+        return stage.quickest(period(kinds, laws), *kinds)
     return period((stage.quick(kinds[0]), stage.quick(kinds[1])), laws)
 
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple
 
-from macromicro.machines import axis
+from macromicro.machines import axis, owned
 from macromicro.machines.rounding import rounded
-from macromicro.machines.tree import Checked, Problem, Rule, settled, with_
-from macromicro.schema.par import Par
+from macromicro.machines.tree import Checked, Problem, Rule, settled, under_law, with_
+from macromicro.schema.par import Par, changed
 
 AXES = ("x", "y")
 UPPER, NOTHING = "y", "nothing"
@@ -99,7 +99,7 @@ class XY(NamedTuple):
         return [(path, value, words) for wrong, path, value, words in _checks(self) if wrong]
 
     def grown(self, table: Mapping[str, object], where: str) -> XY:
-        """With the gains of the laws that a table of settings names.
+        """With the gains of the laws, and the parts, that a table of settings names.
 
         Parameters
         ----------
@@ -113,13 +113,19 @@ class XY(NamedTuple):
         XY
             A copy.
         """
-        changed = {}
+        laws: dict[str, Any] = {}
+        parts: dict[str, Any] = {}
         for name in AXES:
-            own = table.get(name)
+            own, there, one = table.get(name), f"{where}, {name}", getattr(self, name)
             told = dict(own) if isinstance(own, Mapping) else {}
             told |= {k[2:]: v for k, v in table.items() if k.startswith(f"{name}.")}
-            changed[name] = getattr(self, name).grown(told, f"{where}, {name}")
-        return self._replace(**changed)
+            laws[name] = under_law(one, told, there)
+            found = owned.named(one, told, there).items()
+            parts |= {f"{name}.{path}": value for path, value in found}
+        made = self._replace(**laws)
+        if parts:
+            made = changed(made, parts)
+        return made
 
     def with_(self, changes: str | Mapping[str, object], value: object = None) -> XY:
         """These settings with other values, and with what follows from them.

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from macromicro.arrays import Array
+from macromicro.columns import Column
 from macromicro.control.live.leading import Course
-from macromicro.kernel import compiled
+from macromicro.control.stage_law import StageLaw
 from macromicro.machines import guarding, lines, stage
 from macromicro.machines.guarding import OK
 from macromicro.machines.joint import loop, runs
@@ -19,6 +20,7 @@ from macromicro.machines.joint.settings import AXES, of
 from macromicro.machines.lines import Held
 from macromicro.machines.sequence import MOVING, Progress
 from macromicro.machines.signals import Sample
+from macromicro.machines.stage import Kind
 from macromicro.machines.tree import gains
 from macromicro.serve.stage.control import FREE, checked, led, limited
 
@@ -46,11 +48,13 @@ class Control:
             checked(axis, own, f"{name}.")
         self.dt = float(tree.x.timing.period)
         self._period = loop.fastest(self.kinds, self._laws)
-        self._free = [compiled(stage.opened(kind)) for kind in self.kinds]
-        self._switch = [compiled(kind.switch) if kind.lines else kind.switch for kind in self.kinds]
+        self._free = [stage.quickest(stage.opened(kind), kind) for kind in self.kinds]
+        self._switch = [stage.switching(kind) for kind in self.kinds]
         self._wired = [lines.wired(own) for own in self._trees]
         names = [c.name for c in loop.columns(self.kinds, self._laws)]
         self._rows = [names.index(f"{axis}_effort") for axis in AXES]
+        self.own_rows = [names.index(column.name) for column in law_columns(self.kinds, self._laws)]
+        self.own: list[float] = []  # what the laws showed of their memory last; none while off
         self._index = [names.index(n) if n in names else -1 for n in _indices()]
         self._out = np.empty((len(names), number))
         self._idle, self._shown = np.zeros(number), np.empty((2, number))
@@ -108,6 +112,7 @@ class Control:
         if not ready or any(course.waiting for course in courses):
             self._restart, self._held = [None, None], [Held(), Held()]
             self.efforts, self.enable = [0.0, 0.0], 1.0 if ready else 0.0
+            self.own = []
             return self._coast(bench, stages, noise)
         self.enable = 1.0
         controls = tuple(self._led(k, course, seen[k]) for k, course in enumerate(courses))
@@ -118,6 +123,8 @@ class Control:
         )
         began = Run(tick, Joined(progress, math.nan), first, second)
         run, written = self._period(bench, controls, began, noise, self._out, self.dt)
+        if self.own_rows:
+            self.own = self._out[self.own_rows, written - 1].tolist()
         for k, half in enumerate((run.first, run.second)):
             self._memory[k], self.watches[k], self._held[k] = half.memory, half.watch, half.held
             self.efforts[k] = float(self._out[self._rows[k], written - 1])
@@ -154,3 +161,13 @@ class Control:
 
 def _indices() -> list[str]:
     return [f"{axis}_index_count" for axis in AXES]
+
+
+def law_columns(kinds: tuple[Kind, Kind], laws: tuple[StageLaw, StageLaw]) -> tuple[Column, ...]:
+    """As `stage.own`, of the laws of both axes, with the letter of each in front."""
+    pairs = zip(AXES, kinds, laws, strict=True)
+    return tuple(
+        c._replace(name=f"{axis}_{c.name}")
+        for axis, kind, law in pairs
+        for c in stage.own(kind, law)
+    )

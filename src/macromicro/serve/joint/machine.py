@@ -20,8 +20,9 @@ from macromicro.control.live.messages import (
     Reply,
 )
 from macromicro.control.live.plain import among, shown
-from macromicro.control.live.state import LiveState, Played
+from macromicro.control.live.state import Braking, LiveState, Played
 from macromicro.machines.sequence import Plan
+from macromicro.schema.par import finite
 from macromicro.serve.joint.together import Together, straight
 from macromicro.serve.machine import Second, View
 from macromicro.serve.persist import Restored
@@ -32,15 +33,25 @@ from macromicro.types import SAFE, Command, Outputs, Sample
 _FIRST = (m.FAULT, m.DISABLED, m.HOMING, m.MOVING_MACRO, m.SETTLING, m.STOPPED, m.READY)
 _BUSY = Refused("a motion is under way", "wait for its end, or stop it")
 _NO_PLAN = Refused("this is no programme of two axes", "load one first")
-_MOTIONS = (m.MovePoint, m.MoveAxis, m.Jog, m.Home, m.Programme)
-_KINDS = {m.MoveAxis: "move axis", m.Jog: "jog", m.Home: "home"}
+_POINTS, _ALONE = (m.MovePoint, m.MovePointBy), (m.MoveAxis, m.MoveAxisBy)
+_MOTIONS = (*_POINTS, *_ALONE, m.Jog, m.Home, m.Programme)
+_KINDS: dict[type, str] = {
+    m.MovePoint: "move to point",
+    m.MovePointBy: "move point by",
+    m.MoveAxis: "move axis",
+    m.MoveAxisBy: "move axis by",
+    m.Jog: "jog",
+    m.Home: "home",
+}
+_ENDINGS = (m.Stop, m.EmergencyStop, m.Disable, m.LinkLost)
 Parts = list[tuple[int, Any]]  # what an axis is asked for, by its index
 
 
 class Motion(NamedTuple):
     """A motion of one axis or of both. `number`: of it; `axes`: those that take part; `plans`:
     what follows once both are where it begins; `ends`: how each has ended so far; `stopping`: has
-    the other axis been stopped?"""
+    the other axis been stopped? `parts`: what begins once `axes`, whose motion it replaces,
+    rest."""
 
     number: int
     kind: str
@@ -48,6 +59,7 @@ class Motion(NamedTuple):
     plans: Any = None
     ends: tuple[tuple[int, Finished], ...] = ()
     stopping: bool = False
+    parts: Any = None
 
 
 class Pair:
@@ -62,14 +74,15 @@ class Pair:
         self._guides = (leds[0].guide, leds[1].guide)
         self.other: Callable[[], Sample] = lambda: Sample(0.0, *[math.nan] * 5)
         self.effort: Callable[[], float] = lambda: 0.0
-        self._given = 0
+        self._given, self._dt = 0, 0.0
         self._motion: Motion | None = None
         self._jogs = ""  # the axis of a jog
         self._well = True  # did the last motion end as done?
         self._mode = m.DISABLED
         self._why: tuple[str, dict[str, Any]] = ("", {})
         for k, led in enumerate(leds):
-            led.works = {**led.works, Played: partial(together.step, k)}
+            own = {Played: partial(together.step, k), Braking: partial(together.brake, k)}
+            led.works = {**led.works, **own}
 
     # As the loop asks for it
 
@@ -94,6 +107,7 @@ class Pair:
 
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         """One control period."""
+        self._dt = dt
         told: list[Notice] = []
         samples = (sample, self.other())
         self._together.places = tuple(  # type: ignore[assignment]
@@ -125,17 +139,26 @@ class Pair:
         parts = self._parts(request)
         if isinstance(parts, Refused):
             return parts
-        return (self._busy(request) if isinstance(request, _MOTIONS) else None) or self._any(parts)
+        waits = isinstance(request, (*_MOTIONS, m.SetSpeed))
+        return (self._busy(request) if waits else None) or self._any(parts)
 
     def _parts(self, request: Any) -> Parts | Refused:
         """What each axis is asked for; or why that cannot be said."""
         parts: Parts | Refused = [(0, request), (1, request)]
         if isinstance(request, m.MovePoint):
-            parts = [(0, m.MoveTo(request.x)), (1, m.MoveTo(request.y))]
+            parts = [(k, m.MoveTo(p, "", True)) for k, p in enumerate(request[:2])]
+        elif isinstance(request, m.MovePointBy):
+            parts = [(k, self._by(k, d)) for k, d in enumerate(request[:2])]
         elif isinstance(request, m.MoveAxis):
-            parts = _of_axis(request.axis, m.MoveTo(request.position))
+            parts = _of_axis(request.axis, m.MoveTo(request.position, "", True))
+        elif isinstance(request, m.MoveAxisBy):
+            parts = _of_axis(request.axis, None)
+            if not isinstance(parts, Refused):
+                parts = [(k, self._by(k, request.distance)) for k, _ in parts]
         elif isinstance(request, m.Jog):
             parts = _of_axis(request.stage, m.Jog(m.MACRO, request.speed))
+        elif isinstance(request, m.SetSpeed):
+            parts = _of_axis(request.stage, request._replace(stage=m.MACRO))
         elif isinstance(request, m.Home):
             parts = [(k, request) for k in self._searching()]
         elif isinstance(request, m.Programme):
@@ -188,7 +211,20 @@ class Pair:
             return None
         if isinstance(request, m.Jog) and request.stage == self._jogs:
             return None
-        return _BUSY
+        replaces = isinstance(request, m.AXES_MOVES) and (
+            request.replace is True or self._leds[0].supersedes
+        )
+        return None if replaces and self._mode != m.HOMING else _BUSY
+
+    def _by(self, k: int, distance: Any) -> Any:
+        """A move of an axis by a distance, as one to a place."""
+        if not finite(distance):
+            return m.MoveBy(distance)  # its refusal says what is accepted
+        led = self._leds[k]
+        s, here = led.state, led.aim - led.state.frame.offset * led.pitch
+        if s.motion is not None:  # nothing is held
+            here = s.seen.position
+        return m.MoveTo(here + float(distance), "", True)
 
     def _any(self, parts: Iterable[tuple[int, Any]]) -> Refused | None:
         """The first refusal of an axis that is asked for its part."""
@@ -205,27 +241,37 @@ class Pair:
 
     def _do(self, request: Any, parts: Parts, told: list[Notice]) -> Reply:
         """An accepted request, as what each axis is asked for."""
-        if isinstance(request, m.MovePoint):
-            self._move(parts, "move to point", told)
+        moves = isinstance(request, m.AXES_MOVES)
+        if moves and self._motion is not None:
+            kind = _KINDS[type(request)]
+            self._supersede(self._motion, kind, parts, told)
+        elif moves:
+            kind = _KINDS[type(request)]
+            self._begin(Motion(self._given + 1, kind, _axes(parts)), parts, told)
         elif isinstance(request, m.Programme):
             plans = tuple(part.plan for _, part in parts)
-            self._move(
-                [(k, m.MoveTo(float(p.origin))) for k, p in enumerate(plans)],
-                "programme",
-                told,
-                plans,
-            )
+            begin = [(k, m.MoveTo(float(p.origin))) for k, p in enumerate(plans)]
+            self._begin(Motion(self._given + 1, "programme", (0, 1), plans), begin, told)
         elif isinstance(request, m.SetGains):
             return self._retune(parts, told)
         elif isinstance(request, m.Jog) and self._motion is not None:
             self._ask(parts, told)  # it goes on at another speed, or ends
-        elif isinstance(request, m.MoveAxis | m.Jog | m.Home):
+        elif isinstance(request, m.Jog | m.Home):
             self._start(Motion(self._given + 1, _KINDS[type(request)], _axes(parts)), parts, told)
             self._jogs = request.stage if isinstance(request, m.Jog) else ""
         else:
+            if isinstance(request, _ENDINGS) and self._motion is not None:
+                self._motion = self._motion._replace(parts=None)
+            if isinstance(request, m.Stop) and self._playing():
+                self._together.hold(self._dt)
             self._ask(parts, told)
             return Accepted()
         return Accepted(self._given)
+
+    def _playing(self) -> bool:
+        """Do both follow a programme?"""
+        works = [s.work for s in self._states()]
+        return all(isinstance(w, Played) and math.isfinite(w.start) for w in works)
 
     def _ask(self, parts: Parts, told: list[Notice]) -> None:
         """Pass on what nobody refuses."""
@@ -241,19 +287,42 @@ class Pair:
                 done += [c._replace(path=f"{AXES[k]}.{c.path}") for c in reply.changes]
         return Accepted(0, tuple(done))
 
-    def _move(self, parts: Parts, kind: str, told: list[Notice], plans: Any = None) -> None:
-        """Both to a point, on a straight line from where their set points are."""
+    def _supersede(self, old: Motion, kind: str, parts: Parts, told: list[Notice]) -> None:
+        """A move in place of the motion under way, which comes to rest first, on its line or path:
+        the guides stay until then."""
+        half = max(led.view().uncertainty for led in self._leds)
+        facts = {"kind": old.kind, "by": kind}
+        told.append(Finished(old.number, m.SUPERSEDED, math.nan, half, facts))
+        axes = tuple(k for k, s in enumerate(self._states()) if s.motion is not None)
+        self._given, self._jogs = self._given + 1, ""
+        self._motion = Motion(self._given, kind, axes, stopping=True, parts=parts)
+        if self._playing():
+            self._together.hold(self._dt)
+        self._ask([(k, m.Stop()) for k in axes], told)
+
+    def _begin(self, motion: Motion, parts: Parts, told: list[Notice]) -> None:
+        """A move of one axis; or of both, on a straight line from where their set points are."""
         here = [led.aim for led in self._leds]
-        self._start(Motion(self._given + 1, kind, (0, 1), plans), parts, told)
+        self._start(motion, parts, told)
+        if len(parts) < len(AXES):
+            return
         ends = [led.goal for led in self._leds]
-        guides = straight(self._tree, self._guides, (here[0], here[1]), (ends[0], ends[1]))
+        first, second = self._leds
+        guides = straight(
+            self._tree,
+            self._guides,
+            (here[0], here[1]),
+            (ends[0], ends[1]),
+            (first.speed, second.speed),
+        )
         for led, guide in zip(self._leds, guides, strict=True):
             led.guide = guide
         facts = {f"target_{AXES[k]}_mm": float(part.position) * 1e3 for k, part in parts}
-        self._why = "programme" if plans is not None else "point move", facts
+        self._why = "programme" if motion.plans is not None else "point move", facts
 
     def _start(self, motion: Motion, parts: Parts, told: list[Notice]) -> None:
         self._motion, self._given = motion, motion.number
+        self._together.free()
         for k, _ in parts:
             self._leds[k].guide = self._guides[k]
         self._ask(parts, told)
@@ -315,6 +384,13 @@ class Pair:
             self._play(motion, told)
             return
         facts: dict[str, Any] = {}
+        if motion.parts is not None and all(e.outcome == m.STOPPED_BY_REQUEST for e in failed):
+            refused = self._any(motion.parts)
+            if refused is None:
+                after = Motion(motion.number, motion.kind, _axes(motion.parts))
+                self._begin(after, motion.parts, told)
+                return
+            facts["refused"] = refused.reason
         for k, end in motion.ends:
             facts |= _of(k, end.evidence)
         facts |= {

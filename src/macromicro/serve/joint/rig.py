@@ -11,11 +11,11 @@ import numpy as np
 from macromicro.control.live.alone import SENSORS
 from macromicro.control.live.leading import Course
 from macromicro.control.live.messages import AXES
-from macromicro.kernel import compiled
 from macromicro.machines import guarding
 from macromicro.machines.joint import runs
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.signals import Sample
+from macromicro.machines.stage import quickest
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
@@ -58,8 +58,8 @@ class Simulated(stage_rig.Entered):
         self.control = Control(machine, tree, number)
         self.source: Source = lambda: (Course(), Course())
         self._kinds = tuple(axis.kind for axis in machine.axes)
-        self._measure = [compiled(kind.measure) for kind in self._kinds]
-        self._sense = [compiled(k.sense) if k.lines else k.sense for k in self._kinds]
+        self._measure = [quickest(kind.measure, kind) for kind in self._kinds]
+        self._sense = [quickest(k.sense, k) if k.lines else k.sense for k in self._kinds]
         self._bench = runs.bench(machine, tree)
         self._states: Any = tuple(
             kind.initial(params) for kind, params in zip(self._kinds, self._bench[:2], strict=True)

@@ -6,9 +6,11 @@ import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from macromicro.columns import Column
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.errors import InputError
 from macromicro.machines.joint import machine as joint
+from macromicro.machines.joint import runs
 from macromicro.machines.joint.machine import Joint
 from macromicro.machines.joint.settings import AXES, DEFAULT, of
 from macromicro.machines.machine import JOINT
@@ -18,6 +20,7 @@ from macromicro.rig import limits
 from macromicro.rig.limits import Limits
 from macromicro.schema.config import overridden
 from macromicro.schema.text import printable
+from macromicro.serve.joint import control
 from macromicro.serve.joint.programmes import TwoAxes
 from macromicro.serve.settings import ServeSettings
 from macromicro.serve.stage import guide
@@ -56,6 +59,16 @@ class JointSettings(NamedTuple):
     def controller(self) -> Gains:
         """Gains of its laws."""
         return Gains(*map(gains, of(self.tree)))
+
+    @property
+    def law_columns(self) -> tuple[Column, ...]:
+        """What its laws show of their memory, of those of another package."""
+        return control.law_columns(runs.kinds(self.machine), runs.laws(self.machine))
+
+    @property
+    def speeds(self) -> dict[str, float]:
+        """The fastest moves of each axis [m/s], by its name."""
+        return {name: own.motion.velocity for name, own in zip(AXES, of(self.tree), strict=True)}
 
     @property
     def programmes(self) -> TwoAxes:

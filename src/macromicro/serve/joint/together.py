@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
-from macromicro.control.live.guided import Step
-from macromicro.control.live.leading import Guide, Guided
+from macromicro.control.live.guided import Step, slow_down
+from macromicro.control.live.leading import REST, Aim, Guide, Guided
 from macromicro.control.live.parameters import LiveParameters
 from macromicro.control.live.state import LiveState, Played
 from macromicro.control.stage_law import Sample, Target
+from macromicro.machines import sequence
 from macromicro.machines.joint import loop, planning
 from macromicro.machines.joint.loop import Joined
 from macromicro.machines.joint.settings import of
@@ -19,9 +20,16 @@ from macromicro.motion.path import line
 from macromicro.serve.stage import playing
 
 Point = tuple[float, float]
+_LEAST = 0.25  # of the acceleration is always left for a stop: a path may use all of it
 
 
-def straight(tree: Any, guides: tuple[Guide, Guide], here: Point, goal: Point) -> list[Guide]:
+def straight(
+    tree: Any,
+    guides: tuple[Guide, Guide],
+    here: Point,
+    goal: Point,
+    speeds: Point = (math.inf, math.inf),
+) -> list[Guide]:
     """What leads each axis on a straight line from one point to another.
 
     Both have the profile of the path, within the limits of both axes and of the path, each by its
@@ -35,6 +43,8 @@ def straight(tree: Any, guides: tuple[Guide, Guide], here: Point, goal: Point) -
         What leads each axis alone.
     here, goal : tuple[float, float]
         m.
+    speeds : tuple[float, float], optional
+        The fastest that each axis may go, m/s.
 
     Returns
     -------
@@ -44,19 +54,89 @@ def straight(tree: Any, guides: tuple[Guide, Guide], here: Point, goal: Point) -
     if here == goal:
         return list(guides)
     piece = line(here, goal)
-    most = planning.limits(piece, tree)
+    shares = abs(piece.ux), abs(piece.uy)
+    own = min(v / share for v, share in zip(speeds, shares, strict=True) if share > 0.0)
+    most = planning.limits(piece, tree, own)
     made = []
-    for own, share in zip(guides, (abs(piece.ux), abs(piece.uy)), strict=True):
+    for alone, share in zip(guides, shares, strict=True):
         if share == 0.0:
-            made.append(own)
+            made.append(alone)
             continue
         speed, acceleration, jerk = (share * each for each in most)
-        made.append(own._replace(velocity=speed, acceleration=acceleration, jerk=jerk))
+        made.append(alone._replace(velocity=speed, acceleration=acceleration, jerk=jerk))
     return made
 
 
+class Slowing(NamedTuple):
+    """A stop on a path.
+
+    Attributes
+    ----------
+    time : float
+        Of the programme's clock, s.
+    rate : float
+        How fast that goes: 1 before the stop, 0 at rest.
+    at : float
+        When this was so, s.
+    aims : tuple[Aim, Aim]
+        The set points of both axes there.
+    """
+
+    time: float
+    rate: float
+    at: float
+    aims: tuple[Aim, Aim]
+
+
+def slower(
+    plans: tuple[Plan, Plan], progress: Progress, s: Slowing, most: Point, dt: float
+) -> Slowing:
+    """A stop on a path, a period later.
+
+    The path is followed by a clock t that goes slower and slower: of q(t) the speed is q' r and the
+    acceleration q'' r^2 + q' r' with the clock's rate r, and r' as far below 0 as both axes allow.
+
+    Parameters
+    ----------
+    plans : tuple[Plan, Plan]
+        Of both axes.
+    progress : Progress
+        Of the move under way.
+    s : Slowing
+        Before.
+    most : tuple[float, float]
+        Greatest acceleration of each axis, m/s^2.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Slowing
+        Now; `at` is left as it was.
+    """
+    found = [sequence.aim(plan, progress, s.time)[1] for plan in plans]
+    r = s.rate
+    moving = [
+        (abs(t.velocity), math.copysign(t.acceleration, t.velocity * t.acceleration), a)
+        for t, a in zip(found, most, strict=True)
+        if t.velocity != 0.0
+    ]
+    if r <= 0.0 or not moving:
+        first, second = (REST._replace(position=t.position) for t in found)
+        return s._replace(rate=0.0, aims=(first, second))
+    # |q'' r^2 - q' fall| at most a, of each axis; `bent` is q'' as it quickens the axis.
+    fall = min(max(a + bent * r * r, _LEAST * a) / speed for speed, bent, a in moving)
+    fall = min(fall, r / dt)
+    first, second = (
+        Aim(t.position, t.velocity * r, t.acceleration * r * r - t.velocity * fall, 0.0)
+        for t in found
+    )
+    after = r - fall * dt
+    return s._replace(time=s.time + 0.5 * dt * (r + after), rate=after, aims=(first, second))
+
+
 class Together:
-    """A programme of both axes: a move begins once both have arrived.
+    """A programme of both axes: a move begins once both have arrived. A stop stays on its path.
 
     `places`: where both stand in this period [m of the encoders' own frames], which whoever steps
     them sets before.
@@ -64,6 +144,11 @@ class Together:
 
     def __init__(self, tree: Any) -> None:
         self._arrivals = tuple(Arrival(*own.arrival) for own in of(tree))
+        path = tree.path.acceleration
+        first, second = (min(own.motion.acceleration, path) for own in of(tree))
+        self._most: Point = (first, second)
+        self._now = 0.0
+        self._slowing: Slowing | None = None
         self.places: Point = (math.nan, math.nan)
         self._plans: tuple[Plan, Plan] | None = None
         self._joined = Joined(begin(), math.nan)
@@ -73,6 +158,37 @@ class Together:
     def start(self, plans: tuple[Plan, Plan], offsets: Point) -> None:
         """A programme begins; `offsets`: what the encoders read at 0 [m]."""
         self._plans, self._joined, self._offsets = plans, Joined(begin(), math.nan), offsets
+        self._slowing = None
+
+    def hold(self, dt: float) -> None:
+        """The programme that is followed is to come to rest on its path, from the next period on;
+        `dt`: control period [s]."""
+        self._slowing = Slowing(self._now + dt, 1.0, math.nan, (REST, REST))
+
+    def free(self) -> None:
+        """Each axis brakes by itself again."""
+        self._slowing = None
+
+    def brake(
+        self,
+        axis: int,
+        p: LiveParameters,
+        q: Guide,
+        s: LiveState,
+        g: Guided,
+        place: float,
+        dt: float,
+    ) -> Step:
+        """`guided.slow_down` of one axis, on the path where both follow one."""
+        slowing, plans = self._slowing, self._plans
+        if slowing is None or plans is None:
+            return slow_down(p, q, s, g, place, dt)
+        if s.time != slowing.at:  # once for both
+            slowing = slower(plans, self._joined.progress, slowing, self._most, dt)
+            self._slowing = slowing = slowing._replace(at=s.time)
+        aim, over = slowing.aims[axis], all(each[1:] == REST[1:] for each in slowing.aims)
+        aim = aim._replace(position=aim.position + self._offsets[axis])
+        return slow_down(p, q, s, g, place, dt, lambda q, g, dt: (g._replace(aim=aim), over))
 
     def step(
         self,
@@ -103,6 +219,7 @@ class Together:
     def _follow(self, now: float) -> None:
         """One period of the sequence of both."""
         assert self._plans is not None
+        self._now = now
         first, second = (
             Loop(None, None, arrival, plan)  # type: ignore[arg-type]
             for arrival, plan in zip(self._arrivals, self._plans, strict=True)

@@ -138,6 +138,24 @@ def _outcome(call: Call) -> Answer:
     return f"{quoted(end.outcome)},{where},{quoted(facts[:1000])}"
 
 
+def _speeds() -> Iterator[Command]:
+    """What `SPEed` sets, of each stage."""
+    for command, stage in zip(
+        commands("set speed"), KINDS["set speed"].fields[0].choices, strict=True
+    ):
+
+        def act(call: Call, stage: str = stage) -> Answer:
+            instrument = call.session.instrument
+            return number(round(instrument.speed(stage) * instrument.place.per, 9))
+
+        yield Command(
+            f"{command.header}?",
+            act,
+            f"The fastest that moves of the {_named(stage)} go.",
+            answer="speed mm/s; 9.91E37 where its law gives it",
+        )
+
+
 COMMANDS = (
     *commands("move to"),
     Command(
@@ -181,6 +199,8 @@ COMMANDS = (
     *commands("stop", stop),
     *commands("emergency", _abort),
     *commands("jog"),
+    *commands("set speed"),
+    *_speeds(),
     *commands("home"),
     *commands("zero"),
     *commands("enable", _enable),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import MacromicroError
 from macromicro.serve.requests import CONTROL
@@ -15,7 +16,7 @@ from macromicro.serve.scpi.answers import block, flag, number
 from macromicro.serve.scpi.command import Answer, Call, Command
 from macromicro.serve.scpi.errors import ScpiError, quoted
 from macromicro.serve.scpi.parameters import Flag, Number, Text, Word
-from macromicro.serve.shared import INDEX, PERIOD, RING_S, columns
+from macromicro.serve.shared import OWN, PERIOD, RING_S, columns
 from macromicro.serve.shared import shown as told
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -23,9 +24,17 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
 def _columns(call: Call) -> list[Column]:
     """Those of this machine: of lines that it has not there is nothing to tell."""
-    there = columns(getattr(call.session.station, "channels", ()))
-    every = told(call.session.instrument.place)[0]
-    return [every[k] for k in there]
+    return [_every(call)[0][k] for k in _there(call)]
+
+
+def _there(call: Call) -> list[int]:
+    channels = getattr(call.session.station, "channels", ())
+    return columns(channels, call.session.instrument.law_columns)
+
+
+def _every(call: Call) -> tuple[tuple[Column, ...], Array]:
+    instrument = call.session.instrument
+    return told(instrument.place, instrument.law_columns)
 
 
 def _format(call: Call) -> Answer:
@@ -53,11 +62,13 @@ def _border(call: Call) -> Answer:
 
 def _data(call: Call) -> Answer:
     column, seconds = call.values
-    if column.lower() not in INDEX:
+    every, scales = _every(call)
+    index = {c.name.lower(): k for k, c in enumerate(every)}
+    k = index.get(column.lower(), -1)
+    if k < 0 or (k >= len(every) - OWN and k not in _there(call)):
         raise ScpiError(-224, f"{column[:40]}; accepted: a name that WAVeform:CATalog? lists")
     rows = call.session.instrument.newest(round(seconds / PERIOD))
-    k = INDEX[column.lower()]
-    values = rows[k] * float(told(call.session.instrument.place)[1][k, 0])
+    values = rows[k] * float(scales[k, 0])
     kind, length = call.session.format
     if kind == "ASC":
         return ",".join(number(x) for x in values.tolist()) or '""'

@@ -10,7 +10,6 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.control.live.leading import Course
 from macromicro.errors import InputError
-from macromicro.kernel import compiled
 from macromicro.machines import guarding, lines, stage
 from macromicro.machines.guarding import OK, Watch
 from macromicro.machines.lines import Held, Wired
@@ -144,12 +143,14 @@ class Control:
         checked(machine, tree)
         law, simulated = machine.law, kind is machine.kind
         self._period = stage.fastest(kind, law) if simulated else stage.period(kind, law)
-        self._free = compiled(stage.opened(kind)) if simulated else stage.opened(kind)
+        self._free = stage.quickest(stage.opened(kind), kind) if simulated else stage.opened(kind)
         names = [column.name for column in stage.columns(kind, law)]
         self._effort_row = names.index("effort")
+        self.own_rows = [names.index(column.name) for column in stage.own(kind, law)]
+        self.own: list[float] = []  # what the law showed of its memory last; none while it is off
         self._index_row = names.index("index_count") if "index_count" in kind.lines else -1
         self._kind = kind
-        self._switch = compiled(kind.switch) if simulated and kind.lines else kind.switch
+        self._switch = stage.switching(kind) if simulated else kind.switch
         self._wired = lines.wired(tree) if kind.lines else Wired()
         self._held = Held()
         self._out = np.empty((len(names), number))
@@ -194,6 +195,7 @@ class Control:
         self.captured = math.nan
         if not course.on or course.waiting or self.watch.fault != OK:
             self._restart, self.effort, self._held = None, 0.0, Held()
+            self.own = []
             self.enable = 1.0 if course.waiting and self.watch.fault == OK else 0.0
             return self._coast(params, state, noise)
         self.enable = 1.0
@@ -213,6 +215,8 @@ class Control:
         run, written = self._period(params, control, began, noise, self._out, self.dt)
         self._memory, self.watch, self._held = run.memory, run.watch, run.held
         self.effort = float(self._out[self._effort_row, written - 1])
+        if self.own_rows:
+            self.own = self._out[self.own_rows, written - 1].tolist()
         if self._index_row >= 0:
             for each in self._out[self._index_row, 1:written].tolist():  # the first was seen
                 self.captured = self.captured if math.isnan(each) else each

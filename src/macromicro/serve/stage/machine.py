@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from macromicro.control.live import accept, gains, guided, state
+from macromicro.control.live import accept, alone, gains, guided, state, targets, transitions
 from macromicro.control.live import messages as m
 from macromicro.control.live.leading import Course, Guide, Guided
 from macromicro.control.live.messages import Accepted, Notice, Refused, Reply
 from macromicro.control.live.parameters import LiveParameters
+from macromicro.control.live.plain import shown
 from macromicro.control.live.state import LiveState, Motion, Played
 from macromicro.control.live.surveying import Surveying
 from macromicro.machines import tree as trees
@@ -48,10 +49,12 @@ class Led(Live):
         self._look = Surveying(q.edges, q.pitch, dt)
         self.course = Course()
         self.lines: Callable[[], Lines] = lambda: QUIET
+        self._fastest = guide.velocity
+        self.speed = guide.velocity  # of its moves at most, m/s
 
     def begin(self, sample: Sample, restored: Restored) -> None:
         """The stage stands where it was left, if that is known; an absolute sensor knows it."""
-        self._g, self.course = Guided(), Course()
+        self._g, self.course, self.speed = Guided(), Course(), self._fastest
         if self.searches:
             super().begin(sample, restored)
             return
@@ -79,15 +82,21 @@ class Led(Live):
         return math.nan if self._s.motion is None else self._s.motion.coarse * self.pitch
 
     @property
+    def supersedes(self) -> bool:
+        """May any new move replace one under way?"""
+        return self._p.settings.supersede == 1
+
+    @property
     def searches(self) -> bool:
         """Has it to home before its place is known?"""
         return self.guide.touch is not None
 
     def step(self, sample: Sample, dt: float) -> tuple[Command, Outputs, tuple[Notice, ...]]:
         """One control period."""
+        guide = self.guide._replace(velocity=min(self.guide.velocity, self.speed))
         self._s, self._g, self.course, notices = guided.step(
             self._p,
-            self.guide,
+            guide,
             self._s,
             self._g,
             sample,
@@ -107,6 +116,8 @@ class Led(Live):
             return refused, ()
         if isinstance(request, m.SetGains):
             return self._retune(request)
+        if isinstance(request, m.SetSpeed):
+            return self._pace(request)
         if isinstance(request, m.Programme):
             self._s, reply, notices = self._programme(request)
             return reply, tuple(notices)
@@ -120,6 +131,8 @@ class Led(Live):
         if isinstance(request, m.SetGains):
             found = self._retuned(request)
             return found if isinstance(found, Refused) else None
+        if isinstance(request, m.SetSpeed):
+            return self._paceless(request)
         if isinstance(request, m.Programme):
             reply = self._programme(request)[1]
             return reply if isinstance(reply, Refused) else None
@@ -142,6 +155,33 @@ class Led(Live):
             return found
         tree = self._tree._replace(**{trees.gains_set(self._tree): found[0]})
         return gains.unfit(tree) or (tree, found[1])
+
+    def _pace(self, request: m.SetSpeed) -> tuple[Reply, tuple[Notice, ...]]:
+        """Another speed for the moves to come."""
+        refused = self._paceless(request)
+        if refused is not None:
+            return refused, ()
+        self.speed = float(request.speed)
+        facts = {f"speed_{self._p.settings.place.base}_per_s": self.speed, "client": request.client}
+        return Accepted(), (transitions.reported(self._s, "speed", "set speed", facts),)
+
+    def _paceless(self, request: m.SetSpeed) -> Refused | None:
+        """Why moves cannot have this speed."""
+        place = self._p.settings.place
+        absent = alone.refusal(self._p.stages, request)
+        if absent is not None:
+            return absent
+        if request.stage != m.MACRO:
+            return Refused(f"{shown(request.stage)} is no stage", f'name "{m.MACRO}"')
+        if self._s.motion is not None:
+            return accept.BUSY
+        unfit = targets.number(request.speed, "speed", place.named("m/s"))
+        if unfit is not None or 0.0 < request.speed <= self._fastest * (1.0 + 1e-9):
+            return unfit
+        most = place.told(self._fastest, "m/s")
+        return Refused(
+            f"{place.told(request.speed, 'm/s')} is no speed of its moves", f"at most {most}"
+        )
 
     def _programme(self, request: m.Programme) -> tuple[LiveState, Reply, tuple[Notice, ...]]:
         s, plan = self._s, request.plan

@@ -10,11 +10,11 @@ from typing import Any, Self
 import numpy as np
 
 from macromicro.control.live.leading import Course
-from macromicro.kernel import compiled
 from macromicro.machines import guarding, lines, open_rig
 from macromicro.machines.guarding import OK
 from macromicro.machines.machine import Machine
 from macromicro.machines.signals import Sample
+from macromicro.machines.stage import quickest
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
 from macromicro.serve import faults
@@ -72,8 +72,8 @@ class Simulated(Entered):
         number = periods(tree, dt)
         self.control = Control(machine, tree, kind, number)
         self.source: Source = Course
-        self._measure = compiled(kind.measure)
-        self._sense = compiled(kind.sense) if kind.lines else kind.sense
+        self._measure = quickest(kind.measure, kind)
+        self._sense = quickest(kind.sense, kind) if kind.lines else kind.sense
         self._params = kind.prepare(tree)
         self._state = kind.initial(self._params)
         self._random = noise_source(seed)
@@ -233,6 +233,11 @@ class Led:
         rig, there = self._rig, self._rig.kind.lines
         enable = self._control.enable if ENABLE in there else math.nan
         return (*lines.shown(rig.lines, there), enable)
+
+    def own(self) -> list[float] | None:
+        """What the law shows of its memory, [] while it is off; None of one that shows nothing."""
+        found: list[float] | None = self._control.own if self._control.own_rows else None
+        return found
 
     def expect(self, command: Command) -> None:
         """The law is led by the course."""

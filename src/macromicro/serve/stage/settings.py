@@ -6,9 +6,12 @@ import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from macromicro.columns import Column
+from macromicro.control.live.messages import MACRO
 from macromicro.control.live.parameters import Live, SoftLimits
 from macromicro.errors import InputError
 from macromicro.machines import machine as machines
+from macromicro.machines import stage
 from macromicro.machines.machine import Machine, as_toml
 from macromicro.machines.tree import gains, gains_set
 from macromicro.nominal import PERIOD
@@ -52,6 +55,17 @@ class StageSettings(NamedTuple):
     def controller(self) -> Any:
         """Gains of its law."""
         return gains(self.tree)
+
+    @property
+    def law_columns(self) -> tuple[Column, ...]:
+        """What its law shows of its memory, of one of another package."""
+        machine = self.machine
+        return stage.own(machine.kind, machine.law)
+
+    @property
+    def speeds(self) -> dict[str, float]:
+        """Its fastest moves [m/s, or rad/s], by the stage's name."""
+        return {MACRO: self.tree.motion.velocity}
 
     @property
     def programmes(self) -> OneStage:

@@ -69,9 +69,11 @@ def traces(
     pitch: float,
     place: Place = LENGTH,
     second: float = math.nan,
+    own: Sequence[str] = (),
 ) -> Array:
     """The channels float64[channels, rows] of telemetry; `pitch` [m or rad] a count; `place`:
-    what places are counted in; `second`: as `pitch`, of a second axis, NaN where there is none.
+    what places are counted in; `second`: as `pitch`, of a second axis, NaN where there is none;
+    `own`: columns of the law, which come last.
 
     Macro positions are those of the homed frame: what the whole position leaves when the
     micro-stage's share is taken off.
@@ -97,6 +99,7 @@ def traces(
             column["temperature_estimate"],
             position,
             *both,
+            *(column[name] for name in own),
         ]
     )
 
@@ -126,12 +129,13 @@ def frame(
     pitch: float,
     place: Place = LENGTH,
     second: float = math.nan,
+    own: Sequence[str] = (),
 ) -> bytes:
-    """A frame of the rows `block` up to row number `last`; b"" of none; `second` as of `traces`."""
+    """A frame of the rows `block` up to row number `last`; b"" of none; the rest as of `traces`."""
     rows = block.shape[1]
     if rows == 0:
         return b""
-    values = traces(block, names, pitch, place, second)
+    values = traces(block, names, pitch, place, second, own)
     first = last - rows + 1
     bins = binned(values, first, view.width)
     time = float(block[names.index("t"), -1])

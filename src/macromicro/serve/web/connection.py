@@ -92,6 +92,7 @@ class PageConnection:
     async def _serve(self, hello: dict[str, Any]) -> None:
         context = self._context
         session = context.sessions.find(hello.get("session"), self._address)
+        session.returns = hello.get("program") is not True
         problem = ""
         if context.instrument.token.open or hello.get("token") is not None:
             problem = session.authenticate(hello.get("token"))
@@ -171,7 +172,7 @@ class PageConnection:
             before = self._stream.want(order)
             if before is not None:
                 self._later(self._reply(before, Accepted()))
-        elif not waiting.offer(order):
+        elif not (self._looked(order, session) or waiting.offer(order)):
             self._later(self._reply(order, _FULL))
 
     def _later(self, what: Any) -> None:
@@ -190,6 +191,21 @@ class PageConnection:
 
     async def _stop(self, order: dict[str, Any], session: Session) -> None:
         await self._reply(order, await self._context.sessions.stop(session))
+
+    def _looked(self, order: dict[str, Any], session: Session) -> bool:
+        """Is it one that only looks, and waits for nobody? Then it is begun."""
+        looks = order.get("do") in ("state", "wait") and len(self._urgent) < self._bounds.waiting
+        if looks:
+            self._later(self._look(order, session))
+        return looks
+
+    async def _look(self, order: dict[str, Any], session: Session) -> None:
+        """Answer who asks for the state now, or for the end of a motion."""
+        try:
+            reply, more = await self._handler.look(order, session)
+        except Refusal as refusal:
+            reply, more = Refused(refusal.reason, refusal.remedy), {}
+        await self._reply(order, reply, more)
 
     async def _do(self, entry: Entry[dict[str, Any]], session: Session) -> bool:
         """Do one order and answer it."""

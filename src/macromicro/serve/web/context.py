@@ -35,6 +35,7 @@ class Context:
         self.sessions = Sessions(self.instrument, self.dispatcher)
         self.orders = Orders(self.instrument)
         self.recordings = Downloads(station, folder)
+        law = self.instrument.law_columns
         two = isinstance(station.settings, LiveSettings)
         self.about: dict[str, Any] = {
             "version": __version__,
@@ -46,7 +47,8 @@ class Context:
             "limits": reporting.limits(station.settings),
             "units": list(units(station.settings.live.place)),
             "programmes": list(self.instrument.programmes()),
-            "channels": list(bins.channels(station.stages)),
+            "channels": [*bins.channels(station.stages), *(c.name for c in law)],
+            "law": [{"name": c.name, "unit": c.unit, "meaning": c.meaning} for c in law],
             "spans": list(bins.SPANS),
             "jog_s": bounds.jog,
             "largest": bounds.largest,

@@ -10,12 +10,14 @@ from typing import Any
 
 from macromicro.control.live import messages as m
 from macromicro.control.live.messages import Accepted, Reply
-from macromicro.serve.client import Entry
+from macromicro.schema.text import plain
+from macromicro.serve.client import POLL_S, Entry
 from macromicro.serve.web.context import Context
 from macromicro.serve.web.orders import Refusal, number, text
 from macromicro.serve.web.sessions import Session
 
 TOLD_S = 0.5  # longest wait for the event behind an accepted order
+UNKNOWN_S = 2.0  # after which a number that is not under way is none
 _PIECE = struct.Struct("<4Id")  # kind 2, id, size of the piece, 0; size of the file
 Done = tuple[Reply, dict[str, Any]]
 
@@ -46,6 +48,26 @@ class OrderHandler:
         if not context.orders.knows(what):
             raise Refusal(f"{what!r:.60} is no order", "see the page")
         return await self._request(entry, session), {}
+
+    async def look(self, order: dict[str, Any], session: Session) -> Done:
+        """The state now ("state"), or how a motion ended, as soon as it has ("wait"). Needs no
+        token, as all may watch. Raises `Refusal`."""
+        context = self._context
+        if order["do"] == "state":
+            return Accepted(), {"state": await context.dispatcher.run(session, context.hub.now)}
+        motion, seen = int(number(order, "motion")), time.monotonic()
+        while session.connection is not None:
+            now = context.station.snapshot()  # before its end, which may come behind
+            end = context.station.finished(motion, 0.0)
+            if end is not None:
+                return Accepted(), {"finished": plain(end._asdict())}
+            if not now.running:
+                raise Refusal("the loop process has ended", "see the server's terminal")
+            seen = time.monotonic() if now.motion == motion else seen
+            if time.monotonic() - seen > UNKNOWN_S:
+                raise Refusal(f"there is no motion {motion}", "a number that a reply had")
+            await asyncio.sleep(POLL_S)
+        raise Refusal("the viewer is gone")
 
     async def _record(self, order: dict[str, Any], session: Session) -> Done:
         context = self._context

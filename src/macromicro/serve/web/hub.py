@@ -38,17 +38,20 @@ class Hub:
 
     def look(self, extra: dict[str, Any]) -> None:
         """Ask the station; `extra`: what the server itself adds to the state."""
-        now = self.station.snapshot()
-        self._time = now.time_s
         self.follow()
+        state = self.now()
+        self._time = state["time_s"]
         self._follow_heat()
-        state = reporting.state(
-            now, self._instrument.target(now), self.settings.live, self.station.stages
-        )
         state |= extra
         state["plane"] = self._plane.words()
         self.state = json.dumps({"state": state}, allow_nan=False)
         self.turn += 1
+
+    def now(self) -> dict[str, Any]:
+        """The machine's state at this instant."""
+        now = self.station.snapshot()
+        target = self._instrument.target(now)
+        return reporting.state(now, target, self.settings.live, self.station.stages)
 
     def as_toml(self) -> str:
         """A file for `--config` that starts a server as this one is set now: gains and soft

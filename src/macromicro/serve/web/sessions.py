@@ -29,7 +29,8 @@ class Attached(Protocol):
 class Session(Client):
     """One page. `key`: its secret; `connection`: None while it is gone, since `left` [s];
     `listed`: by the station, as a client; `jog`: stage that it jogs, with the time until which
-    it said so, or None; `upload`: its own programme."""
+    it said so, or None; `upload`: its own programme; `returns`: it may come back once it is
+    gone, as a page that is loaded anew does and a program does not."""
 
     def __init__(self, instrument: Instrument, name: str, address: str) -> None:
         super().__init__(instrument, name, address)
@@ -38,6 +39,7 @@ class Session(Client):
         self.left = 0.0
         self.listed = False
         self.listing = asyncio.Lock()
+        self.returns = True
         self.jog: tuple[str, float] | None = None
         self.upload = Upload()
 
@@ -79,9 +81,11 @@ class Sessions:
         return True
 
     async def clear(self, session: Session) -> None:
-        """A page that is gone and holds nothing is no client any more; it may come back."""
+        """A page that is gone and holds nothing is no client any more; it may come back. A
+        program that is gone is lost at once, whatever it holds."""
         async with session.listing:
-            if session.connection is None and session.station.holder != session.name:
+            stays = session.returns and session.station.holder == session.name
+            if session.connection is None and not stays:
                 await self._unlist(session)
 
     async def tidy(self) -> None:

@@ -25,19 +25,21 @@ class Stream:
     def __init__(self, context: Context) -> None:
         self._context, self._bounds = context, context.bounds
         self.view = bins.view(0, bins.SPANS[1], 600)
+        self._shown = True
         self._since = -1
         self._wanted: dict[str, Any] | None = None
         self._changed = float("-inf")
 
     def look(self, order: dict[str, Any]) -> None:
-        """Another span or width of the plots: all that is to be seen is sent anew. Raises
-        `Refusal`."""
+        """Another span or width of the plots: all that is to be seen is sent anew, or
+        nothing where `frames` is false. Raises `Refusal`."""
         columns = min(max(int(number({"columns": 600, **order}, "columns")), bins.LEAST), bins.MOST)
         span = number({"span": bins.SPANS[1], **order}, "span")
         if span not in bins.SPANS:
             raise Refusal(f"a span of {span:g} s", f"one of {bins.SPANS}")
         asked = number({"view": 0, **order}, "view")
         self.view = bins.view(int(asked) & 0xFFFFFFFF, span, columns)
+        self._shown = order.get("frames") is not False
         self._since = -1
 
     def want(self, order: dict[str, Any]) -> dict[str, Any] | None:
@@ -84,6 +86,8 @@ class Stream:
         await answer(order, reply)
 
     def _frame(self) -> bytes:
+        if not self._shown:
+            return b""
         last, block, names = self._context.station.telemetry(self._since)
         view = self.view
         if last < self._since:  # another loop counts anew
@@ -91,7 +95,8 @@ class Stream:
             return b""
         shown, context = block[:, -view.rows :], self._context
         hub, place = context.hub, context.instrument.place
-        data = bins.frame(view, last, shown, names, hub.pitch, place, hub.second)
+        own = [column.name for column in context.instrument.law_columns]
+        data = bins.frame(view, last, shown, names, hub.pitch, place, hub.second, own)
         # The bin that is being filled is sent again, whole.
         self._since = last // view.width * view.width - 1 if data else self._since
         return data

@@ -140,7 +140,7 @@ def flux(sensor: Hall) -> Drawn:
 
 def gauss(sensor: Hall, x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Flux [G] that the bench's sensor feels at contractions `x` [m], by its sensitivity."""
-    return np.array([(hall.volts(sensor, float(v)) - sensor.null) / SENSITIVITY for v in x])
+    return np.array([(hall.volts(sensor, float(v), 0.0) - sensor.null) / SENSITIVITY for v in x])
 
 
 def end_slope(sensor: Hall, place: float) -> float:

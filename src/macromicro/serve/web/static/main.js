@@ -30,7 +30,7 @@ const plots = [
   new Plot($("plots"), "Wire temperature, estimated", [[6, "two", "estimate", "degC", 1]], 5, "micro"),
 ];
 const ruler = new Ruler($("ruler"), pick), news = new News($("events"));
-let channels = FIRST, ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
+let laws = 0, channels = FIRST, ring = null, view = 0, newest = null, pending = false, lost = false, replayed = true, heard = -Infinity;
 
 const link = new Link({ welcome, state, news: tidings, gains: (g) => gains.show(g), frame, closed }, newView);
 const orders = new Orders(link, page), gains = new Gains(orders);
@@ -66,6 +66,7 @@ function welcome(server) {
   $("rig").textContent = `${server.model} ${server.rig === "twin" ? `(${simulated})` : server.rig}`.trim();
   $("login").hidden = server.admitted;
   suit(server);
+  own(server);
   if (channels !== server.channels.length) {
     channels = server.channels.length;
     look();
@@ -83,6 +84,17 @@ function welcome(server) {
   }
   $("link").className = "badge good";
   $("link").textContent = "connected";
+}
+
+// A plot for each column of the law; the last channels are theirs.
+function own(server) {
+  if (server.law.length === laws) return;
+  laws = server.law.length;
+  const first = server.channels.length - laws;
+  server.law.forEach(({ name, unit, meaning }, k) => {
+    const told = unit === "1" || unit === "-" ? "" : unit;
+    plots.push(new Plot($("plots"), `Law: ${meaning}`, [[first + k, "one", name, told, 3]], 1e-6));
+  });
 }
 
 // Shows what there is of a machine: the parts of its stages, one name for a move of the only one.

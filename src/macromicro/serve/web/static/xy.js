@@ -6,7 +6,7 @@ import { length } from "./length.js";
 const $ = (id) => document.getElementById(id);
 const X = 7, Y_AIM = 8, Y = 9, X_AIM = 0; // channels of the telemetry
 const MARGIN = 44, EDGE = 8; // of the picture: for the numbers, and at the other sides
-export const FIRST = 8, BOTH = 11; // channels of a machine of one place, and of one of two
+export const FIRST = 8; // channels of a machine of one place
 
 export class Plane {
   constructor(orders, page) {
@@ -95,7 +95,7 @@ export class Plane {
     if (width < 2 * MARGIN) return;
     const at = this.scale(width, height);
     this.grid(g, at);
-    if (ring && ring.channels === BOTH) {
+    if (ring && this.there) {
       this.trail(g, at, ring, [X_AIM, Y_AIM], colours.two);
       this.trail(g, at, ring, [X, Y], colours.one);
     }

@@ -1,0 +1,215 @@
+"""Do printed standard errors hold? Coverage of the intervals that `identify` prints.
+
+    python benchmarks/intervals.py [--records 200] [--out docs/coverage.json] [GROUP ...]
+
+Each method fits synthetic records of a known machine, disturbed in six ways; the shares of records
+whose intervals of one and of 1.96 standard errors hold the truth are to be 68 and 95 %. `make
+bench-identify` runs it, docs/make_coverage.py makes the page of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import lfilter
+
+from macromicro import identify
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify.axis import Axis, simulate, step
+
+OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
+DISTURBANCES = ("white force", "coloured force", "cogging", "slow force", "sensor", "quantised")
+WIDE = 1.96  # standard errors of the 95 % interval
+DT = 1e-3
+
+AXIS = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)
+AXIS_NAMES = ("mass", "viscous", "coulomb", "offset")
+SAMPLES = 8000
+# The thesis' macro-stage, (4.3), and the same with a second pole; 1 V is worth 165.72 counts/s.
+LINEAR = {
+    1: (np.array([-0.95833]), np.array([165.72])),
+    2: (np.array([-1.65833, 0.670831]), np.array([40.0, 9.716])),
+}
+LINEAR_SAMPLES = 3000
+METHODS = ("least_squares", "gls", "mls", "sriv", "output_error")
+
+Estimates = Iterator[tuple[str, tuple[str, ...], Array, Array, Array]]
+
+
+def steps(random: np.random.Generator, n: int, size: float) -> Array:
+    """Inputs of both signs, each for 0.1 to 0.5 s."""
+    parts: list[Array] = []
+    while sum(map(len, parts)) < n:
+        parts.append(np.full(int(random.integers(100, 500)), random.uniform(-size, size)))
+    return np.concatenate(parts)[:n]
+
+
+def force(kind: str, random: np.random.Generator, n: int, white: float) -> Array:
+    """A disturbing force; `white` is the standard deviation of the white one."""
+    if kind == "white force":
+        return np.asarray(white * random.standard_normal(n))
+    if kind == "coloured force":  # a correlation of 20 ms
+        return np.asarray(
+            lfilter([0.1 * white], [1.0, -0.95], random.standard_normal(n + 500))[500:]
+        )
+    if kind == "slow force":  # a correlation of 1 s
+        start = random.standard_normal() / math.sqrt(1.0 - 0.999**2)
+        walk = lfilter([1.0], [1.0, -0.999], random.standard_normal(n), zi=[0.999 * start])[0]
+        return np.asarray(walk * 0.2 * white * math.sqrt(1.0 - 0.999**2))
+    return np.zeros(n)
+
+
+def driven(kind: str, seed: int) -> tuple[Array, Array]:
+    """Force and position of an axis."""
+    random = np.random.default_rng(seed)
+    u = steps(random, SAMPLES, 60.0)
+    if kind == "cogging":
+        return u, cogged(u, random)
+    x = simulate(AXIS, u + force(kind, random, SAMPLES, 6.0), DT)
+    return u, measured(kind, random, x, 1e-5)
+
+
+def cogged(u: Array, random: np.random.Generator) -> Array:
+    """Positions under a force of 1.5 N that repeats every 50 to 80 mm."""
+    turn, phase = 2.0 * math.pi / random.uniform(0.05, 0.08), random.uniform(0.0, 2.0 * math.pi)
+    x, place, v = np.empty(len(u)), 0.0, 0.0
+    for k in range(len(u)):
+        x[k] = place
+        pull = float(u[k]) + 1.5 * math.sin(turn * place + phase) - AXIS.offset
+        v, gone = step(AXIS, v, pull, DT)
+        place += gone
+    return x
+
+
+def measured(kind: str, random: np.random.Generator, x: Array, noise: float) -> Array:
+    """An output with noise or in counts, twice as large as the noise."""
+    if kind == "sensor":
+        return np.asarray(x + noise * random.standard_normal(len(x)))
+    if kind == "quantised":
+        pitch = 2.0 * noise
+        return np.asarray(np.floor(x / pitch + random.uniform()) * pitch)
+    return x
+
+
+def linear(kind: str, order: int, seed: int) -> tuple[Array, Array]:
+    """Input and output of a linear machine."""
+    random = np.random.default_rng(seed)
+    a, b = LINEAR[order]
+    u = steps(random, LINEAR_SAMPLES, 2.0)
+    numerator, denominator = np.r_[0.0, b], np.r_[1.0, a]
+    if kind == "cogging":
+        turn, phase = 2.0 * math.pi / random.uniform(50.0, 80.0), random.uniform(0.0, 6.28)
+        y, place, d = np.zeros(len(u)), 0.0, np.zeros(len(u))
+        for k in range(len(u)):
+            past = [j for j in range(1, len(a) + 1) if k >= j]
+            y[k] = sum(-a[j - 1] * y[k - j] + b[j - 1] * (u[k - j] + d[k - j]) for j in past)
+            place += y[k] * DT
+            d[k] = 0.1 * math.sin(turn * place + phase)
+        return u, y
+    disturbed = u + force(kind, random, len(u), 0.3)
+    return u, measured(kind, random, np.asarray(lfilter(numerator, denominator, disturbed)), 50.0)
+
+
+def drive(kind: str, seed: int) -> Estimates:
+    """Both estimates of `identify drive`."""
+    u, x = driven(kind, seed)
+    fit = identify.drive(np.arange(len(u)) * DT, u, x, structure="coulomb")
+    truth = np.array([getattr(AXIS, n) for n in AXIS_NAMES])
+    for name, found in (("inverse dynamics", fit.inverse), ("output error", fit.refined)):
+        yield f"drive, {name}", found.names, truth, found.values, found.std
+
+
+def transfer(kind: str, seed: int) -> Estimates:
+    """All methods of `identify linear`, of both orders."""
+    for order, (a, b) in LINEAR.items():
+        u, y = linear(kind, order, seed)
+        names = (*(f"{c}{k + 1}" for c in "ab" for k in range(order)), "gain")
+        truth = np.r_[a, b, b.sum() / (1.0 + a.sum())]
+        for method in METHODS:
+            fit = getattr(identify, method)(u, y, order, order, DT)
+            found, std = np.r_[fit.a, fit.b, fit.gain], np.r_[fit.std, fit.gain_std]
+            yield f"linear, {method} of order {order}", names, truth, found, std
+
+
+GROUPS: dict[str, Callable[[str, int], Estimates]] = {"drive": drive, "linear": transfer}
+
+
+def covered(group: str, kind: str, records: int, first: int = 0) -> list[dict[str, Any]]:
+    """A row for each method and parameter under one disturbance.
+
+    Parameters
+    ----------
+    group : str
+        A key of `GROUPS`.
+    kind : str
+        One of `DISTURBANCES`.
+    records : int
+        How many.
+    first : int, optional
+        Seed of the first one.
+
+    Returns
+    -------
+    list[dict[str, Any]]
+        Shares in percent; real and told errors in the parameter's unit.
+    """
+    kept: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
+    for seed in range(first, first + records):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                for method, names, truth, values, std in GROUPS[group](kind, seed):
+                    for row in zip(names, truth, values - truth, std, strict=True):
+                        kept.setdefault((method, row[0]), []).append(
+                            (float(row[1]), float(row[2]), float(row[3]))
+                        )
+        except InputError:
+            continue
+    rows = []
+    for (method, name), each in kept.items():
+        truth, missed, told = np.array(each).T
+        with np.errstate(invalid="ignore"):
+            inside = [100.0 * float(np.mean(np.abs(missed) <= w * told)) for w in (1.0, WIDE)]
+        rows.append(
+            {
+                "method": method, "parameter": name, "disturbance": kind, "records": len(each),
+                "one": round(inside[0], 1), "wide": round(inside[1], 1), "truth": float(truth[0]),
+                "bias": float(f"{missed.mean():.3g}"), "scatter": float(f"{missed.std():.3g}"),
+                "told": float(f"{np.sqrt(np.nanmean(told**2)):.3g}"),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def main() -> None:
+    """Measure and write."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("groups", nargs="*", default=list(GROUPS))
+    parser.add_argument("--records", type=int, default=200)
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args()
+    rows: list[dict[str, Any]] = []
+    if options.out.exists():
+        rows = json.loads(options.out.read_text(encoding="utf-8"))["rows"]
+    for group in options.groups:
+        for kind in DISTURBANCES:
+            began = time.perf_counter()
+            new = covered(group, kind, options.records)
+            names = {(r["method"], r["disturbance"]) for r in new}
+            rows = [r for r in rows if (r["method"], r["disturbance"]) not in names] + new
+            text = json.dumps({"rows": rows}, indent=1) + "\n"
+            options.out.write_text(text, encoding="utf-8")
+            print(f"{group}, {kind}: {time.perf_counter() - began:.0f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()

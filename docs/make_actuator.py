@@ -1,0 +1,43 @@
+"""Identify the shipped bench's actuator for the law `inverse`, as a user does; half a minute.
+
+    python docs/make_actuator.py
+
+writes the defaults of `controller.fine`, SI units, to src/macromicro/control/inverse/shipped.json.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from macromicro.identify import heated
+from macromicro.identify import kiln as kiln_fit
+from macromicro.plant import bench, kiln
+from macromicro.plant.bench import Bench, Sensors
+from macromicro.plant.kiln import KilnBench
+from macromicro.runs import heats
+from macromicro.thesis.chapter5 import kiln_runs
+
+PLACE = Path(__file__).parent.parent / "src/macromicro/control/inverse/shipped.json"
+TUNED = ("ambient", "reach", "quick", "calm", "settle", "floor", "rise", "step")
+
+
+def main() -> None:
+    """Measure, fit, write."""
+    machine = bench.prepare(Bench(), Sensors())
+    table = kiln_fit.fod_table([kiln_runs.run(kiln.prepare(KilnBench()), kiln_runs.cycles())])
+    found = heated.found(table, list(heats.records(machine)))
+    values = {k: v for k, v in found.gains._asdict().items() if k not in TUNED}
+    rounded = {k: _rounded(v) for k, v in values.items()}
+    PLACE.write_text(json.dumps(rounded, indent=1) + "\n", "utf-8")
+    print(found.fit.values, f"rms {1e3 * found.fit.rms:.2f} um, sensor {1e3 * found.sensor:.3f} ms")
+
+
+def _rounded(value: float | tuple[float, ...]) -> float | list[float]:
+    if isinstance(value, tuple):
+        return [float(f"{v:.6g}") for v in value]
+    return float(f"{value:.6g}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""Measures docs/variants.md: the package's laws and the thesis' on benches that the models are not.
+
+    python docs/make_beyond_variants.py --workers 2
+
+One bench for each end of each row of `uncertainty/variants.toml`, and one with all of them at once.
+Each is identified from its sensors, as a bench that is not known, and makes the moves of
+make_beyond.py or make_beyond_micro.py.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import make_beyond
+import make_beyond_micro
+import measured_page
+import numpy as np
+
+from macromicro.settings import Settings
+from macromicro.uncertainty import machines
+from macromicro.uncertainty.table import VARIANTS, Uncertain
+
+HERE = Path(__file__).parent
+RESULTS, PAGE = HERE / "beyond-variants.json", HERE / "variants.md"
+NONE, ALL = "none", "all"
+MAKERS: dict[str, Any] = {"macro": make_beyond, "micro": make_beyond_micro}
+# Of each stage's table: quantity, its digits; judged by median and worst.
+SHOWN = {
+    "macro": (
+        ("200 mm to 1 count", "s", 3),
+        ("counts over", "", 0),
+        ("swing 0.1 s after, above 40 mm", "um", 1),
+        ("tracking, true place", "counts", 2),
+    ),
+    "micro": (
+        ("RMS in a hold", "um", 2),
+        ("contraction to 10 um by the limit", "", 2),
+        ("extension to 10 um by the limit", "", 2),
+        ("over the target", "um", 1),
+        ("sine of 0.5 mm at 0.5 Hz, RMS", "um", 1),
+    ),
+}
+
+
+def benches(stage: str) -> list[tuple[str, Settings]]:
+    """Name and settings of each bench of a stage."""
+    rows = [row for row in VARIANTS if row.stage == stage]
+    found = [(NONE, Settings())]
+    for row in rows:
+        found += [
+            (f"{row.name} {end:+g}{row.unit and ' '}{row.unit}", _with([(row, end)]))
+            for end in (row.low, row.high)
+            if end != 0.0
+        ]
+    return [*found, (ALL, _with([(row, row.high) for row in rows]))]
+
+
+def _with(ends: list[tuple[Uncertain, float]]) -> Settings:
+    rows, amounts = zip(*ends, strict=True)
+    return machines.settings_at(Settings(), rows, np.array(amounts))
+
+
+def one(job: tuple[str, int, str, Settings, str]) -> dict[str, Any]:
+    """One bench, identified and moved by both laws of the stage."""
+    stage, k, name, settings, scratch = job
+    maker = MAKERS[stage]
+    found: dict[str, Any] = maker.one((maker.GROUPS[0], k, settings, f"{scratch}/variants-{stage}"))
+    print(stage, name, found.get("refused", ""), file=sys.stderr, flush=True)
+    return {"stage": stage, "name": name, **found}
+
+
+def told(every: list[dict[str, Any]], stage: str) -> str:
+    """The table of a stage: a row for each bench."""
+    maker = MAKERS[stage]
+    head = " | ".join(f"{name}{unit and f' [{unit}]'}" for name, unit, _ in SHOWN[stage])
+    lines = [f"| variant | law | {head} |", "|---" * (2 + len(SHOWN[stage])) + "|"]
+    for bench in every:
+        if bench["stage"] != stage:
+            continue
+        if "refused" in bench:
+            lines.append(
+                f"| {bench['name']} | | {bench['refused']} |" + " |" * len(SHOWN[stage][1:])
+            )
+            continue
+        for law in maker.LAWS:
+            rows = maker.rows([bench], law)
+            cells = [
+                f"{np.nanmedian(rows[name]):.{digits}f}, {np.nanmax(rows[name]) + 0.0:.{digits}f}"
+                for name, _, digits in SHOWN[stage]
+            ]
+            lines.append(f"| {bench['name']} | `{law}` | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def write(every: list[dict[str, Any]]) -> None:
+    """The tables into the page."""
+    for stage in MAKERS:
+        measured_page.put(PAGE, stage, told(every, stage))
+
+
+def jobs(chosen: argparse.Namespace) -> list[Any]:
+    """Every bench to measure."""
+    return [
+        (stage, k, name, settings, chosen.scratch)
+        for stage in MAKERS
+        for k, (name, settings) in enumerate(benches(stage))
+    ]
+
+
+if __name__ == "__main__":
+    measured_page.main(__doc__, RESULTS, jobs, one, write)

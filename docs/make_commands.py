@@ -1,0 +1,73 @@
+"""Writes docs/commands.md: every command with its arguments and options, as `--help` has them.
+
+python docs/make_commands.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from macromicro.cli import app
+from macromicro.commands.tree import PROGRAM, Entry, Option, entries
+
+PAGE = Path(__file__).with_name("commands.md")
+HEAD = """\
+# Commands
+
+What `macromicro COMMAND --help` prints, on one page, which `docs/make_commands.py` writes. Exit
+status: 0; 1 where something failed or was stopped; 2 for bad input; 130 after Ctrl-C. `macromicro
+--version` prints the version.
+
+"""
+
+
+def render() -> str:
+    """The page."""
+    found = entries(typer.main.get_command(app))
+    commands = [entry for entry in found if entry.path]
+    rows = [f"| [{_name(e)}](#{_anchor(e)}) | {_cell(e.short)} |" for e in commands]
+    listed = "\n".join(["| command | what it does |", "|---|---|", *rows])
+    return HEAD + listed + "\n\n" + "\n".join(map(section, commands))
+
+
+def section(entry: Entry) -> str:
+    """A command: how it is called, what it does, its arguments and options."""
+    parts = [f"## {_name(entry)}", f"`{' '.join([_name(entry), *_usage(entry)])}`", entry.help]
+    if entry.options:
+        rows = [f"| {_typed(o)} | {_cell(o.help)} | {_cell(o.default)} |" for o in entry.options]
+        parts.append("\n".join(["| option | what | default |", "|---|---|---|", *rows]))
+    return "\n\n".join(parts) + "\n"
+
+
+def _usage(entry: Entry) -> list[str]:
+    words = [] if not entry.commands else ["COMMAND"]
+    words += ["[OPTIONS]"] if any(not o.argument for o in entry.options) else []
+    for each in entry.options:
+        if each.argument:
+            word = each.names[0] + ("..." if each.many and "..." not in each.names[0] else "")
+            words.append(word if each.required else f"[{word}]")
+    return words
+
+
+def _typed(option: Option) -> str:
+    text = ", ".join(option.names) + (f" {option.takes}" if option.takes else "")
+    again = ", may be repeated" if option.many and not option.argument else ""
+    return f"`{_cell(text)}`{again}"
+
+
+def _name(entry: Entry) -> str:
+    return " ".join((PROGRAM, *entry.path))
+
+
+def _anchor(entry: Entry) -> str:
+    return _name(entry).replace(" ", "-")
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("<", "&lt;")
+
+
+if __name__ == "__main__":
+    PAGE.write_text(render(), encoding="utf-8")

@@ -1,0 +1,143 @@
+"""``macromicro learn PROGRAMME``: a trajectory that is repeated, and follows better each time."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from macromicro.commands.group import PNG, Figures, Law, tell, whole
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.recording import Recording
+    from macromicro.runs.job import Job
+    from macromicro.runs.learning import Learned, Repetition
+
+_MOST = 1000
+_SLOWEST = 0.1  # s
+
+
+def learn(  # noqa: PLR0913, PLR0917 - one for each option
+    programme: Annotated[
+        Path, typer.Argument(metavar="PROGRAMME.csv", help="Targets of the micro-stage by time.")
+    ],
+    repeats: Annotated[
+        int, typer.Option(parser=whole, metavar="N", help="How many runs to learn from.")
+    ] = 10,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results.", show_default="results/learn")
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="TOML file with units that overrides settings.")
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(parser=whole, metavar="N", help="Seed of the first run's noise.")
+    ] = 0,
+    rig: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
+        ),
+    ] = "twin",
+    law: Law = None,
+    lag: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Lag of the Hall sensor.",
+            show_default="as identified with the law inverse, else 0",
+        ),
+    ] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Move a rig of your own without asking first.")
+    ] = False,
+    figures: Figures = PNG,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the results in an existing folder.")
+    ] = False,
+) -> None:
+    """Repeat a trajectory of the micro-stage; what each run missed corrects the next.
+
+    Learned is from the Hall sensor, in runs that begin cold. The folder then holds learned.csv, the
+    same programme with a column of corrections, which run and serve take, and a figure
+    (docs/learning.md).
+    """
+    from macromicro.commands import asking
+    from macromicro.drawing.files import formats
+    from macromicro.errors import InputError
+    from macromicro.programme.scheduled import corrected
+    from macromicro.report.learned import draw
+    from macromicro.rig.replay import SCHEME
+    from macromicro.runs import job as experiment
+    from macromicro.runs.folder import held
+    from macromicro.schema.text import printable
+    from macromicro.units import quantity
+
+    behind = None if lag is None else quantity(lag, "s", "--lag")
+    if behind is not None and not 0.0 <= behind <= _SLOWEST:
+        raise InputError("--lag", lag, f"0 s to {_SLOWEST:g} s")
+    if not 2 <= repeats <= _MOST:
+        raise InputError("--repeats", repeats, f"a whole number from 2 to {_MOST}")
+    if programme.suffix != ".csv":
+        raise InputError(printable(programme), "no CSV", "a programme by time (docs/programmes.md)")
+    folder = out or Path("results") / "learn"
+    kinds = formats(figures)
+    request = experiment.Request(
+        str(programme), folder, config, seed=seed, overwrite=overwrite, rig=rig, law=law
+    )
+    job = experiment.check(request)
+    if rig.startswith(SCHEME):
+        raise InputError("--rig", rig, "a machine that moves: a recording cannot be learned from")
+    asking.before(job, yes)
+    with held(folder, overwrite=overwrite), Signals() as signals:
+        tell(job.settings.controller)
+        signals.later()
+        found = _learned(job, repeats, behind, signals)
+        text = corrected(programme, found.programme)
+        (folder / "learned.csv").write_text(text, encoding="utf-8")
+        draw(found, folder, kinds)
+    before, after = found.repetitions[0], found.repetitions[found.best]
+    print(f"RMS by the Hall sensor {1e6 * before.rms:.2f} um, learned {1e6 * after.rms:.2f} um")
+    print(f"results: {folder}")
+    print(f"go on with: macromicro run {folder / 'learned.csv'}" + _same(config, law))
+
+
+def _same(config: Path | None, law: str | None) -> str:
+    """Options that the learned programme needs again."""
+    return (f" --config {config}" if config else "") + (f" --law {law}" if law else "")
+
+
+def _learned(job: Job, repeats: int, lag: float | None, signals: Signals) -> Learned:
+    from macromicro.drawing.bar import progress
+    from macromicro.programme import Programme, travel
+    from macromicro.runs import learning, programmed
+
+    s = job.settings
+    limits = travel.limits(s.travel, s.sensors.encoder.pitch)
+
+    def run(what: Programme, k: int) -> Recording:
+        if signals.received:
+            raise KeyboardInterrupt
+        return programmed.record(what, s, on=job.source, seed=job.request.seed + k).recording
+
+    lines = [f"{'run':>4} {'by Hall':>10} {'largest':>10} {'by laser':>10}"]
+    with progress("learning", "runs") as pace:
+        pace.begin(repeats)
+
+        def told(k: int, found: Repetition) -> None:
+            pace.add(1)
+            lines.append(_line(k, found))
+
+        behind = learning.sensor_lag(s) if lag is None else lag
+        found = learning.learn(job.programme, run, behind, limits, repeats, told)
+    print("\n".join(lines))
+    return found
+
+
+def _line(k: int, found: Repetition) -> str:
+    by_laser = "-" if math.isnan(found.true) else f"{1e6 * found.true:7.2f} um"
+    return f"{k + 1:>4} {1e6 * found.rms:7.2f} um {1e6 * found.peak:7.2f} um {by_laser:>10}"

@@ -1,0 +1,1 @@
+"""The micro-stage by its own model: heat content, relays and their inverse."""

@@ -1,0 +1,242 @@
+"""Place by heat content: the identified model runs beside the machine, and its inverse leads.
+
+The relays' inverse says which temperature belongs to a place, the model which heat content to that
+temperature. The driver gives full heat or none until that content is there, and from then on what
+the wires lose. What the sensor shows beyond the model is an offset of the model's place.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from macromicro.columns import Quantity
+from macromicro.control.inverse.model import Inverse, Prepared, prepare
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.hysteresis.invert import invert
+from macromicro.kernel import kernel
+from macromicro.models import stressed
+from macromicro.models.stressed import Stressed, StressedState
+
+JUMP = 1e-3  # mm: a target that changes by more begins a step
+AWAY = 0.02  # mm: further from the target the filter stays quick
+MOST_OWED = 20.0  # K of heat that rounding may owe
+
+
+class State(NamedTuple):
+    """What the law remembers.
+
+    Attributes
+    ----------
+    model : StressedState
+        The actuator at the last sample, by the model.
+    shown : float
+        Its place as the sensor would show it, mm.
+    offset : float
+        What the sensor shows beyond that, mm.
+    drift : float
+        Rate of the offset, mm/s.
+    goal : float
+        Last target, mm.
+    since : float
+        Since it jumped, s.
+    sent : float
+        CTRL that acts in this period, V.
+    owed : float
+        Heat that the D/A's rounding owes, K.
+    """
+
+    model: StressedState
+    shown: float
+    offset: float
+    drift: float
+    goal: float
+    since: float
+    sent: float
+    owed: float
+
+
+class Told(NamedTuple):
+    """What is recorded of it."""
+
+    place: Annotated[float, Quantity("mm", "place by the law's model", column="place")]
+    offset: Annotated[float, Quantity("mm", "sensor beyond the model", column="offset")]
+    wire: Annotated[float, Quantity("K", "wires above ambient by the law's model", column="wire")]
+    plates: Annotated[
+        float, Quantity("K", "plates above ambient by the law's model", column="plates")
+    ]
+
+
+def start(p: Prepared, sample: Sample) -> State:
+    """Cold and extended.
+
+    Parameters
+    ----------
+    p : Prepared
+        Model.
+    sample : Sample
+        The first; not used.
+
+    Returns
+    -------
+    State
+        Its memory is its own.
+    """
+    m = stressed.cold(p.model)
+    return State(m, m.x, 0.0, 0.0, m.x, 0.0, 0.0, 0.0)
+
+
+@kernel
+def _sensed(p: Prepared, s: State, x: float, dt: float) -> float:
+    """The model's place as the sensor shows it a period later: a first-order lag."""
+    if p.sensor <= 0.0:
+        return x
+    mean = 0.5 * (s.model.x + x)
+    return mean + (s.shown - mean) * math.exp(-dt / p.sensor)
+
+
+@kernel
+def rest(p: Prepared, s: State, sample: Sample, dt: float) -> State:
+    """A period without effort: the model cools, the offset stays.
+
+    Parameters
+    ----------
+    p : Prepared
+        Model.
+    s : State
+        Of the law; its memory is changed in place.
+    sample : Sample
+        What the stage shows.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    State
+        A period later.
+    """
+    ahead = stressed.step(p.model, s.model, s.sent, dt)
+    return State(ahead, _sensed(p, s, ahead.x, dt), s.offset, 0.0, math.nan, 0.0, 0.0, 0.0)
+
+
+@kernel
+def wanted(p: Stressed, s: StressedState, place: float) -> float:
+    """Heat content of the wires that belongs to a place on the way there.
+
+    Parameters
+    ----------
+    p : Stressed
+        Model.
+    s : StressedState
+        Present state; not changed.
+    place : float
+        mm.
+
+    Returns
+    -------
+    float
+        K above ambient.
+    """
+    h = p.hysteresis
+    share = min(max((place - h.low) / h.span, 0.0), 1.0)
+    return stressed.content_at(p, s.memory, invert(h.table, s.memory, share))
+
+
+@kernel
+def rounded(volts: float, step: float) -> float:
+    """CTRL as the D/A gives it.
+
+    Parameters
+    ----------
+    volts : float
+        V.
+    step : float
+        Of the D/A, V; 0: none.
+
+    Returns
+    -------
+    float
+        V.
+    """
+    if step <= 0.0:
+        return volts
+    return math.floor(volts / step + 0.5) * step
+
+
+@kernel
+def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tuple[State, float]:
+    """One period of the law.
+
+    Parameters
+    ----------
+    p : Prepared
+        Model.
+    s : State
+        Of the law; its memory is changed in place.
+    target : Target
+        m.
+    sample : Sample
+        m.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    state : State
+        New state.
+    effort : float
+        CTRL, V.
+    """
+    m, n = p.model, p.model.ladder
+    goal, speed = 1e3 * target.position, 1e3 * target.velocity
+    since, offset, drift = s.since + dt, s.offset, s.drift
+    if not math.isnan(sample.position):
+        place = 1e3 * sample.position
+        if abs(goal - place) > AWAY or not abs(goal - s.goal) <= JUMP:
+            since = 0.0
+        time = max(p.quick if since < p.settle else p.calm, 2.0 * dt)
+        beyond = place - s.shown - offset
+        drift += dt * (beyond / (time * time))
+        offset += dt * (drift + 2.0 * beyond / time)
+    # What was sent before acts until this period's effort does.
+    ahead = stressed.step(m, s.model, s.sent, dt)
+    shown = _sensed(p, s, ahead.x, dt)
+    loss = (ahead.wire - ahead.plates) / n.r1
+    content = ahead.content + m.lag * (ahead.heat - loss) / n.c1
+    then = 2.0 * dt + m.lag
+    rate = (wanted(m, ahead, goal + speed * then - offset - drift * then) - content) / max(
+        p.reach, dt
+    )
+    if speed == 0.0:  # slowly where little is missing, or reversals would swing to and fro
+        most = p.floor + p.rise * abs(goal - offset - ahead.x)
+        rate = min(max(rate, -most), most)
+    top = m.heat[len(m.heat) - 1]
+    heat = min(max(loss + n.c1 * rate, 0.0), top)
+    if goal <= m.hysteresis.low + JUMP:  # fully extended needs no heat
+        heat = 0.0
+    volts = rounded(stressed.level(m, min(max(heat + s.owed, 0.0), top)), p.step)
+    owed = s.owed + heat - stressed.static_heat(m, volts)
+    owed = min(max(owed, -MOST_OWED), MOST_OWED)
+    return State(ahead, shown, offset, drift, goal, since, volts, owed), volts
+
+
+@kernel
+def tell(s: State) -> Told:
+    """What is recorded.
+
+    Parameters
+    ----------
+    s : State
+        Of the law.
+
+    Returns
+    -------
+    Told
+        Places in mm.
+    """
+    return Told(s.model.x, s.offset, s.model.wire, s.model.plates)
+
+
+INVERSE = StageLaw(
+    "inverse", Inverse, Told, start, step, tell=tell, prepare=prepare, params=Prepared, rest=rest
+)

@@ -1,0 +1,266 @@
+"""The law of the micro-stage: the PI of the thesis, or one by the contract of `stage_law`.
+
+A law by the contract travels as its prepared gains, in a tuple of none or one, and its memory in
+another, so that compiled code, whose types they are, calls the right one (`outside`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from macromicro.arrays import Array
+from macromicro.columns import Column, layout
+from macromicro.control import outside, pi
+from macromicro.control.outside import FRESH, Held, Kept
+from macromicro.control.pi import PiAntiWindup
+from macromicro.control.stage_law import Sample, StageLaw, Target
+from macromicro.kernel import by_type
+
+PREFIX = "micro_law_"
+
+
+def prepared(gains: Any) -> tuple[Any, ...]:
+    """What a law's kernels take.
+
+    Parameters
+    ----------
+    gains : Any
+        The set `controller.fine` of the settings.
+
+    Returns
+    -------
+    tuple[Any, ...]
+        One; none for `outside.NoGains`.
+    """
+    if not outside.of(gains):
+        return ()
+    return (outside.given(outside.having(gains), gains),)
+
+
+def begun(own: tuple[Any, ...]) -> Kept:
+    """The memory before a run.
+
+    Parameters
+    ----------
+    own : tuple[Any, ...]
+        From `prepared`.
+
+    Returns
+    -------
+    Kept
+        Of that law; empty without one.
+    """
+    found = []
+    for each in own:
+        law = outside.having(each)
+        if law.rest is not None:
+            found.append(Held(0.0, law.start(each, Sample(0.0, float("nan")))))
+        else:
+            found.append(Held(FRESH, law.memory(*[0.0] * len(law.memory._fields))))
+    return tuple(found)
+
+
+def _law(own: Any) -> StageLaw:
+    """Of the compiler's type of a tuple of one."""
+    return outside.named(own[0].instance_class)
+
+
+def _step(
+    p: Any, own: Any, kept: Any, integral: Any, target: Any, sample: Any, dt: Any
+) -> Callable[..., Any]:
+    if len(own) == 0:
+
+        def plain(
+            p: PiAntiWindup,
+            own: tuple[Any, ...],
+            kept: Kept,
+            integral: float,
+            target: Target,
+            sample: Sample,
+            dt: float,
+        ) -> tuple[float, Kept, float]:
+            integral, effort = pi.step(p, integral, target.position - sample.position, dt)
+            return integral, kept, effort
+
+        return plain
+    law = _law(own)
+    one, start = law.step, law.start
+    if law.rest is not None:
+
+        def going(
+            p: PiAntiWindup,
+            own: tuple[Any, ...],
+            kept: Kept,
+            integral: float,
+            target: Target,
+            sample: Sample,
+            dt: float,
+        ) -> tuple[float, Kept, float]:
+            memory, effort = one(own[0], kept[0].memory, target, sample, dt)
+            return 0.0, (Held(0.0, memory),), min(max(effort, p.low), p.high)
+
+        return going
+
+    def chosen(
+        p: PiAntiWindup,
+        own: tuple[Any, ...],
+        kept: Kept,
+        integral: float,
+        target: Target,
+        sample: Sample,
+        dt: float,
+    ) -> tuple[float, Kept, float]:
+        memory = kept[0].memory
+        if kept[0].fresh == FRESH:
+            memory = start(own[0], sample)
+        memory, effort = one(own[0], memory, target, sample, dt)
+        return 0.0, (Held(0.0, memory),), min(max(effort, p.low), p.high)
+
+    return chosen
+
+
+@by_type(_step)
+def step(
+    p: PiAntiWindup,
+    own: tuple[Any, ...],
+    kept: Kept,
+    integral: float,
+    target: Target,
+    sample: Sample,
+    dt: float,
+) -> tuple[float, Kept, float]:
+    """One period of the law that has the turn.
+
+    Parameters
+    ----------
+    p : PiAntiWindup
+        The PI, or the limits of a law by the contract.
+    own : tuple[Any, ...]
+        From `prepared`: none for the PI.
+    kept : Kept
+        Memory of a law by the contract.
+    integral : float
+        Integral effort of the PI, V.
+    target : Target
+        m.
+    sample : Sample
+        m.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    integral : float
+        Of the PI, V.
+    kept : Kept
+        New memory.
+    effort : float
+        V, within the limits.
+    """
+    if not own:
+        integral, effort = pi.step(p, integral, target.position - sample.position, dt)
+        return integral, kept, effort
+    law = outside.having(own[0])
+    memory = kept[0].memory
+    if kept[0].fresh == FRESH:
+        memory = law.start(own[0], sample)
+    memory, effort = law.step(own[0], memory, target, sample, dt)
+    return 0.0, (Held(0.0, memory),), min(max(effort, p.low), p.high)
+
+
+def _rest(own: Any, kept: Any, sample: Any, dt: Any) -> Callable[..., Any]:
+    if len(own) == 0:
+        return lambda own, kept, sample, dt: kept
+    law = _law(own)
+    if law.rest is None:
+        return lambda own, kept, sample, dt: (Held(FRESH, kept[0].memory),)
+    one = law.rest
+    return lambda own, kept, sample, dt: (Held(0.0, one(own[0], kept[0].memory, sample, dt)),)
+
+
+@by_type(_rest)
+def rest(own: tuple[Any, ...], kept: Kept, sample: Sample, dt: float) -> Kept:
+    """A period in which the micro-stage has no turn and no effort.
+
+    Parameters
+    ----------
+    own : tuple[Any, ...]
+        From `prepared`.
+    kept : Kept
+        Memory of the law.
+    sample : Sample
+        m.
+    dt : float
+        Control period, s.
+
+    Returns
+    -------
+    Kept
+        A period later; a law without `rest` begins anew.
+    """
+    if not own:
+        return kept
+    law = outside.having(own[0])
+    if law.rest is None:
+        return (Held(FRESH, kept[0].memory),)
+    return (Held(0.0, law.rest(own[0], kept[0].memory, sample, dt)),)
+
+
+def columns(own: tuple[Any, ...]) -> tuple[Column, ...]:
+    """What is recorded of a law's memory.
+
+    Parameters
+    ----------
+    own : tuple[Any, ...]
+        From `prepared`.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        Named `PREFIX` and the field; none for the PI.
+    """
+    found = [c for each in own for c in layout(outside.having(each).memory).columns]
+    return tuple(c._replace(name=f"{PREFIX}{c.name}", dtype="f8") for c in found)
+
+
+def _note(out: Any, k: Any, own: Any, kept: Any, first: Any) -> Callable[..., Any]:
+    if len(own) == 0:
+        return lambda out, k, own, kept, first: None
+    law = _law(own)
+    (part,) = layout(law.memory).parts
+    rows, scales = part
+    tell = law.tell
+
+    def noted(out: Array, k: int, own: tuple[Any, ...], kept: Kept, first: int) -> None:
+        told = tell(kept[0].memory)
+        for j in range(len(told)):
+            if rows[j] >= 0:
+                out[first + rows[j], k] = scales[j] * told[j]
+
+    return noted
+
+
+@by_type(_note)
+def note(out: Array, k: int, own: tuple[Any, ...], kept: Kept, first: int) -> None:
+    """Write what is recorded of a law's memory into a block.
+
+    Parameters
+    ----------
+    out : ndarray, shape (rows, periods)
+        The block.
+    k : int
+        Column of the block.
+    own : tuple[Any, ...]
+        From `prepared`.
+    kept : Kept
+        Its memory.
+    first : int
+        Row of the first of `columns`.
+    """
+    for each, held in zip(own, kept, strict=True):
+        law = outside.having(each)
+        (part,) = layout(law.memory).parts
+        for row, scale, value in zip(*part, law.tell(held.memory), strict=True):
+            if row >= 0:
+                out[first + row, k] = scale * value

@@ -1,0 +1,88 @@
+"""Inverse dynamics without its bias: instruments from the free run (IDIM-IV).
+
+A force that disturbs the axis is in its measured acceleration as well, and so is the noise of the
+position, twice differentiated: least squares of one on the other is drawn towards zero. Regressors
+of a simulation under the measured force know neither. A. Janot, P.-O. Vandanjon, M. Gautier, A
+generic instrumental variable approach for industrial robot identification, IEEE Trans. Control
+Systems Technology 22 (2014).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify.axis import simulate
+from macromicro.identify.axis_inverse import Estimate, Rows, columns, differences, plausible
+from macromicro.identify.spread import robust_covariance
+
+_ROUNDS = 5
+_SETTLED = 0.01  # standard errors
+_POOR = 1e8
+_LIKE = 0.9  # correlation of each instrument with its regressor, at least
+
+
+def instrumented(rows: list[Rows], start: Estimate) -> Estimate:
+    """An estimate by inverse dynamics, repeated with instruments from its own free run.
+
+    Stribeck's speed stays. Where the free run is no guide, because a parameter is negative or it is
+    too far from the record, the estimate is returned as it was.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    start : Estimate
+        By least squares.
+
+    Returns
+    -------
+    Estimate
+        Its `rms` is that of the force.
+    """
+    names = tuple(n for n in start.names if n != "stribeck_speed")
+    speed = start.axis.stribeck_speed
+    parts = [columns(r, names, speed) for r in rows]
+    table = np.concatenate(parts)
+    left, force = table[:, :-1], table[:, -1]
+    ends = np.cumsum([len(p) for p in parts])
+    found = start
+    for _ in range(_ROUNDS):
+        if not plausible(found):
+            return start
+        guides = np.concatenate([_instruments(r, found, names) for r in rows])
+        sizes = [np.sqrt((m**2).sum(axis=0)) for m in (guides, left)]
+        if any((s == 0.0).any() for s in sizes):
+            return start
+        near = np.abs((guides * left).sum(axis=0)) / (sizes[0] * sizes[1])
+        square = (guides / sizes[0]).T @ (left / sizes[1])
+        if near.min() < _LIKE or np.linalg.cond(square) > _POOR:
+            return start
+        theta = np.linalg.solve(square, (guides / sizes[0]).T @ force) / sizes[1]
+        missed = force - left @ theta
+        spread = start.covariance.copy()
+        spread[: len(names), : len(names)] = robust_covariance(guides, missed, ends, None, left)
+        values = dict(zip(names, theta.tolist(), strict=True))
+        before, rms = found, float(np.sqrt(np.mean(missed**2)))
+        found = replace(
+            start,
+            axis=start.axis._replace(**values),
+            covariance=spread,
+            rms=rms,
+            percent=100.0 * rms / float(np.sqrt(np.mean(force**2))),
+        )
+        moved = np.abs(found.values - before.values)[: len(names)]
+        if (moved <= _SETTLED * found.std[: len(names)]).all():
+            break
+    return found if plausible(found) or not plausible(start) else start
+
+
+def _instruments(rows: Rows, estimate: Estimate, names: tuple[str, ...]) -> Array:
+    """The regressors of the free run, at the same rows."""
+    r = rows.run
+    x = simulate(estimate.axis, rows.force, r.dt, float(r.x[0]), float(rows.v[0]))
+    made = differences(r._replace(x=x), rows.force, rows.corner, rows.factor)
+    made = made._replace(still=rows.still)
+    return np.asarray(columns(made, names, estimate.axis.stribeck_speed)[:, :-1])

@@ -1,0 +1,237 @@
+"""Free runs of an axis over pieces of its records, each from a state of its own.
+
+Over a whole record the errors of a free run pile up like a random walk, for whatever disturbs the
+force acts on all that comes after. Cut into pieces, each from the position and speed at its start,
+the same record tells the more the longer it is. Where it is noise of the position that a free run
+misses by, these starts are as little known as any sample, and are found with the parameters.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.identify.axis import Axis, given, late, step
+from macromicro.identify.axis_inverse import Rows
+from macromicro.kernel import compiled, kernel
+
+Index = npt.NDArray[np.int64]
+_ROUNDS = 2  # Gauss-Newton steps for the speeds at the start: a free run is nearly linear in them
+_REST = 0.02  # of the greatest speed
+_NUDGE = 1e-3  # of the greatest speed, for the slope by it
+
+
+class Pieces(NamedTuple):
+    """One record in pieces.
+
+    Attributes
+    ----------
+    rows : Rows
+        The record.
+    starts : ndarray, shape (k,)
+        First sample of each piece, the first one 0.
+    lengths : ndarray, shape (k,)
+        Samples of each.
+    free : bool
+        Whether position and speed at the start of each are found with the parameters; else they are
+        as measured.
+    """
+
+    rows: Rows
+    starts: Index
+    lengths: Index
+    free: bool
+
+
+class Settled(NamedTuple):
+    """Free runs over pieces, their starts as the record asks for.
+
+    Attributes
+    ----------
+    error : ndarray, shape (n,)
+        Measured less free run; of free starts, its mean taken off in each piece.
+    speeds : ndarray, shape (k,)
+        At the start of each piece, units of x/s.
+    slope : ndarray, shape (n,)
+        Of the free run by its piece's speed, centred and of length one; 0 where it moves nothing.
+    """
+
+    error: Array
+    speeds: Array
+    slope: Array
+
+
+def cut(rows: list[Rows], length: int, free: bool) -> list[Pieces]:
+    """Records in pieces of one length or nearly so.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    length : int
+        Samples in a piece, as near as a record allows.
+    free : bool
+        Whether the starts are found with the parameters.
+
+    Returns
+    -------
+    list[Pieces]
+        One for each record.
+    """
+    made = []
+    for r in rows:
+        n = len(r.v)
+        ends = np.linspace(0, n, max(round(n / length), 1) + 1).round().astype(np.int64)
+        made.append(Pieces(r, ends[:-1], np.diff(ends), free))
+    return made
+
+
+@kernel
+def restarted(p: Axis, force: Array, starts: Index, speeds: Array, h: float, out: Array) -> None:
+    """Positions under a force, from 0 and a new speed at the start of each piece, as a kernel.
+
+    Parameters
+    ----------
+    p : Axis
+        Parameters of the axis.
+    force : ndarray, shape (n,)
+        N, held for `h` each.
+    starts : ndarray, shape (k,)
+        First sample of each piece.
+    speeds : ndarray, shape (k,)
+        Speed there, m/s.
+    h : float
+        Sample time, s.
+    out : ndarray, shape (n,)
+        Positions are written here, m.
+    """
+    piece = 0
+    x = 0.0
+    v = 0.0
+    for k in range(len(out)):
+        if piece < len(starts) and k == starts[piece]:
+            x = 0.0
+            v = speeds[piece]
+            piece += 1
+        out[k] = x
+        v, gone = step(p, v, given(p, force[k], v) - p.offset, h)
+        x += gone
+
+
+def runs(cutting: Pieces, axis: Axis, speeds: Array) -> Array:
+    """Free runs over the pieces, each from 0; of free starts, less its mean.
+
+    Parameters
+    ----------
+    cutting : Pieces
+        The record.
+    axis : Axis
+        Parameters.
+    speeds : ndarray, shape (k,)
+        At the start of each piece.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Positions.
+    """
+    r = cutting.rows
+    out = np.empty_like(r.force)
+    plain = Axis(*(float(value) for value in axis))
+    pull = np.ascontiguousarray(late(r.force, axis.lag / r.run.dt))
+    compiled(restarted)(plain, pull, cutting.starts, speeds, float(r.run.dt), out)
+    return centred(cutting, out)
+
+
+def centred(cutting: Pieces, values: Array) -> Array:
+    """Values less their mean in each piece; of measured starts, less their first one.
+
+    Parameters
+    ----------
+    cutting : Pieces
+        The record.
+    values : ndarray, shape (n,)
+        A value per sample.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Likewise.
+    """
+    level = values[cutting.starts]
+    if cutting.free:
+        level = np.add.reduceat(values, cutting.starts) / cutting.lengths
+    return np.asarray(values - np.repeat(level, cutting.lengths))
+
+
+def settled(cutting: Pieces, axis: Axis) -> Settled:
+    """Free runs from measured speeds, or from those that bring each piece nearest to the record.
+
+    Measured ones are filtered; less than 2 % of the record's greatest counts as rest. The search
+    for others begins there; a step that brings a piece no nearer is not taken.
+
+    Parameters
+    ----------
+    cutting : Pieces
+        The record.
+    axis : Axis
+        Parameters.
+
+    Returns
+    -------
+    Settled
+        With errors and slopes.
+    """
+    r = cutting.rows
+    seen = centred(cutting, r.run.x)
+    fastest = float(np.abs(r.v).max())
+    nudge = _NUDGE * fastest
+    speeds = np.where(np.abs(r.v[cutting.starts]) > _REST * fastest, r.v[cutting.starts], 0.0)
+    made = runs(cutting, axis, speeds)
+    if not cutting.free:
+        return Settled(seen - made, speeds, np.zeros_like(seen))
+
+    def total(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, cutting.starts))
+
+    for left in range(_ROUNDS, -1, -1):
+        error = seen - made
+        slope = (runs(cutting, axis, speeds + nudge) - made) / nudge
+        power = total(slope * slope)
+        moves = power > 0.0
+        if not left:
+            break
+        step = np.divide(total(slope * error), power, out=np.zeros_like(power), where=moves)
+        tried = runs(cutting, axis, speeds + step)
+        nearer = total((seen - tried) ** 2) < total(error**2)
+        speeds = np.where(nearer, speeds + step, speeds)
+        made = np.where(np.repeat(nearer, cutting.lengths), tried, made)
+    size = np.sqrt(np.where(moves, power, 1.0))
+    return Settled(error, speeds, slope / np.repeat(size, cutting.lengths))
+
+
+def cleared(cutting: Pieces, slope: Array, values: Array) -> Array:
+    """What of some values no start of a piece explains: of free ones, less mean and slope in each.
+
+    Parameters
+    ----------
+    cutting : Pieces
+        The record.
+    slope : ndarray, shape (n,)
+        Of `Settled`.
+    values : ndarray, shape (n,)
+        A value per sample.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Likewise.
+    """
+    if not cutting.free:
+        return values
+    even = centred(cutting, values)
+    share = np.add.reduceat(even * slope, cutting.starts)
+    return np.asarray(even - slope * np.repeat(share, cutting.lengths))

@@ -1,0 +1,202 @@
+"""What the law `inverse` needs, from heatings in open loop and the kiln's table.
+
+Driver, heat, latent heat and stress by `stressed.fit`. The driver's lag shows in the first moments
+after CTRL has changed, in how the speed changes, where the table's own error is left out.
+The lag of the position's sensor is that by which its voltage follows the laser.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.control.inverse import model
+from macromicro.control.inverse.model import Inverse
+from macromicro.errors import InputError
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify import stressed
+from macromicro.identify.actuator import AMBIENT
+from macromicro.identify.records import signal
+from macromicro.identify.stressed import StressedFit
+from macromicro.models import stressed as stressed_model
+from macromicro.models.stressed import Stressed
+from macromicro.recording import Recording
+
+MOST_LAG = 0.05  # s
+_EARLY = 0.015  # s before and after a change of CTRL
+_QUICK = 5e-3  # s: records with longer periods tell no lag
+_DEGREE = 9
+
+
+class HeatedFit(NamedTuple):
+    """An actuator as found.
+
+    Attributes
+    ----------
+    fit : StressedFit
+        Driver, heat, relays.
+    sensor : float
+        Lag of the position's sensor, s; NaN where no record has one.
+    gains : Inverse
+        Of the law, with the default speed.
+    """
+
+    fit: StressedFit
+    sensor: float
+    gains: Inverse
+
+
+def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIENT) -> HeatedFit:
+    """The law's model.
+
+    Parameters
+    ----------
+    table : FodTable
+        From the kiln: deg C to mm.
+    records : Sequence[Recording]
+        Columns t, ctrl, laser, and contract and hall_voltage perhaps; two or more, each from cold.
+        Some with a sample each few ms.
+    ambient : float, optional
+        Room temperature, deg C.
+
+    Returns
+    -------
+    HeatedFit
+        With standard errors in its fit.
+
+    Raises
+    ------
+    InputError
+        Fewer than two records, too few voltages, or none quick enough to tell a lag.
+    """
+    quick = [r for r in records if r.dt <= _QUICK]
+    if not quick:
+        slowest = min(r.dt for r in records) if records else math.nan
+        raise InputError("records", f"periods of {slowest:g} s", f"some of at most {_QUICK:g} s")
+    first = stressed.fit(table, records, ambient=ambient)
+    fit = stressed.fit(table, records, ambient=ambient, lag=driver_lag(first.model, quick))
+    with_sensor = [r for r in quick if "hall_voltage" in r]
+    lag = sensor_lag(with_sensor) if with_sensor else math.nan
+    sensor = lag if math.isfinite(lag) else 0.0
+    return HeatedFit(fit, lag, model.gains(fit.model, sensor))
+
+
+def driver_lag(model: Stressed, records: Sequence[Recording]) -> float:
+    """The lag with which heat follows CTRL, beside the period by which the D/A is late.
+
+    Parameters
+    ----------
+    model : Stressed
+        As fitted, whatever its lag.
+    records : Sequence[Recording]
+        Columns t, ctrl and laser, contract perhaps.
+
+    Returns
+    -------
+    float
+        s, within 0 and `MOST_LAG`.
+
+    Raises
+    ------
+    InputError
+        CTRL changes in none of them.
+    """
+    from scipy.optimize import minimize_scalar
+
+    runs = [_Changes(*_changes(r)) for r in records]
+    if not any(len(run.at) for run in runs):
+        raise InputError("records, ctrl", "no change of CTRL", "steps from one level to another")
+
+    def left(lag: float) -> float:
+        total, count = 0.0, 0
+        for r, run in zip(records, runs, strict=True):
+            made = stressed_model.simulate(model._replace(lag=lag), run.ctrl, r.dt, run.cut)[0]
+            off = run.x - made
+            before = run.since - round(_EARLY / r.dt)
+            slope = (off[run.since] - off[before]) / (run.since - before)
+            early = off[run.at] - off[run.since] - slope * (run.at - run.since)
+            total, count = total + float(early @ early), count + len(early)
+        return total / count
+
+    best = minimize_scalar(left, bounds=(0.0, MOST_LAG), method="bounded", options={"xatol": 1e-5})
+    return float(best.x)
+
+
+class _Changes(NamedTuple):
+    """CTRL as it acts [V], share of time that is cut, places [mm]; samples soon after a change,
+    and for each the sample of the change."""
+
+    ctrl: Array
+    cut: Array
+    x: Array
+    at: npt.NDArray[np.int64]
+    since: npt.NDArray[np.int64]
+
+
+def _changes(
+    r: Recording,
+) -> tuple[Array, Array, Array, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    sent, x = signal(r["ctrl"], "ctrl"), 1e-3 * signal(r["laser"], "laser")
+    acts = np.r_[0.0, sent[:-1]]
+    cut = signal(r["contract"], "contract") if "contract" in r else np.full(len(sent), np.nan)
+    span = round(_EARLY / r.dt)
+    edges = np.flatnonzero(np.diff(acts)) + 1
+    edges = edges[edges >= span]
+    soon = (edges[:, None] + np.arange(span)[None, :]).ravel()
+    since, there = np.repeat(edges, span), soon < len(x)
+    return acts, cut, x, soon[there], since[there]
+
+
+def sensor_lag(records: Sequence[Recording]) -> float:
+    """The lag by which a voltage follows the laser's place.
+
+    Through a first-order lag of the right length the laser says the voltage best, by one smooth
+    curve for all ways.
+
+    Parameters
+    ----------
+    records : Sequence[Recording]
+        Columns laser and hall_voltage, of one period.
+
+    Returns
+    -------
+    float
+        s, within 0 and `MOST_LAG`.
+    """
+    from scipy.optimize import minimize_scalar
+
+    places = [signal(r["laser"], "laser") for r in records]
+    volts = np.concatenate([signal(r["hall_voltage"], "hall_voltage") for r in records])
+    low, high = min(p.min() for p in places), max(p.max() for p in places)
+    # Standing still tells nothing: weights by how far the stage moved since.
+    moved = np.concatenate([np.abs(np.gradient(p)) for p in places])
+
+    def left(lag: float) -> float:
+        seen = [_lagged(p, lag, r.dt) for p, r in zip(places, records, strict=True)]
+        x = 2.0 * (np.concatenate(seen) - low) / (high - low) - 1.0
+        basis = np.polynomial.chebyshev.chebvander(x, _DEGREE)
+        weight = np.sqrt(moved)[:, None]
+        found, *_ = np.linalg.lstsq(basis * weight, volts * weight[:, 0], rcond=None)
+        return float(np.mean(moved * (volts - basis @ found) ** 2))
+
+    best = minimize_scalar(left, bounds=(0.0, MOST_LAG), method="bounded", options={"xatol": 1e-5})
+    return float(best.x)
+
+
+def _lagged(x: Array, lag: float, dt: float) -> Array:
+    """A first-order lag of a course that is straight between its samples."""
+    from scipy.signal import lfilter, lfilter_zi
+
+    if lag < 1e-6:
+        return x
+    a = math.exp(-dt / lag)
+    # Exact for straight pieces (first-order hold).
+    one = lag / dt * (1.0 - a)
+    b = np.array([1.0 - one, one - a])
+    state = lfilter_zi(b, [1.0, -a]) * x[0]
+    return np.asarray(lfilter(b, [1.0, -a], x, zi=state)[0])

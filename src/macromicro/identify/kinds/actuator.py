@@ -1,0 +1,150 @@
+"""`identify actuator`: what the law `inverse` needs, from heatings in open loop."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.columns import Column
+from macromicro.errors import InputError
+from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.picking import RUN, Picked, Role, runs
+from macromicro.identify.result import Line, Result
+from macromicro.recording import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.heated import HeatedFit
+
+LAW = "inverse"
+T = Role("t", "time", ("t", "time"), ("s",))
+U = Role("u", "heating voltage", ("u", "ctrl", "voltage", "volts", "input"), ("V",))
+X = Role("x", "contraction by a laser", ("x", "laser", "position", "pos"), ("mm",))
+Y = Role("y", "the position's sensor", ("y", "hall_voltage", "hall"), ("V",), optional=True)
+C = Role("c", "whether CONTRACT cuts the current", ("c", "contract"), optional=True)
+ROLES = (T, U, X, Y, C, RUN)
+_COLUMNS = {
+    "t": Column("t", "s", ""),
+    "u": Column("ctrl", "V", ""),
+    "x": Column("laser", "um", ""),
+    "y": Column("hall_voltage", "V", ""),
+    "c": Column("contract", "1", ""),
+}
+_MEANS = {
+    "c1": ("s", "heat capacity of the wires"),
+    "r1": ("", "resistance wires to plates"),
+    "c2": ("s", "heat capacity of the plates"),
+    "r2": ("", "resistance plates to body"),
+    "c3": ("s", "heat capacity of the body"),
+    "latent": ("K", "latent heat over the wires' capacity"),
+    "shift": ("K", "rise of the thresholds from the kiln to the stage"),
+    "stiffening": ("K/mm", "rise of the thresholds with the contraction"),
+}
+
+
+class Options(NamedTuple):
+    """Options of `identify actuator`.
+
+    Attributes
+    ----------
+    table : Path | None
+        The kiln's table, as `identify hysteresis` writes it.
+    ambient : float | None
+        Room temperature, deg C; None: 25.
+    """
+
+    table: Path | None = None
+    ambient: float | None = None
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """Driver, heat, latent heat, stress and lags of a wire (`macromicro.identify.heated`).
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is an `Inverse`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
+    from macromicro.hysteresis.table_files import load_table
+    from macromicro.identify import heated
+    from macromicro.identify.actuator import AMBIENT
+
+    if options.table is None:
+        raise InputError("--table", "not given", "the table.h5 of `identify hysteresis`")
+    table = load_table(options.table)
+    records = [one for file in loaded(picking, ROLES) for one in _records(file)]
+    room = AMBIENT if options.ambient is None else options.ambient
+    found = heated.found(table, records, room)
+    fit = found.fit
+    lines = [Line(n, fit.values[n], fit.std[n], *_MEANS[n]) for n in _MEANS]
+    lines += [
+        Line(name, value, fit.std[name], "K", "final warming of the wires")
+        for name, value in fit.values.items()
+        if name.startswith("heat ")
+    ]
+    lines.append(Line("lag", fit.model.lag, math.nan, "s", "of the driver"))
+    remarks = [("fit", f"{1e3 * fit.rms:.2g} um RMS over {len(records)} records")]
+    if math.isfinite(found.sensor):
+        lines.append(Line("sensor", found.sensor, math.nan, "s", "lag of the position's sensor"))
+    else:
+        remarks.append(("sensor's lag", "not seen: no column y; 0 is taken"))
+    head = f"An actuator under the law `{LAW}`: macromicro run --config model.toml"
+    toml = model_file.gains(head, "fine", found.gains, LAW)
+    data = {"rms_um": 1e3 * fit.rms, "iterations": fit.iterations}
+    title = "c1 T' = heat(u) - (T - plates) / r1, less latent heat; relays at T, less stress"
+    return Result(
+        "actuator", title, found.gains, lines, remarks, toml, lambda: _draw(found, records), data
+    )
+
+
+def _records(file: Picked) -> list[Recording]:
+    """The runs of a file, each from cold."""
+    made = []
+    for run in runs(file):
+        t = run["t"]
+        if len(t) < 2:
+            continue
+        dt = float(np.median(np.diff(t)))
+        names = [n for n in _COLUMNS if n in run]
+        values = {**run, "t": t - t[0], "x": 1e3 * run["x"]}
+        made.append(
+            Recording.from_arrays([_COLUMNS[n] for n in names], [values[n] for n in names], dt, {})
+        )
+    return made
+
+
+def _draw(found: HeatedFit, records: list[Recording]) -> dict[str, Figure]:
+    """The model's free run on the last record, and the heat map."""
+    from macromicro.identify.kinds import pictures
+    from macromicro.models import stressed
+
+    last, model = records[-1], found.fit.model
+    cut = last["contract"] if "contract" in last else np.nan  # noqa: SIM401 -- no dictionary
+    made = stressed.simulate(model, last["ctrl"], last.dt, cut)[0]
+    t = np.asarray(last["t"])
+    curves = [
+        ("measured", t, 1e-3 * np.asarray(last["laser"]), "-"),
+        ("model, running free", t, made, "--"),
+    ]
+    heat = [("heat map", model.volts, model.heat, "o-")]
+    return {
+        "last": pictures.points("the last record", "time [s]", "contraction [mm]", curves),
+        "heat": pictures.points("final warming of the wires", "CTRL [V]", "[K]", heat),
+    }

@@ -1,0 +1,291 @@
+"""A positioner for Bluesky and ophyd without EPICS: the twin, or a machine that is served."""
+
+from __future__ import annotations
+
+import threading
+import time
+from functools import partial
+from typing import Any
+
+from ophyd.positioner import PositionerBase
+from ophyd.status import MoveStatus
+from ophyd.utils import LimitError
+
+from macromicro.control.live.messages import SUPERSEDED
+from macromicro.errors import MacromicroError
+from macromicro.remote import gathering
+from macromicro.remote.failures import MotionFailed, RequestRefused
+from macromicro.remote.machine import Machine, Motion, connect
+from macromicro.serve.hosts import HOST, WEB_PORT
+
+TWIN = "twin"
+
+
+class _Move(MoveStatus):  # type: ignore[misc]
+    """A move's status. One that fails on its way stops the machine.
+
+    One that was refused has moved nothing, and a later move may have the place of one that was
+    superseded: a stop would come late, and hit what is asked for next.
+    """
+
+    ended = False
+
+    def _handle_failure(self) -> None:
+        if not self.ended:
+            super()._handle_failure()
+
+
+def _superseded(error: MacromicroError) -> bool:
+    return isinstance(error, MotionFailed) and error.outcome == SUPERSEDED
+
+
+class Positioner(PositionerBase):  # type: ignore[misc]
+    """A machine as a device that Bluesky moves and reads, in mm (deg of one that turns).
+
+    It takes control, enables the machine, and homes it where its position is not trusted. A move
+    that ends otherwise than done fails, with the reason in its status. `close` gives all back.
+
+    Parameters
+    ----------
+    host : str, optional
+        Where `macromicro serve` runs; "twin" starts a virtual machine for this device alone.
+    port : int, optional
+        Of the server's page.
+    name : str, optional
+        Of the device; its readings have it.
+    axis : str, optional
+        "x" or "y" of a machine of two axes, "" for the whole position.
+    token : str | None, optional
+        What the server asks for.
+    config : str | None, optional
+        Settings file of the virtual machine.
+    machine : Machine | None, optional
+        A client that is connected already: two axes of one machine share it.
+    """
+
+    def __init__(
+        self,
+        host: str = TWIN,
+        port: int = WEB_PORT,
+        *,
+        name: str = "stage",
+        axis: str = "",
+        token: str | None = None,
+        config: str | None = None,
+        machine: Machine | None = None,
+    ) -> None:
+        self._twin: Any = None
+        self._stops = 0
+        self._own = machine is None
+        if machine is None and host == TWIN:
+            from macromicro.serve.alone import Alone
+
+            self._twin = Alone(config)
+            host, port, token = HOST, self._twin.start(), self._twin.token
+        try:
+            self.machine = machine or connect(host, port, token=token)
+            self._axis = axis
+            self._gathering = gathering.of(self.machine)
+            self._lock = self._gathering.lock
+            self._per = self.machine.place.per
+            super().__init__(name=name)
+            self._ready()
+        except BaseException:
+            self.close()
+            raise
+
+    def _ready(self) -> None:
+        state = self.machine.state
+        if state.mode == "disabled":
+            self.machine.enable()
+        if not state.trusted:
+            self.machine.home()
+
+    def close(self) -> None:
+        """Stop what moves, give control back, and end the virtual machine."""
+        if self._own and hasattr(self, "machine"):
+            self.machine.close()
+        if self._twin is not None:
+            self._twin.stop()
+
+    @property
+    def egu(self) -> str:
+        """Unit of its places."""
+        return self.machine.place.unit
+
+    @property
+    def position(self) -> float:
+        """Where it is now."""
+        state = self.machine.state
+        if not self._axis:
+            return state.position * self._per
+        return next(a.position_m for a in state.axes if a.name == self._axis) * self._per
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The soft limits in force."""
+        state = self.machine.state
+        for each in state.axes:
+            if each.name == self._axis:
+                return each.low_m * self._per, each.high_m * self._per
+        return state.limits["whole_low"] * self._per, state.limits["whole_high"] * self._per
+
+    @property
+    def moving(self) -> bool:
+        """Does the machine move?"""
+        return bool(self.machine.state.motion)
+
+    def check_value(self, value: float) -> None:
+        """Look whether a place is within the limits.
+
+        Parameters
+        ----------
+        value : float
+            The place.
+
+        Raises
+        ------
+        LimitError
+            It is not.
+        """
+        low, high = self.limits
+        if not low <= value <= high:
+            raise LimitError(f"{self.name}: {value:g} is not within {low:g} to {high:g} {self.egu}")
+
+    def move(self, position: float, wait: bool = True, **kwargs: Any) -> Any:
+        """Move to a place.
+
+        Parameters
+        ----------
+        position : float
+            The place.
+        wait : bool, optional
+            Whether to return only at the end.
+        **kwargs : Any
+            Of ophyd: `moved_cb`, `timeout`.
+
+        Returns
+        -------
+        Any
+            The status, which fails with the reason where the move is refused or not done.
+        """
+        self.check_value(position)
+        moved_cb = kwargs.pop("moved_cb", None)
+        status = _Move(self, position, settle_time=self._settle_time, **kwargs)
+        if moved_cb is not None:
+            status.add_callback(partial(moved_cb, obj=self))
+        given = position / self._per, status, self._stops
+        threading.Thread(target=self._go, args=given, daemon=True).start()
+        if wait:
+            status.wait()
+        return status
+
+    def _go(self, target: float, status: Any, stops: int) -> None:
+        try:
+            self._begin(target, stops).wait()
+        except MacromicroError as error:
+            status.ended = isinstance(error, RequestRefused) or _superseded(error)
+            if not status.done:
+                status.set_exception(error)
+            return
+        self._set_position(self.position)
+        if not status.done:
+            status.set_finished()
+        self._run_subs(sub_type=self.SUB_DONE)
+
+    def _begin(self, target: float, stops: int) -> Motion:
+        """Begin the move, unless a stop came since; one of two axes once nothing else moves, with
+        the other one's where that is asked for at the same time."""
+
+        def check() -> None:
+            if self._stops != stops:
+                raise MotionFailed(f"{self.name}", "stopped", "", {})
+
+        if self._axis:
+            return self._gathering.begin(self._axis, target, check)
+        with self._lock:
+            check()
+            return self.machine.move_to(target, replace=True, wait=False)
+
+    def stop(self, *, success: bool = False) -> None:
+        """Decelerate; what is under way, or waits for its turn, fails.
+
+        Parameters
+        ----------
+        success : bool, optional
+            Of ophyd; what was stopped has failed in any case.
+        """
+        self._stops += 1
+        with self._lock:  # behind it nothing begins
+            self.machine.stop()
+
+    # What Bluesky reads
+
+    def read(self) -> dict[str, dict[str, Any]]:
+        """Where it is.
+
+        Returns
+        -------
+        dict[str, dict[str, Any]]
+            Value and time by the device's name, and the half width of what is known.
+        """
+        now, state = time.time(), self.machine.state
+        return {
+            self.name: {"value": self.position, "timestamp": now},
+            f"{self.name}_uncertainty": {"value": state.uncertainty * self._per, "timestamp": now},
+        }
+
+    def describe(self) -> dict[str, dict[str, Any]]:
+        """What `read` gives.
+
+        Returns
+        -------
+        dict[str, dict[str, Any]]
+            Source, type, shape and unit by name.
+        """
+        low, high = self.limits
+        about = {"source": "macromicro", "dtype": "number", "shape": [], "units": self.egu}
+        ends = {"lower_ctrl_limit": low, "upper_ctrl_limit": high}
+        return {self.name: about | ends, f"{self.name}_uncertainty": dict(about)}
+
+    def read_configuration(self) -> dict[str, dict[str, Any]]:
+        """The controller's settings that are numbers.
+
+        Returns
+        -------
+        dict[str, dict[str, Any]]
+            Value and time by name.
+        """
+        now = time.time()
+        return {key: {"value": s["value"], "timestamp": now} for key, s in self._gains().items()}
+
+    def describe_configuration(self) -> dict[str, dict[str, Any]]:
+        """What `read_configuration` gives.
+
+        Returns
+        -------
+        dict[str, dict[str, Any]]
+            Source, type, shape and unit by name.
+        """
+        return {
+            key: {
+                "source": f"macromicro {s['path']}",
+                "dtype": "number",
+                "shape": [],
+                "units": s["unit"],
+            }
+            for key, s in self._gains().items()
+        }
+
+    def _gains(self) -> dict[str, dict[str, Any]]:
+        found = self.machine.settings
+        return {
+            f"{self.name}_{s['path'].replace('.', '_')}": s
+            for s in found
+            if isinstance(s["value"], int | float)
+        }
+
+    @property
+    def hints(self) -> dict[str, list[str]]:
+        """What is plotted."""
+        return {"fields": [self.name]}

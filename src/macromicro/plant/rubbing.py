@@ -1,0 +1,278 @@
+"""What rubs on an axis: bristles (`friction`), or a part of another package by `FrictionPart`.
+
+The one home of an axis' friction. A part is known by the type of its parameters, so that compiled
+code calls the right one (`kernel.by_type`) and no list of parts needs an edit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from macromicro.kernel import by_type, kernel
+from macromicro.place import LENGTH, Place
+from macromicro.plant import friction
+from macromicro.plant.friction import Friction
+
+
+class Sheet(NamedTuple):
+    """What an engineer reads off a part: what gains, limits and homing of an axis follow from.
+
+    Attributes
+    ----------
+    coulomb : float
+        Kinetic friction, N; N m of an axis that turns.
+    stribeck : float
+        Breakaway above it, N.
+    viscous : float
+        Rise with the speed, N s/m.
+    """
+
+    coulomb: float
+    stribeck: float
+    viscous: float
+
+
+@kernel
+def no_state(p: Any, held: float) -> float:
+    """The state of a part that remembers nothing.
+
+    Parameters
+    ----------
+    p : Any
+        Its parameters.
+    held : float
+        N.
+
+    Returns
+    -------
+    float
+        0.
+    """
+    return 0.0
+
+
+@kernel
+def unchanged(p: Any, s: Any, x: float, v: float, h: float) -> Any:
+    """The state after a step of a part that remembers nothing.
+
+    Parameters
+    ----------
+    p : Any
+        Its parameters.
+    s : Any
+        Its state.
+    x, v, h : float
+        m, m/s, s.
+
+    Returns
+    -------
+    Any
+        The same state.
+    """
+    return s
+
+
+class FrictionPart(NamedTuple):
+    """Friction of one's own for an axis; in rad and N m on one that turns.
+
+    Attributes
+    ----------
+    name : str
+        For people.
+    settings : type
+        A ``NamedTuple`` of floats with defaults, each annotated with a `Par`; a type of its own for
+        each part.
+    force : Callable[[Any, Any, float, float, float], tuple[float, float]]
+        Kernel: from parameters, state, place (m), present speed (m/s) and the step's length (s) to
+        c (N) and d >= 0 (N s/m). The friction over the step is c + d times the speed after it,
+        which the axis solves for: what holds a body at rest is a large d, without a small step.
+    start : Callable[[Any, float], Any]
+        From parameters and the force (N) that friction must hold at rest to the state there, a
+        float or a ``NamedTuple`` of floats.
+    after : Callable[[Any, Any, float, float, float], Any]
+        Kernel: from parameters, state, place, the speed after the step and its length to the new
+        state.
+    sheet : Callable[[Any], Sheet], optional
+        From parameters to what gains and limits follow from. None: the settings `friction` say it.
+    spread : Path, optional
+        A table of what is not known about it, with paths from the part's own parameters on, for
+        `robust`.
+    place : Place
+        What its axis is counted in: `LENGTH` or `ANGLE`.
+    """
+
+    name: str
+    settings: Any
+    force: Callable[[Any, Any, float, float, float], tuple[float, float]]
+    start: Callable[[Any, float], Any] = no_state
+    after: Callable[[Any, Any, float, float, float], Any] = unchanged
+    sheet: Callable[[Any], Sheet] | None = None
+    spread: Path | None = None
+    place: Place = LENGTH
+
+
+_parts: dict[type, FrictionPart] = {}  # by the type of their parameters
+
+
+def known(part: FrictionPart) -> FrictionPart:
+    """Make a part known by the type of its parameters.
+
+    Parameters
+    ----------
+    part : FrictionPart
+        The part.
+
+    Returns
+    -------
+    FrictionPart
+        That of the type, which another part may have taken before.
+    """
+    return _parts.setdefault(part.settings, part)
+
+
+def begun(p: Any, held: float) -> Any:
+    """What an axis' friction remembers at rest.
+
+    Parameters
+    ----------
+    p : Any
+        `Friction`, or parameters of a part.
+    held : float
+        Force that it must hold, towards lower positions, N.
+
+    Returns
+    -------
+    Any
+        Deflection of the bristles, m; or a part's state.
+    """
+    if not isinstance(p, Friction):
+        return _parts[type(p)].start(p, held)
+    z = -min(held, p.coulomb)
+    return z / p.bristle if p.bristle > 0.0 else 0.0
+
+
+def _offset(p: Any, x: Any) -> Callable[..., Any]:
+    if p.instance_class is Friction:
+        return friction.ripple
+    return lambda p, x: 0.0
+
+
+@by_type(_offset)
+def offset(p: Any, x: float) -> float:
+    """Deviation of the level of bristles at a place; what a part does at a place is its `force`.
+
+    Parameters
+    ----------
+    p : Any
+        `Friction`, or parameters of a part.
+    x : float
+        m.
+
+    Returns
+    -------
+    float
+        N.
+    """
+    return friction.ripple(p, x) if isinstance(p, Friction) else 0.0
+
+
+def _viscous(p: Any) -> Callable[..., Any]:
+    if p.instance_class is Friction:
+        return lambda p: p.viscous
+    return lambda p: 0.0
+
+
+@by_type(_viscous)
+def viscous(p: Any) -> float:
+    """Viscous friction beside `terms`.
+
+    Parameters
+    ----------
+    p : Any
+        `Friction`, or parameters of a part.
+
+    Returns
+    -------
+    float
+        N s/m; 0 of a part, whose `force` has all.
+    """
+    return float(p.viscous) if isinstance(p, Friction) else 0.0
+
+
+Terms = tuple[float, float, float, float]
+
+
+def _terms(p: Any, s: Any, x: Any, v: Any, level: Any, h: Any) -> Callable[..., Any]:
+    if p.instance_class is Friction:
+        return lambda p, s, x, v, level, h: friction.bristle_terms(p, s, v, level, h)
+    force = _parts[p.instance_class].force
+
+    def chosen(p: Any, s: Any, x: float, v: float, level: float, h: float) -> Terms:
+        c, d = force(p, s, x, v, h)
+        return 0.0, 0.0, c, d
+
+    return chosen
+
+
+@by_type(_terms)
+def terms(p: Any, s: Any, x: float, v: float, level: float, h: float) -> Terms:
+    """An axis' friction over a step, linear in the speed v1 after it.
+
+    Parameters
+    ----------
+    p : Any
+        `Friction`, or parameters of a part.
+    s : Any
+        What it remembers.
+    x, v : float
+        Place and present speed, m and m/s.
+    level : float
+        Of `offset`, N.
+    h : float
+        Length of the step, s.
+
+    Returns
+    -------
+    a, b : float
+        Deflection of bristles after the step, a + b v1, m and s; 0 of a part.
+    c, d : float
+        Force, c + d v1, N and N s/m.
+    """
+    if isinstance(p, Friction):
+        return friction.bristle_terms(p, s, v, level, h)
+    c, d = _parts[type(p)].force(p, s, x, v, h)
+    return 0.0, 0.0, c, d
+
+
+def _after(p: Any, s: Any, z: Any, x: Any, v: Any, h: Any) -> Callable[..., Any]:
+    if p.instance_class is Friction:
+        return lambda p, s, z, x, v, h: z
+    after = _parts[p.instance_class].after
+    return lambda p, s, z, x, v, h: after(p, s, x, v, h)
+
+
+@by_type(_after)
+def after(p: Any, s: Any, z: float, x: float, v: float, h: float) -> Any:
+    """What an axis' friction remembers after a step.
+
+    Parameters
+    ----------
+    p : Any
+        `Friction`, or parameters of a part.
+    s : Any
+        What it remembered.
+    z : float
+        Deflection of bristles by `terms`, m.
+    x, v : float
+        Place before the step and speed after it, m and m/s.
+    h : float
+        Length of the step, s.
+
+    Returns
+    -------
+    Any
+        As `begun`.
+    """
+    return z if isinstance(p, Friction) else _parts[type(p)].after(p, s, x, v, h)

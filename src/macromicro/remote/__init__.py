@@ -1,0 +1,1 @@
+"""Python clients of a served machine (`macromicro serve`), synchronous and for asyncio."""

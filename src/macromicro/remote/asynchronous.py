@@ -1,0 +1,301 @@
+"""The client for asyncio."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+from collections.abc import AsyncIterator, Coroutine, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from macromicro.errors import InputError
+from macromicro.place import LENGTH
+from macromicro.remote import orders
+from macromicro.remote.failures import MotionFailed, RequestError, RequestRefused
+from macromicro.remote.link import Link
+from macromicro.remote.state import State, Traces, Window, read_state
+from macromicro.remote.verbs import Verbs
+from macromicro.schema.text import read_text
+from macromicro.serve.hosts import HOST, WEB_PORT, url
+from macromicro.serve.requests import KINDS
+from macromicro.serve.web.bins import HEADER
+
+TOKEN = "MACROMICRO_TOKEN"
+PIECE = 10_000  # characters of a programme in a message
+REST_S = 5.0  # longest wait for rest at the end
+_COLUMNS = 1000
+
+
+class AsyncMotion:
+    """A motion that has begun. `number`: the server's; `words`: what was asked for."""
+
+    def __init__(self, machine: AsyncMachine, number: int, words: str) -> None:
+        self._machine = machine
+        self.number, self.words = number, words
+        self.ended: dict[str, Any] | None = None
+
+    async def wait(self) -> dict[str, Any]:
+        """Wait for its end; to cancel the wait leaves the motion as it is.
+
+        Returns
+        -------
+        dict[str, Any]
+            How it ended: `outcome`, `position`, `uncertainty`, `evidence`.
+
+        Raises
+        ------
+        MotionFailed
+            It ended otherwise than done.
+        ConnectionLost
+            The server does not answer any more.
+        """
+        if self.ended is None:
+            found = await self._machine.link.order("wait", motion=self.number)
+            self.ended = found["finished"]
+            self._machine.forget(self)
+        if self.ended["outcome"] != "done":
+            raise await self._failure(self.ended)
+        return self.ended
+
+    async def _failure(self, end: dict[str, Any]) -> MotionFailed:
+        remedy, place, at = "", self._machine.place, end["position"]
+        if end["outcome"] == "fault":
+            with contextlib.suppress(RequestError):
+                fault = (await self._machine.state()).fault
+                remedy = "" if fault is None else f"{fault.message}; {fault.remedy}"
+        where = "" if at is None else place.told(at)
+        return MotionFailed(self.words, end["outcome"], where, end["evidence"], remedy)
+
+
+class AsyncMachine(Verbs[Coroutine[Any, Any, AsyncMotion], Coroutine[Any, Any, dict[str, Any]]]):
+    """A served machine, for asyncio; `async with` connects, and at the end stops what it moves.
+
+    Parameters
+    ----------
+    host : str, optional
+        Where `macromicro serve` runs.
+    port : int, optional
+        Of its page.
+    token : str | None, optional
+        What the server asks for; by default that of MACROMICRO_TOKEN, if there is one.
+    control : bool, optional
+        Whether to take control; else this client watches, and may stop.
+    timeout : float, optional
+        Longest wait for the connection, s.
+    """
+
+    def __init__(
+        self,
+        host: str = HOST,
+        port: int = WEB_PORT,
+        *,
+        token: str | None = None,
+        control: bool = True,
+        timeout: float = 10.0,
+    ) -> None:
+        origin = url(host, port).rstrip("/")
+        token = token or os.environ.get(TOKEN, "").strip() or None
+        self.link = Link(f"ws{origin.removeprefix('http')}/live", origin, token, timeout)
+        self._control, self._held = control, False
+        self._recording, self._views = "", 0
+        self._under_way: set[AsyncMotion] = set()
+        self.place = LENGTH
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What the server says of itself and its machine."""
+        return self.link.about
+
+    @property
+    def settings(self) -> list[dict[str, Any]]:
+        """The controller's settings in force: path, value, unit, meaning, bounds."""
+        return self.link.gains
+
+    async def open(self) -> None:
+        """Connect, and take control if that was asked for.
+
+        Raises
+        ------
+        ConnectionLost
+            Nobody answers there.
+        RequestRefused
+            The token is wrong, or another client holds control.
+        """
+        await self.link.open()
+        self.place = orders.place_of(self.about)
+        try:
+            if self._control:
+                await self.take()
+        except BaseException:
+            await self.link.close()
+            raise
+
+    async def close(self) -> None:
+        """Stop what this client moves, wait for rest, give control back, disconnect."""
+        with contextlib.suppress(RequestError, TimeoutError):
+            if self._under_way or self.link.jogs:
+                await self.stop()
+                await asyncio.wait_for(self._rest(), REST_S)
+            if self._held:
+                await self.release()
+        await self.link.close()
+
+    async def __aenter__(self) -> Self:
+        await self.open()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await asyncio.shield(self.close())
+
+    async def state(self) -> State:
+        """The machine now.
+
+        Returns
+        -------
+        State
+            Asked of the server, not remembered.
+
+        Raises
+        ------
+        ConnectionLost
+            The server does not answer any more.
+        """
+        return read_state((await self.link.order("state"))["state"])
+
+    async def traces(self, span: float = 10.0) -> AsyncIterator[Traces]:
+        """The last seconds, again and again as they come, about 30 times a second.
+
+        Parameters
+        ----------
+        span : float, optional
+            2, 10 or 60 s.
+
+        Yields
+        ------
+        Traces
+            All that there is of the span.
+        """
+        self._views += 1
+        number = self._views
+        await self.link.order("view", span=span, columns=_COLUMNS, view=number)
+        window = Window(self.about["channels"], span)
+        try:
+            while True:
+                frame = await self.link.next_frame()
+                if HEADER.unpack_from(frame)[1] == number:  # none of a view before
+                    yield window.take(frame)
+        finally:
+            with contextlib.suppress(RequestError):
+                await self.link.order("view", frames=False)
+
+    async def save_recording(self, path: str | os.PathLike[str]) -> int:
+        """End the recording that `record` began, and fetch its file.
+
+        Parameters
+        ----------
+        path : str | os.PathLike[str]
+            Where to put it; a file that is there is replaced.
+
+        Returns
+        -------
+        int
+            Number of rows.
+
+        Raises
+        ------
+        RequestRefused
+            No recording of this client's.
+        """
+        if not self._recording:
+            raise RequestRefused("this client has begun no recording", "record() first")
+        rows = int((await self.link.order("end recording"))["rows"])
+        with Path(path).open("wb") as file:
+            size = 1
+            while file.tell() < size:
+                data, size = await self.link.piece(self._recording, file.tell())
+                file.write(data)
+        self._recording = ""
+        return rows
+
+    # What the verbs need
+
+    def forget(self, motion: AsyncMotion) -> None:
+        """A motion has ended.
+
+        Parameters
+        ----------
+        motion : AsyncMotion
+            One that `wait` saw end.
+        """
+        self._under_way.discard(motion)
+
+    async def _rest(self) -> None:
+        while (await self.state()).motion:
+            await asyncio.sleep(0.02)
+
+    async def _order(
+        self, name: str, values: tuple[Any, ...] = (), own: dict[str, Any] | None = None
+    ) -> dict[str, Any]:
+        given = orders.checked(name, values, self.place) if values else ()
+        fields = orders.order(name, given, self.place) | (own or {})
+        found = await self.link.order(name, **fields)
+        self._recording = found["name"] if name == "record" else self._recording
+        if name in ("take", "release"):
+            self._held = name == "take"
+        if name in ("stop", "emergency", "disable"):
+            self.link.jogs = False
+        return found
+
+    async def _motion(
+        self, name: str, values: tuple[Any, ...] = (), *, wait: bool, replace: bool = False
+    ) -> AsyncMotion:
+        given = orders.checked(name, values, self.place)
+        fields = orders.order(name, given, self.place)
+        if KINDS[name].replaces:
+            fields["replace"] = replace
+        jog = name == "jog" and given[1] != 0.0
+        words = KINDS[name].words(given, self.place) if KINDS[name].motion else name
+        return await self._begin(name, fields, words, wait=wait, jog=jog)
+
+    async def _begin(
+        self, name: str, fields: dict[str, Any], words: str, *, wait: bool, jog: bool = False
+    ) -> AsyncMotion:
+        motion = AsyncMotion(self, 0, words)
+        self._under_way.add(motion)  # before the answer, which may never come
+        try:
+            motion.number = (await self.link.order(name, **fields))["motion"]
+            self.link.jogs = jog
+            if wait:
+                await motion.wait()
+        except asyncio.CancelledError:
+            with contextlib.suppress(RequestError):
+                await self.stop()
+            raise
+        except RequestError:
+            self.forget(motion)
+            raise
+        if name == "jog":
+            self.forget(motion)  # `link.jogs` says whether there is one
+        return motion
+
+    async def _programme(self, name: str | os.PathLike[str], *, wait: bool) -> AsyncMotion:
+        if isinstance(name, str) and name in self.about["programmes"]:
+            return await self._begin("programme", {"name": name}, f"programme {name}", wait=wait)
+        path = Path(name)
+        known = ", ".join(self.about["programmes"])
+        text = read_text(path, f"a file (.toml or .csv), or one of {known}")
+        for start in range(0, max(len(text), 1), PIECE):
+            piece = {"name": path.name, "offset": start, "text": text[start : start + PIECE]}
+            await self.link.order("upload", **piece, last=start + PIECE >= len(text))
+        words = f"programme {path.name}"
+        return await self._begin("programme", {"uploaded": True}, words, wait=wait)
+
+    async def _gains(self, changes: Mapping[str, float | int | str]) -> dict[str, Any]:
+        now = {each["path"]: each["value"] for each in self.settings}
+        for path in changes:
+            if path not in now:
+                raise InputError("gains", path, f"one of {', '.join(now)}")
+        return await self.link.order(
+            "gains", changes=[[path, now[path], value] for path, value in changes.items()]
+        )

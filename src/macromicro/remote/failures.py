@@ -1,0 +1,89 @@
+"""What can go wrong between a client and its machine, as exceptions with reason and remedy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from macromicro.errors import MacromicroError
+
+AGAIN = "ask again, if it is still wanted"
+_REMEDIES = {
+    "stopped": AGAIN,
+    "superseded": AGAIN,
+    "emergency": "look at the machine, enable it, and home it where its position is not trusted",
+    "fault": "read the fault, remove its cause, clear it and enable",
+    "limit": "stay within the soft limits",
+    "stalled": "look what holds it up; home it where its position is not trusted",
+    "lost": "look why this client was silent, and take control again",
+}
+
+
+class RequestError(MacromicroError):
+    """Something that was asked of a machine was not done.
+
+    Parameters
+    ----------
+    reason : str
+        Why.
+    remedy : str, optional
+        What would help; "" where nothing is known.
+    """
+
+    def __init__(self, reason: str, remedy: str = "") -> None:
+        super().__init__(f"{reason}; {remedy}" if remedy else reason)
+        self.reason, self.remedy = reason, remedy
+
+
+class RequestRefused(RequestError):
+    """The machine refused a request: nothing was changed and nothing moves.
+
+    Parameters
+    ----------
+    reason : str
+        Why.
+    remedy : str, optional
+        What would help.
+    beyond : bool, optional
+        Whether a value is out of range; else it is not the time for the request.
+    """
+
+    def __init__(self, reason: str, remedy: str = "", *, beyond: bool = False) -> None:
+        super().__init__(reason, remedy)
+        self.beyond = beyond
+
+
+class MotionFailed(RequestError):
+    """A motion ended otherwise than done.
+
+    Parameters
+    ----------
+    words : str
+        The motion with its target: "move to 12 mm".
+    outcome : str
+        One of `control.live.messages.OUTCOMES`, never "done".
+    place : str
+        Where it ended, as a person reads it; "" where that is not known.
+    evidence : dict[str, Any]
+        Numbers and words by name, the unit in the name.
+    remedy : str, optional
+        What would help; by default what the outcome suggests.
+    """
+
+    def __init__(
+        self, words: str, outcome: str, place: str, evidence: dict[str, Any], remedy: str = ""
+    ) -> None:
+        where = f" at {place}" if place else ""
+        super().__init__(f"{words} ended as {outcome}{where}", remedy or _REMEDIES.get(outcome, ""))
+        self.outcome, self.evidence = outcome, evidence
+
+
+class ConnectionLost(RequestError):
+    """The server does not answer any more, or never did.
+
+    Parameters
+    ----------
+    reason : str
+        Why.
+    remedy : str, optional
+        What would help.
+    """

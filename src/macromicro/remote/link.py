@@ -1,0 +1,245 @@
+"""The WebSocket to a server: orders with their replies, and the state that it shows."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import struct
+from importlib.util import find_spec
+from typing import Any
+
+from macromicro.errors import MacromicroError
+from macromicro.extras import remedy
+from macromicro.remote.failures import ConnectionLost, RequestRefused
+
+BEAT_S, KEEP_S = 0.5, 0.1
+FRAME_S = 0.01
+_PIECE, _A_PIECE = struct.Struct("<4Id"), 2  # kind, id of the order, two numbers, size of the file
+RATE, BURST = 80.0, 100.0  # messages a second and at once: fewer than a server takes
+_STOPS = ("stop", "emergency")
+_GONE = "the connection to the server is closed"
+_LOOK = "start the server, or look at its terminal, and connect again"
+
+
+class Link:
+    """One connection. `about`: what the server says of itself; `frames`: those of the telemetry
+    that have come and were not taken. Belongs to an event loop."""
+
+    def __init__(self, url: str, origin: str, token: str | None, patience: float) -> None:
+        self._url, self._origin, self._token, self._patience = url, origin, token, patience
+        self.about: dict[str, Any] = {}
+        self.gains: list[dict[str, Any]] = []
+        self.frames: asyncio.Queue[bytes] = asyncio.Queue(64)
+        self._pieces: dict[int, bytes] = {}
+        self._open: Any = None
+        self._number = 0
+        self._waiting: dict[int, asyncio.Future[dict[str, Any]]] = {}
+        self._tasks: list[asyncio.Task[None]] = []
+        self._listed, self._ended = asyncio.Event(), asyncio.Event()
+        self.jogs = False
+        self.why = _GONE
+
+    async def open(self) -> None:
+        """Connect and say hello.
+
+        Raises
+        ------
+        ConnectionLost
+            Nobody answers there.
+        RequestRefused
+            The server does not admit this client.
+        MacromicroError
+            The package websockets is missing; with the remedy.
+        """
+        if find_spec("websockets") is None:
+            need = "the client needs the package websockets"
+            raise MacromicroError(f"{need}; {remedy('web')}")
+        from websockets.asyncio.client import connect
+        from websockets.exceptions import InvalidStatus, WebSocketException
+
+        from macromicro.serve.bucket import Bucket
+
+        self._bucket = Bucket(RATE, BURST)
+        hello: dict[str, Any] = {"do": "hello", "program": True, "frames": False}
+        if self._token is not None:
+            hello["token"] = self._token
+        opened = connect(
+            self._url,
+            origin=self._origin,  # type: ignore[arg-type]
+            proxy=None,
+            max_size=None,
+            ping_interval=None,
+            open_timeout=self._patience,
+            close_timeout=1.0,
+        )
+        try:
+            self._open = await opened
+            await self._open.send(json.dumps(hello))
+            first = json.loads(await asyncio.wait_for(self._open.recv(), self._patience))
+        except InvalidStatus as error:
+            body = error.response.body.decode("utf-8", "replace").strip()
+            advice = "the address or a name of a server"
+            raise RequestRefused(f"{self._url}: {body}", advice) from None
+        except (OSError, TimeoutError, ValueError, WebSocketException) as error:
+            why = str(error) or type(error).__name__
+            raise ConnectionLost(f"{self._url}: {why}", _LOOK) from None
+        self.about = first["welcome"]
+        self._tasks = [asyncio.create_task(each()) for each in (self._read, self._beat, self._keep)]
+        if self.about["problem"]:
+            await self.close()
+            raise RequestRefused(self.about["problem"], "token=..., or MACROMICRO_TOKEN")
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._listed.wait(), self._patience)
+
+    async def order(self, do: str, **fields: Any) -> dict[str, Any]:
+        """Send an order and wait for its reply.
+
+        Parameters
+        ----------
+        do : str
+            What it is called.
+        **fields : Any
+            Its values, as JSON can hold them.
+
+        Returns
+        -------
+        dict[str, Any]
+            The reply.
+
+        Raises
+        ------
+        RequestRefused
+            The machine refuses; with reason and remedy.
+        ConnectionLost
+            No reply comes any more.
+        """
+        self._number += 1
+        number = self._number
+        reply: asyncio.Future[dict[str, Any]] = asyncio.get_running_loop().create_future()
+        self._waiting[number] = reply
+        try:
+            await self._send({"do": do, "id": number, **fields}, free=do in _STOPS)
+            found = await reply
+        finally:
+            self._waiting.pop(number, None)
+        if not found["ok"]:
+            beyond = bool(found.get("beyond"))
+            raise RequestRefused(found["reason"], found["remedy"], beyond=beyond)
+        return found
+
+    async def next_frame(self) -> bytes:
+        """Wait for the oldest frame that was not taken.
+
+        Returns
+        -------
+        bytes
+            As `serve.web.bins.frame` makes it.
+
+        Raises
+        ------
+        ConnectionLost
+            None comes any more.
+        """
+        while self.frames.empty():
+            if self._ended.is_set():
+                raise ConnectionLost(self.why, _LOOK)
+            await asyncio.sleep(FRAME_S)
+        return self.frames.get_nowait()
+
+    async def piece(self, name: str, offset: int) -> tuple[bytes, int]:
+        """Fetch a piece of a recording.
+
+        Parameters
+        ----------
+        name : str
+            Of the recording on the server.
+        offset : int
+            Where it begins, bytes.
+
+        Returns
+        -------
+        data : bytes
+            The piece.
+        size : int
+            Of the whole file, bytes.
+        """
+        number = self._number + 1
+        try:
+            await self.order("download", name=name, offset=offset)
+            return self._pieces[number][_PIECE.size :], int(
+                _PIECE.unpack_from(self._pieces[number])[4]
+            )
+        finally:
+            self._pieces.pop(number, None)
+
+    async def close(self) -> None:
+        """End the connection."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        if self._open is not None:
+            await self._open.close()
+        self._lose(_GONE)
+
+    async def _send(self, message: dict[str, Any], *, free: bool = False) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        wait = self._bucket.spend()
+        if not free:
+            await asyncio.sleep(wait)
+        try:
+            await self._open.send(json.dumps(message, allow_nan=False))
+        except (ConnectionClosed, OSError):
+            raise ConnectionLost(self.why, _LOOK) from None
+
+    async def _read(self) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        try:
+            async for message in self._open:
+                self._take(message)
+        except (ConnectionClosed, OSError):
+            pass
+        finally:
+            said = self._open.close_reason
+            self._lose(f"{_GONE}: {said}" if said else _GONE)
+
+    def _take(self, message: str | bytes) -> None:
+        if isinstance(message, bytes):
+            kind, number = _PIECE.unpack_from(message)[:2]
+            if kind == _A_PIECE:
+                self._pieces[number] = message
+                return
+            if self.frames.full():
+                self.frames.get_nowait()
+            self.frames.put_nowait(message)
+            return
+        found: dict[str, Any] = json.loads(message)
+        if "gains" in found:
+            self.gains = found["gains"]
+            self._listed.set()
+        waiting = self._waiting.get(found.get("reply") or 0)
+        if waiting is not None and not waiting.done():
+            waiting.set_result(found)
+
+    def _lose(self, why: str) -> None:
+        self.why = why
+        self._ended.set()
+        for waiting in self._waiting.values():
+            if not waiting.done():
+                waiting.set_exception(ConnectionLost(why, _LOOK))
+
+    async def _beat(self) -> None:
+        with contextlib.suppress(ConnectionLost):
+            while True:
+                await asyncio.sleep(BEAT_S)
+                await self._send({"do": "beat"})
+
+    async def _keep(self) -> None:
+        """A jog goes on as long as this is said."""
+        with contextlib.suppress(ConnectionLost):
+            while True:
+                await asyncio.sleep(KEEP_S)
+                if self.jogs:
+                    await self._send({"do": "keep"})

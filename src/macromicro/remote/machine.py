@@ -1,0 +1,244 @@
+"""The client for plain code: a machine that waits for what it is asked."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import threading
+from collections.abc import Coroutine, Iterator, Mapping
+from typing import Any, Self, TypeVar
+
+from macromicro.place import Place
+from macromicro.remote.asynchronous import AsyncMachine, AsyncMotion
+from macromicro.remote.failures import ConnectionLost
+from macromicro.remote.state import State, Traces
+from macromicro.remote.verbs import Verbs
+from macromicro.serve.hosts import HOST, WEB_PORT
+
+T = TypeVar("T")
+
+
+class Motion:
+    """A motion that has begun. `number`: the server's; `words`: what was asked for."""
+
+    def __init__(self, machine: Machine, inner: AsyncMotion) -> None:
+        self._machine, self._inner = machine, inner
+        self.number, self.words = inner.number, inner.words
+
+    def wait(self, timeout: float | None = None) -> dict[str, Any]:
+        """Wait for its end.
+
+        Parameters
+        ----------
+        timeout : float | None, optional
+            Longest wait, s; the motion goes on after it.
+
+        Returns
+        -------
+        dict[str, Any]
+            How it ended: `outcome`, `position`, `uncertainty`, `evidence`.
+
+        Raises
+        ------
+        MotionFailed
+            It ended otherwise than done.
+        ConnectionLost
+            The server does not answer any more.
+        TimeoutError
+            It is still under way.
+        """
+        return self._machine.run(asyncio.wait_for(self._inner.wait(), timeout))
+
+
+class Machine(Verbs[Motion, None]):
+    """A served machine; a context manager that at its end stops what it moves.
+
+    What waits (a move, homing) also stops the machine where it is interrupted by Ctrl-C. The
+    connection lives in a thread of its own; methods may be called from any thread.
+
+    Parameters
+    ----------
+    inner : AsyncMachine
+        What it drives, not yet open.
+    """
+
+    def __init__(self, inner: AsyncMachine) -> None:
+        self._inner = inner
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(
+            target=self._loop.run_forever, name="macromicro client", daemon=True
+        )
+        self._thread.start()
+        try:
+            self.run(inner.open())
+        except BaseException:
+            self._end()
+            raise
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What the server says of itself and its machine."""
+        return self._inner.about
+
+    @property
+    def place(self) -> Place:
+        """What the machine's places are counted in, and read in by people."""
+        return self._inner.place
+
+    @property
+    def settings(self) -> list[dict[str, Any]]:
+        """The controller's settings in force: path, value, unit, meaning, bounds."""
+        return self._inner.settings
+
+    @property
+    def state(self) -> State:
+        """The machine now, asked of the server."""
+        return self.run(self._inner.state())
+
+    @property
+    def position(self) -> float:
+        """Of the whole positioner now, m or rad; NaN where it is not known."""
+        return self.state.position
+
+    def traces(self, span: float = 10.0) -> Iterator[Traces]:
+        """The last seconds, again and again as they come, about 30 times a second.
+
+        Parameters
+        ----------
+        span : float, optional
+            2, 10 or 60 s.
+
+        Yields
+        ------
+        Traces
+            All that there is of the span.
+        """
+        shown = self._inner.traces(span)
+        try:
+            while True:
+                yield self.run(anext(shown))  # type: ignore[arg-type]
+        finally:
+            self.run(shown.aclose())  # type: ignore[attr-defined]
+
+    def save_recording(self, path: str | os.PathLike[str]) -> int:
+        """End the recording that `record` began, and fetch its file.
+
+        Parameters
+        ----------
+        path : str | os.PathLike[str]
+            Where to put it; a file that is there is replaced.
+
+        Returns
+        -------
+        int
+            Number of rows.
+
+        Raises
+        ------
+        RequestRefused
+            No recording of this client's.
+        """
+        return self.run(self._inner.save_recording(path))
+
+    def close(self) -> None:
+        """Stop what this client moves, wait for rest, give control back, disconnect. Does nothing
+        where that was done."""
+        if self._thread.is_alive():
+            try:
+                self.run(self._inner.close())
+            finally:
+                self._end()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def run(self, what: Coroutine[Any, Any, T]) -> T:
+        """Do something of the client for asyncio, and wait for it.
+
+        Parameters
+        ----------
+        what : Coroutine[Any, Any, T]
+            One of `AsyncMachine`; cancelled where this is interrupted.
+
+        Returns
+        -------
+        T
+            Its result.
+
+        Raises
+        ------
+        ConnectionLost
+            This client was closed.
+        """
+        if not self._thread.is_alive():
+            what.close()
+            raise ConnectionLost("this client was closed", "connect again")
+        future = asyncio.run_coroutine_threadsafe(what, self._loop)
+        try:
+            return future.result()
+        except BaseException:
+            future.cancel()
+            raise
+
+    def _end(self) -> None:
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+    def _motion(
+        self, name: str, values: tuple[Any, ...] = (), *, wait: bool, replace: bool = False
+    ) -> Motion:
+        begun = self._inner._motion(name, values, wait=wait, replace=replace)
+        return Motion(self, self.run(begun))
+
+    def _order(
+        self, name: str, values: tuple[Any, ...] = (), own: dict[str, Any] | None = None
+    ) -> None:
+        self.run(self._inner._order(name, values, own))
+
+    def _programme(self, name: str | os.PathLike[str], *, wait: bool) -> Motion:
+        return Motion(self, self.run(self._inner._programme(name, wait=wait)))
+
+    def _gains(self, changes: Mapping[str, float | int | str]) -> None:
+        self.run(self._inner._gains(changes))
+
+
+def connect(
+    host: str = HOST,
+    port: int = WEB_PORT,
+    *,
+    token: str | None = None,
+    control: bool = True,
+    timeout: float = 10.0,
+) -> Machine:
+    """Connect to a served machine.
+
+    Parameters
+    ----------
+    host : str, optional
+        Where `macromicro serve` runs.
+    port : int, optional
+        Of its page.
+    token : str | None, optional
+        What the server asks for; by default that of MACROMICRO_TOKEN, if there is one.
+    control : bool, optional
+        Whether to take control; else this client watches, and may stop.
+    timeout : float, optional
+        Longest wait for the connection, s.
+
+    Returns
+    -------
+    Machine
+        A context manager that at its end stops what it moves.
+
+    Raises
+    ------
+    ConnectionLost
+        Nobody answers there.
+    RequestRefused
+        The token is wrong, or another client holds control.
+    """
+    return Machine(AsyncMachine(host, port, token=token, control=control, timeout=timeout))

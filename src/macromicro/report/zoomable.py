@@ -1,0 +1,122 @@
+"""Recordings on one page in which a browser zooms: columns over time, no network, no library."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import macromicro
+from macromicro import exported, traces
+from macromicro.arrays import Array
+from macromicro.drawing.page import filled
+from macromicro.recording import Recording
+from macromicro.recording_format import TIME
+from macromicro.schema.par import NO_UNIT
+
+TEMPLATE = Path(__file__).parent / "templates" / "zoomable.html.j2"
+SCRIPT = TEMPLATE.with_name("zoomable.js")
+MOST = 3_000_000  # values of a page; of more, each point stands for several rows
+BYTES = 20_000_000  # that a page may have: MOST values of 4 bytes, as base64, and its words
+_REFERENCE = "_reference"
+
+
+def page(
+    recordings: Sequence[Recording],
+    columns: Sequence[str] = (),
+    labels: Sequence[str] = (),
+    most: int = MOST,
+) -> str:
+    """Write recordings as one HTML file that opens without a network.
+
+    Columns of one unit share a panel, and all panels share the time. Each row is in the page, in
+    single precision from the middle of its column's range; of long recordings, least and greatest
+    value of as many rows as the page says.
+
+    Parameters
+    ----------
+    recordings : Sequence[Recording]
+        One or more. Where they do not begin at the same time, each counts from its own first row.
+    columns : Sequence[str], optional
+        Names; by default those of `macromicro.overlay`.
+    labels : Sequence[str], optional
+        A word for each recording, by default those of `macromicro.overlay`.
+    most : int, optional
+        Values that the page may hold.
+
+    Returns
+    -------
+    str
+        The file's text.
+
+    Raises
+    ------
+    InputError
+        A column that a recording lacks, or has in another unit; no shared column.
+    """
+    names = list(columns) or traces.chosen(recordings)
+    words = list(labels) or traces.called(recordings)
+    panels = traces.panels(recordings, names)
+    told = [name for _, inside in panels for name in inside]
+    values = len(told) * sum(map(len, recordings))
+    every = 1 if values <= most else -(-2 * values // most)
+    apart = traces.begin_apart(recordings)
+    sides = [
+        {"label": word, **_side(recording, told, every, own=apart)}
+        for word, recording in zip(words, recordings, strict=True)
+    ]
+    data = {
+        "panels": [{"unit": "" if u in NO_UNIT else u, "columns": inside} for u, inside in panels],
+        "sides": sides,
+        "references": [name for name in told if name.endswith(_REFERENCE)],
+    }
+    return filled(
+        TEMPLATE,
+        title=", ".join(words),
+        version=macromicro.__version__,
+        data=data,
+        script=SCRIPT.read_text(encoding="utf-8"),
+        every=every,
+        apart=apart,
+        about=[(w, _about(r)) for w, r in zip(words, recordings, strict=True)],
+        meanings=[(c.name, c.unit, c.meaning) for c in recordings[0].columns if c.name in told],
+    )
+
+
+def _side(recording: Recording, names: Sequence[str], every: int, *, own: bool) -> dict[str, Any]:
+    """Times and columns of a recording, as the script reads them."""
+    t = np.asarray(recording[TIME], float)
+    shown = t - t[0] if own and len(t) else t
+    return {
+        "every": every,
+        "t": _packed(shown[::every], "<f8"),
+        "columns": {name: _column(np.asarray(recording[name], float), every) for name in names},
+    }
+
+
+def _column(y: Array, every: int) -> dict[str, Any]:
+    """A column, or the least and greatest value of each `every` rows."""
+    known = y[np.isfinite(y)]
+    middle = float((known.min() + known.max()) / 2.0) if len(known) else 0.0
+    y = np.where(np.isfinite(y), y - middle, np.nan)
+    if every == 1 or not len(y):
+        return {"middle": middle, "low": _packed(y)}
+    edges = np.arange(0, len(y), every)
+    low, high = np.fmin.reduceat(y, edges), np.fmax.reduceat(y, edges)
+    return {"middle": middle, "low": _packed(low), "high": _packed(high)}
+
+
+def _packed(values: Array, kind: str = "<f4") -> str:
+    """Deflated bytes as text; browsers have the way back."""
+    return base64.b64encode(zlib.compress(np.ascontiguousarray(values, kind).tobytes())).decode()
+
+
+def _about(recording: Recording) -> str:
+    """Rows, length, rate and origin in words."""
+    rows, rate = len(recording), 1.0 / recording.dt
+    head = f"{rows} row{'s' * (rows != 1)}, {rows * recording.dt:.6g} s at {rate:.6g} Hz"
+    return ", ".join(part for part in (head, exported.origin(recording)) if part)

@@ -1,0 +1,276 @@
+"""Whether a rig keeps what every program relies on: channels, units, time, rate and stop.
+
+Nothing moves: it is opened, read and written to with safe outputs, stopped and opened again.
+What only shows in motion, and when its process is killed: `contract_moving`.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from macromicro.control.contract import Broken, Finding
+from macromicro.errors import MacromicroError
+from macromicro.rig.cards.roles import DIGITAL, ROLES
+from macromicro.rig.session import BENCH, Fixture, Session
+from macromicro.schema.text import printable
+
+SHORTEST = 0.5  # s that a rig is watched, and at least so many readings:
+LEAST = 25
+SLOW_STOP = 0.05  # s
+Array = NDArray[np.float64]
+
+_WIDE = {  # where a value beyond means another unit
+    "hall": (15.0, "V"),
+    "laser": (1.0, "m"),
+    "thermocouple": (1000.0, "degC"),
+    "room": (60.0, "degC"),
+}
+_COSTS = {  # what a bench without a channel cannot do; those of the micro-stage behind `hall`
+    "encoder": "no macro-stage",
+    "hall": "no micro-stage",
+    "laser": "micro moves are judged by the Hall sensor",
+    "extend": "the guard cannot see the wires at their end",
+    "contract": "the guard cannot see the wires at their end",
+}
+
+
+class Watched(NamedTuple):
+    """What a rig showed while nothing was asked of it.
+
+    Attributes
+    ----------
+    samples : list[Any]
+        One a period.
+    clock : Array
+        The rig's clock just behind each reading, s.
+    reading, writing, period : Array
+        How long each took, s.
+    """
+
+    samples: list[Any]
+    clock: Array
+    reading: Array
+    writing: Array
+    period: Array
+
+
+def safe(fixture: Fixture) -> Any:
+    """Safe outputs of a kind of rig.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+
+    Returns
+    -------
+    Any
+        All zero, in the kind's own type.
+    """
+    written = ROLES[fixture.kind].written
+    return written(*[0.0] * len(written._fields))
+
+
+def check(fixture: Fixture) -> Iterator[Finding]:
+    """Open a rig and look at everything that shows while nothing moves.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+
+    Yields
+    ------
+    Finding
+        One after the other; where it cannot be opened or read, that alone.
+    """
+    try:
+        with fixture.open() as rig:
+            watched = watch(fixture, rig)
+            rig.stop()
+            asked = time.perf_counter()
+            rig.stop()
+            stopped = time.perf_counter() - asked
+    except Exception as error:
+        yield failed("open", error, "mend what the message names; then run this again")
+        return
+    yield Finding("open", True, f"{fixture.kind}, {len(watched.samples)} readings, left again")
+    for name, look in _LOOKS:
+        try:
+            yield Finding(name, True, look(fixture, watched))
+        except Broken as error:
+            yield Finding(name, False, str(error), error.remedy)
+    found = f"stop returned after {1e3 * stopped:.2g} ms, twice"
+    remedy = f"it must return within {1e3 * SLOW_STOP:g} ms: let nothing wait in it"
+    late = stopped > SLOW_STOP
+    yield Finding("stop", not late, found, remedy if late else "")
+    try:
+        with fixture.open() as rig:
+            rig.read()
+    except Exception as error:
+        yield failed(
+            "again", error, "leave in __exit__ what __enter__ opens: a port, a lock, a task"
+        )
+        return
+    yield Finding("again", True, "opened and read a second time")
+
+
+def failed(what: str, error: Exception, remedy: str) -> Finding:
+    """What an exception of the rig's says.
+
+    Parameters
+    ----------
+    what : str
+        What was done.
+    error : Exception
+        Any.
+    remedy : str
+        What to do.
+
+    Returns
+    -------
+    Finding
+        Not passed.
+    """
+    own = isinstance(error, MacromicroError)
+    text = str(error) if own else f"{type(error).__name__}: {error}"
+    return Finding(what, False, printable(text, 200), remedy)
+
+
+def watch(fixture: Fixture, rig: Session) -> Watched:
+    """Read an opened rig for a while, its outputs safe.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    rig : Session
+        It, entered.
+
+    Returns
+    -------
+    Watched
+        All readings and times.
+    """
+    periods, quiet = max(round(SHORTEST / fixture.dt), LEAST), safe(fixture)
+    samples, marks = [], np.empty((periods + 1, 4))
+    for k in range(periods + 1):
+        began = time.perf_counter()
+        samples.append(rig.read())
+        read, at = time.perf_counter(), rig.now()
+        rig.write(quiet)
+        marks[k] = began, read, time.perf_counter(), at
+        rig.wait(fixture.dt)
+    starts, seen, wrote, clock = marks.T
+    return Watched(samples, clock, seen - starts, wrote - seen, np.diff(starts))
+
+
+def _channels(fixture: Fixture, watched: Watched) -> str:
+    silent = [c for c in fixture.channels if np.isnan(values(watched.samples, c)).all()]
+    if silent:
+        found = f"no value of {', '.join(silent)} in {len(watched.samples)} readings"
+        raise Broken(found, "connect it, or leave it out of `channels`")
+    fields = watched.samples[0]._fields
+    extra = [
+        c
+        for c in fields[1:]
+        if c not in fixture.channels and not np.isnan(values(watched.samples, c)).all()
+    ]
+    if extra:
+        found = f"values of {', '.join(extra)}, which `channels` does not name"
+        raise Broken(found, "name it in `channels`, or give NaN for it")
+    asked = [] if fixture.kind != BENCH else list(_COSTS)[: None if fixture.has("hall") else 2]
+    without = [f"no {c}: {_COSTS[c]}" for c in asked if c not in fixture.channels]
+    return ", ".join(fixture.channels) + "".join(f"; {text}" for text in without)
+
+
+def _units(fixture: Fixture, watched: Watched) -> str:
+    for channel in fixture.channels:
+        seen = values(watched.samples, channel)
+        seen = seen[~np.isnan(seen)]
+        worst = float(seen[np.argmax(np.abs(seen))]) if len(seen) else 0.0
+        role = ROLES[fixture.kind].inputs.get(channel)
+        if role is not None and role.signal == DIGITAL:
+            if not np.isin(seen, (0.0, 1.0)).all():
+                raise Broken(f"{channel} is {worst:g}", "0 or 1, NaN where it is not known")
+        elif channel in _WIDE:
+            most, unit = _WIDE[channel]
+            if not abs(worst) <= most:
+                raise Broken(f"{channel} is {worst:g}", f"give it in {unit}: at most {most:g}")
+        elif not (seen == np.round(seen)).all():
+            odd = float(seen[seen != np.round(seen)][0])
+            raise Broken(f"{channel} is {odd!r}", "give whole counts of the encoder")
+    return ", ".join(f"{c} {values(watched.samples, c)[-1]:.6g}" for c in fixture.channels)
+
+
+def _time(fixture: Fixture, watched: Watched) -> str:
+    t, dt = values(watched.samples, "t"), fixture.dt
+    steps = np.diff(t)
+    if not (steps > 0.0).all():
+        k = int(np.argmin(steps > 0.0))
+        found = f"t goes from {t[k]:g} to {t[k + 1]:g} s from one reading to the next"
+        raise Broken(found, "give the time of each reading on the rig's own clock, in s")
+    off = float(np.max(np.abs(watched.clock - t)))
+    if off > max(2.0 * dt, 0.01):
+        found = f"t is up to {off:.3g} s from the clock's `now`"
+        raise Broken(found, "take both from the same clock, in s")
+    mean = float(t[-1] - t[0]) / len(steps)
+    if abs(mean / dt - 1.0) > 0.02:
+        found = f"a period of {1e3 * mean:.4g} ms in the mean, for {1e3 * dt:g} ms"
+        raise Broken(found, "let `wait` return at absolute deadlines, `dt` apart")
+    return f"{1e3 * mean:.4g} ms a period in the mean, t rises"
+
+
+def _rate(fixture: Fixture, watched: Watched) -> str:
+    dt = fixture.dt
+    median, late, worst = np.quantile(watched.period, (0.5, 0.99, 1.0))
+    work = 1e6 * float(np.median(watched.reading)), 1e6 * float(np.median(watched.writing))
+    calls = f"a reading takes {work[0]:.3g} us, writing {work[1]:.3g} us"
+    if median < 0.5 * dt:
+        return f"its clock is virtual, {dt / median:.3g} times as fast as time; {calls}"
+    spans = f"period {1e3 * median:.4g} ms, 99 % below {1e3 * late:.4g}, worst {1e3 * worst:.4g} ms"
+    missed = int(np.sum(watched.period > 1.5 * dt))
+    found = f"{spans}, {missed} of {len(watched.period)} missed; {calls}"
+    if missed > 0.01 * len(watched.period):
+        slow = sum(work) > 0.7e6 * dt
+        remedy = (
+            "the card or link is too slow for this period: fewer channels, or a board that "
+            "closes the loop itself"
+            if slow
+            else "end other programs, or permit real-time priority: macromicro doctor"
+        )
+        raise Broken(found, remedy)
+    return found
+
+
+Look = Callable[[Fixture, Watched], str]
+_LOOKS: tuple[tuple[str, Look], ...] = (
+    ("channels", _channels),
+    ("units", _units),
+    ("time stamps", _time),
+    ("rate", _rate),
+)
+
+
+def values(samples: list[Any], channel: str) -> Array:
+    """One channel of all samples.
+
+    Parameters
+    ----------
+    samples : list[Any]
+        Of a rig.
+    channel : str
+        Name of the field.
+
+    Returns
+    -------
+    Array
+        NaN where there was no value, or no such field.
+    """
+    return np.array([float(getattr(s, channel, math.nan)) for s in samples])

@@ -1,0 +1,249 @@
+"""What of a rig shows only in motion: directions, coming to rest, and a process that is killed."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from macromicro.control.contract import Finding
+from macromicro.rig.contract import failed, safe
+from macromicro.rig.driven import LONGEST
+from macromicro.rig.session import Fixture, Session
+
+WAY = 200.0  # counts that a stroke covers at most, but for coming to rest
+_STROKE = 0.5  # s, at most
+_REST = 1.0  # s in which it must have come to rest
+_STILL = 0.1  # s without a count are rest
+_DEAD = 0.3  # s from the kill to the next opening
+_HEAT = 1.0  # s
+
+
+class Stroke(NamedTuple):
+    """One stroke at a constant voltage.
+
+    Attributes
+    ----------
+    moved : float
+        By the end of the voltage, counts.
+    speed : float
+        Then, counts/s.
+    coasted : float
+        From there on, counts.
+    rested : float
+        How long it took to rest, s; NaN if it did not.
+    """
+
+    moved: float
+    speed: float
+    coasted: float
+    rested: float
+
+
+def said(fixture: Fixture, volts: float) -> list[str]:
+    """What `check` will do, for the person who is asked.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    volts : float
+        That it is driven with.
+
+    Returns
+    -------
+    list[str]
+        Lines.
+    """
+    if not fixture.has("encoder"):
+        return [f"{fixture.name}: CTRL {volts:g} V for {_HEAT:g} s"]
+    return [
+        f"{fixture.name}: motor {volts:g} V, then {-volts:g} V, each until {WAY:g} counts or for "
+        f"{_STROKE:g} s;",
+        f"  then {volts:g} V in a process that is killed in motion, {_DEAD:g} s without control.",
+        "  Put the stage in the middle of its travel, a hand at the emergency stop.",
+    ]
+
+
+def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
+    """Move a rig and look at what it does.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        A bench, opened by nobody.
+    volts : float
+        Of the motor, above 0; of CTRL where there is no encoder.
+
+    Yields
+    ------
+    Finding
+        One after the other; what needs what failed is left out.
+    """
+    try:
+        if not fixture.has("encoder"):
+            yield _heated(fixture, volts)
+            return
+        with fixture.open() as rig:
+            there = stroke(fixture, rig, volts)
+            back = stroke(fixture, rig, -volts)
+    except Exception as error:
+        yield failed("motion", error, "mend what the message names; then run this again")
+        return
+    direction = _direction(there, back, volts)
+    yield direction
+    if not direction.passed:
+        return
+    yield _stopping(there, back)
+    try:
+        yield killed(fixture, volts, there)
+    except Exception as error:
+        yield failed("killed", error, "leave nothing behind that keeps the rig from being opened")
+
+
+def stroke(fixture: Fixture, rig: Session, volts: float) -> Stroke:
+    """One stroke, and until it rests.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    rig : Session
+        It, entered.
+    volts : float
+        Of the motor.
+
+    Returns
+    -------
+    Stroke
+        Signed: counts that rise are positive.
+    """
+    dt, quiet = fixture.dt, safe(fixture)
+    first = place = rig.read().encoder
+    track = []
+    for _ in range(round(_STROKE / dt)):
+        rig.write(quiet._replace(motor=volts))
+        rig.wait(dt)
+        place = _known(rig.read().encoder, place)
+        track.append(place)
+        if abs(place - first) >= WAY:
+            break
+    span = min(len(track) - 1, round(0.02 / dt))
+    speed = (track[-1] - track[-1 - span]) / (span * dt) if span else 0.0
+    moved, end, rested, since = place - first, place, math.nan, 0
+    for k in range(round(_REST / dt)):
+        rig.write(quiet)
+        rig.wait(dt)
+        before, place = place, _known(rig.read().encoder, place)
+        since = k if place != before else since
+        if (k - since) * dt >= _STILL:
+            rested = since * dt
+            break
+    return Stroke(moved, speed, place - end, rested)
+
+
+def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
+    """Kill a process that drives the rig, and see how far it went before it was opened again.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    volts : float
+        Of the motor.
+    before : Stroke
+        A stroke at the same voltage that ended in time.
+
+    Returns
+    -------
+    Finding
+        Passed where the stage went no farther than after a stop in time.
+    """
+    what = "killed process"
+    command = (sys.executable, "-m", "macromicro.rig.driven", fixture.name, f"{volts!r}", f"{WAY}")
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    first = last = math.nan
+    assert child.stdout is not None and child.stderr is not None
+    for line in child.stdout:
+        last = float(line.split()[1])
+        first = last if math.isnan(first) else first
+        if abs(last - first) >= 0.5 * WAY:
+            break
+    ended = child.poll() is not None
+    child.kill()
+    at = time.monotonic()
+    rest = child.communicate()
+    seen = [float(line.split()[1]) for line in rest[0].splitlines() if len(line.split()) == 2]
+    last = seen[-1] if seen else last
+    if ended or math.isnan(first):
+        found = f"it ended before it could be killed: {rest[1].strip()[-160:] or 'no motion'}"
+        return Finding(what, False, found, f"it must move within {LONGEST:g} s at this voltage")
+    time.sleep(max(_DEAD - (time.monotonic() - at), 0.0))
+    with fixture.open() as rig:
+        place = rig.read().encoder
+    if not fixture.counted:
+        found = (
+            "opened again after SIGKILL; how far it went is not known: its counter does not count "
+            "on while nobody has it open (attribute `counted`). Was there a motion after the kill?"
+        )
+        return Finding(what, True, found)
+    gone = place - last
+    powered = abs(gone - before.coasted) / max(abs(before.speed), 1.0)
+    found = (
+        f"{gone:+.0f} counts in the {_DEAD:g} s after SIGKILL, {before.coasted:+.0f} after a stop: "
+        f"its outputs stayed on for about {powered:.2g} s"
+    )
+    if powered <= 0.5 * _DEAD:
+        return Finding(what, True, found)
+    remedy = (
+        "the outputs stay as they were when the process dies: give the amplifier an enable line "
+        "that a watchdog of its own drops"
+    )
+    return Finding(what, False, found, remedy)
+
+
+def _direction(there: Stroke, back: Stroke, volts: float) -> Finding:
+    found = f"{volts:g} V: {there.moved:+.0f} counts, {-volts:g} V: {back.moved:+.0f} counts"
+    if abs(there.moved) < 2.0 and abs(back.moved) < 2.0:
+        return Finding(
+            "direction", False, found, "it does not move: a higher --move, or its wiring"
+        )
+    if there.moved < 0.0 < back.moved:
+        remedy = "counts must rise with the motor's voltage: turn over one of the two"
+        return Finding("direction", False, found, remedy)
+    if not back.moved < 0.0 < there.moved:
+        remedy = "it moves one way only: a stop, a stage that sticks, or half of an amplifier"
+        return Finding("direction", False, found, remedy)
+    return Finding("direction", True, found)
+
+
+def _stopping(there: Stroke, back: Stroke) -> Finding:
+    if any(math.isnan(s.rested) for s in (there, back)):
+        found = f"it still moves {_REST:g} s after its outputs were made safe"
+        return Finding("coming to rest", False, found, "0 V must be 0 N: look at the offset")
+    worst = max(there, back, key=lambda s: abs(s.coasted))
+    found = (
+        f"{abs(worst.coasted):.0f} counts in {worst.rested:.2g} s from {worst.speed:.4g} counts/s"
+    )
+    return Finding("coming to rest", True, found)
+
+
+def _heated(fixture: Fixture, volts: float) -> Finding:
+    dt, quiet = fixture.dt, safe(fixture)
+    with fixture.open() as rig:
+        before = rig.read().hall
+        for _ in range(round(_HEAT / dt)):
+            rig.write(quiet._replace(ctrl=volts))
+            rig.wait(dt)
+            after = _known(rig.read().hall, before)
+    found = f"{volts:g} V for {_HEAT:g} s: Hall sensor from {before:.4g} to {after:.4g} V"
+    if abs(after - before) < 0.02:
+        return Finding("heat", False, found, "it does not contract: a higher --move, or its wiring")
+    return Finding("heat", True, found)
+
+
+def _known(value: Any, before: float) -> float:
+    return before if math.isnan(value) else float(value)

@@ -1,0 +1,225 @@
+"""Learning a repeated trajectory: what one run missed is given beyond the next one's target.
+
+Iterative learning control of the micro-stage by its Hall sensor, with a zero-phase low-pass for
+robustness (Bristow, Tharayil and Alleyne, IEEE Control Systems Magazine 26(3), 2006).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from macromicro.arrays import Array
+from macromicro.control.supervisor import MICRO as FINE
+from macromicro.design import zero
+from macromicro.errors import InputError, MacromicroError
+from macromicro.nominal import PERIOD
+from macromicro.programme import MICRO, Programme, dense
+from macromicro.programme.moves import Limits
+from macromicro.recording import Recording
+from macromicro.settings import Settings
+
+GAIN = 0.3  # of the error that a repetition corrects
+CUTOFF = 15.0  # Hz, of what is learned
+REPEATS = 10
+LATE = 1.0  # s from the trajectory's first target on that count in no RMS
+
+
+class Repetition(NamedTuple):
+    """One run of the trajectory.
+
+    Attributes
+    ----------
+    rms, peak : float
+        Of the error by the Hall sensor, its lag taken out, m.
+    true : float
+        RMS of the error by the laser, m; NaN without one.
+    """
+
+    rms: float
+    peak: float
+    true: float
+
+
+class Learned(NamedTuple):
+    """What was learned.
+
+    Attributes
+    ----------
+    programme : Programme
+        With the correction of the best repetition.
+    repetitions : list[Repetition]
+        In their order; the first has what the programme had.
+    best : int
+        The one whose correction it is.
+    first, last : Course
+        Of the first repetition, and of the best.
+    """
+
+    programme: Programme
+    repetitions: list[Repetition]
+    best: int
+    first: Course
+    last: Course
+
+
+class Course(NamedTuple):
+    """Error of a run at each sample of the trajectory.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    wanted : ndarray, shape (n,)
+        m.
+    error : ndarray, shape (n,)
+        Wanted, as the sensor would show it, less what it shows, m.
+    true : ndarray, shape (n,)
+        Wanted less the laser's reading, m; NaN where there is none.
+    """
+
+    t: Array
+    wanted: Array
+    error: Array
+    true: Array
+
+
+def sensor_lag(settings: Settings) -> float:
+    """Lag of the Hall sensor, as far as it was identified.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of the machine.
+
+    Returns
+    -------
+    float
+        s: `controller.fine.sensor` of a law with a model of the stage, 0 of another.
+    """
+    return float(getattr(settings.controller.fine, "sensor", 0.0))
+
+
+Run = Callable[[Programme, int], Recording]
+Told = Callable[[int, Repetition], None]
+
+
+def learn(
+    programme: Programme, run: Run, lag: float, limits: Limits, repeats: int = REPEATS,
+    told: Told | None = None,
+) -> Learned:  # fmt: skip
+    """Repeat a trajectory of the micro-stage and learn from what each run misses.
+
+    Parameters
+    ----------
+    programme : Programme
+        By time, its micro targets a trajectory; what it has learned is gone on from.
+    run : Run
+        Runs a programme, from cold each time, with a number from 0 for its seed.
+    lag : float
+        Of the Hall sensor, s: `sensor_lag`.
+    limits : Limits
+        How far the stage goes.
+    repeats : int, optional
+        How many runs.
+    told : Told | None, optional
+        Called after each.
+
+    Returns
+    -------
+    Learned
+        The correction of the run whose error was the smallest.
+
+    Raises
+    ------
+    InputError
+        No trajectory, or one in which macro moves come between.
+    MacromicroError
+        A run ended before the trajectory did.
+    """
+    rows = _rows(programme)
+    correction = np.zeros(len(programme.target))
+    if len(programme.correction):
+        correction = programme.correction.copy()
+    seen: list[Repetition] = []
+    first = last = None
+    kept, best = correction, 0
+    smooth = 1.0 / (2.0 * math.pi * CUTOFF * PERIOD)
+    t = programme.start[rows]
+    grid = np.arange(t[0], t[-1] + 0.5 * PERIOD, PERIOD)
+    for k in range(repeats):
+        course = _course(run(programme._replace(correction=correction), k), programme, rows, lag)
+        found = _judged(course)
+        first = first or course
+        if not seen or found.rms < seen[best].rms:
+            best, kept, last = k, correction, course
+        seen.append(found)
+        if told is not None:
+            told(k, found)
+        missed = np.interp(grid + lag, course.t, course.error)
+        have = np.interp(grid, t, correction[rows])
+        learned = gaussian_filter1d(have + GAIN * missed, smooth, mode="nearest")
+        correction = np.zeros_like(correction)
+        correction[rows] = np.interp(t, grid, learned)
+        correction[rows] = _within(correction[rows], programme.target[rows], limits)
+    assert first is not None and last is not None
+    return Learned(programme._replace(correction=kept), seen, best, first, last)
+
+
+def _rows(programme: Programme) -> np.ndarray:
+    """The programme's rows that make its trajectory: of the micro-stage, one after the other."""
+    rows = np.flatnonzero(programme.stage == MICRO)
+    accepted = "a programme by time (CSV) whose micro targets follow each other: docs/learning.md"
+    if not programme.scheduled or not dense(programme.start[rows]):
+        raise InputError(programme.source, "no trajectory of the micro-stage", accepted)
+    steps = np.diff(programme.start[rows])
+    first = int(rows[int(np.argmax(steps < 5.0 * np.median(steps)))])
+    rows = rows[rows >= first]
+    if (np.diff(rows) > 1).any():
+        raise InputError(programme.source, "macro moves between its micro targets", accepted)
+    return rows
+
+
+def _course(recording: Recording, programme: Programme, rows: np.ndarray, lag: float) -> Course:
+    """What a run missed, from the trajectory's first target to its end."""
+    if not recording.attributes.get("finished", 1):
+        why = recording.attributes.get("fault", "it was interrupted")
+        raise MacromicroError(f"a repetition ended early: {why}")
+    a = int(np.searchsorted(recording["move"], rows[0]))
+    b = int(np.searchsorted(recording["move"], rows[-1], side="right"))
+    good = np.flatnonzero(recording["phase"][a:b] == FINE) + a
+    wanted = recording["micro_reference"][good] * 1e-3
+    shown = recording["hall_position"][good] * 1e-3
+    laser = np.full(len(good), math.nan)
+    if "laser" in recording:
+        laser = zero.contraction(recording)[good] * 1e-6
+    return Course(recording["t"][good], wanted, _sensed(wanted, lag) - shown, wanted - laser)
+
+
+def _sensed(wanted: Array, lag: float) -> Array:
+    """Places as the sensor would show them: a first-order lag."""
+    if lag <= 0.0:
+        return wanted
+    from scipy.signal import lfilter
+
+    share = math.exp(-PERIOD / lag)
+    shown, _ = lfilter([1.0 - share], [1.0, -share], wanted, zi=[share * wanted[0]])
+    return np.asarray(shown)
+
+
+def _judged(course: Course) -> Repetition:
+    counted = course.t >= course.t[0] + LATE
+    error, true = course.error[counted], course.true[counted]
+    true = true[np.isfinite(true)]
+    by_laser = math.sqrt(float(np.mean(true**2))) if len(true) else math.nan
+    return Repetition(math.sqrt(float(np.mean(error**2))), float(np.max(np.abs(error))), by_laser)
+
+
+def _within(correction: Array, target: Array, limits: Limits) -> Array:
+    """What keeps the sum within the stage's travel."""
+    least, most = np.minimum(limits.micro_lo - target, 0.0), limits.micro_hi - target
+    return np.clip(correction, least, np.maximum(most, 0.0))

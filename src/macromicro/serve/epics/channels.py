@@ -1,0 +1,71 @@
+"""Channels with a function behind what clients put into them."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from caproto import AccessRights, ChannelDouble, ChannelEnum, ChannelInteger, ChannelString
+
+Put = Callable[[Any], Awaitable[None]]
+
+
+class _Own:
+    """`put`: what a client's value does, which is raised to the client where it fails; None for
+    a channel that is read only."""
+
+    put: Put | None = None
+
+    def check_access(self, hostname: str, username: str) -> AccessRights:
+        """Who may write."""
+        return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
+
+    async def verify_value(self, data: Any) -> Any:
+        """Do what a client has put."""
+        if self.put is not None:
+            await self.put(data[0] if isinstance(data, list | tuple) and len(data) == 1 else data)
+        return data
+
+
+class Double(_Own, ChannelDouble):  # type: ignore[misc]
+    """A number, or an array of them."""
+
+
+class Integer(_Own, ChannelInteger):  # type: ignore[misc]
+    """A whole number; where clients may put one, a button, which is 0 again."""
+
+    async def verify_value(self, data: Any) -> Any:
+        """Do what a client has put."""
+        await super().verify_value(data)
+        return 0
+
+
+class Text(_Own, ChannelString):  # type: ignore[misc]
+    """A text of 39 characters; what is longer is cut."""
+
+
+class Choice(_Own, ChannelEnum):  # type: ignore[misc]
+    """One of some words."""
+
+
+def channel(value: Any, put: Put | None = None, **rest: Any) -> Any:
+    """The channel of a value, by its type; `enum_strings` makes it a choice."""
+    if "enum_strings" in rest:
+        kind: Any = Choice
+    elif isinstance(value, str):
+        kind = Text
+    else:
+        kind = Double if isinstance(value, float | list) else Integer
+    made = kind(value=value, **rest)
+    made.put = put
+    return made
+
+
+async def show(made: Any, value: Any, **rest: Any) -> None:
+    """Publish a value of the machine's, where it is another one."""
+    if isinstance(value, str):
+        value = value.encode("ascii", "replace").decode()[:39]
+    before = made.value
+    before = before[0] if isinstance(before, list) and len(before) == 1 else before
+    if rest or before != value:
+        await made.write(value, verify_value=False, **rest)

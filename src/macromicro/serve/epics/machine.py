@@ -1,0 +1,253 @@
+"""The records of a machine, and what is shown beside them."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import numpy as np
+
+from macromicro.control.live import messages as m
+from macromicro.control.live.messages import DONE, Refused
+from macromicro.serve.client import POLL_S, Client
+from macromicro.serve.epics.channels import channel, show
+from macromicro.serve.epics.gathering import Gathering
+from macromicro.serve.epics.record import Axis, MoveError, Now, Record
+from macromicro.serve.instrument import Instrument
+from macromicro.serve.shared import PERIOD
+from macromicro.serve.snapshot import Snapshot
+from macromicro.serve.web import bins
+
+NAME = "epics"
+TRACE_S, TRACE_ROWS = 10.0, 1000  # of the traces
+DIGITS = 5
+_OFF = (m.MODES[m.DISABLED], m.MODES[m.FAULT], "off")
+
+
+class Channels:
+    """All channels of a served machine. The clients of Channel Access are one client of the
+    station, which takes control with what it orders where that is free."""
+
+    def __init__(self, instrument: Instrument) -> None:
+        self.client = Client(instrument, NAME)
+        self._instrument, self._station = instrument, instrument.station
+        self._per = instrument.place.per
+        self._turn, self._under_way = "", 0  # the record that moves, and how many moves it has
+        self._asked, self._stopped = 0, 0  # moves and stops so far; the last stop's number
+        self._gathering = Gathering(self._ask, self._in_turn)
+        writable = self.client.authenticated  # Channel Access carries no token
+        self._live = instrument.settings.live
+        speed = self._live.jogging.macro * self._per
+        near = self._live.pitch * self._per
+        unit = instrument.place.unit
+        self._records = {
+            axis.name: Record(axis, unit, DIGITS, speed, near, writable=writable)
+            for axis in self._axes()
+        }
+
+        def put(act: Callable[[Any], Awaitable[None]]) -> Any:
+            return act if writable else None
+
+        wave: dict[str, Any] = {"max_length": TRACE_ROWS}
+        self._shown: dict[str, Any] = {
+            "mode": channel(""),
+            "fault": channel(""),
+            "remedy": channel(""),
+            "trusted": channel(0),
+            "trust": channel(""),
+            "uncertainty": channel(0.0, units=unit, precision=DIGITS),
+            "temperature": channel(0.0, units="degC", precision=1),
+            "holder": channel(""),
+            "failure": channel(""),
+            "trace:time": channel([0.0], units="s", **wave),
+            "trace:position": channel([0.0], units=unit, **wave),
+            "trace:motor": channel([0.0], units="V", **wave),
+        }
+        self._orders: dict[str, Any] = {
+            "enable": channel(0, put(self._if(lambda: self._order(m.Enable())))),
+            "disable": channel(0, put(self._if(lambda: self._order(m.Disable())))),
+            "clear": channel(0, put(self._if(lambda: self._order(m.ClearFault())))),
+            "home": channel(0, put(self._if(lambda: self._go(m.Home())))),
+            "release": channel(0, put(self._if(self._release))),
+            "stop": channel(0, self._if(self._stop)),
+            "emergency": channel(0, self._if(self._emergency)),
+        }
+
+    def named(self, prefix: str) -> dict[str, Any]:
+        """All channels by their names."""
+        found = {f"{prefix}:{name}": made for name, made in (self._shown | self._orders).items()}
+        for record in self._records.values():
+            found |= record.named(prefix)
+        return found
+
+    # Axes
+
+    def _axes(self) -> list[Axis]:
+        per, pitch = self._per, self._live.pitch
+        stages = self._station.stages
+
+        def axis(name: str, text: str, request: Callable[[float], m.Request]) -> Axis:
+            async def go(value: float) -> None:
+                await self._in_turn(name, request(value), self._ask())
+
+            return moved(name, text, go)
+
+        def moved(name: str, text: str, go: Callable[[float], Awaitable[None]]) -> Axis:
+            async def home() -> None:
+                await self._go(m.Home())
+
+            async def enable(on: bool) -> None:
+                await self._order(m.Enable() if on else m.Disable())
+
+            return Axis(name, text, go, home, self._stop, enable)
+
+        def alone(name: str) -> Axis:
+            async def go(value: float) -> None:
+                await self._gathering.go(name, value / per)
+
+            return moved(name, f"axis {name}", go)
+
+        if set(m.AXES) <= set(stages):
+            return [alone(name) for name in m.AXES]
+        whole = axis("whole", "position", lambda v: m.MoveTo(v / per, replace=True))
+        if set(stages) != set(m.STAGES):
+            return [whole]
+        macro = axis(
+            "macro",
+            "macro-stage",
+            lambda v: m.MoveMacro(float(round(v / per / pitch)), replace=True),
+        )
+        micro = axis("micro", "micro-stage", lambda v: m.MoveMicro(v / per, replace=True))
+        return [whole, macro, micro]
+
+    def _now(self, name: str, now: Snapshot) -> Now:
+        ends = [self._instrument.limit("whole" if name == "whole" else name, w) for w in _ENDS]
+        scale, place = self._per, now.position_m
+        if name == "macro":
+            scale, place = self._per * self._live.pitch, now.macro_count
+        elif name == "micro":
+            place = now.micro_m
+        elif name != "whole":
+            place = now.axes[m.AXES.index(name)].position_m if now.axes else math.nan
+        low, high = (end * scale for end in ends)
+        return Now(place * scale, low, high, now.mode not in _OFF, bool(now.motion))
+
+    # Orders
+
+    async def _order(self, request: m.Request) -> int:
+        """Pass it on; the number of the motion it began, or 0. Raises `MoveError`."""
+
+        def ask() -> m.Reply:
+            station, client = self._station, self.client
+            if station.holder != client.name:
+                taken = station.acquire(client.name)
+                if isinstance(taken, Refused):
+                    return taken
+            return client.request(request)
+
+        reply = await asyncio.to_thread(ask)
+        if isinstance(reply, Refused):
+            await self._fail(f"{reply.reason}; {reply.remedy}")
+        return reply.id if isinstance(reply, m.Accepted) else 0
+
+    async def _go(self, request: m.Request) -> None:
+        """A motion to its end. Raises `MoveError` where that is not "done"."""
+        await show(self._shown["failure"], "")
+        motion = await self._order(request)
+        while (end := self._station.finished(motion, 0.0)) is None:
+            if not self._station.snapshot().running:
+                await self._fail("the loop process has ended")
+            await asyncio.sleep(POLL_S)
+        await self.look()  # who waited for its end sees the machine as it is then
+        if end.outcome != DONE:
+            await self._fail(f"it ended as {end.outcome}")
+
+    def _ask(self) -> int:
+        """Number of a move that is asked for now."""
+        self._asked += 1
+        return self._asked
+
+    async def _in_turn(self, name: str, request: m.Request, mine: int) -> None:
+        """A move of one record, or of both axes: it replaces one of the same record, and waits for
+        one of another. `mine`: its number. Raises `MoveError`."""
+        if self._stopped > mine:
+            await self._fail("it was stopped before it began")
+        while self._under_way and self._turn != name:
+            await asyncio.sleep(POLL_S)
+            if self._stopped > mine:
+                await self._fail("it was stopped before it began")
+        self._turn = name
+        self._under_way += 1
+        try:
+            await self._go(request)
+        finally:
+            self._under_way -= 1
+
+    async def _fail(self, words: str) -> None:
+        await show(self._shown["failure"], words)
+        raise MoveError(words)
+
+    async def _stop(self) -> None:
+        self._stopped = self._ask()
+        self._gathering.close()
+        await asyncio.to_thread(self.client.stop)
+
+    async def _emergency(self) -> None:
+        self._stopped = self._ask()
+        self._gathering.close()
+        await asyncio.to_thread(self.client.emergency)
+
+    async def _release(self) -> None:
+        await asyncio.to_thread(self._station.release, self.client.name)
+
+    def _if(self, act: Callable[[], Awaitable[Any]]) -> Any:
+        async def put(value: Any) -> None:
+            if value:
+                await act()
+
+        return put
+
+    # What is shown
+
+    async def look(self) -> None:
+        """Bring everything up to date."""
+        self.client.beat(0.0)
+        now = self._station.snapshot()
+        for name, record in self._records.items():
+            await record.look(self._now(name, now))
+        trouble = now.fault
+        for name, value in (
+            ("mode", now.mode),
+            ("fault", "" if trouble is None else trouble.message),
+            ("remedy", "" if trouble is None else trouble.remedy),
+            ("trusted", int(now.trusted)),
+            ("trust", now.trust),
+            ("uncertainty", now.uncertainty_m * self._per),
+            ("temperature", now.temperature_c),
+            ("holder", now.holder),
+        ):
+            await show(self._shown[name], value)
+
+    async def look_back(self) -> None:
+        """Bring the traces up to date."""
+        rows = round(TRACE_S / PERIOD)
+        block = self._instrument.newest(rows)
+        _, _, names = self._station.telemetry(NEVER)
+        if not block.shape[1]:
+            return
+        block = block[:, :: max(rows // TRACE_ROWS, 1)][:, -TRACE_ROWS:]
+        values = bins.traces(block, names, self._live.pitch, self._instrument.place)
+        time = block[list(names).index("t")]
+        for name, column in (
+            ("time", time),
+            ("position", values[bins.CHANNELS.index("position")]),
+            ("motor", values[bins.CHANNELS.index("motor")]),
+        ):
+            numbers = np.nan_to_num(column).tolist()
+            await self._shown[f"trace:{name}"].write(numbers, verify_value=False)
+
+
+NEVER = 1 << 60  # a row that has not come
+_ENDS = ("MIN", "MAX")

@@ -1,0 +1,87 @@
+"""The Channel Access server: its own thread, its own event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import re
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from macromicro.errors import InputError, MacromicroError
+from macromicro.extras import remedy
+from macromicro.serve.guesses import Token
+from macromicro.serve.hosts import HOST, guarded
+from macromicro.serve.instrument import Instrument
+from macromicro.serve.threaded import Threaded
+
+if TYPE_CHECKING:
+    from macromicro.serve.station import Station
+
+LOOK_S, TRACE_S = 0.1, 0.5
+INTERFACES = "EPICS_CAS_INTF_ADDR_LIST"
+_PREFIX = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_:-]{0,29}")
+# Beacons go nowhere else than the server listens.
+_QUIET = {"EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_CAS_BEACON_ADDR_LIST": HOST}
+
+
+def checked(prefix: str) -> str:
+    """A prefix of channel names. Raises InputError."""
+    if not _PREFIX.fullmatch(prefix):
+        raise InputError("--epics", prefix, "a prefix such as LAB:STAGE, at most 30 characters")
+    return prefix.rstrip(":")
+
+
+class EpicsServer(Threaded):
+    """The machine as channels with names that begin with `prefix`; a context manager.
+
+    It listens at 127.0.0.1, or where EPICS_CAS_INTF_ADDR_LIST says, at the port of
+    EPICS_CA_SERVER_PORT. Channel Access carries no token: where the server asks for one, all
+    channels but those that stop are read only. Raises InputError for a prefix that cannot be, and
+    for an address that others reach where no token is asked for; MacromicroError without caproto.
+    """
+
+    def __init__(self, station: Station, prefix: str, token: Token | None = None) -> None:
+        if find_spec("caproto") is None:
+            raise MacromicroError(f"EPICS needs the package caproto; {remedy('epics')}")
+        self.prefix = checked(prefix)
+        self._interfaces = os.environ.get(INTERFACES, "").split() or [HOST]
+        token = token or Token(None)
+        for address in self._interfaces:
+            guarded(address, None if token.open else "x" * 32)
+        super().__init__("EPICS", self._interfaces[0], 0)
+        self._instrument = Instrument(station, token=token)
+
+    async def _serve(self) -> None:
+        if self._interfaces == [HOST]:
+            for name, value in _QUIET.items():
+                os.environ.setdefault(name, value)
+        logging.getLogger("caproto").addHandler(logging.NullHandler())
+        for name in ("caproto", "caproto.ctx", "caproto.circ", "caproto.bcast", "caproto.ch"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # a refused put is no news
+        from caproto.asyncio.server import Context
+
+        from macromicro.serve.epics.machine import Channels
+
+        channels = Channels(self._instrument)
+        context: Any = Context(channels.named(self.prefix), self._interfaces)
+        await asyncio.to_thread(channels.client.connect)
+
+        async def look(_: object) -> None:
+            await channels.look()
+            self._listening(self._interfaces[0], context.port)
+            due = 0.0
+            while True:
+                await channels.look()
+                if asyncio.get_running_loop().time() >= due:
+                    await channels.look_back()
+                    due = asyncio.get_running_loop().time() + TRACE_S
+                await asyncio.sleep(LOOK_S)
+
+        try:
+            with contextlib.suppress(asyncio.CancelledError):
+                await context.run(startup_hook=look)
+        finally:
+            channels.client.close()

@@ -1,0 +1,57 @@
+"""Traces of the last motion, as the data recorder of GCS gives them (GCS array)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from macromicro.arrays import Array
+from macromicro.serve.gcs.errors import NO_TABLE, OUT_OF_RANGE, GcsError
+from macromicro.serve.gcs.session import MOST, Session
+from macromicro.serve.shared import PERIOD
+from macromicro.serve.web import bins
+
+
+def names(session: Session) -> tuple[str, ...]:
+    """What the tables 1, 2, ... are, with their units."""
+    place = session.instrument.place
+    units = {"motor": "V", "CTRL": "V", "temperature": "degC", "y motor": "V"}
+    shown = bins.channels(session.station.stages)
+    return tuple(f"{name} [{units.get(name, place.unit)}]" for name in shown)
+
+
+def rows(session: Session) -> Array:
+    """All tables since the last motion began: float64[tables, values]."""
+    settings = session.instrument.settings
+    lives = getattr(settings, "lives", ())
+    second = lives[1].pitch if lives else math.nan
+    _, block, columns = session.station.telemetry(session.began)
+    shown = block[:, :: session.rate][:, :MOST]
+    place = session.instrument.place
+    return bins.traces(shown, columns, settings.live.pitch, place, second)
+
+
+def array(session: Session, first: int, count: int, tables: Sequence[int]) -> str:
+    """Values `first` (from 1 on) to `first + count - 1` of these tables, with their header.
+    Raises GcsError for a table that there is not, or values that have not come yet."""
+    called = names(session)
+    tables = tables or range(1, len(called) + 1)
+    if not all(1 <= table <= len(called) for table in tables):
+        raise GcsError(NO_TABLE)
+    values = rows(session)
+    if first < 1 or count < 1 or first + count - 1 > values.shape[1]:
+        raise GcsError(OUT_OF_RANGE, f"{values.shape[1]} values so far")
+    shown = values[[table - 1 for table in tables], first - 1 : first - 1 + count]
+    head = {
+        "VERSION": "1",
+        "TYPE": "1",
+        "SEPARATOR": "32",
+        "DIM": str(len(tables)),
+        "SAMPLE_TIME": f"{session.rate * PERIOD:.6g}",
+        "NDATA": str(count),
+    }
+    head |= {f"NAME{k}": called[table - 1] for k, table in enumerate(tables)}
+    lines = ["# REM macromicro", "#", *(f"# {key} = {text}" for key, text in head.items())]
+    lines += ["#", "# END_HEADER"]
+    lines += [" ".join(f"{x:.9g}" for x in row) for row in shown.T.tolist()]
+    return " \n".join(lines)

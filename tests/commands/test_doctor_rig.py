@@ -1,0 +1,68 @@
+"""``macromicro doctor --rig NAME --open`` and ``--move``: statuses, words, and what is asked."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[2] / "docs" / "rigs.md"
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the page's rig, and one that shows too much."""
+    folder = tmp_path_factory.mktemp("lab")
+    rig = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)[0]
+    odd = 'class Odd(Carriage):\n    channels = ("encoder", "hall")\n'
+    made = "def odd(seed):\n    return Odd()\n"
+    (folder / "mylab.py").write_text(f"{rig}\n\n{odd}\n\n{made}", encoding="utf-8")
+    return folder
+
+
+def doctor(lab: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "macromicro", "doctor", *options], cwd=lab, text=True,
+        stdin=subprocess.DEVNULL, capture_output=True, check=False,
+    )  # fmt: skip
+
+
+def test_the_page_s_rig_keeps_everything_moved_too(lab: Path) -> None:
+    done = doctor(lab, "--rig", "mylab:bench", "--move", "3 V", "--yes", "--json")
+    assert done.returncode == 0, done.stdout
+    seen = {each["what"]: each for each in json.loads(done.stdout)}
+    assert seen["direction"]["found"] == "3 V: +200 counts, -3 V: -200 counts"
+    assert seen["killed process"]["found"].startswith("opened again after SIGKILL")
+    assert "motor 3 V, then -3 V" in done.stderr
+
+
+def test_nothing_moves_where_nobody_can_be_asked(lab: Path) -> None:
+    done = doctor(lab, "--rig", "mylab:bench", "--move", "3 V")
+    assert done.returncode == 2
+    assert "it would move, and nobody can be asked" in done.stderr
+    assert "direction" not in done.stdout
+
+
+def test_a_rig_that_fails_is_not_moved(lab: Path) -> None:
+    done = doctor(lab, "--rig", "mylab:odd", "--move", "3 V", "--yes")
+    assert done.returncode == 1
+    assert "fail channels: no value of hall in 501 readings" in done.stdout
+    assert "direction" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--open",), "--rig: 'twin'; accepted: a rig of yours"),
+        (("--rig", "mylab:bench", "--move", "11 V"), "--move: '11 V'; accepted: more than 0 V"),
+        (("--rig", "mylab:bench", "--move", "3"), "--move: '3'"),
+    ],
+)
+def test_what_is_not_accepted(lab: Path, options: tuple[str, ...], message: str) -> None:
+    done = doctor(lab, *options)
+    assert done.returncode == 2
+    assert message in done.stderr

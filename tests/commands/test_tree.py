@@ -1,0 +1,42 @@
+"""The commands as data, and docs/commands.md, which is written from them."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import typer
+
+from macromicro.cli import app
+from macromicro.commands.tree import entries
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_the_page_is_up_to_date() -> None:
+    """`python docs/make_commands.py` brings it up to date."""
+    spec = importlib.util.spec_from_file_location("make_commands", DOCS / "make_commands.py")
+    assert spec is not None and spec.loader is not None
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    assert (DOCS / "commands.md").read_text(encoding="utf-8") == maker.render()
+
+
+def test_every_command_has_its_help_and_options() -> None:
+    found = {" ".join(e.path): e for e in entries(typer.main.get_command(app))}
+    assert found[""].commands[:2] == ("run", "programmes") and found[""].options[0].names == (
+        "--version",
+    )
+    assert {"config show", "identify drive", "export c"} < set(found)
+    for name, entry in found.items():
+        assert entry.short and "\n" not in entry.short, name
+        for option in entry.options:
+            assert option.help, (name, option.names)
+    run = {o.names[0]: o for o in found["run"].options}
+    assert "--help" not in run
+    assert run["PROGRAMME"].argument and not run["PROGRAMME"].required
+    assert (run["--seed"].takes, run["--seed"].default) == ("N", "0")
+    assert (run["--fan"].takes, run["--fan"].default) == ("", "")
+    assert run["--out"].default == "results/<programme>"
+    plot = {o.names[0]: o for o in found["plot"].options}
+    assert plot["FILE"].required and plot["COLUMNS"].many and plot["--out"].many

@@ -1,0 +1,54 @@
+"""Instruments from the free run: no bias from forces that the drive does not know of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.axis_instruments import instrumented
+from macromicro.identify.axis_inverse import Estimate, Rows, differences, fitted
+from macromicro.identify.runs import Run
+
+DT, N = 1e-3, 8000
+TRUTH = Axis(4.0, 25.0, 12.0, 2.0)
+
+
+def record(seed: int, noise: float = 15.0) -> list[Rows]:
+    random = np.random.default_rng(seed)
+    u = np.repeat(random.uniform(-60.0, 60.0, 40), 200)
+    x = simulate(TRUTH, u + noise * random.standard_normal(N), DT)
+    return [differences(Run(np.arange(N) * DT, u, x), u, 80.0, 10)]
+
+
+def test_a_noise_of_the_force_does_not_shrink_the_mass() -> None:
+    """By least squares it comes out 1 % low, more than one record leaves open."""
+    records = [record(seed) for seed in range(20)]
+    plain = [fitted(r, "coulomb") for r in records]
+    found = [instrumented(r, e) for r, e in zip(records, plain, strict=True)]
+    error = np.std([e.axis.mass for e in found]) / np.sqrt(20)
+    assert np.mean([e.axis.mass for e in plain]) < 4.0 - 5.0 * error
+    assert np.mean([e.axis.mass for e in found]) == pytest.approx(4.0, abs=4.0 * error)
+    for one, before in zip(found, plain, strict=True):
+        assert np.all(one.std > 0.5 * before.std) and np.all(one.std < 2.0 * before.std)
+        assert one.names == before.names and one.rms == pytest.approx(before.rms, rel=0.05)
+        assert one.percent / one.rms == pytest.approx(before.percent / before.rms)
+
+
+def test_a_free_run_that_is_no_guide_changes_nothing() -> None:
+    rows = record(0)
+    plain = fitted(rows, "coulomb")
+    negative = Estimate(plain.axis._replace(coulomb=-1.0), *list(vars(plain).values())[1:])
+    assert instrumented(rows, negative) is negative
+    stuck = Estimate(plain.axis._replace(coulomb=1e3), *list(vars(plain).values())[1:])
+    assert instrumented(rows, stuck) is stuck
+    far = Estimate(plain.axis._replace(mass=400.0), *list(vars(plain).values())[1:])
+    assert instrumented(rows, far) is far
+
+
+def test_stribecks_speed_stays() -> None:
+    rows = record(1)
+    plain = fitted(rows, "stribeck")
+    found = instrumented(rows, plain)
+    assert found.axis.stribeck_speed == plain.axis.stribeck_speed
+    assert found.covariance.shape == (6, 6) and np.isnan(found.std[5])

@@ -1,0 +1,49 @@
+"""A result's figures as text: as many digits as the error carries."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from macromicro.identify.result import Line, Result, rounded
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (199.6, 15.0, ("200", "15")), (199.6, 1.53, ("199.6", "1.5")),
+        (93.748, 2.4, ("93.7", "2.4")), (95.0123, 0.12, ("95.01", "0.12")),
+        (2.5, 0.0996, ("2.50", "0.10")), (0.0, 0.3, ("0.00", "0.30")),
+        (123456.0, 789.0, ("123460", "790")), (0.001234, 1.2e-5, ("0.001234", "0.000012")),
+        (-0.95833, 3e-5, ("-0.958330", "0.000030")), (0.55, 10.0, ("0.6", "10")),
+        (4e-8, 3e-10, ("4.000e-08", "3e-10")), (1e9, 2e7, ("1.000e+09", "2e+07")),
+        (4.7e7, 1.1e13, ("5e+07", "1.1e+13")), (1e-3, 4e-9, ("1.0000000e-03", "4e-09")),
+        (1.25, math.nan, ("1.25", "")), (math.nan, 1.0, ("-", "")), (2.0, 0.0, ("2", "0")),
+        (math.inf, 1.0, ("inf", "")),
+    ],
+)  # fmt: skip
+def test_a_value_has_the_digits_of_its_error(
+    value: float, error: float, text: tuple[str, str]
+) -> None:
+    assert rounded(value, error) == text
+
+
+@given(st.floats(1e-4, 1e6), st.floats(1e-5, 1.0), st.booleans())
+def test_what_is_printed_is_within_a_twentieth_of_the_error(
+    value: float, part: float, negative: bool
+) -> None:
+    """Half a unit of its second digit, 10 at the least; the error itself likewise."""
+    signed, error = -value if negative else value, part * value
+    text, told = rounded(signed, error)
+    assert abs(float(text) - signed) <= 0.0501 * error
+    assert float(told) == pytest.approx(error, rel=0.0501)
+
+
+def test_in_a_notebook_the_text_is_in_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where rich sees Jupyter it would show the table there, and leave `str` empty."""
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    found = Result("hall", "a table", None, [Line("width", 2.5, 0.1, "mm")], [], "", dict)
+    assert "width" in str(found) and "2.50" in str(found) and "\x1b" not in str(found)

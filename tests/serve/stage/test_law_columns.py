@@ -1,0 +1,144 @@
+"""What a law of another package shows of its memory: in the ring, in records, to viewers."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from macromicro.columns import Column
+from macromicro.control import outside
+from macromicro.control.live.leading import REST, Course
+from macromicro.control.settings import Control
+from macromicro.machines import machine as machines
+from macromicro.place import LENGTH
+from macromicro.recording import Recording as Recorded
+from macromicro.serve import choosing, shared
+from macromicro.serve.joint import control as joint
+from macromicro.serve.machine import View
+from macromicro.serve.recording import Recording
+from macromicro.serve.settings import LiveSettings
+from macromicro.serve.shared import COLUMNS, OWN, Shared, Vitals, telemetry
+from macromicro.serve.stage import settings
+from macromicro.serve.stage.rig import Led, Simulated
+from macromicro.serve.trail import Trail
+from macromicro.serve.web import bins
+from macromicro.types import SAFE, Command, Sample
+
+from ...control.own_laws import HERE
+
+PRINTER = Path(__file__).parents[3] / "examples" / "machines" / "printer.toml"
+SPEED = Column("law_speed", "mm/s", "filtered speed")
+SLIDING = f"{HERE}:sliding"
+
+
+def served(folder: Path) -> settings.StageSettings:
+    text = PRINTER.read_text(encoding="utf-8")
+    law = f'machine = "axis"\nlaw = "{HERE}:plain"\n'
+    path = folder / "own.toml"
+    path.write_text(
+        text.replace('machine = "axis"\n', law) + '[own]\nreach = "4.5 V"\nslope = "500 1/s"\n',
+        encoding="utf-8",
+    )
+    found = settings.load(path)
+    assert found is not None
+    return found
+
+
+def row(own: list[float]) -> list[float]:
+    nothing = (math.nan,) * 6
+    view = View(0, 0, *nothing[:6])
+    return telemetry(
+        Sample(*nothing), Command(*nothing[:5]), SAFE, view, Vitals(0, 0, 0, 0), own=own
+    )
+
+
+def test_a_stage_tells_what_its_own_law_remembers(tmp_path: Path, monkeypatch) -> None:
+    found = served(tmp_path)
+    monkeypatch.setattr(
+        "macromicro.serve.stage.control.checked", lambda *_: None
+    )  # it has no limit
+    assert found.law_columns == (SPEED,)
+    rig = Simulated(found.machine, found.tree, found.live.pitch, 1e-3, 0)
+
+    class Session:
+        channels, clock = rig.channels, rig.clock
+
+    led = Led(Session(), rig)  # type: ignore[arg-type]
+    assert led.own() == []
+    rig.source = lambda: Course(True, REST._replace(position=0.7e-3), restart=1)
+    fastest = 0.0
+    for _ in range(200):
+        rig.clock.wait(1e-3)
+        if led.tripped:
+            break
+        (speed,) = led.own()
+        assert speed == 1e3 * rig.control._memory.speed
+        fastest = max(fastest, speed)
+    assert fastest > 0.1
+    rig.source = Course
+    rig.clock.wait(1e-3)
+    assert led.own() == []
+
+
+def test_a_law_of_this_package_has_none() -> None:
+    assert choosing.load(PRINTER).law_columns == ()
+    assert LiveSettings().law_columns == ()
+
+
+def test_of_the_two_stage_machine(tmp_path: Path) -> None:
+    law = outside.find(SLIDING, "test")
+    own = LiveSettings(controller=Control(macro_law=SLIDING, own=law.gains()))
+    assert own.law_columns == (SPEED,)
+    memory = law.memory(1.0, 0.25)
+    assert outside.values((outside.Held(0.0, memory),)) == [250.0]
+    assert outside.values(()) == []
+
+
+def test_of_two_axes_each_has_its_letter() -> None:
+    axis = machines.load(PRINTER)[0]
+    law = outside.find(SLIDING, "test")
+    found = joint.law_columns((axis.kind, axis.kind), (law, axis.law))
+    assert [c.name for c in found] == ["x_law_speed"]
+    found = joint.law_columns((axis.kind, axis.kind), (law, law))
+    assert [c.name for c in found] == ["x_law_speed", "y_law_speed"]
+
+
+def test_they_come_last_in_a_row_and_no_more_of_them_than_there_is_room_for() -> None:
+    made = row([7.0, 8.0])
+    assert len(made) == len(COLUMNS) and made[-OWN : -OWN + 2] == [7.0, 8.0]
+    assert all(math.isnan(x) for x in made[-OWN + 2 :])
+    assert len(row([1.0] * (OWN + 3))) == len(COLUMNS)
+    plain = shared.columns(("encoder",))
+    assert shared.columns(("encoder",), (SPEED,)) == [*plain, len(COLUMNS) - OWN]
+    every, scales = shared.shown(LENGTH, (SPEED,))
+    assert every[-OWN] == SPEED and len(every) == len(COLUMNS) == len(scales)
+    assert len(shared.shown(LENGTH, (SPEED,) * (OWN + 3))[0]) == len(COLUMNS)
+
+
+def test_a_record_has_their_names_units_and_values(tmp_path: Path) -> None:
+    memory = Shared.create(1000)
+    recording = Recording(
+        memory, Trail(), tmp_path / "a.h5", 10, {}, print, channels=("encoder",),
+        means=(LENGTH, (SPEED,)),
+    )  # fmt: skip
+    for k in range(5):
+        memory.put(row([float(k)]))
+    recording.end()
+    found = Recorded.load(tmp_path / "a.h5")
+    assert found["law_speed"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert found.columns[-1] == SPEED and "law_2" not in found
+
+
+def test_viewers_get_them_behind_all_others() -> None:
+    names = [c.name for c in shared.shown(LENGTH, (SPEED,))[0]]
+    block = np.array([row([float(k)]) for k in range(4)]).T
+    made = bins.traces(block, names, 1.0, own=["law_speed"])
+    assert len(made) == len(bins.CHANNELS) + 1 and made[-1].tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize("name", ["x_law_speed", "law_speed"])
+def test_no_other_column_has_such_a_name(name: str) -> None:
+    assert name not in shared.INDEX

@@ -1,0 +1,83 @@
+"""Coverage of printed errors: the page is that of its figures, and quick runs agree with it."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def loaded(path: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(Path(path).stem, ROOT / path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+BENCH, DOCS = loaded("benchmarks/intervals.py"), loaded("docs/make_coverage.py")
+
+
+def test_the_page_is_that_of_its_figures() -> None:
+    rows = json.loads(DOCS.RESULTS.read_text(encoding="utf-8"))["rows"]
+    assert DOCS.page(rows) == DOCS.PAGE.read_text(encoding="utf-8")
+    methods = {r["method"] for r in rows}
+    assert {"drive, inverse dynamics", "drive, output error"} < methods
+    assert {f"linear, {m} of order {k}" for m in BENCH.METHODS for k in (1, 2)} < methods
+    for method in methods:
+        assert {r["disturbance"] for r in rows if r["method"] == method} == set(BENCH.DISTURBANCES)
+
+
+@pytest.mark.parametrize(
+    ("one", "wide", "bias", "text"),
+    [
+        (68.0, 95.0, 9.0, "68 / 95"), (60.0, 90.0, 0.0, "60 / 90"), (76.0, 99.0, 0.0, "76 / 99"),
+        (59.0, 95.0, 0.4, "**59 / 95**"), (68.0, 89.0, 0.6, "**68 / 89** biased"),
+        (77.0, 95.0, -0.6, "**77 / 95** biased"), (68.0, 100.0, 0.0, "**68 / 100**"),
+    ],
+)  # fmt: skip
+def test_a_share_outside_its_range_is_marked(
+    one: float, wide: float, bias: float, text: str
+) -> None:
+    assert DOCS.cell({"one": one, "wide": wide, "bias": bias, "scatter": 1.0}) == text
+
+
+def test_intervals_are_counted_by_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors 0, 1, 2, 3 where 1 is told; a record that is refused does not count."""
+
+    def estimates(kind: str, seed: int) -> object:
+        if seed == 4:
+            raise BENCH.InputError("record", "bad", "a good one")
+        yield kind, ("m",), np.array([5.0]), np.array([5.0 + seed]), np.array([1.0])
+
+    monkeypatch.setitem(BENCH.GROUPS, "made", estimates)
+    (row,) = BENCH.covered("made", "sensor", 5)
+    assert (row["records"], row["one"], row["wide"]) == (4, 50.0, 50.0)
+    assert (row["truth"], row["bias"], row["told"]) == (5.0, 1.5, 1.0)
+    assert row["scatter"] == pytest.approx(np.std([0, 1, 2, 3]), rel=0.01)
+
+
+@pytest.mark.parametrize("kind", BENCH.DISTURBANCES)
+def test_records_are_those_of_the_machine_and_repeat(kind: str) -> None:
+    for made in (lambda s: BENCH.driven(kind, s), lambda s: BENCH.linear(kind, 2, s)):
+        (u, x), (again, same) = made(3), made(3)
+        np.testing.assert_array_equal(x, same)
+        np.testing.assert_array_equal(u, again)
+        assert np.ptp(x) > 0.0 and not np.array_equal(u, made(4)[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["white force", "coloured force", "sensor"])
+def test_a_drives_errors_hold(kind: str) -> None:
+    """Sixty records: shares within three of their own standard errors of what thirty can show."""
+    rows = BENCH.covered("drive", kind, 60, first=5000)
+    checked = [r for r in rows if kind != "sensor" or r["method"] == "drive, output error"]
+    assert len(checked) in (4, 8)
+    for row in checked:
+        assert 42.0 <= row["one"] <= 94.0 and row["wide"] >= 83.0, row

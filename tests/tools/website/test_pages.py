@@ -1,0 +1,79 @@
+"""The documentation's pages: the navigation names all, links lead somewhere, figures are drawn."""
+
+from __future__ import annotations
+
+import ast
+import re
+
+import pytest
+
+from website import pages, reference
+from website.pages import ROOT
+
+PAGES = pages.names()
+FIGURES = sorted(p.name for p in (ROOT / "docs" / "figures").iterdir())
+TEXTS = {n: (ROOT / n).read_text(encoding="utf-8") for n in PAGES if n.endswith(".md")}
+
+
+def test_the_navigation_names_every_page_once() -> None:
+    listed = [name for section in pages.navigation() for name in section.pages]
+    assert sorted(listed) == sorted(set(PAGES) - {pages.INDEX})
+    assert {"docs/tutorials/lab.md", "docs/serve.md", "CHANGELOG.md"} <= set(listed)
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_no_link_within_the_repository_is_dead(page: str) -> None:
+    """Files are there, and so are headings that a link names."""
+    for link in pages.links(TEXTS[page]):
+        if "://" in link.target:
+            continue
+        name, anchor = pages.linked(page, link.target)
+        assert (ROOT / name).exists(), f"{page}: {link.target}"
+        assert not anchor or anchor in pages.anchors(TEXTS[name]), f"{page}: {link.target}"
+
+
+def test_links_and_anchors_are_found() -> None:
+    text = "# A `b` c\n\n[x [y]](a.md#b) ![p](q.png)\n\n```text\n# [no](no.md)\n```\n\n## A b c\n"
+    assert [tuple(link) for link in pages.links(text)] == [
+        ("x [y]", "a.md#b", False),
+        ("p", "q.png", True),
+    ]
+    assert pages.anchors(text) == {"a-b-c", "a-b-c-1"}
+    assert pages.linked("docs/tutorials/lab.md", "../serve.md#log") == ("docs/serve.md", "log")
+
+
+def functions(name: str) -> set[str]:
+    """The functions at the top of a source file."""
+    tree = ast.parse((ROOT / name).read_text(encoding="utf-8"))
+    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def test_each_equation_names_the_function_that_computes_it() -> None:
+    """By file and name, and the reference shows it."""
+    found = []
+    for link in pages.links(TEXTS["docs/physics.md"]):
+        name, _ = pages.linked("docs/physics.md", link.target)
+        if name.startswith("src/"):
+            module, function = link.text.strip("`").split(".")
+            assert name.endswith(f"/{module}.py"), link
+            assert function in functions(name), link
+            assert f"{reference.module(name)}.{function}" in reference.documented(), link
+            found.append(link)
+    assert len(found) > 40
+
+
+def test_each_paragraph_of_equations_names_a_function() -> None:
+    """No equation stands in a part of the physics chapter that links no code."""
+    for part in re.split(r"^#+ .*$", TEXTS["docs/physics.md"], flags=re.MULTILINE):
+        assert "$$" not in part or "../src/" in part, part
+
+
+@pytest.mark.parametrize("figure", FIGURES)
+def test_every_figure_is_in_the_gallery_and_drawn_by_a_script(figure: str) -> None:
+    """Which `make docs` runs, and the gallery names."""
+    part = re.search(rf"\(figures/{figure}\)(?:(?!\n## ).)*", TEXTS["docs/gallery.md"], re.DOTALL)
+    assert part is not None
+    named = re.findall(r"docs/(make_\w+\.py)", part[0])
+    assert any(figure in (ROOT / "docs" / n).read_text(encoding="utf-8") for n in named), named
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert set(named) <= set(re.findall(r"docs/(make_\w+\.py)", makefile))
