@@ -17,6 +17,7 @@ from macromicro.rig.session import Fixture, Session
 WAY = 200.0  # counts that a stroke covers at most, but for coming to rest
 _STROKE = 0.5  # s, at most
 _REST = 1.0  # s in which it must have come to rest
+_SPAN = 0.02  # s that a speed is taken over
 _STILL = 0.1  # s without a count are rest
 _DEAD = 0.3  # s from the kill to the next opening
 _HEAT = 1.0  # s
@@ -122,27 +123,28 @@ def stroke(fixture: Fixture, rig: Session, volts: float) -> Stroke:
         Signed: counts that rise are positive.
     """
     dt, quiet = fixture.dt, safe(fixture)
-    first = place = rig.read().encoder
-    track = []
+    first = rig.read()
+    place, track = first.encoder, [(first.t, first.encoder)]
     for _ in range(round(_STROKE / dt)):
         rig.write(quiet._replace(motor=volts))
         rig.wait(dt)
-        place = _known(rig.read().encoder, place)
-        track.append(place)
-        if abs(place - first) >= WAY:
+        sample = rig.read()
+        place = _known(sample.encoder, place)
+        track.append((sample.t, place))
+        if abs(place - first.encoder) >= WAY:
             break
-    span = min(len(track) - 1, round(0.02 / dt))
-    speed = (track[-1] - track[-1 - span]) / (span * dt) if span else 0.0
-    moved, end, rested, since = place - first, place, math.nan, 0
-    for k in range(round(_REST / dt)):
+    moved, end, rested = place - first.encoder, place, math.nan
+    stopped = still = track[-1][0]
+    for _ in range(round(_REST / dt)):
         rig.write(quiet)
         rig.wait(dt)
-        before, place = place, _known(rig.read().encoder, place)
-        since = k if place != before else since
-        if (k - since) * dt >= _STILL:
-            rested = since * dt
+        sample = rig.read()
+        before, place = place, _known(sample.encoder, place)
+        still = sample.t if place != before else still
+        if sample.t - still >= _STILL:
+            rested = still - stopped
             break
-    return Stroke(moved, speed, place - end, rested)
+    return Stroke(moved, _speed(track), place - end, rested)
 
 
 def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
@@ -243,6 +245,16 @@ def _heated(fixture: Fixture, volts: float) -> Finding:
     if abs(after - before) < 0.02:
         return Finding("heat", False, found, "it does not contract: a higher --move, or its wiring")
     return Finding("heat", True, found)
+
+
+def _speed(track: list[tuple[float, float]]) -> float:
+    """At the end of a track of times and counts, over `_SPAN`; counts/s.
+
+    By the rig's own times: a period may be late.
+    """
+    end, place = track[-1]
+    begin, before = next((at for at in reversed(track) if end - at[0] >= _SPAN), track[0])
+    return (place - before) / (end - begin) if end > begin else 0.0
 
 
 def _known(value: Any, before: float) -> float:
