@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -130,8 +131,10 @@ def _parsed(path: Path, where: str, layout: Layout, names: Sequence[str]) -> dic
             read = done
             shown(done)
 
-        source = Rows(path, layout, so_far)
-        with csv.open_csv(pa.PythonFile(source, mode="r"), **options) as batches:
+        with (
+            closing(Rows(path, layout, so_far)) as source,
+            csv.open_csv(pa.PythonFile(source, mode="r"), **options) as batches,
+        ):
             for batch in batches:
                 until = rows + batch.num_rows
                 for k, name in enumerate(names):
