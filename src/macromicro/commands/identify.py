@@ -30,6 +30,9 @@ Columns = Annotated[
 ]
 Out = Annotated[Path | None, typer.Option(help="Folder for figures, result.json, model.toml.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results in that folder.")]
+Test = Annotated[
+    list[str] | None, typer.Option(help="A record that is not fitted, to judge by; or several.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON, nothing else.")]
 # What identifications write; of an earlier one in the same folder nothing may stay.
 NAMES = (
@@ -51,7 +54,7 @@ NEEDED = 20_000_000
 
 
 @app.command()
-def drive(
+def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     gain: Annotated[
@@ -64,12 +67,19 @@ def drive(
     delay: Annotated[
         int | None, typer.Option(help="Samples by which u acts late.", show_default="0")
     ] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """Mass and friction of a motor-driven axis (columns t, u, x)."""
-    options = {"gain": gain, "structure": structure, "limit": limit, "delay": delay}
+    options = {
+        "gain": gain,
+        "structure": structure,
+        "limit": limit,
+        "delay": delay,
+        "tests": tuple(test or ()),
+    }
     _identify("drive", options, files, columns, out, overwrite, as_json)
 
 
@@ -110,7 +120,7 @@ def actuator(
 
 
 @app.command()
-def linear(
+def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     method: Annotated[
@@ -119,12 +129,19 @@ def linear(
     order: Annotated[str, typer.Option(help="Numbers of a, of b, and the delay.")] = "1,1,1",
     start: Annotated[str, typer.Option(help="Records start at rest, or free.")] = "rest",
     width: Annotated[float, typer.Option(help="Dead zone, taken off the size of u.")] = 0.0,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """A discrete linear model (columns t, u and y; or a position x, differentiated)."""
-    options = {"method": method, "order": order, "start": start, "width": width}
+    options = {
+        "method": method,
+        "order": order,
+        "start": start,
+        "width": width,
+        "tests": tuple(test or ()),
+    }
     _identify("linear", options, files, columns, out, overwrite, as_json)
 
 
@@ -164,7 +181,7 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
         bool,
         typer.Option("--drift", help="Scale each curve of a MicroMag file by its calibration."),
     ] = False,
-    test: Annotated[list[str] | None, typer.Option(help="A recording to predict.")] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
@@ -209,12 +226,13 @@ def hall(
     low: Annotated[float, typer.Option(help="First voltage of the table.")] = 0.0,
     high: Annotated[float, typer.Option(help="Last voltage of the table.")] = 5.0,
     points: Annotated[int, typer.Option(help="Voltages in it.")] = 126,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """A position sensor's table, from slow sweeps both ways (columns v, x)."""
-    options = {"low": low, "high": high, "points": points}
+    options = {"low": low, "high": high, "points": points, "tests": tuple(test or ())}
     _identify("hall", options, files, columns, out, overwrite, as_json)
 
 
@@ -225,7 +243,7 @@ def plays(
     count: Annotated[
         int, typer.Option("--plays", help="Play operators, the one without a threshold included.")
     ] = 16,
-    test: Annotated[list[str] | None, typer.Option(help="A recording to predict.")] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,

@@ -51,6 +51,7 @@ class Filtering(NamedTuple):
 
 
 _USUAL = Filtering()
+CUTOFF = axis_thin.CORNER  # of positions, in the samples' rate, where none is asked for
 
 
 @dataclass(frozen=True)
@@ -290,7 +291,7 @@ def _rows(
             found = f"{run.x[0]:g} throughout"
             raise InputError(f"record[{i}].x", found, "a position that moves")
         axis_doubts.jumps(run, f"record[{i}].x")
-        corner = 0.08 / run.dt if filtering.cutoff is None else filtering.cutoff
+        corner = CUTOFF / run.dt if filtering.cutoff is None else filtering.cutoff
         if not 0.0 < corner < 0.5 / run.dt:
             raise InputError("cutoff", corner, f"between 0 and {0.5 / run.dt:g} Hz")
         got = flag_saturation(run.u, f"record[{i}].u", limit)

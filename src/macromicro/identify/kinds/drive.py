@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import RUN, Role, railed, runs
+from macromicro.identify.kinds.testing import Trial
+from macromicro.identify.picking import RUN, Picked, Role, railed, runs
 from macromicro.identify.result import Line, Result, rounded
 from macromicro.identify.runs import Run, checked
 from macromicro.place import ANGLE, LENGTH, PLACES, Place
@@ -60,12 +61,15 @@ class Options(NamedTuple):
         u saturates there.
     delay : int | None
         Samples by which u acts late; None: as the file says, else 0.
+    tests : tuple[str, ...]
+        Files with records that are not fitted.
     """
 
     gain: float | None = None
     structure: str = "auto"
     limit: float | None = None
     delay: int | None = None
+    tests: tuple[str, ...] = ()
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -94,11 +98,8 @@ def identify(picking: Picking, options: Options) -> Result:
         raise InputError("--limit", options.limit, "a value above zero")
     tables = loaded(picking, ROLES)
     first = tables[0]
-    records = []
-    for table in tables:
-        for part in runs(table):
-            railed(part["x"], f"{table.file}, x")
-            records.append(checked(part["t"], part["u"], part["x"], table.file, 200))
+    others = testing.unseen(options.tests, picking, ROLES, first)
+    records = [run for table in tables for run in measured(table)]
     gain, said = options.gain, "as given"
     if gain is None:
         name = next((n for n in GAINS if n in first.constants), "")
@@ -129,6 +130,8 @@ def identify(picking: Picking, options: Options) -> Result:
         other, spread = rounded(fit.inverse.values[k], fit.inverse.std[k])
         note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
         lines.append(Line(name, value, error, units[name], note))
+    trials = [tried(fit, run, table.file) for table in others for run in measured(table)]
+    lines += testing.lines(trials, x_unit)
     samples = sum(len(r.t) for r in records)
     remarks = [
         ("fit", f"free run {fit.fit:.2f} %, RMS {fit.rms:.4g} {x_unit} over {samples} samples"),
@@ -154,6 +157,7 @@ def identify(picking: Picking, options: Options) -> Result:
         "holdout_rms": fit.holdout_rms,
         "inverse": dict(zip(fit.inverse.names, fit.inverse.values, strict=True)),
         "inverse_std": dict(zip(fit.inverse.names, fit.inverse.std, strict=True)),
+        "tests": testing.data(trials),
     }
 
     def draw() -> dict[str, Figure]:
@@ -162,13 +166,65 @@ def identify(picking: Picking, options: Options) -> Result:
         t = [r.t for r in records]
         label = f"position [{x_unit}]"
         return {
-            "free_run": pictures.free_runs(t, [r.x for r in records], fit.free_run, label),
+            "free_run": testing.drawn(t, [r.x for r in records], fit.free_run, trials, label),
             "residuals": pictures.leftover(fit.residuals, records[0].dt, label),
         }
 
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
     toml = settings(fit, records, force, x_unit, units)
     return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
+
+
+def measured(table: Picked) -> list[Run]:
+    """The runs of a file, checked.
+
+    Parameters
+    ----------
+    table : Picked
+        Columns t, u and x.
+
+    Returns
+    -------
+    list[Run]
+        One or more.
+
+    Raises
+    ------
+    InputError
+        One of them is unusable.
+    """
+    found = []
+    for part in runs(table):
+        railed(part["x"], f"{table.file}, x")
+        found.append(checked(part["t"], part["u"], part["x"], table.file, 200))
+    return found
+
+
+def tried(fit: DriveFit, run: Run, file: str) -> Trial:
+    """A free run of the axis over a record that was not fitted, from its measured start.
+
+    Parameters
+    ----------
+    fit : DriveFit
+        What was found.
+    run : Run
+        The record.
+    file : str
+        Its name.
+
+    Returns
+    -------
+    Trial
+        Measured and simulated positions.
+    """
+    from macromicro.identify.axis import late
+    from macromicro.identify.axis_fit import CUTOFF
+    from macromicro.identify.axis_inverse import differences
+    from macromicro.identify.axis_refine import begun
+
+    push = late(run.u, fit.delay) * fit.gain
+    x, v = begun(differences(run, push, CUTOFF / run.dt, 1))
+    return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
 
 
 def units_of(force: str, x: str) -> dict[str, str]:

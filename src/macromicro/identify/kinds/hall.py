@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
 from macromicro.identify.result import Line, Result
@@ -19,6 +20,7 @@ from macromicro.identify.result import Line, Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from macromicro.control.calibration import Calibration
     from macromicro.identify.hall import HallFit
 
 
@@ -42,11 +44,14 @@ class Options(NamedTuple):
         Highest, V.
     points : int
         Number of voltages.
+    tests : tuple[str, ...]
+        Files with sweeps that are not fitted.
     """
 
     low: float = 0.0
     high: float = 5.0
     points: int = 126
+    tests: tuple[str, ...] = ()
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -104,6 +109,9 @@ def identify(picking: Picking, options: Options) -> Result:
         Line("up from down", lag * 1e6, unit="um", note="largest half difference: lag, cancelled"),
         Line("bend", float(np.abs(bent).max()) * 1e6, unit="um", note="largest, off a line"),
     ]
+    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    trials = [tried(fit.calibration, table) for table in others]
+    lines += testing.lines(trials, "mm")
     remarks = [
         ("runs", f"{fit.runs}, one way each; {int(seen.sum())} of {len(seen)} voltages seen"),
         ("beyond them", "the table continues with its last slope"),
@@ -121,7 +129,11 @@ def identify(picking: Picking, options: Options) -> Result:
                 "sensor and table",
                 "sensor [V]",
                 "position [mm]",
-                [("measured", vs, xs * mm, "."), ("table", fit.volts, place * mm, "-")],
+                [
+                    ("measured", vs, xs * mm, "."),
+                    ("table", fit.volts, place * mm, "-"),
+                    *((f"not fitted: {Path(o.file).name}", *_few(o), ".") for o in trials[:2]),
+                ],
             ),
             "residuals": pictures.points(
                 "uncertainty of the table, and lag",
@@ -139,10 +151,38 @@ def identify(picking: Picking, options: Options) -> Result:
     head += f"The table is in {FILE} (volts, millimetres), as macromicro.control reads it."
     toml = model_file.plain(head, {"calibration": {"file": (FILE, f"{len(seen)} points")}})
     lengths = {"position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
-    data = {"volts": fit.volts, **{name: x * 1e3 for name, x in lengths.items()}}
+    data: dict[str, Any] = {"volts": fit.volts, **{name: x * 1e3 for name, x in lengths.items()}}
+    data["tests"] = testing.data(trials)
     title = "Sensor volts to millimetres: mean of runs both ways, monotone"
     files = {FILE: lambda path: _write(path, fit)}
     return Result("hall", title, fit.calibration, lines, remarks, toml, draw, data, files)
+
+
+def tried(table: Calibration, sweep: Picked) -> Trial:
+    """The table's positions for the voltages of a record that was not fitted.
+
+    Parameters
+    ----------
+    table : Calibration
+        As found.
+    sweep : Picked
+        Columns v and x.
+
+    Returns
+    -------
+    Trial
+        In mm, over volts.
+    """
+    volts = sweep.values["v"]
+    grid = table.low + table.step * np.arange(len(table.position))
+    made = 1e3 * np.interp(volts, grid, table.position)
+    return Trial(sweep.file, volts, sweep.values["x"], np.asarray(made, np.float64))
+
+
+def _few(trial: Trial) -> tuple[Array, Array]:
+    """Some hundred points of it."""
+    every = max(len(trial.t) // 300, 1)
+    return trial.t[::every], trial.measured[::every]
 
 
 def one_way(table: Picked) -> list[tuple[Array, Array]]:

@@ -9,8 +9,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
@@ -48,12 +49,15 @@ class Options(NamedTuple):
         "rest" or "free".
     width : float
         Dead zone taken off the input's size, unit of u.
+    tests : tuple[str, ...]
+        Files with records that are not fitted.
     """
 
     method: str = METHODS[0]
     order: str = "1,1"
     start: str = "rest"
     width: float = 0.0
+    tests: tuple[str, ...] = ()
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -85,6 +89,7 @@ def identify(picking: Picking, options: Options) -> Result:
     na, nb, delay = order(options.order)
     tables = loaded(picking, ROLES)
     position = "y" not in tables[0].values
+    others = testing.unseen(options.tests, picking, ROLES, tables[0])
     records, averaged = joined(measured(tables, options.width), position)
     dt = records[0].dt
     if any(abs(r.dt - dt) > 1e-3 * dt for r in records):
@@ -98,6 +103,12 @@ def identify(picking: Picking, options: Options) -> Result:
     in_unit = tables[0].units["u"] or "u"
     out_unit = f"{out_unit}/s" if position else out_unit
     lines = coefficients(fit, out_unit, in_unit)
+    trials = [
+        tried(fit, run, table.file, position=position)
+        for table in others
+        for run in measured([table], options.width)
+    ]
+    lines += testing.lines(trials, out_unit.removesuffix("/s") if position else out_unit)
     white = fit.whiteness
     remarks = [
         ("fit", f"free run {fit.fit:.2f} %, {sum(map(len, y))} samples of {dt:g} s"),
@@ -123,7 +134,7 @@ def identify(picking: Picking, options: Options) -> Result:
             seen, made = ([np.cumsum(one) * dt for one in each] for each in (seen, made))
             name = f"position from the start [{out_unit.removesuffix('/s')}]"
         drawn = {
-            "free_run": pictures.free_runs(times, seen, made, name),
+            "free_run": testing.drawn(times, seen, made, trials, name),
             "residuals": pictures.leftover(fit.residuals, dt, label),
         }
         return drawn
@@ -131,7 +142,43 @@ def identify(picking: Picking, options: Options) -> Result:
     title = "y = (b1 z^-1 + b2 z^-2 + ...) / (1 + a1 z^-1 + ...) u"
     title += f", {delay - 1} samples later" if delay > 1 else ""
     toml = coefficients_toml(fit, in_unit, out_unit)
-    return Result("linear", title, fit, lines, remarks, toml, draw, data(fit))
+    more = {**data(fit), "tests": testing.data(trials)}
+    return Result("linear", title, fit, lines, remarks, toml, draw, more)
+
+
+def tried(fit: LinearFit, run: Run, file: str, *, position: bool) -> Trial:
+    """A free run of the model from rest over a record that was not fitted.
+
+    Parameters
+    ----------
+    fit : LinearFit
+        What was found.
+    run : Run
+        The record; x holds the output, or a position.
+    file : str
+        Its name.
+    position : bool
+        Whether it holds a position, and the model's output is its speed.
+
+    Returns
+    -------
+    Trial
+        Outputs, or positions from the start.
+
+    Raises
+    ------
+    InputError
+        The record has another sample time.
+    """
+    from macromicro.identify import differentiated
+
+    if abs(run.dt - fit.dt) > 1e-3 * fit.dt:
+        raise InputError(file, f"a sample time of {run.dt:.6g} s", f"{fit.dt:.6g} s, as fitted")
+    if not position:
+        return Trial(file, run.t, run.x, fit.simulate(run.u))
+    u, y = differentiated(run.u, run.x, fit.dt)
+    seen, made = (np.cumsum(each) * fit.dt for each in (y, fit.simulate(u)))
+    return Trial(file, run.t[1:], seen, made)
 
 
 def _travel(fit: LinearFit, y: list[Array]) -> str:

@@ -23,6 +23,7 @@ def free_runs(
     model: Sequence[Array],
     label: str,
     x: str = "time [s]",
+    names: Sequence[str] = (),
 ) -> Figure:
     """Each record with its free run, and below it the difference; at most three records.
 
@@ -36,6 +37,8 @@ def free_runs(
         Label of the y axis, with unit.
     x : str, optional
         Label of the x axis, with unit.
+    names : Sequence[str], optional
+        Titles of the records; by default their numbers.
 
     Returns
     -------
@@ -50,7 +53,8 @@ def free_runs(
         line(top, t[k], model[k], ORANGE, "model, free run", linestyle="--")
         rest = np.asarray(measured[k] - model[k], np.float64)
         line(low, t[k], rest, RED, "measured - model")
-        finish(top, f"record {k + 1} of {len(t)}" if len(t) > 1 else "", "", label, legend=k == 0)
+        title = f"record {k + 1} of {len(t)}" if len(t) > 1 else ""
+        finish(top, names[k] if names else title, "", label, legend=k == 0)
         finish(low, "measured less model", x)
     figure.subplots_adjust(left=0.11)
     return figure
