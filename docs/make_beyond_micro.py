@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -80,19 +81,21 @@ def under(settings: Settings, law: str, gains: Inverse | None) -> Settings:
     return settings._replace(controller=control if gains is None else control._replace(fine=gains))
 
 
-def moved(settings: Settings, folder: Path) -> list[dict[str, float]]:
-    """Every move of `PLACES`, judged by the true place, with the limit from the same state."""
+def moved(
+    settings: Settings, folder: Path, ways: Sequence[float] = PLACES, hold: float = HOLD
+) -> list[dict[str, float]]:
+    """Every move of `ways`, judged by the true place, with the limit from the same state."""
     path = folder / "moves.toml"
-    places = ", ".join(f'"{x} mm"' for x in PLACES)
-    path.write_text(f'[[moves]]\nmicro = [{places}]\nhold = "{HOLD} s"\n')
+    places = ", ".join(f'"{x} mm"' for x in ways)
+    path.write_text(f'[[moves]]\nmicro = [{places}]\nhold = "{hold} s"\n')
     rolled = simulate.prepare(
         settings, load(path, travel.limits(settings.travel, settings.sensors.encoder.pitch))
     )
     advance, rows = compiled(loop.rollout), recorded.columns(rolled.control)
     at = [c.name for c in rows].index("true_micro")
     run, random, found, before = rolled.run, noise_source(1), [], 0.0
-    n = round(HOLD / PERIOD)
-    for goal in PLACES:
+    n = round(hold / PERIOD)
+    for goal in ways:
         least = fine_limits.quickest(rolled.plant, run.bench, 1e-3 * goal, 1e-3 * NEAR)
         noise, out = random.standard_normal((n, NOISES)), np.empty((len(rows), n))
         run, written = advance(*rolled[:4], run, noise, out, PERIOD)
