@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import make_beyond
 import make_beyond_micro
@@ -20,6 +20,7 @@ import numpy as np
 
 from macromicro import api, hall_table
 from macromicro import programme as programmes
+from macromicro.control.inverse.model import Inverse
 from macromicro.errors import InputError
 from macromicro.identify import carriage
 from macromicro.programme import MACRO, Programme
@@ -53,19 +54,28 @@ def drawn(n: int, seed: int, spans: dict[str, float]) -> list[Settings]:
     return [machines.settings_at(Settings(), rows, amounts) for amounts in sample.amounts]
 
 
-def identified(settings: Settings, seed: int) -> Settings:
-    """The laws' models as `identify carriage` and `identify actuator` find them."""
+class Models(NamedTuple):
+    """What the package's laws know, as `identify carriage` and `identify actuator` find it."""
+
+    own: dict[str, float] = {}
+    fine: Inverse | None = None
+
+
+def identified(settings: Settings, seed: int) -> Models:
+    """From strokes, and from heating in the kiln and on the bench."""
     found = make_beyond.identified(settings, seed).model
     own = {name: float(getattr(found, name)) for name in (*carriage.RIGID, *carriage.SWING)}
-    fine = make_beyond_micro.identified(settings, seed).gains
-    tree = settings._replace(controller=settings.controller._replace(fine=fine))
-    return changed(tree, {f"controller.own.{name}": value for name, value in own.items()})
+    return Models(own, make_beyond_micro.identified(settings, seed).gains)
 
 
-def under(settings: Settings, laws: str) -> Settings:
+def under(settings: Settings, laws: str, models: Models) -> Settings:
     """The bench under a pair of laws; the package's run both stages at once."""
-    tree = settings._replace(controller=settings.controller.joined(laws, "law"))
-    return tree if laws == LAWS[0] else changed(tree, SEQUENCE)
+    if laws == LAWS[0]:
+        return make_beyond.under(settings, laws, {})
+    tree = make_beyond.under(settings, laws, models.own)
+    if models.fine is not None:
+        tree = tree._replace(controller=tree.controller._replace(fine=models.fine))
+    return changed(tree, SEQUENCE)
 
 
 def arrived(run: Recording, single: Programme) -> list[float]:
@@ -105,9 +115,9 @@ def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
     found: dict[str, Any] = {"kind": kind, "bench": k}
     try:
         hall_table.of_bench(settings)
-        tree = identified(settings, 100 * k) if kind == GROUPS[0] else settings
+        models = identified(settings, 100 * k) if kind == GROUPS[0] else Models()
         for laws in LAWS:
-            own = under(tree, laws)
+            own = under(settings, laws, models)
             found[laws] = cycled(own, folder)
             found[laws]["fine"] = make_beyond_micro.moved(own, folder, FINE * 8 * CYCLES, HOLD)
     except (InputError, RuntimeError) as error:
