@@ -57,8 +57,8 @@ def drawn(n: int, seed: int, spans: dict[str, float]) -> list[Settings]:
 class Models(NamedTuple):
     """What the package's laws know, as `identify carriage` and `identify actuator` find it."""
 
-    own: dict[str, float] = {}
-    fine: Inverse | None = None
+    own: dict[str, float]
+    fine: Inverse | None
 
 
 def identified(settings: Settings, seed: int) -> Models:
@@ -115,7 +115,7 @@ def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
     found: dict[str, Any] = {"kind": kind, "bench": k}
     try:
         hall_table.of_bench(settings)
-        models = identified(settings, 100 * k) if kind == GROUPS[0] else Models()
+        models = identified(settings, 100 * k) if kind == GROUPS[0] else Models({}, None)
         for laws in LAWS:
             own = under(settings, laws, models)
             found[laws] = cycled(own, folder)
