@@ -18,13 +18,15 @@ import make_beyond_micro
 import measured_page
 import numpy as np
 
-from macromicro import api, hall_table
+from macromicro import hall_table
 from macromicro import programme as programmes
 from macromicro.control.inverse.model import Inverse
 from macromicro.errors import InputError
 from macromicro.identify import carriage
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.rig import faults
+from macromicro.runs import programmed
 from macromicro.runs.job import load
 from macromicro.runs.programmed import moves_of
 from macromicro.schema.par import changed
@@ -92,10 +94,14 @@ def arrived(run: Recording, single: Programme) -> list[float]:
     return found
 
 
-def cycled(settings: Settings, folder: Path) -> dict[str, Any]:
+def cycled(settings: Settings) -> dict[str, Any]:
     """Ten cycles: arrivals, and each hold's final error by the laser and by the truth."""
     single = load(programmes.find("thesis"), settings)
-    run = api.run(single, settings=settings, cycles=CYCLES)
+    done = programmed.record(single, settings, cycles=CYCLES)
+    fault = faults.describe(done.outcome.watch)
+    if fault is not None:
+        return {"stopped": f"{fault.message} {fault.evidence}"}
+    run = done.recording
     fine = [m for m in moves_of(run, single.repeated(CYCLES), settings) if m.stage == "micro"]
     each = len(fine) // CYCLES
     last = fine[-each:]
@@ -118,7 +124,7 @@ def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
         models = identified(settings, 100 * k) if kind == GROUPS[0] else Models({}, None)
         for laws in LAWS:
             own = under(settings, laws, models)
-            found[laws] = cycled(own, folder)
+            found[laws] = cycled(own)
             found[laws]["fine"] = make_beyond_micro.moved(own, folder, FINE * 8 * CYCLES, HOLD)
     except (InputError, RuntimeError) as error:
         found["refused"] = str(error)
@@ -138,10 +144,9 @@ TABLE = (
 
 
 def rows(every: list[dict[str, Any]], laws: str) -> list[list[float]]:
-    """For each row of `TABLE` one value for each move."""
+    """For each row of `TABLE` one value for each move of the benches that were not stopped."""
     found: list[list[float]] = [[] for _ in TABLE]
-    for b in every:
-        own = b[laws]
+    for own in (b[laws] for b in every if "stopped" not in b[laws]):
         found[0] += own["arrived"]
         for k, name in enumerate(("first", "laser", "true"), start=1):
             found[k] += [abs(e) for e in own[name]]
@@ -172,6 +177,10 @@ def told(every: list[dict[str, Any]]) -> str:
             for c in columns
         ]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    stopped = [
+        sum("stopped" in b[law] for b in ran if b["kind"] == g) for g in GROUPS for law in LAWS
+    ]
+    lines.append("| benches stopped by the guard | " + " | ".join(map(str, stopped)) + " |")
     return "\n".join(lines) + "\n"
 
 
