@@ -16,6 +16,8 @@ from macromicro.control.outside import FINE, SHIPPED
 from macromicro.errors import InputError, MacromicroError
 from macromicro.identify.kinds import from_files
 from macromicro.identify.result import MODEL, RESULT
+from macromicro.nominal import PERIOD
+from macromicro.plant import bench
 from macromicro.rig import contract_moving
 from macromicro.rig.opening import TWIN
 from macromicro.rig.session import BENCH, KILN, Fixture
@@ -174,9 +176,8 @@ def commission(
     done(VERIFICATION)
     doubts = [f"{name}: {text}" for name, one in found.items() for text in one["warnings"]]
     if len(wanted) == 1:
-        doubts.append(
-            f"No kiln: the micro-stage is under {PLAIN}, whose gains are those of the shipped bench."
-        )
+        why = f"No kiln: the micro-stage is under {PLAIN}, with the gains of the shipped bench."
+        doubts.append(why)
     return Commissioned(out, found, toml, ended, doubts)
 
 
@@ -224,23 +225,21 @@ def _same(lab: Lab, out: Path) -> None:
 def _bench(lab: Lab) -> Fixture:
     if lab.rigs:
         return lab.rig(BENCH)
-    plant = lab.bench()
-    return Fixture(
-        TWIN, BENCH, lambda seed: CompiledTwin(plant, seed), Sample._fields[1:], job.PERIOD
-    )
+    plant = bench.prepare(lab.settings.bench, lab.settings.sensors)
+    return Fixture(TWIN, BENCH, lambda seed: CompiledTwin(plant, seed), Sample._fields[1:], PERIOD)
 
 
-def _directions(bench: Fixture) -> list[str]:
+def _directions(rig: Fixture) -> list[str]:
     """What was seen; raises where a stage does not move, or the wrong way."""
     said = []
     for volts in _EFFORTS:
-        with bench.open() as rig:
-            there = contract_moving.stroke(bench, rig, volts)
-            back = contract_moving.stroke(bench, rig, -volts)
+        with rig.open() as session:
+            there = contract_moving.stroke(rig, session, volts)
+            back = contract_moving.stroke(rig, session, -volts)
         found = contract_moving.direction(there, back, volts)
         if found.passed or there.moved < 0.0 < back.moved:
             break
-    for one in (found, contract_moving.heated(bench, _HEAT)):
+    for one in (found, contract_moving.heated(rig, _HEAT)):
         if not one.passed:
             raise MacromicroError(f"{one.what}: {one.found}; {one.remedy}")
         said.append(f"{one.what}: {one.found}")
