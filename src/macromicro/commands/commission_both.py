@@ -62,7 +62,7 @@ def commission(asked: Asked) -> None:
         signals.later()
         commissioning_page.write(found, " and ".join(r.name for r in lab.rigs) or "twin", started)
     for row in commissioning_page.rows(found):
-        print(f"{row[0]:60}{row[1]:>12} {row[2]:>12} {row[3]}")
+        print(f"{row[0]:70}{row[1]:>12} {row[2]:>12} {row[3]}")
     for doubt in found.doubts:
         print(f"doubtful: {doubt}")
     arrived = sum(m.arrived_s is not None for m in found.ended.moves)

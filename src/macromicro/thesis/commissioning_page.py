@@ -93,8 +93,8 @@ def rows(found: Commissioned) -> list[tuple[str, ...]]:
             error = math.nan if line["error"] is None else _SIDES * line["error"]
             value = math.nan if line["value"] is None else line["value"]
             shown, half = rounded(value, error)
-            what = line["note"] or line["name"]
-            lines.append((f"{name}: {what}", shown, half and f"+- {half}", line["unit"]))
+            what = f"{name}, {line['name']}" + (line["note"] and f": {line['note']}")
+            lines.append((what, shown, half and f"+- {half}", line["unit"]))
     return lines
 
 
