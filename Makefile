@@ -79,7 +79,8 @@ bench: $(VENV)/.core ## measure the speed
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
 
-bench-identify: $(VENV)/.core ## do the errors that identify prints hold? docs/coverage.md (half an hour)
+bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/coverage.md (half an hour)
+	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
 

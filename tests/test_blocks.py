@@ -129,6 +129,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro run --rig replay:results/serve/live.h5": DATA,
         "macromicro run thesis --rig replay:": DATA,
     },
+    "docs/files.md": {
+        "macromicro look own.csv": TESTED + "tests/commands/test_look.py",
+        "macromicro: own.csv, line 4711": "an output",
+    },
     "docs/robustness.md": {
         "macromicro robust": "hundreds of machines: with fewer by tests/robustness",
         "macromicro run thesis --config results/robust-thesis": "needs those hundreds",
