@@ -36,7 +36,7 @@ def test_a_drive_on_records_of_its_own_and_of_another_axis(tmp_path: Path) -> No
     assert [one["samples"] for one in found.data["tests"]] == [3000, 3000]
     axes = found.plot()["free_run"].axes
     assert [a.get_title("left") or a.get_title() for a in axes[:3]] == [
-        "fitted, record 1 of 1",
+        "fitted",
         "not fitted: same.npz",
         "not fitted: other.npz",
     ]

@@ -54,9 +54,12 @@ def free_runs(
         rest = np.asarray(measured[k] - model[k], np.float64)
         line(low, t[k], rest, RED, "measured - model")
         title = f"record {k + 1} of {len(t)}" if len(t) > 1 else ""
-        finish(top, names[k] if names else title, "", label, legend=k == 0)
+        finish(top, names[k] if names else title, "", label, legend=count == 1)
         finish(low, "measured less model", x)
-    figure.subplots_adjust(left=0.11)
+    if count > 1:  # beside a title there is no room
+        handles, words = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, words, loc="upper right", ncols=2, frameon=False, fontsize=8)
+    figure.subplots_adjust(left=0.11, wspace=0.42)
     return figure
 
 

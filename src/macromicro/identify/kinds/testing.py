@@ -168,7 +168,7 @@ def drawn(
         return pictures.free_runs(t, measured, model, label)
     tests = list(trials[: _SHOWN - 1])
     kept = min(len(t), _SHOWN - len(tests))
-    names = [f"fitted, record {k + 1} of {len(t)}" for k in range(kept)]
+    names = [f"fitted, {k + 1} of {len(t)}" if len(t) > 1 else "fitted" for k in range(kept)]
     names += [f"not fitted: {printable(Path(one.file).name, 30)}" for one in tests]
     return pictures.free_runs(
         [*t[:kept], *(one.t for one in tests)],
