@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from macromicro import units
 from macromicro.errors import InputError
-from macromicro.units import MAX_TEXT, alike, convert, measured, quantity, remedy, shown
+from macromicro.units import (
+    MAX_TEXT,
+    alike,
+    convert,
+    measured,
+    quantity,
+    quotient,
+    remedy,
+    shown,
+)
 
 
 @pytest.mark.parametrize(
@@ -197,3 +206,28 @@ def test_every_unit_of_the_list_is_itself() -> None:
     for name in units._names():
         assert quantity(f"3 {name}", name, "here") == 3.0
         assert quantity(f"3 1/{name}", f"{name}^-1", "here") == 3.0
+
+
+@pytest.mark.parametrize(
+    ("above", "below", "found", "size"),
+    [
+        ("mm", "V", "mm/V", 1e-3),
+        ("mm/s", "V", "mm/s/V", 1e-3),
+        ("V", "mm/s", "V/(mm/s)", 1e3),
+        ("N", "N*mm", "N/(N*mm)", 1e3),
+        ("N", "1/ms", "N*ms", 1e-3),
+        ("inch", "s", "inch/s", 0.0254),
+        ("y", "V", "", None),
+        ("m", "", "", None),
+        ("m", "x", "", None),
+        ("V", "V", "", None),
+    ],
+)
+def test_a_quotient_of_units_is_one_or_none(
+    above: str, below: str, found: str, size: float | None
+) -> None:
+    """What no unit is named for has none; a name of a column is no unit."""
+    assert quotient(above, below) == found
+    if size is not None:
+        assert measured(f"1 {found}", (found,), "here") == (1.0, found)
+        assert units.size(found) == pytest.approx(size, rel=1e-12)

@@ -271,6 +271,32 @@ def size(unit: str) -> float:
     return float(_size(unit)[0])
 
 
+def quotient(above: str, below: str) -> str:
+    """The unit of a quantity per another.
+
+    Parameters
+    ----------
+    above, below : str
+        Units, or what is no unit where none is known.
+
+    Returns
+    -------
+    str
+        As `convert` reads it, "mm/(m/s)"; "" where one of them is no unit, or both are the same.
+    """
+    for unit in (above, below):
+        try:
+            if not _size(unit)[1] and unit in _NONE:
+                return ""
+        except _UnknownUnit:
+            return ""
+    if above == below:
+        return ""
+    if below.startswith("1/"):
+        return f"{above}*{below[2:]}"
+    return f"{above}/({below})" if any(mark in below for mark in "*/ ") else f"{above}/{below}"
+
+
 def convert(value: float, unit: str, to: str) -> float:
     """A value in another unit. Both units are the program's own, not a user's.
 

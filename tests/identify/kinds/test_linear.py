@@ -109,7 +109,7 @@ def test_outputs_of_two_files_are_fitted_together_with_a_delay(tmp_path: Path) -
     assert dict(found.remarks)["method"].endswith("start at free")
     assert dict(found.remarks)["fit"].endswith("600 samples of 0.02 s")
     assert found.title.endswith(" u, 2 samples later")
-    assert facts(found.lines)["b1"].unit == "y/u"
+    assert facts(found.lines)["b1"].unit == ""
     assert facts(found.lines)["b1"].value == pytest.approx(0.5, abs=0.01)
     assert found.data["delay"] == 3
     sooner = linear.identify(given(*files), Options(order="1,1,2"))
@@ -134,7 +134,7 @@ def test_options_are_checked(options: Options, message: str) -> None:
 def test_orders_and_defaults() -> None:
     assert linear.order("2,1") == (2, 1, 1)
     assert linear.order("2,1,3") == (2, 1, 3)
-    assert Options() == ("output_error", "1,1", "rest", 0.0)
+    assert Options() == ("output_error", "1,1", "rest", 0.0, ())
 
 
 def test_files_of_two_sample_times_are_refused(tmp_path: Path) -> None:

@@ -22,10 +22,12 @@ def test_free_runs_show_three_records_at_most_with_their_difference() -> None:
     assert figure.subplotpars.left == pytest.approx(0.11)
     assert list(figure.axes[0].get_gridspec().get_height_ratios()) == [2, 1]
     assert figure.axes[0].get_shared_x_axes().joined(figure.axes[0], figure.axes[3])
+    (legend,) = figure.legends  # above all of them, where no title is
+    assert [text.get_text() for text in legend.get_texts()] == ["measured", "model, free run"]
     for k in range(3):
         top, low = shown[k], shown[3 + k]
         assert top.title == f"record {k + 1} of 5"
-        assert (top.x, top.y, top.legend) == ("", "y [mm]", k == 0)
+        assert (top.x, top.y, top.legend) == ("", "y [mm]", False)
         assert (low.title, low.x, low.y, low.legend) == (
             "measured less model", "x [V]", "", False,
         )  # fmt: skip

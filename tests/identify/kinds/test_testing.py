@@ -31,7 +31,7 @@ def test_a_drive_on_records_of_its_own_and_of_another_axis(tmp_path: Path) -> No
     other = written(tmp_path, "other.npz", AXIS._replace(mass=140.0, viscous=300.0))
     found = identify.from_files("drive", own, tests=(same, other), structure="coulomb")
     values = {line.name: line for line in found.lines}
-    assert values["test 1"].value > 99.0 > 85.0 > values["test 2"].value
+    assert values["test 1"].value > 99.0 and values["test 2"].value < 85.0
     assert "not fitted" in values["test 1"].note and "same.npz" in values["test 1"].note
     assert [one["samples"] for one in found.data["tests"]] == [3000, 3000]
     axes = found.plot()["free_run"].axes
@@ -59,7 +59,7 @@ def test_a_linear_model_on_speeds_and_on_positions(tmp_path: Path) -> None:
         found = identify.from_files("linear", file, tests=(test,))
         assert found.lines[-1].name == "test" and found.lines[-1].value > 99.0
         assert len(found.plot()["free_run"].axes) == 4
-    with pytest.raises(InputError, match="a sample time of 0.02 s.*accepted: 0.01 s"):
+    with pytest.raises(InputError, match=r"a sample time of 0.02 s.*accepted: 0.01 s"):
         files = (str(tmp_path / "fitted.npz"), str(tmp_path / "unseen-slow.npz"))
         identify.from_files("linear", files[0], tests=(files[1],))
 
@@ -80,11 +80,11 @@ def test_a_sensors_table_on_another_sweep(tmp_path: Path) -> None:
 
 def test_what_cannot_be_a_test(tmp_path: Path) -> None:
     own = written(tmp_path, "own.npz")
-    with pytest.raises(InputError, match="--test.*a record that is not fitted"):
+    with pytest.raises(InputError, match=r"--test.*a record that is not fitted"):
         identify.from_files("drive", own, tests=(own,))
     with np.load(own) as file:
         np.savez(tmp_path / "counts.npz", t_s=file["t_s"], u_N=file["u_N"], x_counts=file["x_m"])
-    with pytest.raises(InputError, match="units.*counts"):
+    with pytest.raises(InputError, match=r"units.*counts"):
         identify.from_files("drive", own, tests=(str(tmp_path / "counts.npz"),))
     with pytest.raises(InputError, match="no such file"):
         identify.from_files("drive", own, tests=(str(tmp_path / "nothing.npz"),))

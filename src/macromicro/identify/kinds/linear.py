@@ -15,6 +15,7 @@ from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
 from macromicro.identify.result import Line, Result
 from macromicro.identify.runs import Run, checked
+from macromicro.units import quotient
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -308,7 +309,7 @@ def coefficients(fit: LinearFit, out_unit: str, in_unit: str) -> list[Line]:
     list[Line]
         A line each.
     """
-    slope = f"{out_unit}/{in_unit}" if out_unit != in_unit else ""
+    slope = quotient(out_unit, in_unit)
     lines = [Line(f"a{k + 1}", v, s) for k, (v, s) in enumerate(zip(fit.a, fit.std, strict=False))]
     lines += [
         Line(f"b{k + 1}", v, s, slope)

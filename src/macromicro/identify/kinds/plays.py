@@ -19,7 +19,7 @@ from macromicro.identify.kinds.hysteresis import ROLES
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import pick
 from macromicro.identify.result import Line, Result
-from macromicro.units import convert
+from macromicro.units import convert, quotient
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -81,7 +81,7 @@ def identify(picking: Picking, options: Options) -> Result:
     extent, span = float(np.ptp(f)), float(np.ptp(u))
     loop = prandtl_loop.measured(p.thresholds, p.weights, span)
     share = 100.0 * loop.width / loop.stroke
-    per = f"{f_unit}/{u_unit}" if f_unit and u_unit else ""
+    per = quotient(f_unit, u_unit)
     lines = [
         Line("input, from", float(u.min()), unit=u_unit),
         Line("input, to", float(u.max()), unit=u_unit),
