@@ -17,7 +17,7 @@ _C = {
     "f32": "float",
 }
 _BYTES = {"u8": 1, "u16": 2, "i16": 2, "u32": 4, "i32": 4, "f32": 4}
-_SCALARS = ("version", "firmware", "baud", "period", "silence", "decelerate", "table")
+_SCALARS = ("version", "firmware", "baud", "period", "silence", "decelerate", "full", "table")
 _BITS = ("lines", "state", "active", "resets")
 _NUMBERS = ("refusals", "faults", "boards")
 
@@ -46,6 +46,7 @@ def protocol_h(params: Board) -> str:
         yield "#include <stdint.h>\n#include <string.h>\n"
         for name in _SCALARS:
             yield f"#define PROTOCOL_{name.upper()} {SPEC[name]}UL"
+        yield f"#define LONGEST_HOST {max(message.packer.size for message in HOST.values())}U"
         yield f"#define PROTOCOL_LAYOUT {parameters.layout(params)}U"
         for kind in _BITS:
             for name, bit in SPEC[kind].items():
@@ -55,6 +56,11 @@ def protocol_h(params: Board) -> str:
                 yield f"#define {kind.upper()}_{name.upper()} {number}U"
         for message in HOST.values():
             yield from _message(message, read=True)
+        yield "\n/* Bytes of the fields of a frame of the host; 255: there is none of this id. */"
+        yield "static inline uint8_t protocol_size(uint8_t id)\n{\n    switch (id) {"
+        for message in HOST.values():
+            yield f"    case FRAME_{message.name.upper()}: return SIZE_{message.name.upper()};"
+        yield "    default: return 255;\n    }\n}"
         for message in BOARD.values():
             yield from _message(message, read=False)
 

@@ -87,13 +87,18 @@ def two_stage(settings: Any) -> Made:
             spec.pi_antiwindup,
             control_settings.prepare(spec).macro.dead_zone,
         )
-        first = board.fresh()
+        first = guard.fresh()
         sample = types.Sample(*[0.0] * len(types.Sample._fields))
         command = types.Command(*[0.0] * len(types.Command._fields))
-        order = board.Order(False, command, 0.0, 0.0, 0.0, False, False, False)
-        entry = Entry("step", board.step, (params, first, sample, order, 0.0))
+        order = board.Order(False, 0.0, 0.0, False, False, 0.0, 0.0, 0.0, False, False, False)
+        entries = (
+            Entry("drive", board.drive, (params, board.REST, 0.0, 0.0, order, 0.0)),
+            Entry("judge", guard.step, (params.guard, first, sample, command, types.SAFE, 0.0)),
+            Entry("temperature", guard.temperature, (first,)),
+        )
+        given = {"params": params, "guard": params.guard, "rest": board.REST}
         words = "a period of the microcontroller board (docs/firmware.md)"
-        return Unit(f"{name}.board", words, (entry,), {"params": params}, first)
+        return Unit(f"{name}.board", words, entries, given, first)
 
     def plant_unit() -> Unit:
         params = bench.prepare(settings.bench, settings.sensors)

@@ -1,1 +1,1 @@
-"""A microcontroller board that holds the loop, and the protocol that it speaks (docs/firmware.md)."""
+"""A microcontroller board that holds the loop, and its protocol (docs/firmware.md)."""

@@ -1,10 +1,11 @@
-"""One control period of the board: laws, guard and what silence of the host does.
+"""One control period of the board: its laws, and what limit switches and silence of the host do.
 
 The firmware runs the C that is exported from it (`macromicro export c two_stage.board --float`).
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,10 +17,9 @@ from macromicro.control.pi import PiAntiWindup
 from macromicro.kernel import kernel
 from macromicro.rig import guard
 from macromicro.rig.board.protocol import SPEC, TABLE
-from macromicro.rig.codes import OK
-from macromicro.rig.guard import Guard, Watch
+from macromicro.rig.codes import ILLEGAL, OK
+from macromicro.rig.guard import Guard
 from macromicro.rig.limits import Limits
-from macromicro.types import Command, Outputs, Sample
 
 SILENCE = 1e-3 * SPEC["silence"]  # s
 DECELERATE = 1e-3 * SPEC["decelerate"]  # s
@@ -56,8 +56,12 @@ class Order(NamedTuple):
     ----------
     holds : bool
         Whether the board closes the loop.
-    command : Command
-        Set points for that; `micro_position` is not used.
+    macro_reference : float
+        Set point for that, counts.
+    micro_reference : float
+        m.
+    macro_active, micro_active : bool
+        Which stage is under control.
     motor, ctrl : float
         What to put out where it does not, V.
     quiet : float
@@ -67,7 +71,10 @@ class Order(NamedTuple):
     """
 
     holds: bool
-    command: Command
+    macro_reference: float
+    micro_reference: float
+    macro_active: bool
+    micro_active: bool
     motor: float
     ctrl: float
     quiet: float
@@ -76,39 +83,31 @@ class Order(NamedTuple):
     fault: bool
 
 
-class Held(NamedTuple):
-    """What the board remembers.
+class Effort(NamedTuple):
+    """What the laws remember, and a fault that latches.
 
     Attributes
     ----------
-    watch : Watch
-        Of the guard.
+    reference : float
+        Set point of the macro-stage in the last period, counts; NaN: none.
     error : float
-        Last error of the macro-stage, counts.
+        Its last error, counts.
     integral : float
         Integral effort of the micro-stage, V.
     motor : float
         Last effort of the motor, V.
     fault : int
-        Of the board alone; 0 is none.
+        `ILLEGAL`, or one of the board alone; 0 is none.
     """
 
-    watch: Watch
+    reference: float
     error: float
     integral: float
     motor: float
     fault: int
 
 
-def fresh() -> Held:
-    """The board as it begins to drive.
-
-    Returns
-    -------
-    Held
-        State.
-    """
-    return Held(guard.fresh(), 0.0, 0.0, 0.0, 0)
+REST = Effort(math.nan, 0.0, 0.0, 0.0, OK)
 
 
 def prepare(limits: Limits, table: Calibration, macro: PdTuned, micro: PiAntiWindup,
@@ -155,17 +154,21 @@ def shortened(table: Calibration) -> Calibration:
 
 
 @kernel
-def step(p: Board, s: Held, sample: Sample, order: Order, dt: float) -> tuple[Held, float, float]:
-    """One control period of the board.
+def drive(
+    p: Board, s: Effort, encoder: float, hall: float, order: Order, dt: float
+) -> tuple[Effort, float, float]:
+    """One control period of the laws; `guard.step` watches beside it.
 
     Parameters
     ----------
     p : Board
         Parameters.
-    s : Held
+    s : Effort
         State.
-    sample : Sample
-        What the board measures.
+    encoder : float
+        counts.
+    hall : float
+        V; NaN: no value.
     order : Order
         What the host asked for, and the lines.
     dt : float
@@ -173,7 +176,7 @@ def step(p: Board, s: Held, sample: Sample, order: Order, dt: float) -> tuple[He
 
     Returns
     -------
-    state : Held
+    state : Effort
         New state; a fault in it latches.
     motor : float
         Effort of the motor from the next period on, V.
@@ -181,34 +184,37 @@ def step(p: Board, s: Held, sample: Sample, order: Order, dt: float) -> tuple[He
         CTRL from then on, V.
     """
     motor, ctrl = order.motor, order.ctrl
-    error, integral = 0.0, 0.0
-    asked = Command(0.0, 0.0, 0.0, 0.0, 0.0)
-    if order.holds and order.quiet <= SILENCE:
-        motor, ctrl = 0.0, 0.0
-        asked = order.command
-        if asked.macro_active > 0.5:
-            error = asked.macro_reference - sample.encoder
-            past = s.error if s.watch.macro.reference == asked.macro_reference else error
-            effort = pd.effort(p.macro.now, p.macro.before, error, past)
-            lifted = deadzone.inverse(p.width, effort)
-            motor = min(max(lifted, -p.guard.limits.motor), p.guard.limits.motor)
-        if asked.micro_active > 0.5:
-            place = calibration.position(p.guard.calibration, sample.hall)
-            integral, ctrl = pi.step(p.micro, s.integral, asked.micro_reference - place, dt)
-    fault = s.fault
+    reference, error, integral = math.nan, 0.0, 0.0
+    limits = p.guard.limits
     if order.quiet > SILENCE:
         # The wire cools at once; the carriage is not stopped dead.
-        ctrl = 0.0
-        motor = s.motor
         left = SILENCE + DECELERATE - order.quiet
-        motor = motor * max(1.0 - dt / left, 0.0) if left > dt else 0.0
-        if fault == OK and left <= dt:
+        motor = s.motor * (1.0 - dt / left) if left > dt else 0.0
+        ctrl = 0.0
+    elif order.holds:
+        motor, ctrl = 0.0, 0.0
+        if order.macro_active:
+            reference = order.macro_reference
+            error = reference - encoder
+            past = s.error if reference == s.reference else error
+            effort = pd.effort(p.macro.now, p.macro.before, error, past)
+            motor = deadzone.inverse(p.width, effort)
+            motor = min(max(motor, -limits.motor), limits.motor)
+        if order.micro_active:
+            integral = s.integral
+            if not math.isnan(hall):
+                away = order.micro_reference - calibration.position(p.guard.calibration, hall)
+                integral, ctrl = pi.step(p.micro, integral, away, dt)
+    fault = s.fault
+    if fault == OK:
+        if not (abs(motor) <= limits.motor and 0.0 <= ctrl <= limits.ctrl):  # NaN, too
+            fault = ILLEGAL
+        elif order.fault:
+            fault = BRIDGE
+        elif (order.low and motor < 0.0) or (order.high and motor > 0.0):
+            fault = LIMIT_SWITCH
+        elif order.quiet >= SILENCE + DECELERATE:
             fault = HOST_SILENT
-    if fault == OK and order.fault:
-        fault = BRIDGE
-    if fault == OK and ((order.low and motor < 0.0) or (order.high and motor > 0.0)):
-        fault = LIMIT_SWITCH
     if fault != OK:
         motor, ctrl = 0.0, 0.0
-    watch, out = guard.step(p.guard, s.watch, sample, asked, Outputs(motor, ctrl, 0.0, 0.0), dt)
-    return Held(watch, error, integral, out.motor, fault), out.motor, out.ctrl
+    return Effort(reference, error, integral, motor, fault), motor, ctrl

@@ -26,7 +26,8 @@ def flat(params: Any, path: str = "") -> dict[str, float]:
     dict[str, float]
         As they are.
     """
-    found, tables = {}, {}
+    found: dict[str, float] = {}
+    tables: dict[str, float] = {}
     for name, value in zip(params._fields, params, strict=True):
         place = f"{path}.{name}" if path else name
         if isinstance(value, tuple):
