@@ -63,6 +63,12 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro run thesis --config results/actuator/model": "what that writes",
     },
+    "docs/build-one.md": {
+        "make firmware": "needs a compiler for the board",
+        "avrdude": "needs a board",
+        "macromicro doctor --rig NAME --open": TESTED + "tests/commands/test_doctor_rig.py",
+        "macromicro doctor --rig NAME --walk": TESTED + "tests/commands/test_doctor_rig.py",
+    },
     "docs/commissioning.md": {
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
     },
