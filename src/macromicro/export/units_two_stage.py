@@ -14,6 +14,7 @@ from macromicro.nominal import PERIOD
 from macromicro.plant import bench, carriage, cycle, kiln
 from macromicro.programme import travel
 from macromicro.rig import guard
+from macromicro.rig.board import control as board
 
 TWO_STAGE = "two_stage"
 
@@ -78,6 +79,27 @@ def two_stage(settings: Any) -> Made:
         entry = Entry("step", guard.step, arguments)
         return Unit(f"{name}.guard", "guard of both stages", (entry,), {"params": params}, first)
 
+    def board_unit() -> Unit:
+        params = board.prepare(
+            settings.guard,
+            calibration.shipped(),
+            spec.pd_tuned,
+            spec.pi_antiwindup,
+            control_settings.prepare(spec).macro.dead_zone,
+        )
+        first = guard.fresh()
+        sample = types.Sample(*[0.0] * len(types.Sample._fields))
+        command = types.Command(*[0.0] * len(types.Command._fields))
+        order = board.Order(False, 0.0, 0.0, False, False, 0.0, 0.0, 0.0, False, False, False)
+        entries = (
+            Entry("drive", board.drive, (params, board.REST, 0.0, 0.0, order, 0.0)),
+            Entry("judge", guard.step, (params.guard, first, sample, command, types.SAFE, 0.0)),
+            Entry("temperature", guard.temperature, (first,)),
+        )
+        given = {"params": params, "guard": params.guard, "rest": board.REST}
+        words = "a period of the microcontroller board (docs/firmware.md)"
+        return Unit(f"{name}.board", words, entries, given, first)
+
     def plant_unit() -> Unit:
         params = bench.prepare(settings.bench, settings.sensors)
         first, draw = bench.initial(params), bench.Noise()
@@ -121,6 +143,7 @@ def two_stage(settings: Any) -> Made:
         f"{name}.micro": micro_unit,
         f"{name}.supervisor": supervisor_unit,
         f"{name}.guard": guard_unit,
+        f"{name}.board": board_unit,
         f"{name}.plant": plant_unit,
         f"{name}.macro": macro_unit,
         f"{name}.kiln": kiln_unit,
