@@ -20,6 +20,7 @@ from macromicro.identify.stressed import (
     NAMES,
     SILENT,
     _cut,
+    _ended,
     _first_heats,
     _grid,
     _Known,
@@ -319,3 +320,11 @@ def test_contract_acts_where_it_did_on_a_table_that_begins_above_nought(
     assert (found.model.cut_on, found.model.cut_off) == pytest.approx((4.5, 4.4))
     found = fit(raised, [switching(5.5, 5.4), recorded(np.ones(20) * 1.5, np.zeros(20), 0.01)])
     assert (found.model.cut_on, found.model.cut_off) == pytest.approx((4.998, 4.898))
+
+
+def test_parameters_at_their_bounds_are_named() -> None:
+    low, high = np.array([0.0, 1.0, -2.0]), np.array([10.0, 3.0, 2.0])
+    names = ("latent", "c1", "shift")
+    assert _ended(names, np.array([5.0, 2.0, 0.0]), low, high) == []
+    found = _ended(names, np.array([1e-9, 2.0, 2.0 - 1e-9]), low, high)
+    assert found == ["latent at least 0", "shift at most 2"]

@@ -17,7 +17,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.actuator import AMBIENT, Judgement, hysteresis, judged
-from macromicro.identify.notices import ConvergenceWarning, notice
+from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.spread import standard_errors
 from macromicro.models import stressed
@@ -39,6 +39,7 @@ _TABLE_ERROR = 0.01
 _MOST_HEAT = 600.0
 _LEAST_R3 = 0.002
 _POINTS = 150
+_END = 1e-3  # of the range between the bounds: what is so near has reached one
 MOST_VOLTAGES = 60
 
 
@@ -144,7 +145,7 @@ def fit(
     The map from CTRL to heat gets a point at every voltage that is held in one of them. The sum of
     the resistances is 1: heat is counted as the warming that it leads to. Where `contract` was
     recorded it is followed, since when it acts to the millisecond cannot be predicted. Warns where
-    the search does not settle.
+    the search does not settle, or ends at a bound of a parameter.
 
     Parameters
     ----------
@@ -189,10 +190,12 @@ def fit(
         return np.concatenate([(m - r.x) / _TABLE_ERROR for m, r in zip(made, runs, strict=True)])
 
     start = np.r_[_GUESS, _first_heats(volts, gain or Weighted())]
+    low = np.r_[_LOW, np.zeros(len(volts))]
+    high = np.r_[_HIGH, np.full(len(volts), _MOST_HEAT)]
     found = least_squares(
         residual,
         start,
-        bounds=(np.r_[_LOW, np.zeros(len(volts))], np.r_[_HIGH, np.full(len(volts), _MOST_HEAT)]),
+        bounds=(low, high),
         x_scale="jac",
         diff_step=1e-3,
         max_nfev=40,
@@ -204,6 +207,12 @@ def fit(
     variance = 2.0 * float(found.cost) / max(len(found.fun) - len(start), 1)
     std = standard_errors(found.jac) * variance**0.5
     names = [*NAMES, *(f"heat {v:g} V" for v in volts)]
+    if ended := _ended(names, found.x, low, high):
+        notice(
+            DataWarning,
+            f"actuator model: {', '.join(ended)}: at the end of what is believable; the records do "
+            "not determine it, or ask for another model, and its standard error says little",
+        )
     return StressedFit(
         _with(known, found.x),
         dict(zip(names, (float(v) for v in found.x), strict=True)),
@@ -211,6 +220,17 @@ def fit(
         float(np.sqrt(np.mean(found.fun**2))) * _TABLE_ERROR,
         int(found.nfev),
     )
+
+
+def _ended(names: Sequence[str], values: Array, low: Array, high: Array) -> list[str]:
+    """The parameters that the search left at a bound, in words."""
+    width = _END * (high - low)
+    least, most = values <= low + width, values >= high - width
+    return [
+        f"{name} {'at least' if below else 'at most'} {low[k] if below else high[k]:g}"
+        for k, (name, below, above) in enumerate(zip(names, least, most, strict=True))
+        if below or above
+    ]
 
 
 def _with(known: _Known, theta: Array) -> Stressed:
