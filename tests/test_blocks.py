@@ -105,6 +105,9 @@ CANNOT: dict[str, dict[str, str]] = {
         "M dv/dt": "an equation",
         "value    +-  unit": "an output",
     },
+    "docs/laws.md": {
+        "macromicro serve --config axis.toml": TESTED + "tests/serve/stage/test_docs_law.py",
+    },
     "docs/machines.md": {
         "macromicro run moves.toml": TESTED + "tests/machines/test_job.py",
         "macromicro tune axis": TESTED + "tests/tuning/test_stage.py",
