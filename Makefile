@@ -79,7 +79,8 @@ bench: $(VENV)/.core ## measure the speed
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
 
-bench-identify: $(VENV)/.core ## do the errors that identify prints hold? docs/coverage.md (half an hour)
+bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/coverage.md (half an hour)
+	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
 
@@ -95,6 +96,8 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_beyond.py --page
 	$(BIN)/python docs/make_beyond_micro.py --page
 	$(BIN)/python docs/make_beyond_variants.py --page
+	$(BIN)/python docs/make_beyond_both.py --page
+	$(BIN)/python docs/make_beyond_summary.py
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_commands.py

@@ -11,19 +11,22 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import make_beyond
 import make_beyond_micro
 import measured_page
 import numpy as np
 
-from macromicro import api, hall_table
+from macromicro import hall_table
 from macromicro import programme as programmes
+from macromicro.control.inverse.model import Inverse
 from macromicro.errors import InputError
 from macromicro.identify import carriage
 from macromicro.programme import MACRO, Programme
 from macromicro.recording import Recording
+from macromicro.rig import faults
+from macromicro.runs import programmed
 from macromicro.runs.job import load
 from macromicro.runs.programmed import moves_of
 from macromicro.schema.par import changed
@@ -53,19 +56,28 @@ def drawn(n: int, seed: int, spans: dict[str, float]) -> list[Settings]:
     return [machines.settings_at(Settings(), rows, amounts) for amounts in sample.amounts]
 
 
-def identified(settings: Settings, seed: int) -> Settings:
-    """The laws' models as `identify carriage` and `identify actuator` find them."""
+class Models(NamedTuple):
+    """What the package's laws know, as `identify carriage` and `identify actuator` find it."""
+
+    own: dict[str, float]
+    fine: Inverse | None
+
+
+def identified(settings: Settings, seed: int) -> Models:
+    """From strokes, and from heating in the kiln and on the bench."""
     found = make_beyond.identified(settings, seed).model
     own = {name: float(getattr(found, name)) for name in (*carriage.RIGID, *carriage.SWING)}
-    fine = make_beyond_micro.identified(settings, seed).gains
-    tree = settings._replace(controller=settings.controller._replace(fine=fine))
-    return changed(tree, {f"controller.own.{name}": value for name, value in own.items()})
+    return Models(own, make_beyond_micro.identified(settings, seed).gains)
 
 
-def under(settings: Settings, laws: str) -> Settings:
+def under(settings: Settings, laws: str, models: Models) -> Settings:
     """The bench under a pair of laws; the package's run both stages at once."""
-    tree = settings._replace(controller=settings.controller.joined(laws, "law"))
-    return tree if laws == LAWS[0] else changed(tree, SEQUENCE)
+    if laws == LAWS[0]:
+        return make_beyond.under(settings, laws, {})
+    tree = make_beyond.under(settings, laws, models.own)
+    if models.fine is not None:
+        tree = tree._replace(controller=tree.controller._replace(fine=models.fine))
+    return changed(tree, SEQUENCE)
 
 
 def arrived(run: Recording, single: Programme) -> list[float]:
@@ -82,10 +94,14 @@ def arrived(run: Recording, single: Programme) -> list[float]:
     return found
 
 
-def cycled(settings: Settings, folder: Path) -> dict[str, Any]:
+def cycled(settings: Settings) -> dict[str, Any]:
     """Ten cycles: arrivals, and each hold's final error by the laser and by the truth."""
     single = load(programmes.find("thesis"), settings)
-    run = api.run(single, settings=settings, cycles=CYCLES)
+    done = programmed.record(single, settings, cycles=CYCLES)
+    fault = faults.describe(done.outcome.watch)
+    if fault is not None:
+        return {"stopped": f"{fault.message} {fault.evidence}"}
+    run = done.recording
     fine = [m for m in moves_of(run, single.repeated(CYCLES), settings) if m.stage == "micro"]
     each = len(fine) // CYCLES
     last = fine[-each:]
@@ -105,10 +121,10 @@ def one(job: tuple[str, int, Settings, str]) -> dict[str, Any]:
     found: dict[str, Any] = {"kind": kind, "bench": k}
     try:
         hall_table.of_bench(settings)
-        tree = identified(settings, 100 * k) if kind == GROUPS[0] else settings
+        models = identified(settings, 100 * k) if kind == GROUPS[0] else Models({}, None)
         for laws in LAWS:
-            own = under(tree, laws)
-            found[laws] = cycled(own, folder)
+            own = under(settings, laws, models)
+            found[laws] = cycled(own)
             found[laws]["fine"] = make_beyond_micro.moved(own, folder, FINE * 8 * CYCLES, HOLD)
     except (InputError, RuntimeError) as error:
         found["refused"] = str(error)
@@ -128,10 +144,9 @@ TABLE = (
 
 
 def rows(every: list[dict[str, Any]], laws: str) -> list[list[float]]:
-    """For each row of `TABLE` one value for each move."""
+    """For each row of `TABLE` one value for each move of the benches that were not stopped."""
     found: list[list[float]] = [[] for _ in TABLE]
-    for b in every:
-        own = b[laws]
+    for own in (b[laws] for b in every if "stopped" not in b[laws]):
         found[0] += own["arrived"]
         for k, name in enumerate(("first", "laser", "true"), start=1):
             found[k] += [abs(e) for e in own[name]]
@@ -162,6 +177,10 @@ def told(every: list[dict[str, Any]]) -> str:
             for c in columns
         ]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    stopped = [
+        sum("stopped" in b[law] for b in ran if b["kind"] == g) for g in GROUPS for law in LAWS
+    ]
+    lines.append("| benches stopped by the guard | " + " | ".join(map(str, stopped)) + " |")
     return "\n".join(lines) + "\n"
 
 

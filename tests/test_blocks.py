@@ -70,6 +70,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro doctor --rig NAME --walk": TESTED + "tests/commands/test_doctor_rig.py",
     },
     "docs/commissioning.md": {
+        "macromicro commission --kind two_stage": TESTED
+        + "tests/commands/test_commission_both.py: some minutes each",
         "macromicro commission --rig": TESTED + "tests/commission/test_command.py",
     },
     "docs/deploy.md": {
@@ -137,6 +139,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro doctor --rig": TESTED + "tests/test_mylab.py",
         "macromicro run --rig replay:results/serve/live.h5": DATA,
         "macromicro run thesis --rig replay:": DATA,
+    },
+    "docs/files.md": {
+        "macromicro look own.csv": TESTED + "tests/commands/test_look.py",
+        "macromicro: own.csv, line 4711": "an output",
     },
     "docs/robustness.md": {
         "macromicro robust": "hundreds of machines: with fewer by tests/robustness",

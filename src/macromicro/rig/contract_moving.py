@@ -86,7 +86,7 @@ def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
     """
     try:
         if not fixture.has("encoder"):
-            yield _heated(fixture, volts)
+            yield heated(fixture, volts)
             return
         with fixture.open() as rig:
             there = stroke(fixture, rig, volts)
@@ -94,9 +94,9 @@ def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
     except Exception as error:
         yield failed("motion", error, "mend what the message names; then run this again")
         return
-    direction = _direction(there, back, volts)
-    yield direction
-    if not direction.passed:
+    found = direction(there, back, volts)
+    yield found
+    if not found.passed:
         return
     yield _stopping(there, back)
     try:
@@ -207,7 +207,21 @@ def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
     return Finding(what, False, found, remedy)
 
 
-def _direction(there: Stroke, back: Stroke, volts: float) -> Finding:
+def direction(there: Stroke, back: Stroke, volts: float) -> Finding:
+    """Whether counts rise with the motor's voltage.
+
+    Parameters
+    ----------
+    there, back : Stroke
+        At `volts`, and at the opposite.
+    volts : float
+        V.
+
+    Returns
+    -------
+    Finding
+        Which way it moved.
+    """
     found = f"{volts:g} V: {there.moved:+.0f} counts, {-volts:g} V: {back.moved:+.0f} counts"
     if abs(there.moved) < 2.0 and abs(back.moved) < 2.0:
         return Finding(
@@ -222,18 +236,21 @@ def _direction(there: Stroke, back: Stroke, volts: float) -> Finding:
     return Finding("direction", True, found)
 
 
-def _stopping(there: Stroke, back: Stroke) -> Finding:
-    if any(math.isnan(s.rested) for s in (there, back)):
-        found = f"it still moves {_REST:g} s after its outputs were made safe"
-        return Finding("coming to rest", False, found, "0 V must be 0 N: look at the offset")
-    worst = max(there, back, key=lambda s: abs(s.coasted))
-    found = (
-        f"{abs(worst.coasted):.0f} counts in {worst.rested:.2g} s from {worst.speed:.4g} counts/s"
-    )
-    return Finding("coming to rest", True, found)
+def heated(fixture: Fixture, volts: float) -> Finding:
+    """Heat the wires for a second, and look at the Hall sensor.
 
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    volts : float
+        CTRL.
 
-def _heated(fixture: Fixture, volts: float) -> Finding:
+    Returns
+    -------
+    Finding
+        Passed where the sensor shows a contraction.
+    """
     dt, quiet = fixture.dt, safe(fixture)
     with fixture.open() as rig:
         before = rig.read().hall
@@ -245,6 +262,17 @@ def _heated(fixture: Fixture, volts: float) -> Finding:
     if abs(after - before) < 0.02:
         return Finding("heat", False, found, "it does not contract: a higher --move, or its wiring")
     return Finding("heat", True, found)
+
+
+def _stopping(there: Stroke, back: Stroke) -> Finding:
+    if any(math.isnan(s.rested) for s in (there, back)):
+        found = f"it still moves {_REST:g} s after its outputs were made safe"
+        return Finding("coming to rest", False, found, "0 V must be 0 N: look at the offset")
+    worst = max(there, back, key=lambda s: abs(s.coasted))
+    found = (
+        f"{abs(worst.coasted):.0f} counts in {worst.rested:.2g} s from {worst.speed:.4g} counts/s"
+    )
+    return Finding("coming to rest", True, found)
 
 
 def _speed(track: list[tuple[float, float]]) -> float:
