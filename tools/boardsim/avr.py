@@ -183,7 +183,9 @@ class Avr:
         control1, top = self._byte(_TCCR1A), self._word(_ICR1) + 1
         forward = self._duty("motor_forward", control1 & 0x80, (self._word(_OCR1A) + 1) / top)
         back = self._duty("motor_back", control1 & 0x20, (self._word(_OCR1B) + 1) / top)
-        wire = self._duty("wire", self._byte(_TCCR0A) & 0x20, (self._byte(_OCR0B) + 1) / (self._byte(_OCR0A) + 1))
+        wire = self._duty(
+            "wire", self._byte(_TCCR0A) & 0x20, (self._byte(_OCR0B) + 1) / (self._byte(_OCR0A) + 1)
+        )
         return (forward - back if self.level("enable") else 0.0), wire
 
     def _duty(self, name: str, connected: int, duty: float) -> float:

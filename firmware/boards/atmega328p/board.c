@@ -43,7 +43,8 @@ static struct {
 
 static uint8_t why; /* it began */
 static volatile bool ticked;
-static uint8_t locks;
+static volatile uint8_t locks; /* above 0: the control interrupt waits */
+static volatile bool due; /* and it does */
 
 /* Before main, while the stack is empty: paint what it may use; a watchdog's reset leaves it on. */
 __attribute__((naked, used, section(".init3"))) static void first(void)
@@ -108,10 +109,9 @@ ISR(USART_UDRE_vect)
     out.tail = (out.tail + 1) & (TO_HOST - 1);
 }
 
-ISR(TIMER2_COMPA_vect)
+/* A control period; all other interrupts come through. */
+static void control(void)
 {
-    port_lock();
-    sei();
     const uint8_t head = in.head; /* what comes meanwhile is for the next period */
     while (in.tail != head) {
         const uint8_t byte = in.bytes[in.tail];
@@ -119,23 +119,41 @@ ISR(TIMER2_COMPA_vect)
         core_byte(byte);
     }
     core_tick();
-    cli();
-    const bool late = (TIFR2 & _BV(OCF2A)) != 0;
-    core_ticked(late ? 0xFFFF : TCNT2 * PRESCALED, late);
+    core_ticked(due ? 0xFFFF : TCNT2 * PRESCALED, due);
     ticked = true;
-    port_unlock();
+}
+
+ISR(TIMER2_COMPA_vect)
+{
+    if (locks != 0) { /* `port_unlock` sees to it */
+        due = true;
+        return;
+    }
+    locks = 1;
+    sei();
+    control();
+    cli();
+    locks = 0;
+    due = false;
 }
 
 void port_lock(void)
 {
-    TIMSK2 = 0;
     locks++;
 }
 
 void port_unlock(void)
 {
-    if (--locks == 0) {
-        TIMSK2 = _BV(OCIE2A);
+    for (;;) {
+        cli();
+        if (locks > 1 || !due) {
+            locks--;
+            sei();
+            return;
+        }
+        due = false;
+        sei();
+        control();
     }
 }
 
