@@ -1,4 +1,4 @@
-"""The simulated board at a pseudo-terminal: python -m boardsim --elf build/firmware/atmega328p.elf"""
+"""The simulated board at a pseudo-terminal: python -m boardsim --elf ELF --link PORT."""
 
 from __future__ import annotations
 
