@@ -110,6 +110,8 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_beyond.py --page
 	$(BIN)/python docs/make_beyond_micro.py --page
 	$(BIN)/python docs/make_beyond_variants.py --page
+	$(BIN)/python docs/make_beyond_both.py --page
+	$(BIN)/python docs/make_beyond_summary.py
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_commands.py

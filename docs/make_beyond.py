@@ -47,12 +47,18 @@ SINES = ((50.0, 0.5), (50.0, 1.0), (10.0, 1.0))  # mm, Hz
 RAMP = 20.0  # mm/s
 
 
-def drawn(n: int, seed: int, spans: dict[str, float]) -> list[Settings]:
-    """Benches whose macro-stage differs by `SPAN`, or as `spans` says."""
-    rows = []
+def spread(spans: dict[str, float]) -> list[table.Uncertain]:
+    """What differs, by `SPAN` or as `spans` says."""
+    found = []
     for row in table.of_stage("macro"):
         span = spans.get(row.name, SPAN)
-        rows.append(row._replace(low=1.0 - span, high=1.0 + span))
+        found.append(row._replace(low=1.0 - span, high=1.0 + span))
+    return found
+
+
+def drawn(n: int, seed: int, spans: dict[str, float]) -> list[Settings]:
+    """Benches whose macro-stage differs."""
+    rows = spread(spans)
     sample = machines.draw(Settings(), rows, n, seed)
     return [machines.settings_at(Settings(), rows, amounts) for amounts in sample.amounts]
 

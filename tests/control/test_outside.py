@@ -153,8 +153,8 @@ def test_a_client_cannot_name_another() -> None:
     [
         (
             "sliding",
-            "one of pid, pd-initial, pd-tuned, p, pi, pi-antiwindup, terminal, inverse; or "
-            "MODULE:LAW",
+            "one of pid, pd-initial, pd-tuned, p, pi, pi-antiwindup, terminal, inverse, pid-heat; "
+            "or MODULE:LAW",
         ),
         ("", "MODULE:LAW"),
         (f"{HERE}:slidng", "such as sliding"),

@@ -106,12 +106,10 @@ def test_what_cannot_be_stopped_is_said_and_shown_as_unknown(
     log: Any,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(safing, "LIMIT_S", 2.0)
-    monkeypatch.setattr(
-        safing,
-        "_CODE",
-        f"from macromicro.serve import safing\nsafing.LIMIT_S = 2.0\n{safing._CODE}",
-    )
+    if how == "hangs":
+        monkeypatch.setattr(safing, "LIMIT_S", 2.0)
+        limited = f"from macromicro.serve import safing\nsafing.LIMIT_S = 2.0\n{safing._CODE}"
+        monkeypatch.setattr(safing, "_CODE", limited)
     machine, motion = hung(**{DEAF: "1", BAD_STOP: how})
     assert outcome(machine, motion) == "fault"
     until(lambda: "may still be as last written" in machine.snapshot().fault.evidence, 30.0)  # type: ignore[union-attr]

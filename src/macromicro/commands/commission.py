@@ -44,8 +44,15 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="What your own rig is: axis, rotary, piezo or wire.",
+            help="What your own rig is: axis, rotary, piezo or wire; two_stage: both stages, also "
+            "of the twin.",
             show_default="axis",
+        ),
+    ] = "",
+    kiln: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="With --kind two_stage: the rig of the kiln.", show_default="none"
         ),
     ] = "",
     effort: Annotated[
@@ -97,14 +104,23 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """
     from datetime import datetime
 
+    from macromicro.commands import commission_both
     from macromicro.commands.asking import agreed
     from macromicro.commission import report
     from macromicro.commission.running import commission as perform
     from macromicro.drawing.files import formats
+    from macromicro.errors import InputError
     from macromicro.runs import folder
     from macromicro.schema import keys
 
     kinds = formats(figures)
+    if kind == commission_both.KIND:
+        _only(pitch, effort, lowest, speed, creep, travel, low, high)
+        asked = commission_both.Asked(config, rig, kiln, seed, out, overwrite, resume, yes)
+        commission_both.commission(asked)
+        return
+    if kiln:
+        raise InputError("--kiln", kiln, f"only with --kind {commission_both.KIND}")
     keys.seed(seed, "--seed")
     place = _place(config, rig, (pitch, kind, lowest), seed)
     options = _options(place, (effort, speed, creep, travel, low, high))
@@ -144,6 +160,16 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if not found.verified.met:
         print(f"macromicro: not verified: {report.why(found)}", file=sys.stderr)
         raise typer.Exit(1)
+
+
+def _only(*given: str) -> None:
+    """Refuse options that both stages have no use for."""
+    from macromicro.errors import InputError
+
+    names = ("pitch", "effort", "lowest", "speed", "creep", "travel", "from", "to")
+    for name, value in zip(names, given, strict=True):
+        if value:
+            raise InputError(f"--{name}", value, "not with --kind two_stage")
 
 
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:

@@ -24,7 +24,10 @@ from macromicro.schema.text import printable
 
 GROUP = "macromicro.laws"
 SHIPPED = {"terminal": "macromicro.control.terminal.law:TERMINAL"}
-FINE = {"inverse": "macromicro.control.inverse.law:INVERSE"}  # of the micro-stage
+FINE = {  # of the micro-stage
+    "inverse": "macromicro.control.inverse.law:INVERSE",
+    "pid-heat": "macromicro.control.pid_heat:LAW",
+}
 FORM = "MODULE:LAW, a law of your own (docs/laws.md)"
 UNITS = ("m", "count")
 FRESH, RESTED = 1.0, 2.0  # see `Held`

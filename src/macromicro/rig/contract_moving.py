@@ -17,6 +17,7 @@ from macromicro.rig.session import Fixture, Session
 WAY = 200.0  # counts that a stroke covers at most, but for coming to rest
 _STROKE = 0.5  # s, at most
 _REST = 1.0  # s in which it must have come to rest
+_SPAN = 0.02  # s that a speed is taken over
 _STILL = 0.1  # s without a count are rest
 _DEAD = 0.3  # s from the kill to the next opening
 _HEAT = 1.0  # s
@@ -85,7 +86,7 @@ def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
     """
     try:
         if not fixture.has("encoder"):
-            yield _heated(fixture, volts)
+            yield heated(fixture, volts)
             return
         with fixture.open() as rig:
             there = stroke(fixture, rig, volts)
@@ -93,9 +94,9 @@ def check(fixture: Fixture, volts: float) -> Iterator[Finding]:
     except Exception as error:
         yield failed("motion", error, "mend what the message names; then run this again")
         return
-    direction = _direction(there, back, volts)
-    yield direction
-    if not direction.passed:
+    found = direction(there, back, volts)
+    yield found
+    if not found.passed:
         return
     yield _stopping(there, back)
     try:
@@ -122,27 +123,28 @@ def stroke(fixture: Fixture, rig: Session, volts: float) -> Stroke:
         Signed: counts that rise are positive.
     """
     dt, quiet = fixture.dt, safe(fixture)
-    first = place = rig.read().encoder
-    track = []
+    first = rig.read()
+    place, track = first.encoder, [(first.t, first.encoder)]
     for _ in range(round(_STROKE / dt)):
         rig.write(quiet._replace(motor=volts))
         rig.wait(dt)
-        place = _known(rig.read().encoder, place)
-        track.append(place)
-        if abs(place - first) >= WAY:
+        sample = rig.read()
+        place = _known(sample.encoder, place)
+        track.append((sample.t, place))
+        if abs(place - first.encoder) >= WAY:
             break
-    span = min(len(track) - 1, round(0.02 / dt))
-    speed = (track[-1] - track[-1 - span]) / (span * dt) if span else 0.0
-    moved, end, rested, since = place - first, place, math.nan, 0
-    for k in range(round(_REST / dt)):
+    moved, end, rested = place - first.encoder, place, math.nan
+    stopped = still = track[-1][0]
+    for _ in range(round(_REST / dt)):
         rig.write(quiet)
         rig.wait(dt)
-        before, place = place, _known(rig.read().encoder, place)
-        since = k if place != before else since
-        if (k - since) * dt >= _STILL:
-            rested = since * dt
+        sample = rig.read()
+        before, place = place, _known(sample.encoder, place)
+        still = sample.t if place != before else still
+        if sample.t - still >= _STILL:
+            rested = still - stopped
             break
-    return Stroke(moved, speed, place - end, rested)
+    return Stroke(moved, _speed(track), place - end, rested)
 
 
 def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
@@ -205,7 +207,21 @@ def killed(fixture: Fixture, volts: float, before: Stroke) -> Finding:
     return Finding(what, False, found, remedy)
 
 
-def _direction(there: Stroke, back: Stroke, volts: float) -> Finding:
+def direction(there: Stroke, back: Stroke, volts: float) -> Finding:
+    """Whether counts rise with the motor's voltage.
+
+    Parameters
+    ----------
+    there, back : Stroke
+        At `volts`, and at the opposite.
+    volts : float
+        V.
+
+    Returns
+    -------
+    Finding
+        Which way it moved.
+    """
     found = f"{volts:g} V: {there.moved:+.0f} counts, {-volts:g} V: {back.moved:+.0f} counts"
     if abs(there.moved) < 2.0 and abs(back.moved) < 2.0:
         return Finding(
@@ -220,18 +236,21 @@ def _direction(there: Stroke, back: Stroke, volts: float) -> Finding:
     return Finding("direction", True, found)
 
 
-def _stopping(there: Stroke, back: Stroke) -> Finding:
-    if any(math.isnan(s.rested) for s in (there, back)):
-        found = f"it still moves {_REST:g} s after its outputs were made safe"
-        return Finding("coming to rest", False, found, "0 V must be 0 N: look at the offset")
-    worst = max(there, back, key=lambda s: abs(s.coasted))
-    found = (
-        f"{abs(worst.coasted):.0f} counts in {worst.rested:.2g} s from {worst.speed:.4g} counts/s"
-    )
-    return Finding("coming to rest", True, found)
+def heated(fixture: Fixture, volts: float) -> Finding:
+    """Heat the wires for a second, and look at the Hall sensor.
 
+    Parameters
+    ----------
+    fixture : Fixture
+        The rig.
+    volts : float
+        CTRL.
 
-def _heated(fixture: Fixture, volts: float) -> Finding:
+    Returns
+    -------
+    Finding
+        Passed where the sensor shows a contraction.
+    """
     dt, quiet = fixture.dt, safe(fixture)
     with fixture.open() as rig:
         before = rig.read().hall
@@ -243,6 +262,27 @@ def _heated(fixture: Fixture, volts: float) -> Finding:
     if abs(after - before) < 0.02:
         return Finding("heat", False, found, "it does not contract: a higher --move, or its wiring")
     return Finding("heat", True, found)
+
+
+def _stopping(there: Stroke, back: Stroke) -> Finding:
+    if any(math.isnan(s.rested) for s in (there, back)):
+        found = f"it still moves {_REST:g} s after its outputs were made safe"
+        return Finding("coming to rest", False, found, "0 V must be 0 N: look at the offset")
+    worst = max(there, back, key=lambda s: abs(s.coasted))
+    found = (
+        f"{abs(worst.coasted):.0f} counts in {worst.rested:.2g} s from {worst.speed:.4g} counts/s"
+    )
+    return Finding("coming to rest", True, found)
+
+
+def _speed(track: list[tuple[float, float]]) -> float:
+    """At the end of a track of times and counts, over `_SPAN`; counts/s.
+
+    By the rig's own times: a period may be late.
+    """
+    end, place = track[-1]
+    begin, before = next((at for at in reversed(track) if end - at[0] >= _SPAN), track[0])
+    return (place - before) / (end - begin) if end > begin else 0.0
 
 
 def _known(value: Any, before: float) -> float:

@@ -21,6 +21,7 @@ from macromicro.schema.text import printable
 LIMIT_S = 10.0  # for Python, the rig's module, opening it and its stop
 TERM_S = 0.25  # in which a process that was sent SIGTERM has to end
 KILL_S = 2.0  # in which a killed one has to be gone: a driver may hold it in the kernel
+_LATE = "it did not return in {:g} s"
 _CODE = "from macromicro.serve.safing import main; main()"
 
 
@@ -66,8 +67,10 @@ def stop(rig: str, seed: int) -> Safed:
             timeout=LIMIT_S + 1.0,
             check=False,
         )
-    except (OSError, subprocess.TimeoutExpired) as error:
+    except OSError as error:
         return _failed(printable(error, 120))
+    except subprocess.TimeoutExpired:
+        return _failed(_LATE.format(LIMIT_S))
     took = time.monotonic() - began
     if done.returncode == 0:
         return Safed(
@@ -76,7 +79,7 @@ def stop(rig: str, seed: int) -> Safed:
             "read the outputs back",
         )
     if done.returncode == -signal.SIGALRM:
-        return _failed(f"it did not return in {LIMIT_S:g} s")
+        return _failed(_LATE.format(LIMIT_S))
     lines = done.stderr.strip().splitlines()
     return _failed(printable(lines[-1] if lines else f"status {done.returncode}", 200))
 

@@ -161,7 +161,6 @@ def test_rounding_of_the_converter_is_owed_and_made_good() -> None:
     assert np.allclose(steps, np.round(steps), atol=1e-9) and len(set(sent)) > 1
     heats = [stressed.static_heat(m, v) for v in sent]
     assert np.mean(heats) == pytest.approx(loss, abs=0.3)
-    assert law.rounded(1.2345, 0.0) == 1.2345 and law.rounded(1.2345, 0.01) == pytest.approx(1.23)
 
 
 def test_wanted_is_the_content_at_which_the_model_has_the_place() -> None:

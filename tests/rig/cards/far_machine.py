@@ -1,8 +1,9 @@
-"""A machine in a process of its own, as real ones are: it goes on when the program is killed.
+"""A machine that outlives its program, as real ones do: it goes on when the program is killed.
 
-A rig of it for ``--rig far_machine:held`` (a card that holds its last voltage) and
-``far_machine:watched`` (an amplifier with a watchdog). The machine's memory is the file that the
-environment variable FAR_MACHINE names: volts, counts, the program's last sign of life.
+A rig of it for ``--rig far_machine:bench``. The machine is a file that the environment variable
+FAR_MACHINE names: the voltage last written, when, at which place, and how long its amplifier's
+watchdog lets that hold. Its place follows from them and from the time, so it does not matter how
+busy the computer is.
 """
 
 from __future__ import annotations
@@ -11,36 +12,32 @@ import math
 import mmap
 import os
 import struct
-import sys
 import time
+from pathlib import Path
+from typing import NamedTuple
 
 from macromicro.rig.cards.clock import Deadlines
 from macromicro.types import SAFE, Sample
 
-_CELLS = struct.Struct("ddd")
-WATCHDOG_S = 0.03
+_CELLS = struct.Struct("dddd")
 
 
-def memory(path: str) -> mmap.mmap:
-    with open(path, "r+b") as file:
-        return mmap.mmap(file.fileno(), _CELLS.size)
+class Held(NamedTuple):
+    """What the machine holds: 1000 counts/s for each volt beyond 1 V, until the watchdog ends."""
+
+    volts: float
+    since: float
+    place: float
+    watchdog: float
+
+    def at(self, now: float) -> float:
+        speed = math.copysign(max(abs(self.volts) - 1.0, 0.0), self.volts) * 1000.0
+        return self.place + speed * (min(now, self.since + self.watchdog) - self.since)
 
 
-def machine(path: str, watchdog: float) -> None:
-    """1000 counts/s for each volt beyond 1 V, until its parent is gone or the file says nan."""
-    cells, parent = memory(path), os.getppid()
-    place, then = 500.0, time.monotonic()
-    while os.getppid() == parent:
-        volts, _, alive = _CELLS.unpack(cells[:])
-        if math.isnan(volts):
-            return
-        now = time.monotonic()
-        if now - alive > watchdog:
-            volts = 0.0
-        place += math.copysign(max(abs(volts) - 1.0, 0.0), volts) * 1000.0 * (now - then)
-        then = now
-        cells[8:16] = struct.pack("d", math.floor(place))
-        time.sleep(5e-4)
+def begin(path: Path, watchdog: float) -> None:
+    """At 500 counts, without a voltage."""
+    path.write_bytes(_CELLS.pack(*Held(0.0, 0.0, 500.0, watchdog)))
 
 
 class Rig:
@@ -48,16 +45,23 @@ class Rig:
     counted = True
 
     def __init__(self, sign: float = 1.0) -> None:
-        self.clock, self.cells = Deadlines(), memory(os.environ["FAR_MACHINE"])
-        self.sign = sign
+        with open(os.environ["FAR_MACHINE"], "r+b") as file:
+            self.cells = mmap.mmap(file.fileno(), _CELLS.size)
+        self.clock, self.sign, self.began = Deadlines(), sign, time.monotonic()
+
+    @property
+    def held(self) -> Held:
+        return Held(*_CELLS.unpack(self.cells[:]))
 
     def read(self) -> Sample:
-        counts = struct.unpack("d", self.cells[8:16])[0]
-        return Sample(self.clock.now(), counts, *[math.nan] * 4)
+        now = time.monotonic()
+        return Sample(now - self.began, math.floor(self.held.at(now)), *[math.nan] * 4)
 
     def write(self, outputs: tuple[float, ...]) -> None:
-        self.cells[16:24] = struct.pack("d", time.monotonic())
-        self.cells[0:8] = struct.pack("d", self.sign * outputs[0])
+        now = time.monotonic()
+        self.cells[:] = _CELLS.pack(
+            self.sign * outputs[0], now, self.held.at(now), self.held.watchdog
+        )
 
     def stop(self) -> None:
         self.write(SAFE)
@@ -77,7 +81,3 @@ def bench(seed: int) -> Rig:
 
 def turned(seed: int) -> Rig:
     return Rig(-1.0)
-
-
-if __name__ == "__main__":
-    machine(sys.argv[1], float(sys.argv[2]))

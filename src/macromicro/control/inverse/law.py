@@ -11,6 +11,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from macromicro.columns import Quantity
+from macromicro.control.converter import rounded
 from macromicro.control.inverse.model import Inverse, Prepared, prepare
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.hysteresis.invert import invert
@@ -140,27 +141,6 @@ def wanted(p: Stressed, s: StressedState, place: float) -> float:
     h = p.hysteresis
     share = min(max((place - h.low) / h.span, 0.0), 1.0)
     return stressed.content_at(p, s.memory, invert(h.table, s.memory, share))
-
-
-@kernel
-def rounded(volts: float, step: float) -> float:
-    """CTRL as the D/A gives it.
-
-    Parameters
-    ----------
-    volts : float
-        V.
-    step : float
-        Of the D/A, V; 0: none.
-
-    Returns
-    -------
-    float
-        V.
-    """
-    if step <= 0.0:
-        return volts
-    return math.floor(volts / step + 0.5) * step
 
 
 @kernel

@@ -160,7 +160,7 @@ class Link:
             self.tell(name, **values)
             began = time.monotonic()
             while (left := began + ANSWER - time.monotonic()) > 0.0:
-                others = []
+                others: list[Frame] = []
                 for frame in self._come(left):
                     (self._samples if frame.name == "sample" else others).append(frame)
                 for frame in others:
@@ -170,7 +170,7 @@ class Link:
                         raise BoardError(f"{self.name}: the board refuses {name}: {found}")
                     if frame.name == answer and _fits(name, own, frame, values):
                         self.trips.append(time.monotonic() - began)
-                        return frame.values
+                        return dict(frame.values)
         waited = tries * ANSWER
         raise BoardError(f"{self.name}: no answer to {name} within {waited:g} s")
 

@@ -1,0 +1,117 @@
+"""Writes the first table of docs/beyond.md from what make_beyond.py and its sisters measured."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NamedTuple
+
+import make_beyond
+import make_beyond_both
+import make_beyond_micro
+import measured_page
+import numpy as np
+
+GROUPS = make_beyond.GROUPS
+MAKERS: dict[str, Any] = {
+    "macro": make_beyond,
+    "micro": make_beyond_micro,
+    "both": make_beyond_both,
+}
+
+
+class Row(NamedTuple):
+    """One quantity: where it is measured, digits, what the thesis prints, goals, and the limit."""
+
+    title: str
+    maker: str
+    name: str
+    digits: int
+    thesis: str
+    goals: tuple[str, str]
+    limit: str
+
+
+ROWS = (
+    Row("micro RMS in a hold [um]", "micro", "RMS in a hold", 2, "5", ("0.3, 0.6", "1"), "0.1"),
+    Row(
+        "contraction to 10 um / limit", "micro", "contraction to 10 um by the limit", 2,
+        "0.5 s", ("1.10, 1.4", "1.3, 1.8"), "1",
+    ),
+    Row(
+        "extension to 10 um / limit", "micro", "extension to 10 um by the limit", 3,
+        "1 s", ("1.05", "1.1"), "1",
+    ),
+    Row(
+        "steps of at most 0.1 mm, limit + [ms]", "micro",
+        "steps of at most 0.1 mm beyond the limit", 0, "-", ("30", "60"), "0",
+    ),
+    Row("200 mm to 1 count / limit", "macro", "the same by the limit", 3, "0.75 s",
+        ("1.08", "1.1"), "1"),
+    Row("moves not in the count at last", "macro", "not in the count at last", 0, "-",
+        ("none", "none"), "none"),
+    Row("counts over the target", "macro", "counts over", 0, "0", ("1", "-"), "0"),
+    Row("swing, moves above 40 mm [um]", "macro", "swing 0.1 s after, above 40 mm", 1, "20",
+        ("2.5", "5"), "0"),
+    Row("swing, moves of 1 to 40 mm [um]", "macro", "swing 0.1 s after, 1 to 40 mm", 1, "20",
+        ("5", "9"), "0"),
+    Row("macro, micro and swing below 2 um [s]", "both", "macro, micro and swing close [s]", 2,
+        "3.3", ("0.75", "1"), "-"),
+    Row("laser error in cycle 10, no fan [um]", "both", "laser error in cycle 10 [um]", 1, "bias",
+        ("1.5", "3"), "0"),
+    Row("extension in cycle 10 / limit", "both", "extension to 10 um in cycle 10 by the limit", 3,
+        "-", ("1.05", "1.08"), "1"),
+    Row("sine of 0.5 mm at 0.2 Hz, RMS [um]", "micro", "sine of 0.5 mm at 0.2 Hz, RMS", 1, "-",
+        ("2", "4"), "-"),
+    Row("sine of 0.5 mm at 0.5 Hz, RMS [um]", "micro", "sine of 0.5 mm at 0.5 Hz, RMS", 1, "-",
+        ("6", "10"), "-"),
+    Row("0.2 Hz, learned [um]", "micro", "the same at 0.2 Hz, learned in 10 runs", 2, "-",
+        ("0.6", "-"), "-"),
+    Row("0.5 Hz, learned [um]", "micro", "the same at 0.5 Hz, learned in 10 runs", 2, "-",
+        ("1.5", "-"), "-"),
+    Row("macro tracking, RMS [counts]", "macro", "tracking, true place", 2, "-",
+        ("0.8", "1.5"), "0.29"),
+)  # fmt: skip
+
+
+def values(every: dict[str, list[dict[str, Any]]], row: Row, group: str, law: int) -> list[float]:
+    """What one law gave on the benches of a group."""
+    maker = MAKERS[row.maker]
+    benches = [b for b in every[row.maker] if b["kind"] == group and "refused" not in b]
+    benches = [b for b in benches if b["bench"] > 0]
+    found = maker.rows(benches, maker.LAWS[law])
+    if isinstance(found, dict):
+        return [float(v) for v in found[row.name]]
+    return list(found[[name for name, _ in maker.TABLE].index(row.name)])
+
+
+def cell(found: list[float], row: Row) -> str:
+    """Median and worst; of what is counted, how many."""
+    if row.goals[0] == "none":
+        return f"{int(np.sum(found))} of {len(found)}"
+    return f"{np.nanmedian(found):.{row.digits}f}, {np.nanmax(found):.{row.digits}f}"
+
+
+def told(every: dict[str, list[dict[str, Any]]]) -> str:
+    """The table."""
+    lines = [
+        "| median, worst | thesis | its laws here | ours, re-identified | goal | ours, not "
+        "re-identified | goal | limit |",
+        "|---" * 8 + "|",
+    ]
+    for row in ROWS:
+        shipped, ours, not_ours = (
+            cell(values(every, row, GROUPS[g], law), row) for g, law in ((0, 0), (0, 1), (1, 1))
+        )
+        lines.append(
+            f"| {row.title} | {row.thesis} | {shipped} | {ours} | {row.goals[0]} | {not_ours} "
+            f"| {row.goals[1]} | {row.limit} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    read = {
+        name: json.loads(maker.RESULTS.read_text(encoding="utf-8"))
+        for name, maker in MAKERS.items()
+    }
+    measured_page.put(make_beyond.PAGE, "summary", told(read))

@@ -1,0 +1,101 @@
+"""``macromicro commission --kind two_stage``: both stages, part after part."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import typer
+
+from macromicro.commands.signals import Signals
+
+if TYPE_CHECKING:
+    from macromicro.thesis.procedure import Lab
+
+KIND = "two_stage"
+BYTES = 400_000_000
+
+
+class Asked(NamedTuple):
+    """What the user asked for: options of `commission`."""
+
+    config: Path | None
+    rig: str
+    kiln: str
+    seed: int
+    out: Path
+    overwrite: bool
+    resume: bool
+    yes: bool
+
+
+def commission(asked: Asked) -> None:
+    """Find both stages' models from their sensors, and verify the laws by them."""
+    from datetime import datetime
+
+    from macromicro.commands.asking import agreed
+    from macromicro.runs import folder
+    from macromicro.schema import keys
+    from macromicro.thesis import commissioning, commissioning_page
+
+    keys.seed(asked.seed, "--seed")
+    lab = _lab(asked)
+    names, out = commissioning_page.FILES, asked.out
+    folder.check(out, BYTES, overwrite=asked.overwrite or asked.resume, names=names)
+    started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+
+    def ask(title: str, intent: str) -> None:
+        agreed([f"{title}: {intent}"], f"--rig {asked.rig}", yes=asked.yes or not lab.rigs)
+
+    with Signals() as signals, folder.held(out, overwrite=True, names=names):
+        if asked.overwrite and not asked.resume:
+            _cleared(out, names)
+        try:
+            found = commissioning.commission(
+                lab, out, ask, lambda title: print(f"{title}: done", file=sys.stderr)
+            )
+        except KeyboardInterrupt:
+            print(f"macromicro: interrupted; --resume goes on, in {out}", file=sys.stderr)
+            raise typer.Exit(signals.status) from None
+        signals.later()
+        commissioning_page.write(found, " and ".join(r.name for r in lab.rigs) or "twin", started)
+    for row in commissioning_page.rows(found):
+        print(f"{row[0]:70}{row[1]:>12} {row[2]:>12} {row[3]}")
+    for doubt in found.doubts:
+        print(f"doubtful: {doubt}")
+    arrived = sum(m.arrived_s is not None for m in found.ended.moves)
+    print(f"verification: {arrived} of {len(found.ended.job.programme.target)} moves arrived")
+    print(f"page: {out / names[0]}\nmachine: {out / commissioning.MACHINE}")
+    if not found.met:
+        print(f"macromicro: not verified: {found.why}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def _lab(asked: Asked) -> Lab:
+    from macromicro.errors import InputError
+    from macromicro.rig.opening import TWIN, open_rig
+    from macromicro.schema.config import load_overrides
+    from macromicro.settings import Settings
+    from macromicro.thesis.procedure import Lab
+
+    if asked.rig == TWIN:
+        if asked.kiln:
+            raise InputError("--kiln", asked.kiln, "only with --rig: the virtual one has its own")
+        base = Settings() if asked.config is None else load_overrides(asked.config, Settings())
+        return Lab(base, asked.seed)
+    if asked.config is not None:
+        raise InputError("--config", str(asked.config), "not with --rig")
+    rigs = tuple(open_rig(name, asked.seed) for name in (asked.rig, asked.kiln) if name)
+    return Lab(Settings(), asked.seed, rigs)
+
+
+def _cleared(out: Path, names: tuple[str, ...]) -> None:
+    """Remove what an earlier commissioning left, and nothing else."""
+    from macromicro.thesis import commissioning as c
+
+    for name in (*names, c.MACHINE, c.ASKED, c.DIRECTIONS):
+        (out / name).unlink(missing_ok=True)
+    for name in (c.STEPS, c.VERIFICATION):
+        shutil.rmtree(out / name, ignore_errors=True)

@@ -1,0 +1,134 @@
+"""What commissioning of both stages gives a person: a page, and the same as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import macromicro
+from macromicro.commission.report import JSON, PAGE, TEMPLATE
+from macromicro.drawing.page import Picture, filled
+from macromicro.identify.result import rounded
+from macromicro.report.write import write as write_run
+from macromicro.runs import folder
+from macromicro.schema.text import plain
+from macromicro.thesis.commissioning import DIRECTIONS, MACHINE, STEPS, VERIFICATION, Commissioned
+
+FILES = (PAGE, JSON)
+HEADINGS = (
+    *("move", "stage", "to", "unit", "settled after [s]", "overshoot", "error at rest"),
+    "true error",
+)
+_NOTE = f"Each part's own table, figures and records are in {STEPS}/. The verification's page is "
+_SIDES = 1.96  # of a normal distribution's 95 % interval
+
+
+def write(found: Commissioned, name: str, started: str) -> None:
+    """Write page, JSON and the verification's own page.
+
+    Parameters
+    ----------
+    found : Commissioned
+        Everything.
+    name : str
+        What was commissioned.
+    started : str
+        When, in words.
+
+    Raises
+    ------
+    OSError
+        The disk refuses.
+    """
+    write_run(found.ended, started)
+    text = filled(
+        TEMPLATE,
+        name=name,
+        started=started,
+        version=macromicro.__version__,
+        met=found.met,
+        why=found.why,
+        found=rows(found),
+        note=f"{_NOTE}{VERIFICATION}/{folder.PAGE}.",
+        sign=1.0,  # another one ends the commissioning
+        doubts=found.doubts,
+        headings=HEADINGS,
+        moves=moves(found),
+        pictures=_pictures(found.out),
+        file=MACHINE,
+        toml=found.toml,
+    )
+    what = {
+        "of": name,
+        "version": macromicro.__version__,
+        "directions": json.loads((found.out / DIRECTIONS).read_text(encoding="utf-8")),
+        "parts": found.found,
+        "doubts": found.doubts,
+        "verification": {"met": found.met, "why": found.why, "moves": _moves(found)},
+    }
+    with folder.staged(found.out) as stage:
+        (stage / PAGE).write_text(text, encoding="utf-8")
+        content = json.dumps(plain(what), indent=2, allow_nan=False)
+        (stage / JSON).write_text(content + "\n", encoding="utf-8")
+
+
+def rows(found: Commissioned) -> list[tuple[str, ...]]:
+    """What was found: quantity, value, half of its 95 % interval, unit.
+
+    Parameters
+    ----------
+    found : Commissioned
+        Everything.
+
+    Returns
+    -------
+    list[tuple[str, ...]]
+        Text.
+    """
+    lines: list[tuple[str, ...]] = []
+    for name, one in found.found.items():
+        for line in one["values"]:
+            error = math.nan if line["error"] is None else _SIDES * line["error"]
+            value = math.nan if line["value"] is None else line["value"]
+            shown, half = rounded(value, error)
+            what = f"{name}, {line['name']}" + (line["note"] and f": {line['note']}")
+            lines.append((what, shown, half and f"+- {half}", line["unit"]))
+    return lines
+
+
+def moves(found: Commissioned) -> list[tuple[str, ...]]:
+    """How the moves of the verification went, under `HEADINGS`.
+
+    Parameters
+    ----------
+    found : Commissioned
+        Everything.
+
+    Returns
+    -------
+    list[tuple[str, ...]]
+        Text.
+    """
+    lines = []
+    for m in found.ended.moves:
+        late = "not" if m.settling_s is None else f"{m.settling_s:.3f}"
+        errors = (m.overshoot, m.final_error, m.true_error)
+        shown = ("-" if e is None else f"{e:.3g}" for e in errors)
+        lines.append((f"{m.move + 1}", m.stage, f"{m.target:g}", m.unit, late, *shown))
+    return lines
+
+
+def _moves(found: Commissioned) -> list[dict[str, Any]]:
+    return [m._asdict() for m in found.ended.moves]
+
+
+def _pictures(out: Path) -> list[Picture]:
+    """The figures of the parts, as they were saved."""
+    return [
+        Picture(
+            f"{path.parts[-3]}-{path.stem}", f"{path.parts[-3]}, {path.stem}", "", path.read_bytes()
+        )
+        for path in sorted((out / STEPS).glob("*/model/*.png"))
+    ]
