@@ -17,7 +17,6 @@
 
 #define PRESCALED 64U /* timer 2: cycles a step */
 #define CONVERSIONS 16
-#define SETTLING 1 /* conversions that are thrown away when a series begins */
 #define TO_HOST 128 /* bytes; a power of two, as the next */
 #define FROM_HOST 64
 #define PAINT 0xA5
@@ -29,6 +28,7 @@ static Quadrature encoder;
 static struct {
     uint16_t sum;
     uint8_t done;
+    uint16_t whole; /* sum of the last 16; 0xFFFF: taken */
 } hall;
 
 static struct {
@@ -78,14 +78,14 @@ ISR(INT0_vect)
 
 ISR(INT1_vect, ISR_ALIASOF(INT0_vect));
 
+/* It converts without a pause: 16 conversions take 832 us, so each period has new ones. */
 ISR(ADC_vect)
 {
-    const uint16_t code = ADC;
-    if (hall.done >= SETTLING) {
-        hall.sum += code;
-    }
-    if (++hall.done < CONVERSIONS + SETTLING) {
-        ADCSRA |= _BV(ADSC);
+    hall.sum += ADC;
+    if (++hall.done == CONVERSIONS) {
+        hall.whole = hall.sum;
+        hall.sum = 0;
+        hall.done = 0;
     }
 }
 
@@ -163,10 +163,8 @@ PortInputs port_inputs(void)
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         seen.encoder = encoder.count;
         seen.skipped = encoder.skipped;
-        seen.hall = hall.done == CONVERSIONS + SETTLING ? hall.sum / (CONVERSIONS / 4) : 0xFFFF;
-        hall.sum = 0;
-        hall.done = 0;
-        ADCSRA |= _BV(ADSC);
+        seen.hall = hall.whole == 0xFFFF ? hall.whole : hall.whole / (CONVERSIONS / 4);
+        hall.whole = 0xFFFF;
     }
     seen.lines = (LIMIT_LOW_IN & BIT(LIMIT_LOW) ? LINES_LIMIT_LOW : 0)
             | (LIMIT_HIGH_IN & BIT(LIMIT_HIGH) ? LINES_LIMIT_HIGH : 0)
@@ -299,7 +297,8 @@ static void begin(void)
     encoder.last = (ENCODER_A_IN >> ENCODER_A_BIT) & 3;
 
     ADMUX = _BV(REFS0) | HALL_BIT;
-    ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz: 52 us each */
+    hall.whole = 0xFFFF;
+    ADCSRA = _BV(ADEN) | _BV(ADSC) | _BV(ADATE) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz */
 
     UCSR0A = _BV(U2X0);
     UBRR0 = F_CPU / 8 / PROTOCOL_BAUD - 1;

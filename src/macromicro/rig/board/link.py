@@ -34,14 +34,36 @@ class Port(Protocol):
     timeout: float | None
 
     def read(self, size: int = 1) -> bytes:
-        """Bytes that came, fewer after the timeout."""
+        """Bytes that came.
+
+        Parameters
+        ----------
+        size : int, optional
+            How many to wait for.
+
+        Returns
+        -------
+        bytes
+            Fewer after the timeout.
+        """
 
     def write(self, data: bytes) -> Any:
-        """Send."""
+        """Send.
+
+        Parameters
+        ----------
+        data : bytes
+            All of it.
+
+        Returns
+        -------
+        Any
+            Not used.
+        """
 
     @property
     def in_waiting(self) -> int:
-        """How many have come."""
+        """How many bytes have come."""
 
     def close(self) -> None:
         """Let it go."""
