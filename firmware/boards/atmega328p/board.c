@@ -28,7 +28,8 @@ static Quadrature encoder;
 static struct {
     uint16_t sum;
     uint8_t done;
-    uint16_t whole; /* sum of the last 16; 0xFFFF: taken */
+    uint16_t whole; /* sum of the last 16 */
+    uint8_t late; /* periods since it came */
 } hall;
 
 static struct {
@@ -84,6 +85,7 @@ ISR(ADC_vect)
     hall.sum += ADC;
     if (++hall.done == CONVERSIONS) {
         hall.whole = hall.sum;
+        hall.late = 0;
         hall.sum = 0;
         hall.done = 0;
     }
@@ -163,8 +165,9 @@ PortInputs port_inputs(void)
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         seen.encoder = encoder.count;
         seen.skipped = encoder.skipped;
-        seen.hall = hall.whole == 0xFFFF ? hall.whole : hall.whole / (CONVERSIONS / 4);
-        hall.whole = 0xFFFF;
+        /* A period that began late makes the next one short. */
+        seen.hall = hall.late > 1 ? 0xFFFF : hall.whole / (CONVERSIONS / 4);
+        hall.late += hall.late <= 1;
     }
     seen.lines = (LIMIT_LOW_IN & BIT(LIMIT_LOW) ? LINES_LIMIT_LOW : 0)
             | (LIMIT_HIGH_IN & BIT(LIMIT_HIGH) ? LINES_LIMIT_HIGH : 0)
@@ -297,7 +300,7 @@ static void begin(void)
     encoder.last = (ENCODER_A_IN >> ENCODER_A_BIT) & 3;
 
     ADMUX = _BV(REFS0) | HALL_BIT;
-    hall.whole = 0xFFFF;
+    hall.late = 2;
     ADCSRA = _BV(ADEN) | _BV(ADSC) | _BV(ADATE) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz */
 
     UCSR0A = _BV(U2X0);
