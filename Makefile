@@ -94,7 +94,8 @@ bench: $(VENV)/.core ## measure the speed
 bench-peers: $(VENV)/.core ## one job by the package, C and other simulators (2.6 GB, minutes)
 	$(BIN)/python benchmarks/peers/compare.py
 
-bench-identify: $(VENV)/.core ## do the errors that identify prints hold? docs/coverage.md (half an hour)
+bench-identify: $(VENV)/.core ## long files; do the errors that identify prints hold? docs/coverage.md (half an hour)
+	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/intervals.py
 	$(BIN)/python docs/make_coverage.py
 
@@ -117,6 +118,7 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_commands.py
 	$(BIN)/python docs/make_export.py
 	$(BIN)/python docs/make_figures.py
+	$(BIN)/python docs/make_wiring.py
 	@if command -v chromium >/dev/null; then set -x; $(BIN)/python docs/make_screenshots.py; \
 	else echo "no picture of the page without chromium: make browser"; fi
 

@@ -81,7 +81,8 @@ def commissioned(what: Drawn, tree: Any, seed: int) -> Commissioned:
         what.kind,
         lowest,
     )
-    options = Options(effort, SPEED, SPEED / 25.0, TRAVEL, lowest=lowest)
+    fast, far = TURNING if what.kind.place.turns else (SPEED, TRAVEL)
+    options = Options(effort, fast, fast / 25.0, far, lowest=lowest)
     return commission(place, options, seed=seed)
 
 

@@ -4,8 +4,8 @@
 
 Machines are drawn over wide ranges of data-sheet figures; what cannot work is drawn anew, by the
 rules that a settings file meets, too. Each is commissioned as a person would do it, without a look
-at its figures; then what was found is compared with them. KIND is axis, hanging, piezo, wire or
-examples; all of them without it, within an hour and a half.
+at its figures; then what was found is compared with them. KIND is axis, hanging, rotary, piezo,
+wire or examples; all of them without it, within two hours.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import commissioning_axis
 import commissioning_piezo
+import commissioning_rotary
 import commissioning_wire
 from commissioning_table import examples, table
 
@@ -23,6 +24,7 @@ PAGE = Path(__file__).resolve().parent / "commissioning.md"
 DRAWN = {
     "axis": commissioning_axis.DRAWN,
     "hanging": commissioning_axis.HANGING,
+    "rotary": commissioning_rotary.DRAWN,
     "piezo": commissioning_piezo.DRAWN,
     "wire": commissioning_wire.DRAWN,
 }

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from macromicro.files.reading import read
 from macromicro.identify import drive
-from macromicro.identify.reading import read
 
 COPY = Path(__file__).parents[1] / "tests/data/emps/emps.npz"
 PUBLISHED = {"mass": 95.1089, "viscous": 203.5034, "coulomb": 20.3935, "offset": -3.1648}

@@ -38,6 +38,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify hysteresis curves.txt": DATA,
         "macromicro sweep examples/sweep-gains.toml": TESTED + "tests/sweep/test_docs.py",
         "macromicro robust": "200 machines: with fewer by tests/robustness",
+        "new_system(": "Simulink's",
+        "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
     },
     "CONTRIBUTING.md": {
         "make test": "these very tests",
@@ -61,6 +63,12 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro run thesis --config results/actuator/model": "what that writes",
     },
+    "docs/build-one.md": {
+        "make firmware": "needs a compiler for the board",
+        "avrdude": "needs a board",
+        "macromicro doctor --rig NAME --open": TESTED + "tests/commands/test_doctor_rig.py",
+        "macromicro doctor --rig NAME --walk": TESTED + "tests/commands/test_doctor_rig.py",
+    },
     "docs/commissioning.md": {
         "macromicro commission --kind two_stage": TESTED
         + "tests/commands/test_commission_both.py: some minutes each",
@@ -83,7 +91,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "/* One control period": "a part of what is written, which tests/export compile",
         "cc -std=c99": TESTED + "tests/export/test_command.py",
         "from fmpy import": TESTED + "tests/export/test_fmu.py, with the extra fmu",
-        "add_block(": "Simulink's",
+        "new_system(": "Simulink's",
     },
     "docs/gcs.md": {"macromicro serve": TESTED + "tests/serve/gcs/test_pipython.py"},
     "docs/guard.md": {" allowed error": "a drawing"},
@@ -128,6 +136,10 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro doctor --rig": TESTED + "tests/test_mylab.py",
         "macromicro run --rig replay:results/serve/live.h5": DATA,
         "macromicro run thesis --rig replay:": DATA,
+    },
+    "docs/files.md": {
+        "macromicro look own.csv": TESTED + "tests/commands/test_look.py",
+        "macromicro: own.csv, line 4711": "an output",
     },
     "docs/robustness.md": {
         "macromicro robust": "hundreds of machines: with fewer by tests/robustness",

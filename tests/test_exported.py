@@ -13,7 +13,7 @@ from scipy.io import loadmat
 
 from macromicro.columns import Column
 from macromicro.errors import InputError, MacromicroError
-from macromicro.identify import reading
+from macromicro.files import reading
 from macromicro.recording import Recording
 
 COLUMNS = (

@@ -8,7 +8,7 @@ import pytest
 
 import macromicro
 
-HEAVY = ("h5py", "matplotlib", "numba", "pandas", "pint", "pydantic", "scipy", "xarray")
+HEAVY = ("h5py", "matplotlib", "numba", "pandas", "pint", "pyarrow", "pydantic", "scipy", "xarray")
 
 IMPORT = "import macromicro"
 HELP = """

@@ -29,6 +29,7 @@ from macromicro.commands.group import (
 from macromicro.commands.latency import latency
 from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
+from macromicro.commands.look import look
 from macromicro.commands.plot import plot
 from macromicro.commands.reproduce import reproduce
 from macromicro.commands.response import response
@@ -305,6 +306,7 @@ app.command()(doctor)
 app.command()(latency)
 app.command()(learn)
 app.command()(limits)
+app.command()(look)
 app.command()(plot)
 app.command()(reproduce)
 app.command()(response)

@@ -21,7 +21,7 @@ MAX_TEXT = 100
 # name = definition = alias; brackets name a dimension of its own. Standard gravity and
 # the SI prefixes are exact, pi has 30 digits.
 _DEFINITIONS = """
-m = [length]; cm = 1e-2 m; mm = 1e-3 m; um = 1e-6 m; nm = 1e-9 m
+m = [length]; cm = 1e-2 m; mm = 1e-3 m; um = 1e-6 m; nm = 1e-9 m; inch = 25.4 mm
 s = [time]; ms = 1e-3 s; us = 1e-6 s; min = 60 s; h = 3600 s
 kg = [mass]; g = 1e-3 kg; mg = 1e-6 kg
 A = [current]; mA = 1e-3 A; uA = 1e-6 A
@@ -137,7 +137,7 @@ def _size(unit: str) -> tuple[Decimal, Dimension]:
 @cache
 def _names() -> tuple[str, ...]:
     """Every unit that is offered, in the order of the list."""
-    return tuple(name for name in _units() if name not in ("count", "bit"))
+    return tuple(name for name in _units() if name not in ("count", "bit", "inch"))
 
 
 @cache

@@ -146,7 +146,7 @@ def test_an_existing_folder(runs: Path, done: subprocess.CompletedProcess[str]) 
         ("", "compare: 'nothing'; accepted: two or more"),
         ("nominal", "compare: 'nominal'; accepted: two or more"),
         ("nominal nowhere.h5", "nowhere.h5: 'no such file'"),
-        ("nominal short.toml", "short.toml: 'not a recording'"),
+        ("nominal short.toml", "short.toml: '.toml, a kind that is not known'"),
         ("nominal .", "a folder without recording.h5"),
         ("nominal other.h5", "no shared columns"),
         ("nominal empty.h5", "empty.h5: 'no rows'"),

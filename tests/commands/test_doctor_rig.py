@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -64,5 +65,49 @@ def test_a_rig_that_fails_is_not_moved(lab: Path) -> None:
 )
 def test_what_is_not_accepted(lab: Path, options: tuple[str, ...], message: str) -> None:
     done = doctor(lab, *options)
+    assert done.returncode == 2
+    assert message in done.stderr
+
+
+def test_a_walk_drives_the_page_s_rig(lab: Path) -> None:
+    done = doctor(lab, "--rig", "mylab:bench", "--walk", "--move", "4 V", "--yes", "--json")
+    assert done.returncode == 0, done.stdout
+    seen = {each["what"]: each for each in json.loads(done.stdout)}
+    assert list(seen) == ["direction", "ends", "walk"]
+    assert "3141 counts from -141 to 3000" in seen["ends"]["found"]
+    assert seen["walk"]["found"] == "right: direction, ends; skipped: encoder"
+    assert "to 4 V at most" in done.stderr
+    assert "Push the stage" not in done.stderr
+
+
+def test_a_walk_asks_before_each_step(lab: Path) -> None:
+    """With a person, which is a terminal here: y, and then something else."""
+    import pty
+
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "macromicro", "doctor", "--rig", "mylab:bench", "--walk"]
+    try:
+        os.write(ours, b"s\ny\nno\n")
+        done = subprocess.run(
+            command, cwd=lab, stdin=theirs, capture_output=True, text=True, check=False
+        )
+    finally:
+        os.close(ours)
+        os.close(theirs)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("y does it, s skips it, all else ends:") == 3
+    assert "walk: right: direction; skipped: encoder, ends" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--walk",), "it would move, and nobody can be asked"),
+        (("--walk", "--yes", "--heat", "0 V"), "--heat: '0 V'; accepted: more than 0 V"),
+        (("--heat", "1 V"), "--heat: '1 V'; accepted: with --walk"),
+    ],
+)
+def test_what_a_walk_does_not_accept(lab: Path, options: tuple[str, ...], message: str) -> None:
+    done = doctor(lab, "--rig", "mylab:bench", *options)
     assert done.returncode == 2
     assert message in done.stderr

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import subprocess
+import zipfile
+from ctypes import CDLL, c_char_p
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from macromicro.control.stage_law import Sample, Target
 from macromicro.errors import InputError
 from macromicro.export import catalogue, files, fmu
 from macromicro.kernel import compiled
@@ -16,7 +21,17 @@ from macromicro.settings import Settings
 
 fmpy = pytest.importorskip("fmpy", reason="the extra `fmu` brings it")
 VERSIONS = (2, 3)
+QUICK = ("two_stage.plant", "axis.law", "two_stage.micro", "axis.guard")
 PERIODS = 10_000  # ten seconds
+# FMI 2.0, Sections 2.1.4 to 2.1.9 and 4.2.1 to 4.2.4.
+FUNCTIONS = """
+    GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment Reset
+    EnterInitializationMode ExitInitializationMode Terminate GetReal GetInteger GetBoolean GetString
+    SetReal SetInteger SetBoolean SetString GetFMUstate SetFMUstate FreeFMUstate
+    SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate GetDirectionalDerivative
+    SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus
+    GetIntegerStatus GetBooleanStatus GetStringStatus
+"""
 
 
 def simulated(place: Path, signals: Any, **options: Any) -> Any:
@@ -83,14 +98,109 @@ def test_a_tunable_parameter_counts(version: int, volts: Any, tmp_path: Path) ->
     assert np.ptp(ours) > 0.01
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("name", ["two_stage.plant", "axis.law", "two_stage.micro", "axis.guard"])
-def test_nothing_is_wrong_with_it(name: str, version: int, tmp_path: Path) -> None:
+def sound(place: Path, name: str, version: int) -> None:
+    """Written, valid, and it runs."""
     from fmpy.validation import validate_fmu
 
-    place = tmp_path / "unit.fmu"
     fmu.write(files.written(catalogue.unit(name)), place, version)
     assert validate_fmu(str(place)) == []
+    found = fmpy.simulate_fmu(str(place), stop_time=0.02, output_interval=1e-3)
+    assert len(found) == 21
+    assert len(found.dtype.names) > 1
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("name", QUICK)
+def test_nothing_is_wrong_with_it(name: str, version: int, tmp_path: Path) -> None:
+    sound(tmp_path / "unit.fmu", name, version)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("name", [each for each in catalogue.every() if each not in QUICK])
+def test_nothing_is_wrong_with_any_other(name: str, version: int, tmp_path: Path) -> None:
+    sound(tmp_path / "unit.fmu", name, version)
+
+
+@pytest.mark.parametrize("name", ["two_stage.inverse", "two_stage.terminal"])
+def test_a_law_with_other_occasions_gives_our_bits(name: str, tmp_path: Path) -> None:
+    """What it does after a rest, or in one, is no part of a period."""
+    periods = 400
+    unit, twin = catalogue.unit(name), catalogue.unit(name)
+    assert [e.name for e in unit.entries if e.when]
+    place = tmp_path / "law.fmu"
+    fmu.write(files.written(unit), place, 2)
+    signals = np.zeros(
+        periods, dtype=[(n, "f8") for n in ("time", "target.position", "sample.position")]
+    )
+    signals["time"] = np.arange(periods) * unit.period
+    signals["target.position"] = np.where(np.arange(periods) < 250, 2e-3, 1.5e-3)
+    signals["sample.position"] = 1e-5 * np.round(0.4 * np.arange(periods))
+    found = fmpy.simulate_fmu(
+        str(place), stop_time=periods * unit.period, output_interval=unit.period,
+        step_size=unit.period, input=signals, output=["effort"],
+    )  # fmt: skip
+    by_name = {each.name: each for each in twin.entries}
+    gains, memory = twin.given["gains"], twin.state
+    first = Sample(0.0, 0.0)
+    if memory is None:
+        memory = by_name["start"].function(gains, first)
+    step, ours = compiled(by_name["step"].function), []
+    for row in signals:
+        target = Target(float(row["target.position"]), 0.0, 0.0)
+        sample = Sample(float(row["time"]), float(row["sample.position"]))
+        memory, effort = step(gains, memory, target, sample, unit.period)
+        ours.append(effort)
+    assert np.ptp(ours) > 0.1
+    assert found["effort"][1 : periods + 1].tobytes() == np.array(ours).tobytes()
+
+
+def test_simulink_finds_what_it_looks_for(tmp_path: Path) -> None:
+    """FMI 2.0, Sections 2.1.2, 2.2, 2.3 and 4.2: names of folders, files and functions."""
+    place = tmp_path / "macro.fmu"
+    face = fmu.write(files.written(catalogue.unit("two_stage.macro")), place, 2)
+    with zipfile.ZipFile(place) as packed:
+        packed.extractall(tmp_path)
+        names = packed.namelist()
+    described = ElementTree.parse(tmp_path / "modelDescription.xml").getroot()
+    simulation = described.find("CoSimulation")
+    assert described.get("fmiVersion") == "2.0"
+    assert simulation is not None
+    identifier = simulation.get("modelIdentifier")
+    assert identifier == face.written.name
+    listed = [each.get("name") for each in simulation.iter("File")]
+    assert listed
+    assert {f"sources/{each}" for each in listed} <= set(names)
+    library = CDLL(str(tmp_path / "binaries" / "linux64" / f"{identifier}.so"))
+    missing = [each for each in FUNCTIONS.split() if not hasattr(library, f"fmi2{each}")]
+    assert missing == []
+    library.fmi2GetVersion.restype = library.fmi2GetTypesPlatform.restype = c_char_p
+    assert (library.fmi2GetVersion(), library.fmi2GetTypesPlatform()) == (b"2.0", b"default")
+    # An order of the outputs, by place in the list, which is counted from 1.
+    variables = described.findall("ModelVariables/ScalarVariable")
+    outputs = [k for k, v in enumerate(variables, 1) if v.get("causality") == "output"]
+    unknown = described.findall("ModelStructure/Outputs/Unknown")
+    assert [int(each.get("index", "0")) for each in unknown] == outputs
+    kinds = {(v.get("causality"), v.get("variability")) for v in variables}
+    assert kinds <= {("parameter", "tunable"), ("input", "discrete"), ("output", "discrete")}
+    for each in variables:
+        real = each.find("Real")
+        assert real is not None
+        assert (real.get("start") is None) == (each.get("causality") == "output")
+
+
+def test_the_sources_alone_make_the_same_binary(tmp_path: Path) -> None:
+    """What a simulator on another system compiles."""
+    place = tmp_path / "macro.fmu"
+    written = files.written(catalogue.unit("two_stage.macro"))
+    fmu.write(written, place, 2)
+    with zipfile.ZipFile(place) as packed:
+        packed.extractall(tmp_path)
+    again = tmp_path / "sources" / f"{written.name}.so"
+    command = ["cc", *fmu.FLAGS, *fmu.sources(written, 2), "-o", again.name, "-lm"]
+    subprocess.run(command, cwd=again.parent, check=True)
+    packed_one = tmp_path / "binaries" / "linux64" / again.name
+    assert again.read_bytes() == packed_one.read_bytes()
 
 
 def test_a_state_is_kept_and_taken_back(tmp_path: Path) -> None:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from macromicro.errors import InputError
+from macromicro.files.naming import parted
+from macromicro.files.table import Table
 from macromicro.identify.notices import SaturationWarning
 from macromicro.identify.picking import Role, pick, railed
-from macromicro.identify.reading import Table, parted
 
 X = Role("x", "position", ("x", "position"), ("m",))
 U = Role("u", "voltage", ("u",), ("V",), optional=True)

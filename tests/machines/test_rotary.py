@@ -8,6 +8,7 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.machines import contract, guarding, machine, planning, rotary, runs, sheets
+from macromicro.machines.guard_words import LIMIT_HIGH
 from macromicro.machines.rotary import DEFAULT, as_axis
 from macromicro.machines.tree import settled
 from macromicro.place import ANGLE
@@ -189,3 +190,57 @@ def test_it_feels_for_its_stop_slowly():
     touch = rotary.touch(DEFAULT)
     assert 0.0 < touch.slow < touch.speed < DEFAULT.motion.velocity
     assert touch.place == pytest.approx(DEFAULT.load.stop_low, abs=2e-3)
+
+
+def test_its_switches_and_pulses_are_recorded():
+    tree = DEFAULT.with_(
+        {"switches.limits": "both", "switches.home": "cam", "encoder.index_pulse": "turn"}
+    )
+    done = runs.record(machine.under(ROTARY, tree), tree, planning.usual(tree), seed=1)
+    assert done.outcome.fault is None
+    seen = done.recording
+    assert not np.any(seen["limit_low"]) and not np.any(seen["limit_high"])
+    cam = seen["true_position"][seen["home"] == 1.0] * DEG
+    top, width = tree.switches.home_place, tree.switches.home_width
+    assert len(cam) > 0
+    assert np.min(cam) > top - width - 0.05 and np.max(cam) < top + 0.05
+    pulses = seen["index_count"][~np.isnan(seen["index_count"])] * tree.encoder.pitch
+    off = (pulses - tree.encoder.index_place) / (2.0 * math.pi / tree.drive.ratio)
+    assert len(pulses) > 10, "one per turn of the motor"
+    assert off == pytest.approx(np.round(off), abs=1e-3)
+
+
+def test_a_limit_switch_catches_what_runs_away():
+    tree = DEFAULT.with_({"switches.limits": "both"})
+    # It has come loose, and stands where the way goes on.
+    loose = tree._replace(switches=tree.switches._replace(high=1.0))
+    done = runs.record(machine.under(ROTARY, loose), loose, planning.usual(loose), seed=1)
+    assert done.outcome.watch.fault == LIMIT_HIGH
+    assert done.recording["limit_high"][-1] == 1.0 and done.recording["effort"][-1] == 0.0
+    assert "deg" in done.outcome.fault.evidence and "mm" not in done.outcome.fault.evidence
+    assert done.outcome.watch.value == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("changes", "path", "words"),
+    [
+        (
+            {"switches.limits": "low", "switches.low": "10 deg"},
+            "switches.low",
+            ("-0.07 deg: it is to have let go",),
+        ),
+        (
+            {"switches.home": "cam", "switches.home_width": "0.001 deg"},
+            "switches.home_width",
+            ("deg or more", "speed of the search"),
+        ),
+        ({"homing.on": "home"}, "homing.on", ("switches.home",)),
+        ({"encoder.at": "load", "encoder.index_pulse": "turn"}, "encoder.index_pulse", ("mark",)),
+    ],
+)
+def test_switches_that_cannot_be_are_refused_in_degrees(changes, path, words):
+    with pytest.raises(InputError) as error:
+        DEFAULT.with_(changes)
+    assert path in error.value.where
+    assert all(word in error.value.accepted for word in words), error.value.accepted
+    assert "mm" not in error.value.accepted

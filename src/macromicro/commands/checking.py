@@ -19,7 +19,7 @@ from macromicro.plant import own_part
 from macromicro.rig import contract as rig_contract
 from macromicro.rig import contract_moving
 from macromicro.rig.opening import TWIN, open_rig
-from macromicro.rig.session import BENCH
+from macromicro.rig.session import BENCH, Fixture
 from macromicro.schema import plugins
 from macromicro.serve.health import FAIL, OK, Finding
 from macromicro.units import quantity
@@ -37,7 +37,7 @@ def law(name: str) -> Iterator[Finding]:
         outside.find(name, OPTION)
     for each in contract.check(made, name):
         whole = whole and each.passed
-        yield _told(each)
+        yield told(each)
     if whole:
         yield Finding("speed", OK, _speed(outside.checked(made, name, OPTION)))
 
@@ -48,7 +48,7 @@ def machine(name: str) -> Iterator[Finding]:
     if made is None:
         raise InputError("--machine", name, "a machine of one stage")
     for each in machine_contract.check(made):
-        yield _told(each)
+        yield told(each)
 
 
 def part(name: str) -> Iterator[Finding]:
@@ -57,29 +57,41 @@ def part(name: str) -> Iterator[Finding]:
     with suppress(InputError):  # what is wrong is said below; compiled beside its own sources
         own_part.find(name, "--part")
     for each in part_contract.check(made, name):
-        yield _told(each)
+        yield told(each)
 
 
 def rig(name: str, move: str | None, *, yes: bool) -> Iterator[Finding]:
     """What a rig keeps and what not; with `move` (text in V) what it does in motion, too."""
-    if name == TWIN:
-        raise InputError("--rig", name, "a rig of yours (docs/rigs.md): the twin keeps it all")
-    volts = 0.0 if move is None else quantity(move, "V", "--move")
-    if move is not None and not 0.0 < volts <= 10.0:
-        raise InputError("--move", move, "more than 0 V, at most 10 V")
-    fixture, whole = open_rig(name), True
+    volts = 0.0 if move is None else volts_of(move, "--move")
+    fixture, whole = fixture_of(name), True
     if move is not None and fixture.kind != BENCH:
         raise InputError("--move", move, f"a rig of kind bench, not {fixture.kind}")
     for each in rig_contract.check(fixture):
         whole = whole and each.passed
-        yield _told(each)
+        yield told(each)
     if move is not None and whole:
         asking.agreed(contract_moving.said(fixture, volts), f"--rig {name}", yes=yes)
         for each in contract_moving.check(fixture, volts):
-            yield _told(each)
+            yield told(each)
 
 
-def _told(each: contract.Finding) -> Finding:
+def fixture_of(name: str) -> Fixture:
+    """The rig of a name; `InputError` for the twin, which has nothing to look at."""
+    if name == TWIN:
+        raise InputError("--rig", name, "a rig of yours (docs/rigs.md): the twin keeps it all")
+    return open_rig(name)
+
+
+def volts_of(text: str, option: str) -> float:
+    """A voltage that a person permits, V; `InputError` if it is none, or too high."""
+    volts = quantity(text, "V", option)
+    if not 0.0 < volts <= 10.0:
+        raise InputError(option, text, "more than 0 V, at most 10 V")
+    return volts
+
+
+def told(each: contract.Finding) -> Finding:
+    """A finding of a contract as `doctor` prints it."""
     return Finding(each.what, OK if each.passed else FAIL, each.found, each.remedy)
 
 

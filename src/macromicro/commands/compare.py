@@ -18,7 +18,7 @@ def compare(
         list[Path] | None,
         typer.Argument(
             metavar="A B ...",
-            help="Recordings (.h5) or folders of runs; all are compared with the first.",
+            help="Recordings, folders of runs or measured data; all are compared with the first.",
             show_default=False,
         ),
     ] = None,

@@ -19,7 +19,8 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         str,
         typer.Option(
             metavar="NAME",
-            help="The twin, MODULE:FACTORY or FILE.toml; not opened, but for --open and --move.",
+            help="The twin, MODULE:FACTORY or FILE.toml; not opened, but for --open, --move, "
+            "--walk.",
         ),
     ] = "twin",
     look: Annotated[
@@ -30,11 +31,28 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
         str | None,
         typer.Option(
             metavar="VOLTS",
-            help="Open it and move it, too: signs, stop, a process killed in motion.",
+            help="Open it and move it, too: signs, stop, a process killed in motion. With --walk: "
+            "the motor's greatest voltage, 6 V without.",
             show_default=False,
         ),
     ] = None,
-    yes: Annotated[bool, typer.Option("--yes", help="Move it without asking.")] = False,
+    walk: Annotated[
+        bool,
+        typer.Option(
+            "--walk", help="Walk through its first power-up, each step asking before it moves."
+        ),
+    ] = False,
+    heat: Annotated[
+        str | None,
+        typer.Option(
+            metavar="VOLTS",
+            help="With --walk: CTRL for one second in the wire.",
+            show_default="1.7 V",
+        ),
+    ] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Move it without asking; steps by hand are skipped.")
+    ] = False,
     config: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Settings file (.toml).", show_default=False),
@@ -85,17 +103,22 @@ def doctor(  # noqa: PLR0913, PLR0917 - one for each option
     """Check whether `macromicro serve` with these options has what it needs, and what to do.
 
     With --law a control law of your own is checked, with --machine a machine, with --part a part,
-    with --open or --move what the rig does, and nothing else.
+    with --open, --move or --walk what the rig does, and nothing else.
     Exit status 1 if anything fails; a warning is none.
     """
     from json import dumps
 
-    from macromicro.commands import checking
+    from macromicro.commands import checking, walking
+    from macromicro.errors import InputError
     from macromicro.serve import health, persist, preflight
     from macromicro.serve.choosing import load
 
     if machine is not None:
         findings = checking.machine(machine)
+    elif heat is not None and not walk:
+        raise InputError("--heat", heat, "with --walk")
+    elif walk:
+        findings = walking.rig(rig, move, heat, yes=yes)
     elif look or move is not None:
         findings = checking.rig(rig, move, yes=yes)
     elif part is not None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     cls=Group,
-    help="Identify a bench from recordings, CSV, MAT or MicroMag files.",
+    help="Identify a bench from recordings, text, MAT, HDF5, Parquet or MicroMag files.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )

@@ -16,7 +16,10 @@ HTML = "html"
 
 def plot(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A recording (.h5), or the folder of a run.")
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A recording, the folder of a run, or measured data (look FILE)."
+        ),
     ],
     columns: Annotated[
         list[str] | None,
@@ -45,7 +48,7 @@ def plot(
     The page is one file that opens without a network. Columns of one unit share a panel.
     """
     from macromicro.errors import InputError
-    from macromicro.recording import Recording
+    from macromicro.files import recordings
     from macromicro.runs import folder
     from macromicro.units import quantity
 
@@ -53,10 +56,10 @@ def plot(
         None if text is None else quantity(text, "s", where)
         for text, where in ((start, "--from"), (end, "--to"))
     ]
-    recording = Recording.load(folder.recording(file))
+    recording = recordings.recording(folder.recording(file), columns or [])
     if not len(recording):
         raise InputError(str(file), "no rows", "a recording with rows")
-    name = recording.label
+    name = file.stem if file.is_file() and file.stem != "recording" else recording.label
     places = out or [OUT / f"{name}.{kind}" for kind in (HTML, "png")]
     for place in places:
         _check(place, overwrite=overwrite)

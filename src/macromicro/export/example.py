@@ -21,7 +21,7 @@ _ROOM = 1000  # an array of the state that is larger than this is no good on a s
 
 
 class Example:
-    """A `main` that calls each function of a unit once.
+    """A `main` that runs one period: calls of each function of a unit but those of other occasions.
 
     Parameters
     ----------
@@ -34,6 +34,7 @@ class Example:
         self.state = self._state_kind()
         self.lines: list[str] = []
         self.calls: list[str] = []
+        self.others: list[str] = []  # calls of other occasions, as words
         self.known: dict[str, Any] = {}
 
     def _state_kind(self) -> Any:
@@ -72,6 +73,9 @@ class Example:
             if not empty(kind):
                 given.append(self._argument(name, kind, value))
         call = f"{made.name}({', '.join(given)})"
+        if entry.when:
+            self.others.append(f"- {entry.when}: `{call}`")
+            return
         self.calls.append(call)
         if made.result == self.state and made.result is not None:
             fresh = self.unit.state is None and entry.name == "start"
@@ -202,6 +206,7 @@ def readme(written: Written) -> str:
         "",
         *(f"    {call}" for call in wrapped([f"{c}" for c in example.calls])),
         "",
+        *([*example.others, ""] if example.others else []),
         "`-ffp-contract=off` keeps a multiplication and an addition apart: without it a processor "
         "with fused operations gives other last bits than Python.",
         "",

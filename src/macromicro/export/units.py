@@ -21,11 +21,14 @@ class Entry(NamedTuple):
         The kernel.
     arguments : tuple[Any, ...]
         An example of each, or its type.
+    when : str
+        Its occasion, for what is called instead of the others and not in each period; "" otherwise.
     """
 
     name: str
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
+    when: str = ""
 
 
 class Unit(NamedTuple):
@@ -72,7 +75,9 @@ def law_of(name: str, law: StageLaw, gains: Any, period: float) -> Unit:
         entries.insert(0, Entry("start", law.start, (gains, sample)))
         state = None
     if law.again is not None:
-        entries.insert(1, Entry("again", law.again, (gains, memory, sample)))
+        when = "where a move follows a rest, instead of `start`"
+        entries.append(Entry("again", law.again, (gains, memory, sample), when))
     if law.rest is not None:
-        entries.append(Entry("rest", law.rest, (gains, memory, sample, 0.0)))
+        when = "in a period without effort, instead of `step`"
+        entries.append(Entry("rest", law.rest, (gains, memory, sample, 0.0), when))
     return Unit(name, f"law {law.name}", tuple(entries), {"gains": gains}, state, period)

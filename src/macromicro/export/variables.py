@@ -84,7 +84,8 @@ class Interface:
             self.fields.append((kind_of(value), f"given_{key}"))
             self._leaves(key, PARAMETER, f"given_{key}", value, kind_of(value))
         for entry, made in zip(self.unit.entries, written.entries, strict=True):
-            self._entry(entry, made)
+            if not entry.when:
+                self._entry(entry, made)
         if self.state is not None:
             self.fields.insert(0, (self.state, "state"))
             outputs = [v for v in self.variables if v.causality == OUTPUT]
@@ -110,7 +111,7 @@ class Interface:
             return
         moves = None
         self.fields.append((made, f"out_{entry.name}"))
-        others = [each for each in self.unit.entries if each.name != "start"]
+        others = [e for e in self.unit.entries if e.name != "start" and not e.when]
         single = len(others) == 1 or entry.name == "measure"
         prefix = "" if single else f"{entry.name}"
         if isinstance(made.result, Several):

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import axis_choice, axis_doubts
+from macromicro.identify import axis_choice, axis_doubts, axis_thin
 from macromicro.identify.axis import Axis, late, simulate
 from macromicro.identify.axis_choice import Judged, part
 from macromicro.identify.axis_instruments import instrumented
@@ -195,11 +195,16 @@ def drive(
     lag = None
     if isinstance(delay, str):
         delay, lag = _delayed(runs, gain, filtering, limit, holdout)
-    rows = _rows(runs, gain, filtering, limit, delay, holdout)
+    usual = filtering == _USUAL and lag is None
+    fine, coarse = axis_thin.factors(runs, gain, delay) if usual else (1, 1)
+    few = _few(runs, coarse)
+    rows = _rows(few, gain, filtering, limit, delay, holdout)
     judged = Judged(structure, {}, {})
     if structure == "auto":
         judged = axis_choice.chosen(rows)
         structure = judged.structure
+    if coarse > 1:
+        rows = _means(runs, fine, (gain, limit, delay), holdout)
     inverse = instrumented(rows, fitted(rows, structure))
     axis_doubts.against(inverse)
     if not plausible(inverse):
@@ -208,13 +213,17 @@ def drive(
             f"inverse dynamics gives a negative mass or friction: {inverse}; "
             "output error keeps them above zero",
         )
-    test, trained = _judged(rows, holdout, structure, lag)
+    seen = _means(runs, coarse, (gain, limit, delay), holdout) if coarse > 1 else rows
+    test, trained = _judged(seen, holdout, structure, lag)
     missed = np.concatenate(free_runs(test, trained.axis)[1])
-    final = refined(rows, inverse, lag)
+    final = refined(seen, inverse, lag)
     axis_doubts.mixed(inverse, rows)
     axis_doubts.coarse((inverse, final), runs[0].dt)
-    starts = started(rows, final.axis)
-    free, errors = free_runs(rows, final.axis, starts)
+    starts = started(seen, final.axis)
+    if coarse > 1:
+        final, free, errors = axis_thin.whole(runs, final, starts, gain, delay, coarse)
+    else:
+        free, errors = free_runs(seen, final.axis, starts)
     return DriveFit(
         structure,
         inverse,
@@ -287,6 +296,26 @@ def _rows(
         got = flag_saturation(run.u, f"record[{i}].u", limit)
         rows.append(differences(run, gain * late(got, delay), corner, int(factor)))
     return rows
+
+
+def _few(runs: list[Run], coarse: int) -> list[Run]:
+    """What the friction is chosen by: the records, or evenly spread parts of long ones."""
+    if coarse == 1:
+        return runs
+    for k, run in enumerate(runs):
+        axis_doubts.jumps(run, f"record[{k}].x")
+    return axis_thin.stretches(runs)
+
+
+def _means(
+    runs: list[Run], many: int, push: tuple[float, float | None, int], holdout: float
+) -> list[Rows]:
+    """`_rows` of means over `many` samples; `push`: gain, limit and delay of the input."""
+    gain, limit, delay = push
+    made = axis_thin.thinned(runs, many, limit, delay)
+    cut = Filtering(*axis_thin.filtering(many, made[0].dt))
+    rows = _rows(made, gain, cut, limit, 0, holdout)
+    return [r._replace(thin=many) for r in rows]
 
 
 def _split(rows: list[Rows], holdout: float) -> tuple[list[Rows], list[Rows]]:

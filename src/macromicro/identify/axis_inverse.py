@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -111,6 +112,8 @@ class Rows(NamedTuple):
         Decimation to come.
     corner : float
         Cut-off of the low-pass that speed and acceleration have passed, Hz; infinite for none.
+    thin : int
+        Measured samples of which each is the mean (`axis_thin`).
     """
 
     run: Run
@@ -120,6 +123,7 @@ class Rows(NamedTuple):
     still: npt.NDArray[np.bool_]
     factor: int
     corner: float = math.inf
+    thin: int = 1
 
 
 def differences(run: Run, force: Array, cutoff: float, factor: int) -> Rows:
@@ -151,10 +155,17 @@ def _smoothed(signals: Array, corner: float, dt: float) -> Array:
     """Signals, one a column, behind the zero-phase low-pass; as they are for an infinite corner."""
     if math.isinf(corner):
         return signals
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    sections = butter(4, 2.0 * dt * corner, output="sos")
-    return np.asarray(sosfiltfilt(sections, signals, axis=0))
+    return np.asarray(sosfiltfilt(_sections(2.0 * dt * corner), signals, axis=0))
+
+
+@lru_cache(maxsize=8)
+def _sections(corner: float) -> Array:
+    """The low-pass of fourth order; `corner` in half the samples' rate."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(4, corner, output="sos"))
 
 
 def means(x: Array, dt: float) -> tuple[Array, Array]:
@@ -205,7 +216,7 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
     ndarray, shape (m, p + 1)
         One column per regressor, then the force.
     """
-    v, sign = rows.v, np.sign(rows.v)
+    v, sign = rows.v, _signs(rows)
     made = {
         "mass": rows.a,
         "viscous": v,
@@ -223,15 +234,30 @@ def columns(rows: Rows, names: tuple[str, ...], stribeck_speed: float) -> Array:
     return np.asarray(kept[~stands])
 
 
+def _signs(rows: Rows) -> Array:
+    """The sign of the speed; of means, its mean where the motion turns within them."""
+    if rows.thin == 1:
+        return np.sign(rows.v)
+    turn = np.abs(rows.a) * rows.run.dt  # the speed changes so much to either side
+    part = np.clip(np.divide(rows.v, turn, out=np.sign(rows.v), where=turn > 0.0), -1.0, 1.0)
+    return np.asarray(part * (2.0 - np.abs(part)))  # weighted by a triangle, as `means` does
+
+
 def _decimated(table: Array, factor: int) -> Array:
     """Every `factor`-th row behind a zero-phase low-pass; the filter's ends are cut off."""
     if factor == 1:
         return table
-    from scipy.signal import firwin, oaconvolve
+    from scipy.signal import oaconvolve
 
-    half = 10 * factor
-    taps = firwin(2 * half + 1, 0.8 / factor)
-    return np.asarray(oaconvolve(table, taps[:, None], mode="valid", axes=0)[::factor])
+    return np.asarray(oaconvolve(table, _taps(factor), mode="valid", axes=0)[::factor])
+
+
+@lru_cache(maxsize=8)
+def _taps(factor: int) -> Array:
+    """The low-pass of a decimation, as one column."""
+    from scipy.signal import firwin
+
+    return np.asarray(firwin(20 * factor + 1, 0.8 / factor))[:, None]
 
 
 def _standing(still: npt.NDArray[np.bool_], factor: int) -> npt.NDArray[np.bool_]:
@@ -269,9 +295,11 @@ def fitted(rows: list[Rows], structure: str) -> Estimate:
     speeds = _SPEEDS * top if "stribeck_speed" in names else [top]
     most = _LARGEST * max(float(np.abs(r.force).max()) for r in rows)
     best: Estimate | None = None
+    # What does not depend on Stribeck's speed is filtered once.
+    steady = [columns(r, tuple(n for n in names if n != "stribeck"), top) for r in rows]
     for k, speed in enumerate(speeds):
         try:
-            found = _linear(rows, names, float(speed))
+            found = _linear(rows, steady, names, float(speed))
         except InputError:  # a breakaway that fades so soon, or so late, shows nowhere
             if best is None and k + 1 == len(speeds):
                 raise
@@ -285,9 +313,15 @@ def fitted(rows: list[Rows], structure: str) -> Estimate:
     return best
 
 
-def _linear(rows: list[Rows], names: tuple[str, ...], speed: float) -> Estimate:
-    """The least-squares estimate with Stribeck's speed held."""
-    parts = [columns(r, names, speed) for r in rows]
+def _linear(
+    rows: list[Rows], steady: list[Array], names: tuple[str, ...], speed: float
+) -> Estimate:
+    """The least-squares estimate with Stribeck's speed held; `steady`: all other columns."""
+    parts = steady
+    if "stribeck" in names:
+        at = [n for n in names if n != "stribeck_speed"].index("stribeck")
+        added = [columns(r, ("stribeck",), speed)[:, 0] for r in rows]
+        parts = [np.insert(p, at, one, axis=1) for p, one in zip(parts, added, strict=True)]
     table = np.concatenate(parts)
     left, force = table[:, :-1], table[:, -1]
     scale = np.sqrt((left**2).sum(axis=0))

@@ -124,7 +124,7 @@ def piece(rows: list[Rows], start: Estimate, free: bool) -> int:
     -------
     int
         All of a record up to sixty time constants M/Fv, or where noise of the position outweighs;
-        else twenty, 1000 samples at least.
+        else twenty, 1000 measured samples at least.
     """
     p, dt = start.axis, rows[0].run.dt
     longest = max(len(r.v) for r in rows)
@@ -133,7 +133,7 @@ def piece(rows: list[Rows], start: Estimate, free: bool) -> int:
     turn = p.mass / p.viscous / dt
     if free or longest <= _WHOLE * turn:
         return longest
-    return int(min(max(_TURNS * turn, _LEAST), longest))
+    return int(min(max(_TURNS * turn, _LEAST / rows[0].thin), longest))
 
 
 def refined(

@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.files.naming import last, parted
+from macromicro.files.table import Table
 from macromicro.identify.notices import DataWarning, SaturationWarning, notice
-from macromicro.identify.reading import Table, parted
 from macromicro.schema.text import printable
 
 
@@ -142,15 +143,42 @@ def pick(table: Table, roles: Sequence[Role], requested: Mapping[str, str]) -> P
         if role.name not in taken:
             used = {name for name, _ in taken.values()}
             taken[role.name] = _column(table, role, None, used)
+    # In one go: a long file is parsed once, and only where its columns are needed.
+    columns = table.several(list(dict.fromkeys(name for name, _ in taken.values() if name)))
+    table.forget()
+    for role in roles:
         name, unit = taken[role.name]
         if not name:
             continue
-        found[role.name], units[role.name] = _converted(table, role, name, unit)
+        found[role.name], units[role.name] = _converted(table, role, name, unit, columns[name])
         named[role.name] = name
     lengths = {role: len(v) for role, v in found.items()}
     if len(set(lengths.values())) > 1:
         raise InputError(table.file, f"columns of {lengths} rows", "columns of one length")
     return Picked(table.file, _finite(table.file, found), units, named, table.constants)
+
+
+def matched(table: Table, roles: Sequence[Role]) -> dict[str, str]:
+    """The columns whose names say what they are; reads nothing.
+
+    Parameters
+    ----------
+    table : Table
+        What a file holds.
+    roles : Sequence[Role]
+        What is needed.
+
+    Returns
+    -------
+    dict[str, str]
+        Column by role, of those that are found.
+    """
+    found: dict[str, str] = {}
+    for role in roles:
+        name, _ = _column(table, role._replace(optional=True), None, found.values())
+        if name:
+            found[role.name] = name
+    return found
 
 
 def _column(
@@ -163,12 +191,13 @@ def _column(
             name, unit = requested, ""
         if name in table.columns:
             return name, unit or table.units[name]
-        near = [n for n in table.columns if parted(n)[0] == name]
+        near = [n for n in table.columns if name in (parted(n)[0], parted(last(n))[0], last(n))]
         if len(near) == 1:
             return near[0], unit or table.units[near[0]]
         raise InputError(f"{table.file}, --columns {role.name}", printable(name), _listed(table))
     free = [n for n in table.columns if n not in used]
-    plain = {_spelled(parted(n)[0]): n for n in reversed(free)}
+    plain = {_spelled(parted(last(n))[0]): n for n in reversed(free)}
+    plain |= {_spelled(parted(n)[0]): n for n in reversed(free)}
     plain |= {_spelled(n): n for n in free}
     for name in role.names:
         if name in plain:
@@ -178,7 +207,8 @@ def _column(
     raise InputError(
         table.file,
         f"no column for {role.name} ({role.meaning})",
-        f"{_listed(table)}; name it with --columns {role.name}=COLUMN",
+        f"{_listed(table)}; name it with --columns {role.name}=COLUMN"
+        + (f"; {table.note}" if table.note else ""),
     )
 
 
@@ -191,11 +221,10 @@ def _listed(table: Table) -> str:
     return "one of its columns: " + ", ".join(printable(n) for n in table.columns)
 
 
-def _converted(table: Table, role: Role, name: str, unit: str) -> tuple[Array, str]:
+def _converted(table: Table, role: Role, name: str, unit: str, values: Array) -> tuple[Array, str]:
     """The column in the first of the role's units that its own unit converts to."""
     from macromicro.units import convert
 
-    values = table.columns[name]
     if not role.units:
         return values, unit
     if not unit:
@@ -211,7 +240,7 @@ def _converted(table: Table, role: Role, name: str, unit: str) -> tuple[Array, s
         except ValueError:
             continue
         # Counts and degC are their own base, so a factor does for all of them.
-        return values * factor, to
+        return values if factor == 1.0 else values * factor, to
     raise InputError(
         f"{table.file}, {printable(name)}", printable(unit) or "no unit", " or ".join(role.units)
     )

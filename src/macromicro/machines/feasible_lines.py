@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from macromicro import place as places
 from macromicro.machines import homing, sheets, wiring
 from macromicro.machines.parts import CAM, HOME, INDEX, LOW_LIMIT, MARK, NONE, STOP, TURN
 from macromicro.machines.tree import Checked
@@ -36,6 +37,7 @@ def checked(tree: Any) -> Iterator[Checked]:
 def _limits(tree: Any) -> Iterator[Checked]:
     """Limit switches between targets and end stops."""
     there, s, load, travel = wiring.lines(tree), tree.switches, tree.load, tree.travel
+    told = places.of(tree).told
     free = s.hysteresis + 4.0 * s.repeatability
     if "limit_low" in there:
         most = travel.low - free
@@ -49,8 +51,7 @@ def _limits(tree: Any) -> Iterator[Checked]:
             s.low > most,
             "switches.low",
             s.low,
-            f"at most {1e3 * most:.6g} mm: it is to have let go at {{travel.low}}, the lowest "
-            "target",
+            f"at most {told(most)}: it is to have let go at {{travel.low}}, the lowest target",
         )
     if "limit_high" in there:
         least = travel.high + free
@@ -64,14 +65,14 @@ def _limits(tree: Any) -> Iterator[Checked]:
             s.high < least,
             "switches.high",
             s.high,
-            f"{1e3 * least:.6g} mm or more: it is to have let go at {{travel.high}}, the highest "
-            "target",
+            f"{told(least)} or more: it is to have let go at {{travel.high}}, the highest target",
         )
 
 
 def _home(tree: Any) -> Iterator[Checked]:
     """A home switch on the way, and wide enough to be seen."""
     there, s, load = wiring.lines(tree), tree.switches, tree.load
+    told = places.of(tree).told
     if "home" not in there:
         return
     low = s.low if "limit_low" in there else load.stop_low
@@ -83,7 +84,7 @@ def _home(tree: Any) -> Iterator[Checked]:
         not least < s.home_place < most,
         "switches.home_place",
         s.home_place,
-        f"above {1e3 * least:.6g} mm and below {1e3 * most:.6g} mm, where the stage can pass it "
+        f"above {told(least)} and below {told(most)}, where the stage can pass it "
         "between its limit switches or end stops",
     )
     if s.home == CAM:
@@ -92,13 +93,13 @@ def _home(tree: Any) -> Iterator[Checked]:
             width < seen,
             "switches.home_width",
             s.home_width,
-            f"{1e3 * seen:.4g} mm or more, to be seen at the speed of the search",
+            f"{told(seen, digits=4)} or more, to be seen at the speed of the search",
         )
 
 
 def _index(tree: Any) -> Iterator[Checked]:
     """Index pulses that are there, and far enough apart."""
-    encoder, load = tree.encoder, tree.load
+    encoder, load, told = tree.encoder, tree.load, places.of(tree).told
     if encoder.index_pulse == NONE:
         return
     turns = encoder.at != "load" and tree.drive.kind != LINEAR
@@ -122,7 +123,7 @@ def _index(tree: Any) -> Iterator[Checked]:
             encoder.index_place < edge + margin,
             "encoder.index_place",
             encoder.index_place,
-            f"{1e3 * (edge + margin):.6g} mm or more: homing takes the pulse above the switch",
+            f"{told(edge + margin)} or more: homing takes the pulse above the switch",
         )
         return
     apart = wiring.spacing(tree)
@@ -130,9 +131,9 @@ def _index(tree: Any) -> Iterator[Checked]:
         turns and apart < 4.0 * margin,
         "encoder.index_pulse",
         encoder.index_pulse,
-        f"pulses {4e3 * margin:.4g} mm apart or more, four times what the edge of the switch is "
-        f"uncertain by; a turn is {1e3 * apart:.4g} mm: a switch with less scatter, or another "
-        "homing.on",
+        f"pulses {told(4.0 * margin, digits=4)} apart or more, four times what the edge of the "
+        f"switch is uncertain by; a turn is {told(apart, digits=4)}: a switch with less scatter, "
+        "or another homing.on",
     )
     if not turns:
         return
@@ -142,8 +143,9 @@ def _index(tree: Any) -> Iterator[Checked]:
         near < margin,
         "encoder.index_place",
         encoder.index_place,
-        f"pulses {1e3 * margin:.4g} mm or more from the edge of the switch at {1e3 * edge:.6g} mm, "
-        f"which is uncertain by that; the nearest is {1e3 * near:.4g} mm from it: move the switch",
+        f"pulses {told(margin, digits=4)} or more from the edge of the switch at {told(edge)}, "
+        f"which is uncertain by that; the nearest is {told(near, digits=4)} from it: move the "
+        "switch",
     )
 
 

@@ -294,13 +294,13 @@ def bounded(guard: Limits, p: Wired, s: Held) -> Limits:
     Limits
         In force now.
     """
-    if p.homing == 1 or (s.low < 0.5 and s.high < 0.5):
-        return guard
+    free = p.homing == 1 or (s.low < 0.5 and s.high < 0.5)
+    # Built in any case: those of a stage that turns are of another type.
     return Limits(
         guard.effort,
         guard.low,
         guard.high,
-        min(guard.speed, p.leave),
+        guard.speed if free else min(guard.speed, p.leave),
         guard.window,
         guard.error,
         guard.silent,

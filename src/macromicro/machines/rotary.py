@@ -19,9 +19,10 @@ from macromicro.control import cascade
 from macromicro.control.live.leading import Touch
 from macromicro.machines import axis, deriving, equipped, feasible, homing, sheets
 from macromicro.machines import parts as linear
-from macromicro.machines.parts import MOTOR, Timing
+from macromicro.machines.parts import MOTOR, Homing, Timing
 from macromicro.machines.rotary_parts import (
     FRICTION,
+    SWITCHES,
     Arrival,
     Cascade,
     Feedback,
@@ -30,6 +31,7 @@ from macromicro.machines.rotary_parts import (
     Motion,
     Motor,
     Rubbing,
+    Switches,
     Travel,
     Turntable,
 )
@@ -105,6 +107,8 @@ def as_axis(tree: Any) -> Any:
             noise=encoder.noise,
             bits=encoder.bits,
             rate=encoder.rate,
+            index_pulse=encoder.index_pulse,
+            index_place=encoder.index_place,
         ),
         timing=tree.timing,
         travel=tree.travel,
@@ -112,6 +116,8 @@ def as_axis(tree: Any) -> Any:
         arrival=tree.arrival,
         controller=tree.controller,
         guard=tree.guard,
+        switches=tree.switches,
+        homing=tree.homing,
     )
 
 
@@ -133,12 +139,9 @@ def _rule(path: str, rule: Callable[[Any], Any]) -> Rule:
     return path, made
 
 
-_ABSENT = ("switches.", "encoder.index_")  # it has no switches and no index pulse
-
 RULES: tuple[Rule, ...] = tuple(
     (path, _pitch) if path == "encoder.pitch" else _rule(path, rule)
     for path, rule in deriving.RULES
-    if not path.startswith(_ABSENT)
 )
 
 
@@ -174,6 +177,8 @@ class Rotary(NamedTuple):
     arrival: Arrival = Arrival()
     controller: Cascade = Cascade()
     guard: Limits = Limits()
+    switches: Switches = SWITCHES
+    homing: Homing = Homing()
 
 
 DEFAULT: Any = settled(Rotary())

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from macromicro.control import cascade
 from macromicro.machines import guarding, parts, sequence
-from macromicro.machines.parts import LOAD, MOTOR
+from macromicro.machines.parts import LOAD, MARK, MOTOR, NONE, TURN
 from macromicro.place import turned
 from macromicro.schema.par import Par
 
@@ -115,6 +115,18 @@ class Feedback(NamedTuple):
     rate: Annotated[
         float, Par("counts/s", "fastest counting of encoder and counter", _SHEET, positive=True)
     ] = 4.0e6
+    index_pulse: Annotated[
+        str,
+        Par(
+            "",
+            "none, turn (one per turn of the motor) or mark (one on the way)",
+            _SHEET,
+            choices=(NONE, TURN, MARK),
+        ),
+    ] = NONE
+    index_place: Annotated[float, Par("rad", "where an index pulse is", _DERIVED, shown="deg")] = (
+        0.0
+    )
 
 
 @turned
@@ -159,6 +171,14 @@ class Cascade(cascade.Cascade):
     __slots__ = ()
 
 
+@turned
+class Switches(parts.Switches):
+    """Limit and home switches; what there is none of is not read."""
+
+    __slots__ = ()
+
+
+SWITCHES = Switches(hysteresis=8.726646259971648e-04, repeatability=8.726646259971648e-05)
 FRICTION = Rubbing(
     coulomb=0.05,
     stribeck=0.01,

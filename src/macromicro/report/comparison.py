@@ -11,6 +11,7 @@ import macromicro
 from macromicro import traces
 from macromicro.design.response import MoveResult
 from macromicro.errors import InputError
+from macromicro.files.recordings import recording
 from macromicro.recording import Recording
 from macromicro.recording_format import TIME
 from macromicro.report.partings import Parting, parting
@@ -129,7 +130,7 @@ def load(places: Sequence[Path]) -> tuple[Side, ...]:
         found = printable(places[0], 300) if places else "nothing"
         raise InputError("compare", found, f"two or more, each {_ACCEPTED}")
     files = [folder.recording(place, _ACCEPTED) for place in places]
-    recordings = [Recording.load(file) for file in files]
+    recordings = [recording(file) for file in files]
     first = recordings[0]
     for place, one in zip(places, recordings, strict=True):
         where = printable(place, 300)

@@ -2,6 +2,7 @@
 
 Nothing moves: it is opened, read and written to with safe outputs, stopped and opened again.
 What only shows in motion, and when its process is killed: `contract_moving`.
+The first power-up of a rig, with a person beside it: `walk`.
 """
 
 from __future__ import annotations

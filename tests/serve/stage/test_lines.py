@@ -40,11 +40,12 @@ index_pulse = "{pulse}"
 
 
 def written(
-    folder: Path, on: str, home: str = "below", pulse: str = "turn", more: str = ""
-) -> Path:
+    folder: Path, on: str, home: str = "below", pulse: str = "turn", more: str = "",
+    machine: str = "axis",
+) -> Path:  # fmt: skip
     file = folder / "axis.toml"
     text = ALL.format(on=on, home=home, pulse=pulse)
-    file.write_text(f'machine = "axis"\n{text}{more}', encoding="utf-8")
+    file.write_text(f'machine = "{machine}"\n{text}{more}', encoding="utf-8")
     return file
 
 
@@ -130,6 +131,31 @@ def test_it_homes_by_each_way(tmp_path: Path, on: str, home: str, pulse: str, of
         assert bed.end(m.MoveTo(0.12)).outcome == m.DONE
         assert bed.place == pytest.approx(0.12, abs=max(off, bed.tree.arrival.tolerance) + 1e-4)
     assert bed.line("enable") == 1.0 == bed.line("enabled")
+
+
+@pytest.mark.parametrize(
+    ("on", "home", "pulse", "off"),
+    [
+        ("limit", "below", "turn", 5e-4),
+        ("home", "cam", "turn", 5e-4),
+        ("home+index", "cam", "turn", 0.0),
+        ("index", "below", "mark", 0.0),
+    ],
+)
+def test_one_that_turns_homes_by_each_way(
+    tmp_path: Path, on: str, home: str, pulse: str, off: float
+) -> None:
+    """Its switches scatter by 5 mdeg, a count is 9 mdeg."""
+    bed = Bed(written(tmp_path, on, home, pulse, machine="rotary"))
+    assert isinstance(bed.ask(m.Enable()), Accepted)
+    end = bed.end(m.Home())
+    assert end.outcome == m.DONE and bed.fault is None, (end, bed.fault)
+    assert abs(bed.machine.view().offset) * bed.pitch <= off + 2.0 * bed.pitch * (off > 0.0)
+    assert bed.end(m.MoveTo(2.0)).outcome == m.DONE
+    assert bed.place == pytest.approx(2.0, abs=max(off, bed.tree.arrival.tolerance) + 1e-3)
+    bed.ask(m.Jog("macro", bed.machine._p.settings.jogging.slow))
+    bed.run(20)
+    assert (bed.line("limit_low"), bed.line("limit_high")) == (0.0, 0.0)
 
 
 def test_a_jog_into_the_limit_switch_is_a_fault_and_it_leaves_slowly(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.files.reading import is_forc, read
 from macromicro.hysteresis import FodTable, Preisach, congruency, wiping_out
 from macromicro.hysteresis.table import SHAPES
 from macromicro.identify.kinds import curves as cutting
@@ -18,7 +19,6 @@ from macromicro.identify.kinds.curves import Found
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import Role, pick, railed
-from macromicro.identify.reading import is_forc, read
 from macromicro.identify.result import Line, Result
 from macromicro.schema.text import printable
 

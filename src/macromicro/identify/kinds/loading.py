@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from macromicro.errors import InputError
+from macromicro.files.reading import is_forc, read
 from macromicro.identify.picking import Picked, Role, chosen, pick
-from macromicro.identify.reading import is_forc, read
 from macromicro.schema.text import printable
 
 _MOST = 500

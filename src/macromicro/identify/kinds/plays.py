@@ -10,6 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.files.reading import read
 from macromicro.hysteresis import prandtl, prandtl_loop
 from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
 from macromicro.identify.kinds import curves as cutting
@@ -17,7 +18,6 @@ from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.hysteresis import ROLES
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.picking import pick
-from macromicro.identify.reading import read
 from macromicro.identify.result import Line, Result
 from macromicro.units import convert
 

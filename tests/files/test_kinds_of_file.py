@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from macromicro.errors import InputError
-from macromicro.identify.reading import read
+from macromicro.files.reading import read
 
 
 @pytest.mark.parametrize(

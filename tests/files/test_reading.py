@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from macromicro.columns import Column
 from macromicro.errors import InputError
+from macromicro.files.naming import parted
+from macromicro.files.reading import is_forc, read
 from macromicro.identify.notices import SaturationWarning
 from macromicro.identify.picking import (
     RUN,
@@ -22,7 +24,6 @@ from macromicro.identify.picking import (
     railed,
     runs,
 )
-from macromicro.identify.reading import is_forc, parted, read
 from macromicro.recording import Recording
 
 T = Role("t", "time", ("t", "time"), ("s",))
@@ -126,7 +127,7 @@ def test_missing_columns_list_those_there(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("0,1,2\n3,4,5\n", "heading"),
-        ("t_s,u_V,u_V\n0,1,2\n", "'u_V' twice"),
+        ("t_s,u_V,u_V,x_m\n0,1,2,3\n", "'u_V' twice"),
         ("t_s,u_V,x_mm\n0,1\n", "line 2: '2 cells'"),
         ("t_s,u_V,x_mm\n0,1,2\n1,1,two\n", "line 3, x_mm: 'two'"),
         ("t_s,u_mm,x_mm\n0,1,2\n", "u_mm: 'mm'"),

@@ -1,0 +1,75 @@
+"""``macromicro look FILE``: what a file of measured data holds, and how to go on with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from macromicro.identify.look.told import Look
+
+
+def look(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="Text of columns, MAT, HDF5, npz, Parquet, LabVIEW or MicroMag file, recording.",
+        ),
+    ],
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print what was seen as JSON, and nothing else.")
+    ] = False,
+) -> None:
+    """Say what a file of measured data holds: columns, units, rate, gaps, saturation.
+
+    The last line is the command to go on with (docs/files.md).
+    """
+    from macromicro.identify.look.told import look as looked
+    from macromicro.report.summary import as_json as to_json
+
+    found = looked(file)
+    if as_json:
+        print(to_json(found.content()), end="")
+        return
+    _show(found)
+
+
+def _show(found: Look) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from macromicro.identify.look.timing import words
+    from macromicro.identify.result import WIDE
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=WIDE)
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for name, side in (
+        *(("column", "left"), ("unit", "left"), ("from", "left"), ("low", "right")),
+        *(("high", "right"), ("least step", "right"), ("", "left")),
+    ):
+        table.add_column(name, justify="right" if side == "right" else "left")
+    for column in found.columns:
+        remarks = list(column.remarks)
+        if column.missing:
+            remarks.insert(0, f"{column.missing} rows without a number")
+        numbers = (column.low, column.high, column.step)
+        said = ["" if v != v else f"{v:.6g}" for v in numbers]  # noqa: PLR0124 - NaN
+        row = (column.name, column.unit or "-", column.reason or "-", *said, "; ".join(remarks))
+        table.add_row(*map(Text, row))
+    if found.columns:
+        console.print(table)
+    for name, value in found.constants.items():
+        console.print(Text(f"{name} = {value:g}"))
+    if found.timing is not None:
+        console.print(Text(f"time, {found.time}: " + "; ".join(words(found.timing))))
+    elif found.columns:
+        console.print(Text("time: no column of times is found"))
+    for reason in found.onward.reasons:
+        console.print(Text(reason))
+    print(found.onward.command)

@@ -1,0 +1,135 @@
+"""Cells of a text: numbers, dates and times, words; and lines cut into cells."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+
+BLANKS = " "  # the mark of files whose cells are parted by any number of spaces and tabs
+MARKS = (",", ";", "\t", "|", BLANKS)
+REMARKS = ("#", "%")
+NUMBER, TIME, EMPTY, TEXT = "number", "time", "empty", "text"
+_NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eEdD][+-]?\d+)?")
+_TIME = re.compile(
+    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ]*(?:\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?)?"
+    r"|\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?)\s*(?:[AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?"
+)
+# What loggers write where they have no number.
+MISSING = (
+    *("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None", "-", "--"),
+    *("1.#QNAN", "-1.#IND", "1.#IND", "nan(ind)", "-nan(ind)"),
+)
+_INFINITE = ("inf", "infinity")
+
+
+def cells(line: str, mark: str) -> list[str]:
+    """The cells of a line, without blanks around them.
+
+    Parameters
+    ----------
+    line : str
+        Without its end.
+    mark : str
+        One of `MARKS`.
+
+    Returns
+    -------
+    list[str]
+        At least one.
+    """
+    if mark == BLANKS:
+        line, mark = " ".join(line.split()), " "
+    row = next(csv.reader([line], delimiter=mark, skipinitialspace=True), [""])
+    return [cell.strip() for cell in row] or [""]
+
+
+def heading(line: str, mark: str, count: int) -> list[str]:
+    """The cells of a heading; names may hold blanks that part no cells.
+
+    Parameters
+    ----------
+    line : str
+        Without its end.
+    mark : str
+        One of `MARKS`.
+    count : int
+        Cells of the rows below it.
+
+    Returns
+    -------
+    list[str]
+        As many as `count` where a way of reading it gives so many.
+    """
+    text = line.strip().lstrip("".join(REMARKS)).strip() if line.lstrip()[:1] in REMARKS else line
+    found = cells(text, mark)
+    if mark != BLANKS or len(found) == count:
+        return found
+    for pattern in (r"\t|\s{2,}", r"\s*[,;]\s*"):
+        names = [cell.strip() for cell in re.split(pattern, text.strip())]
+        if len(names) == count:
+            return names
+    names = re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", text)
+    return names if len(names) == count else found
+
+
+def kind(cell: str) -> str:
+    """What a cell is.
+
+    Parameters
+    ----------
+    cell : str
+        Without blanks around it.
+
+    Returns
+    -------
+    str
+        `NUMBER`, `TIME`, `EMPTY` or `TEXT`.
+    """
+    if not cell:
+        return EMPTY
+    if _NUMBER.fullmatch(cell) or cell in MISSING or cell.lstrip("+-").lower() in _INFINITE:
+        return NUMBER
+    return TIME if _TIME.fullmatch(cell) else TEXT
+
+
+def number(cell: str, mark: str) -> float | None:
+    """A cell as a number: 1,5 is one and a half, unless a comma parts cells and it is unquoted.
+
+    Parameters
+    ----------
+    cell : str
+        Without blanks around it.
+    mark : str
+        What parts cells.
+
+    Returns
+    -------
+    float | None
+        NaN where it is empty or says that there is none, None if it is no number.
+    """
+    if cell in MISSING:
+        return float("nan")
+    try:
+        return float(cell.replace(",", ".").replace("D", "e").replace("d", "e"))
+    except ValueError:
+        return None
+
+
+def majority(column: Sequence[str]) -> str:
+    """What most cells of a column are.
+
+    Parameters
+    ----------
+    column : Sequence[str]
+        Kinds of its cells.
+
+    Returns
+    -------
+    str
+        `NUMBER` in a tie; `EMPTY` if all are.
+    """
+    full = [each for each in column if each != EMPTY]
+    if not full:
+        return EMPTY
+    return max((NUMBER, TIME, TEXT), key=full.count)

@@ -1,0 +1,161 @@
+"""Names of columns as files have them: the quantity and its unit."""
+
+from __future__ import annotations
+
+import re
+
+from macromicro.units import convert
+
+IN_NAME, IN_ROW, BESIDE = "in its name", "in the row of units", "beside it in the file"
+_BRACKETS = re.compile(r"(.+?)(\s*)([\[(])(.*)[\])]")
+_SUFFIXES = (re.compile(r"(.+?)_([^_]+_per_[^_]+)"), re.compile(r"(.+)_([^_]+)"))
+_ENDINGS = {"C": "degC", "count": "counts", "counts": "counts"}
+# Spellings of people and of other programs; "in" is a unit where it stands in brackets or in a row
+# of units, for u_in is an input.
+_WORDS = {
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "msec": "ms",
+    "usec": "us",
+    "minutes": "min",
+    "hours": "h",
+    "volt": "V",
+    "volts": "V",
+    "amp": "A",
+    "amps": "A",
+    "ampere": "A",
+    "newton": "N",
+    "newtons": "N",
+    "meter": "m",
+    "meters": "m",
+    "metre": "m",
+    "metres": "m",
+    "micron": "um",
+    "microns": "um",
+    "micrometer": "um",
+    "millimeter": "mm",
+    "inches": "inch",
+    "degrees": "deg",
+    "°": "deg",
+    "degree": "deg",
+    "radian": "rad",
+    "radians": "rad",
+    "deg c": "degC",
+    "celsius": "degC",
+    "kelvin": "K",
+    "hertz": "Hz",
+    "watt": "W",
+    "count": "counts",
+    "cts": "counts",
+}
+_BRACKETED = {"in": "inch", "in.": "inch", '"': "inch", "C": "degC", "c": "counts"}
+
+
+def parted(name: str) -> tuple[str, str]:
+    """A column's name as name and unit.
+
+    Parameters
+    ----------
+    name : str
+        "x_mm" or "x [mm]".
+
+    Returns
+    -------
+    name : str
+        "x".
+    unit : str
+        "mm"; "" if it names none.
+    """
+    text = name.strip()
+    if match := _BRACKETS.fullmatch(text):
+        inner = match[4].strip()
+        if unit := spelled(inner):
+            return match[1].strip(), unit
+        # der(x) and x[1] are names of a simulator, "x [furlong]" is a unit that nobody knows.
+        if match[2] or (match[3] == "[" and not inner.isdigit()):
+            return match[1].strip(), inner
+    for suffix in _SUFFIXES:
+        if match := suffix.fullmatch(text):
+            unit = _ENDINGS.get(match[2], match[2].replace("_per_", "/"))
+            if known(unit):
+                return match[1], unit
+    return text, ""
+
+
+def spelled(text: str) -> str:
+    """A unit as it is spelled here.
+
+    Parameters
+    ----------
+    text : str
+        As a file has it: "mm", "[mm]", "Volts", "µm", "in".
+
+    Returns
+    -------
+    str
+        "" if it is none.
+    """
+    plain = text.strip()
+    if len(plain) > 2 and plain[0] in "[(<" and plain[-1] in "])>":
+        plain = plain[1:-1].strip()
+    plain = _BRACKETED.get(plain, _WORDS.get(plain.lower(), plain))
+    return plain if known(plain) else ""
+
+
+def known(unit: str) -> bool:
+    """Whether a text is a unit.
+
+    Parameters
+    ----------
+    unit : str
+        Anything.
+
+    Returns
+    -------
+    bool
+        False for "" and for a number alone.
+    """
+    if unit in ("", "1", "-"):
+        return False
+    try:
+        convert(1.0, unit, unit)
+    except ValueError:
+        return False
+    return True
+
+
+def last(name: str) -> str:
+    """The name within its group or struct.
+
+    Parameters
+    ----------
+    name : str
+        "out.time".
+
+    Returns
+    -------
+    str
+        "time".
+    """
+    return name.rpartition(".")[2]
+
+
+def units_in(names: list[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Units that stand in the names of columns.
+
+    Parameters
+    ----------
+    names : list[str]
+        Of the columns.
+
+    Returns
+    -------
+    units : dict[str, str]
+        By name, "" where it says none.
+    reasons : dict[str, str]
+        `IN_NAME` for those that say one.
+    """
+    units = {name: parted(last(name))[1] for name in names}
+    return units, {name: IN_NAME for name, unit in units.items() if unit}

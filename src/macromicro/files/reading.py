@@ -1,0 +1,103 @@
+"""Any file of measured data as a table of columns, its kind recognised by content, then by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.files.table import Columns, Table
+from macromicro.recording import Recording
+from macromicro.schema.text import printable
+
+WHAT = "a recording or other HDF5 file, text of columns, MAT, npz, Parquet or MicroMag file"
+_HDF5, _MATLAB, _MATLAB_HDF5 = b"\x89HDF\r\n\x1a\n", b"MATLAB", b"MATLAB 7.3"
+_PARQUET = b"PAR1"
+_TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm", ".asc", ".log", ".prn", ".data", ".xy", "")
+_UNITS = {"1": "", "-": "", "count": "counts"}
+
+
+def is_forc(path: Path) -> bool:
+    """Whether a file begins as the MicroMag format does.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    bool
+        False where it cannot be read, too.
+    """
+    return _begin(path).startswith(b"MicroMag")
+
+
+def read(path: Path) -> Table:
+    """The columns of a file of measured data.
+
+    Parameters
+    ----------
+    path : Path
+        A recording, a text of columns, a MAT, HDF5, npz or Parquet file.
+
+    Returns
+    -------
+    Table
+        Columns by name, most of them read when they are asked for.
+
+    Raises
+    ------
+    InputError
+        Names file and line of what cannot be read.
+    """
+    begin, where, suffix = _begin(path), printable(path, 300), path.suffix.lower()
+    if begin.startswith(_HDF5) or suffix in (".h5", ".hdf5") or begin.startswith(_MATLAB_HDF5):
+        return _hdf5(path, where, begin)
+    if begin.startswith(_MATLAB) or suffix == ".mat":
+        from macromicro.files import matlab
+
+        return matlab.table(path, where, WHAT)
+    if begin.startswith(_PARQUET) or suffix in (".parquet", ".npz", ".npy"):
+        from macromicro.files import archives
+
+        inner = archives.parquet_table if suffix not in (".npz", ".npy") else archives.numpy_table
+        return inner(path, where, WHAT)
+    if suffix not in _TEXTS:
+        raise InputError(where, f"{printable(suffix)}, a kind that is not known", WHAT)
+    from macromicro.files import delimited
+
+    return delimited.table(path, where)
+
+
+def _hdf5(path: Path, where: str, begin: bytes) -> Table:
+    """A recording, or what another program wrote."""
+    from macromicro.files import hdf5
+
+    if not begin.startswith(_MATLAB_HDF5) and hdf5.is_recording(path):
+        return _recording(path, where)
+    return hdf5.table(path, where, WHAT)
+
+
+def _begin(path: Path) -> bytes:
+    """The file's first bytes; InputError where there is no file."""
+    if not path.is_file():
+        if path.is_dir():
+            raise InputError(printable(path, 300), "a directory", f"files: {WHAT}")
+        found = "not a file" if path.exists() else "no such file"
+        raise InputError(printable(path, 300), found, WHAT)
+    with path.open("rb") as file:
+        return file.read(32)
+
+
+def _recording(path: Path, where: str) -> Table:
+    recording = Recording.load(path)
+    names = [c.name for c in recording.columns if not c.name.startswith("true_")]
+    columns = Columns(
+        names, lambda wanted: {n: np.asarray(recording[n], np.float64) for n in wanted}
+    )
+    units = {n: _UNITS.get(u := recording.unit(n), u) for n in names}
+    numbers = {k: float(v) for k, v in recording.attributes.items() if not isinstance(v, str)}
+    reasons = {n: "the recording's" for n, unit in units.items() if unit}
+    return Table(where, columns, units, numbers, reasons)

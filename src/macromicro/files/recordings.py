@@ -1,0 +1,144 @@
+"""Any file of measured data as a recording, for commands that draw and compare."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.columns import Column
+from macromicro.errors import InputError
+from macromicro.files.naming import last, parted
+from macromicro.files.reading import read
+from macromicro.files.table import Table
+from macromicro.recording import Recording
+from macromicro.recording_format import FORMAT, TIME
+from macromicro.schema.text import printable
+from macromicro.units import convert
+
+TIMES = ("t", "time", "zeit", "timestamp", "datetime", "x_value", "clock", "seconds")
+_ODD = re.compile(r"[^A-Za-z0-9_]+")
+
+
+def recording(path: Path, columns: Sequence[str] = ()) -> Recording:
+    """A recording of this package, or another file's columns over time as one.
+
+    Names lose their units and what is no letter or digit; times become s.
+
+    Parameters
+    ----------
+    path : Path
+        Any file that `reading.read` reads.
+    columns : Sequence[str], optional
+        Columns that are needed, as a recording would call them; by default all of numbers.
+
+    Returns
+    -------
+    Recording
+        With the column `t`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or has no column of times.
+    """
+    if _own(path):
+        return Recording.load(path)
+    table = read(path)
+    time = timed(table)
+    names = called(table)
+    wanted = [n for n in names if n != time and (not columns or names[n] in columns)]
+    if columns:
+        found, kept = table.several([time, *wanted]), [time, *wanted]
+    else:
+        found, kept = _numbers(table, [time, *wanted])
+    table.forget()
+    t = found.pop(time) * convert(1.0, table.units[time] or "s", "s")
+    rows = len(t)
+    kept = [n for n in kept if n != time and len(found[n]) == rows]
+    good = np.isfinite(t)
+    if not good.all():
+        t, found = t[good], {n: found[n][good] for n in kept}
+    steps = np.diff(t)
+    dt = float(np.median(steps)) if len(steps) else 1.0
+    if not dt > 0.0:
+        where = f"{table.file}, {printable(time)}"
+        raise InputError(where, "times that do not increase", "times in order")
+    made = [Column(TIME, "s", "time"), *(Column(names[n], table.units[n] or "-", n) for n in kept)]
+    return Recording.from_arrays(made, [t, *(found[n] for n in kept)], dt, {"file": path.name})
+
+
+def timed(table: Table) -> str:
+    """The column that holds times.
+
+    Parameters
+    ----------
+    table : Table
+        Of a file.
+
+    Returns
+    -------
+    str
+        Its name.
+
+    Raises
+    ------
+    InputError
+        There is none; lists the columns.
+    """
+    plain = {parted(last(name))[0].lower(): name for name in reversed(list(table.columns))}
+    for name in TIMES:
+        if name in plain and plain[name] not in table.doubtful:
+            return plain[name]
+    for name in table.columns:
+        if table.reasons.get(name, "").startswith("dates"):
+            return name
+    listed = ", ".join(printable(name) for name in table.columns)
+    raise InputError(table.file, "no column of times", f"one called t or time; there are {listed}")
+
+
+def called(table: Table) -> dict[str, str]:
+    """What a recording calls the columns of a file.
+
+    Parameters
+    ----------
+    table : Table
+        Of a file.
+
+    Returns
+    -------
+    dict[str, str]
+        A name of letters, digits and _, by the file's; no two the same.
+    """
+    names: dict[str, str] = {}
+    for name in table.columns:
+        bare = parted(name)[0] if table.units.get(name) else name
+        stem = _ODD.sub("_", bare).strip("_") or "column"
+        stem = f"column_{stem}" if stem[0].isdigit() or stem == TIME else stem
+        used, k = set(names.values()), 2
+        names[name] = stem
+        while names[name] in used:
+            names[name], k = f"{stem}_{k}", k + 1
+    return names
+
+
+def _own(path: Path) -> bool:
+    """Whether a file is for `Recording.load` to read, or to refuse."""
+    if not path.is_file():
+        return True
+    with path.open("rb") as file:
+        if not file.read(8).startswith(b"\x89HDF"):
+            return path.suffix.lower() in (".h5", ".hdf5")
+    import h5py
+
+    with h5py.File(path, "r") as content:
+        return bool(content.attrs.get("format") == FORMAT)
+
+
+def _numbers(table: Table, names: list[str]) -> tuple[dict[str, Array], list[str]]:
+    """Those of some columns that hold numbers; words are left out, a time must not be words."""
+    kept = [name for name in names if name not in table.doubtful and name not in table.words]
+    return table.several(kept), kept

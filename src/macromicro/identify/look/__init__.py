@@ -1,0 +1,3 @@
+"""What a file of measured data holds: its columns (`columns`), its time (`timing`), and which
+command goes on with it (`onward`); `told` puts them together.
+"""

@@ -1,0 +1,115 @@
+"""What a column of times holds: its rate, gaps, times twice and times that fall."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+
+GAP = 5.0  # usual steps; a longer one is a gap, as in `identify.runs`
+
+
+class Timing(NamedTuple):
+    """What was seen in times.
+
+    Attributes
+    ----------
+    rows : int
+        How many there are.
+    duration : float
+        From first to last, s.
+    rate : float
+        Rows a second by the usual step, Hz; 0 where times do not increase.
+    uneven : float
+        By how much steps that are no gaps differ from the usual one, part of it.
+    gaps, twice, falls : int
+        Steps that are gaps, times that are repeated, times that fall.
+    first_gap, first_twice, first_fall : int
+        Row of the first one, from 1; 0 where there is none.
+    longest : float
+        The longest gap, s.
+    """
+
+    rows: int
+    duration: float
+    rate: float
+    uneven: float
+    gaps: int
+    twice: int
+    falls: int
+    first_gap: int
+    first_twice: int
+    first_fall: int
+    longest: float
+
+
+def timing(t: Array) -> Timing:
+    """Look at times.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        s, finite; two or more.
+
+    Returns
+    -------
+    Timing
+        What was seen.
+    """
+    steps = np.diff(t)
+    rising = steps[steps > 0.0]
+    usual = float(np.median(rising)) if len(rising) else 0.0
+    gaps = np.flatnonzero(steps > GAP * usual) if usual else np.empty(0, dtype=np.int64)
+    twice, falls = np.flatnonzero(steps == 0.0), np.flatnonzero(steps < 0.0)
+    near = rising[rising <= GAP * usual]
+    uneven = float(np.abs(near - usual).max()) / usual if len(near) else 0.0
+
+    def row(places: object) -> int:
+        found = np.asarray(places)
+        return int(found[0]) + 2 if len(found) else 0
+
+    return Timing(
+        rows=len(t),
+        duration=float(t[-1] - t[0]),
+        rate=1.0 / usual if usual else 0.0,
+        uneven=uneven,
+        gaps=len(gaps),
+        twice=len(twice),
+        falls=len(falls),
+        first_gap=row(gaps),
+        first_twice=row(twice),
+        first_fall=row(falls),
+        longest=float(steps[gaps].max()) if len(gaps) else 0.0,
+    )
+
+
+def words(seen: Timing) -> list[str]:
+    """The same in words.
+
+    Parameters
+    ----------
+    seen : Timing
+        What was seen.
+
+    Returns
+    -------
+    list[str]
+        Lines.
+    """
+    if not seen.rate:
+        return [f"{seen.rows} rows; times do not increase"]
+    said = [f"{seen.rows} rows over {seen.duration:.6g} s, {seen.rate:.6g} Hz"]
+    if seen.uneven > 0.02:
+        said.append(f"steps differ from the usual one by up to {100.0 * seen.uneven:.0f} %")
+    if seen.gaps:
+        said.append(
+            f"{seen.gaps} gaps, the first before row {seen.first_gap}, the longest of "
+            f"{seen.longest:.4g} s"
+        )
+    if seen.twice:
+        said.append(f"{seen.twice} times repeated, the first in row {seen.first_twice}")
+    if seen.falls:
+        said.append(f"{seen.falls} times fall, the first in row {seen.first_fall}")
+    return said

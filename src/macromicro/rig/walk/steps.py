@@ -1,0 +1,247 @@
+"""The steps of a first power-up, each with what it will do and what it finds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from macromicro.control.contract import Finding
+from macromicro.rig.session import Fixture
+from macromicro.rig.walk import strokes
+from macromicro.rig.walk.strokes import ENOUGH, HAND, LIMITS, LONGEST, STILL, Driven
+
+CTRL = 1.7  # V, for `HEATED`: the virtual wire then contracts by some tenths of a millimetre
+HEATED = 1.0  # s
+_COOLING = 5.0  # s
+_SWUNG = 0.5  # V that the Hall sensor must change by, pushed by hand
+_SHOWN = 0.02  # V that it must change by, heated
+_NOISE = 0.02  # V, standard deviation at rest
+_ENDS = (0.02, 4.98)  # V, of a sensor and converter of 0 to 5 V
+
+
+class Limits(NamedTuple):
+    """How hard a person lets it be driven.
+
+    Attributes
+    ----------
+    motor : float
+        At most, V.
+    ctrl : float
+        V, for one second.
+    """
+
+    motor: float
+    ctrl: float = CTRL
+
+
+class Known(NamedTuple):
+    """What earlier steps found.
+
+    Attributes
+    ----------
+    upward, downward : float
+        V that the stage breaks away at; NaN as long as that is not known.
+    sense : bool
+        Whether a hand showed that counts rise towards the upper end.
+    """
+
+    upward: float = math.nan
+    downward: float = math.nan
+    sense: bool = False
+
+
+Done = tuple[Finding, Known]
+
+
+class Step(NamedTuple):
+    """A step.
+
+    Attributes
+    ----------
+    name : str
+        For people.
+    needs : tuple[str, ...]
+        Channels.
+    by_hand : bool
+        Whether a person moves something.
+    said : Callable[[Limits, Known], list[str]]
+        What it will do.
+    go : Callable[[Driven, Limits, Known], Done]
+        It.
+    ready : Callable[[Known], bool]
+        Whether what it needs to know is known.
+    """
+
+    name: str
+    needs: tuple[str, ...]
+    by_hand: bool
+    said: Callable[[Limits, Known], list[str]]
+    go: Callable[[Driven, Limits, Known], Done]
+    ready: Callable[[Known], bool] = lambda known: True
+
+
+def of(fixture: Fixture) -> list[Step]:
+    """The steps that a rig has the channels for.
+
+    Parameters
+    ----------
+    fixture : Fixture
+        A bench.
+
+    Returns
+    -------
+    list[Step]
+        In their order.
+    """
+    return [step for step in _STEPS if fixture.has(*step.needs)]
+
+
+def _encoder(driven: Driven, limits: Limits, known: Known) -> Done:
+    first = driven.look().place
+    last = driven.run(lambda t: {}, lambda s: abs(s.place - first) >= ENOUGH, HAND)[-1].place
+    moved = last - first
+    if moved >= ENOUGH:
+        found = f"counts rise towards the upper end: {moved:+.0f}"
+        return Finding("encoder", True, found), known._replace(sense=True)
+    if moved <= -ENOUGH:
+        remedy = "exchange its channels A and B, then begin again"
+        found = f"counts fall towards the upper end: {moved:+.0f}"
+        return Finding("encoder", False, found, remedy), known
+    remedy = (
+        "its supply, ground and both channels: with one channel alone it counts to and fro in place"
+    )
+    return Finding("encoder", False, f"{moved:+.0f} counts in {HAND:g} s", remedy), known
+
+
+def _direction(driven: Driven, limits: Limits, known: Known) -> Done:
+    up, there = strokes.breakaway(driven, 1.0, limits.motor)
+    driven.rest(0.5)
+    down, back = strokes.breakaway(driven, -1.0, limits.motor)
+    driven.rest(0.5)
+    found = f"at {up:.2g} V {there:+.0f} counts, at {down:.2g} V {back:+.0f} counts"
+    if abs(there) < 2.0 and abs(back) < 2.0:
+        remedy = "the amplifier's supply and enable line, the motor's wires; or a higher --move"
+        return Finding("direction", False, f"it does not move: {found}", remedy), known
+    if there < 0.0 < back:
+        remedy = "exchange the motor's two wires" + ("" if known.sense else ", or A and B")
+        found = f"counts fall with a positive voltage: {found}"
+        return Finding("direction", False, found, remedy), known
+    if not back < 0.0 < there:
+        remedy = "a stop, a stage that sticks, or half of an amplifier; or a higher --move"
+        return Finding("direction", False, f"it moves one way only: {found}", remedy), known
+    found = f"counts rise with the motor's voltage: it breaks away at {up:.2g} V and {down:.2g} V"
+    return Finding("direction", True, found), known._replace(upward=up, downward=down)
+
+
+def _pushing(breakaway: float, limits: Limits) -> float:
+    """Enough to go on where friction is higher."""
+    volts = min(1.3 * abs(breakaway) + 0.2, limits.motor)
+    return math.copysign(volts, breakaway)
+
+
+def _ends(driven: Driven, limits: Limits, known: Known) -> Done:
+    before = driven.look()
+    if before.tripped:
+        remedy = "a switch that is free must close its contact: its wire, or NC instead of NO"
+        found = f"{', '.join(before.tripped)} tripped in the middle of the travel"
+        return Finding("ends", False, found, remedy), known
+    down, up = _pushing(known.downward, limits), _pushing(known.upward, limits)
+    low = strokes.to_end(driven, down)
+    driven.rest(0.5)
+    high = strokes.to_end(driven, up)
+    driven.rest(0.5)
+    if low is None or high is None:
+        found = f"no end in {LONGEST:g} s at {(down if low is None else up):.2g} V"
+        return Finding("ends", False, found, "a higher --move; then the encoder's wires"), known
+    strokes.to_place(driven, down, 0.5 * (low.place + high.place))
+    lines = [n for n in LIMITS if n in driven.fixture.channels]
+    return _judged(low, high, lines), known
+
+
+def _judged(low: strokes.Seen, high: strokes.Seen, lines: list[str]) -> Finding:
+    way = (
+        f"{high.place - low.place:.0f} counts from {low.place:.0f} to {high.place:.0f}; "
+        "is that the travel?"
+    )
+    if not lines:
+        remedy = ""
+        return Finding("ends", True, f"it stands after {way} No limit switches", remedy)
+    at = {"limit_low": low.tripped, "limit_high": high.tripped}
+    if "limit_high" in low.tripped or "limit_low" in high.tripped:
+        told = f"{', '.join(low.tripped) or 'none'} at the lower end, " + (
+            f"{', '.join(high.tripped) or 'none'} at the upper end"
+        )
+        return Finding("ends", False, told, "exchange the two switches, or their wires")
+    silent = [name for name in lines if name not in at[name]]
+    if silent:
+        found = f"{', '.join(silent)} did not trip before the stage stood; {way}"
+        return Finding("ends", False, found, "the switch's place, or its wire to the input")
+    return Finding("ends", True, f"{' and '.join(lines)} tripped, each at its end; {way}")
+
+
+def _hall(driven: Driven, limits: Limits, known: Known) -> Done:
+    seen = [s.hall for s in driven.rest(0.5)]
+    mean = sum(seen) / len(seen)
+    noise = math.sqrt(sum((v - mean) ** 2 for v in seen) / len(seen))
+    if math.isnan(mean) or not noise <= _NOISE:
+        found = f"{mean:.3g} V with a noise of {1e3 * noise:.2g} mV"
+        return Finding(
+            "Hall sensor", False, found, "its supply, ground, and a shielded wire"
+        ), known
+    track = driven.run(lambda t: {}, lambda s: False, HAND)
+    low, high = min(s.hall for s in track), max(s.hall for s in track)
+    found = f"{low:.3g} to {high:.3g} V pushed by hand, noise {1e3 * noise:.2g} mV"
+    if high - low < _SWUNG:
+        remedy = "the magnets' place and which way round they are, then the sensor's wires"
+        return Finding("Hall sensor", False, found, remedy), known
+    if low >= 0.0 and (low < _ENDS[0] or high > _ENDS[1]):
+        remedy = "it reaches an end of 0 to 5 V: a wider gap, or the magnets moved along the travel"
+        return Finding("Hall sensor", False, found, remedy), known
+    return Finding("Hall sensor", True, found), known
+
+
+def _heat(driven: Driven, limits: Limits, known: Known) -> Done:
+    before = driven.look().hall
+    track = driven.run(lambda t: {"ctrl": limits.ctrl}, lambda s: False, HEATED)
+    track += driven.rest(_COOLING)
+    peak = max((s.hall for s in track), key=lambda v: abs(v - before))
+    found = (
+        f"CTRL {limits.ctrl:g} V for {HEATED:g} s: Hall sensor from {before:.3g} to {peak:.3g} V"
+    )
+    if not abs(peak - before) >= _SHOWN:
+        remedy = "the wire's driver, its supply, the crimps; then a higher --heat"
+        return Finding("heat", False, f"it does not contract; {found}", remedy), known
+    left = abs(track[-1].hall - before) / abs(peak - before)
+    found = f"{found}, {100.0 * left:.0f} % of it left after {_COOLING:g} s"
+    if left > 0.5:
+        remedy = "it must cool with the driver off: is the driver off at 0 V? Is the spring tight?"
+        return Finding("heat", False, found, remedy), known
+    return Finding("heat", True, f"the wire contracts and lets go; {found}"), known
+
+
+_STEPS = (
+    Step("encoder", ("encoder",), True, lambda limits, known: [
+        "encoder: all outputs stay off. Push the stage by hand towards the end that shall be the",
+        f"  upper one, {ENOUGH:g} counts or more, within {HAND:g} s of your answer.",
+    ], _encoder),
+    Step("direction", ("encoder",), False, lambda limits, known: [
+        "direction: the motor's voltage rises from 0 by 1 V each second until the stage has moved",
+        f"  {strokes.BREAK:g} counts, to {limits.motor:g} V at most; then the same with the other",
+        "  sign. Put the stage in the middle of its travel, a hand at the switch of the supply.",
+    ], _direction),
+    Step("ends", ("encoder",), False, lambda limits, known: [
+        f"ends: the motor at {_pushing(known.downward, limits):.2g} V, until a limit switch trips",
+        f"  or the stage stands for {STILL:g} s, {LONGEST:g} s at most; then at "
+        f"{_pushing(known.upward, limits):.2g} V to the other end,",
+        "  and back to the middle. It goes the whole way: keep fingers out of it.",
+    ], _ends, lambda known: not math.isnan(known.upward)),
+    Step("Hall sensor", ("hall",), True, lambda limits, known: [
+        "Hall sensor: all outputs stay off. Let it stand for half a second, then push the platform",
+        f"  gently by hand through its travel and back, for {HAND:g} s.",
+    ], _hall),
+    Step("heat", ("hall",), False, lambda limits, known: [
+        f"heat: CTRL {limits.ctrl:g} V for {HEATED:g} s, then {_COOLING:g} s off. The wire gets",
+        "  hot: do not touch it. Nothing may hold the platform.",
+    ], _heat),
+)  # fmt: skip

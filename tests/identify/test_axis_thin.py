@@ -1,0 +1,86 @@
+"""Long records as means over blocks: the same motion under the same force, and the same axis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from macromicro.identify import axis_thin, drive
+from macromicro.identify.axis import Axis, simulate
+from macromicro.identify.axis_fit import DriveFit
+from macromicro.identify.runs import Run
+
+DT = 1e-3
+AXIS = Axis(mass=95.0, viscous=203.0, coulomb=20.0, offset=-3.0)
+
+
+def record(n: int, seed: int = 2, axis: Axis = AXIS) -> Run:
+    """Moves both ways under a disturbed force, with noise of the position."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(n) * DT
+    u = 40.0 * np.sign(np.sin(2.2 * t + np.sin(0.05 * t))) + 30.0 * np.sin(5.7 * t)
+    force = u + 0.8 * np.repeat(rng.standard_normal(n // 50 + 1), 50)[:n]
+    return Run(t, u, simulate(axis, force, DT) + 1e-6 * rng.standard_normal(n))
+
+
+@given(many=st.integers(2, 9), seed=st.integers(0, 99))
+def test_means_move_as_the_mean_force_tells(many: int, seed: int) -> None:
+    """Without friction: the speed from block to block, exactly, whatever the force did."""
+    n = 40 * many + many // 2
+    u = np.random.default_rng(seed).standard_normal(n)
+    v = np.concatenate([[0.0], np.cumsum(u)[:-1]]) * DT  # at each sample, under a held force
+    made = axis_thin.means(Run(np.arange(n) * DT, u, v), many)
+    assert len(made.t) == 40 and made.dt == pytest.approx(many * DT)
+    speeds, force = made.x, made.u  # what is averaged as positions are speeds here
+    np.testing.assert_allclose(np.diff(speeds), force[:-1] * made.dt, atol=1e-12)
+
+
+def test_short_records_stay_as_they_are() -> None:
+    assert axis_thin.factors([record(20_000)], 1.0, 0) == (1, 1)
+
+
+def test_blocks_are_short_against_the_time_constant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """470 samples: 100 or more remain for regression, 30 for free runs, if so many are too many."""
+    monkeypatch.setattr(axis_thin, "LONG", 1000)
+    run = record(30_000)
+    assert axis_thin.factors([run], 1.0, 0) == (4, 15)
+    monkeypatch.setattr(axis_thin, "LONG", 10_000)
+    assert axis_thin.factors([run], 1.0, 0) == (3, 3)
+    still = run._replace(x=np.zeros(len(run.x)))
+    assert axis_thin.factors([still], 1.0, 0) == (1, 1)
+
+
+@pytest.fixture(scope="module")
+def both() -> tuple[Run, DriveFit, DriveFit]:
+    run = record(40_000)
+    with pytest.MonkeyPatch.context() as patch:
+        plain = drive(*run, structure="coulomb")
+        patch.setattr(axis_thin, "LONG", 15_000)
+        return run, plain, drive(*run)
+
+
+def test_the_same_axis_is_found(both: tuple[Run, DriveFit, DriveFit]) -> None:
+    _, plain, thin = both
+    assert thin.structure == "coulomb"
+    for one, other in ((plain.refined, thin.refined), (plain.inverse, thin.inverse)):
+        assert (np.abs(one.values - other.values) < one.std).all()
+        assert (other.std < 1.5 * one.std).all() and (one.std < 1.5 * other.std).all()
+
+
+def test_the_free_run_is_of_what_was_measured(both: tuple[Run, DriveFit, DriveFit]) -> None:
+    run, plain, thin = both
+    assert [len(x) for x in thin.free_run] == [len(run.x)]
+    np.testing.assert_allclose(run.x - thin.free_run[0], thin.residuals[0], atol=1e-15)
+    assert thin.rms == pytest.approx(float(np.sqrt(np.mean(thin.residuals[0] ** 2))))
+    assert thin.rms < 1.5 * plain.rms
+
+
+def test_a_late_input_is_moved_before_it_is_averaged(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = record(40_000)
+    later = run._replace(u=np.roll(run.u, -7))
+    monkeypatch.setattr(axis_thin, "LONG", 15_000)
+    found = drive(*later, structure="coulomb", delay=7)
+    assert abs(found.refined.axis.mass - 95.0) < 3.0 * found.refined.std[0]
+    assert found.fit > 99.0
