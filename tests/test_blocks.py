@@ -63,6 +63,14 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro run thesis --config results/actuator/model": "what that writes",
     },
+    "docs/firmware.md": {
+        "make firmware": "needs a compiler for the board: tests/firmware",
+        "avrdude": "needs a board",
+        "macromicro doctor --rig board": "needs a board: tests/rig/board",
+        "macromicro run moves.toml --rig board": "needs a board: tests/firmware",
+        "macromicro collect --rig board": "needs a board: tests/firmware",
+        "macromicro serve --rig board": "needs a board: tests/firmware",
+    },
     "docs/build-one.md": {
         "make firmware": "needs a compiler for the board",
         "avrdude": "needs a board",

@@ -20,6 +20,7 @@ def main() -> None:
     parser.add_argument("--link", type=Path, required=True, help="symbolic link to the port")
     parser.add_argument("--until", type=Path, help="end when this file exists")
     parser.add_argument("--trace", type=Path, help="motor, ctrl, enable of each period (.npy)")
+    parser.add_argument("--alone", type=Path, help="written when a host has gone for 2 s")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--flips", type=float, default=0.0)
     given = parser.parse_args()
@@ -29,7 +30,7 @@ def main() -> None:
     given.link.symlink_to(server.name)
     print(json.dumps({"port": str(given.link)}), flush=True)
     try:
-        server.serve(given.until)
+        server.serve(given.until, given.alone)
     finally:
         if given.trace:
             np.save(given.trace, np.array(wire.trace))

@@ -33,19 +33,22 @@ class Server:
         os.close(slave)
         self.attached = False
 
-    def serve(self, until: Path | None = None) -> None:
+    def serve(self, until: Path | None = None, alone: Path | None = None) -> None:
         """Go on until a file exists.
 
         Parameters
         ----------
         until : Path | None, optional
             It; None: forever.
+        alone : Path | None, optional
+            File to write when a host has gone and time has passed without it.
         """
         while until is None or not until.exists():
-            self._look()
+            if self._look() and alone is not None:
+                alone.touch()
 
-    def _look(self) -> None:
-        """Take what has come; note whether anybody has the port open."""
+    def _look(self) -> bool:
+        """Take what has come; whether the host has gone, and time has passed without it."""
         poll = select.poll()
         poll.register(self._master, select.POLLIN)
         events = poll.poll(1e3 * _LOOK)
@@ -64,8 +67,10 @@ class Server:
             if shown:
                 os.write(self._master, shown)
         elif gone:
-            if self.attached:
-                self.attached = False
+            left, self.attached = self.attached, False
+            if left:
                 self.wire.alone(ALONE)
                 self.wire.read(self.wire.in_waiting)
+                return True
             select.select([], [], [], _LOOK)
+        return False
