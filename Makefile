@@ -9,7 +9,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-docs test-slow test-all browser compiler lint format dist bench bench-peers bench-identify soak mutants docs notebooks site clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler avr firmware lint format dist bench bench-peers bench-identify soak mutants docs notebooks site clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -56,6 +56,21 @@ compiler: ## install Debian's C compiler, for exported code and FMUs
 	$$root apt-get update -qq && \
 	$$root env DEBIAN_FRONTEND=noninteractive \
 	  apt-get install -y -qq --no-install-recommends gcc libc6-dev
+
+# The compiler of the microcontroller, and a simulator of it for the tests.
+AVR := gcc-avr avr-libc binutils-avr simavr libsimavr-dev libelf-dev
+avr: ## install Debian's compiler and simulator of AVR microcontrollers, for the firmware
+	@if command -v avr-gcc >/dev/null && [ -e /usr/include/simavr/sim_avr.h ] && \
+	  [ -e /usr/include/libelf.h ]; then exit 0; fi; \
+	command -v apt-get >/dev/null || { echo "no apt-get here: install $(AVR) yourself"; exit 1; }; \
+	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
+	$$root apt-get update -qq && \
+	$$root env DEBIAN_FRONTEND=noninteractive \
+	  apt-get install -y -qq --no-install-recommends $(AVR)
+
+firmware: $(VENV)/.core ## build the firmware of the boards, in build/firmware
+	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
+	$(MAKE) --no-print-directory -C firmware
 
 lint: $(VENV)/.dev ## check format, style, types and the layers
 	$(BIN)/ruff format --check .

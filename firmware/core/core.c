@@ -281,10 +281,12 @@ static void say_identity(void)
 static void say_status(void)
 {
     uint8_t fields[SIZE_STATUS];
+    const uint16_t deepest = port_stack_deepest();
+    const uint16_t unused = port_stack_free();
+    const float temperature = two_stage_board_temperature(&watch);
     port_lock();
     const StatusFrame it = {state(), fault.code, fault.value, fault.limit, fault.when, worst,
-            missed, port_stack_deepest(), port_stack_free(), in.bad, port_skipped(),
-            two_stage_board_temperature(&watch)};
+            missed, deepest, unused, in.bad, port_skipped(), temperature};
     port_unlock();
     status_write(&it, fields);
     send(FRAME_STATUS, fields, SIZE_STATUS);

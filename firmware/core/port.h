@@ -24,7 +24,7 @@ typedef struct {
     uint8_t lines; /* LINES_... */
 } PortInputs;
 
-/* Inputs at the beginning of a period; starts the next conversions of the Hall sensor. */
+/* Inputs at the beginning of a period. */
 PortInputs port_inputs(void);
 
 /* Duties from now on, the bridge on: in steps of board.h, of the motor with its sign. */

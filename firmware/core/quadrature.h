@@ -19,7 +19,7 @@ static inline void quadrature_edge(Quadrature *q, uint8_t now)
     }
     if (changed == 3) {
         q->skipped++;
-    } else if (((q->last & 1) ^ (now >> 1)) != 0) {
+    } else if (((q->last & 1) ^ (now >> 1)) == 0) {
         q->count++;
     } else {
         q->count--;

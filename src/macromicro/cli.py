@@ -16,7 +16,16 @@ from macromicro.commands.commission import commission
 from macromicro.commands.compare import compare
 from macromicro.commands.completion import completion
 from macromicro.commands.doctor import doctor
-from macromicro.commands.group import PNG, Figures, Law, tell, whole
+from macromicro.commands.group import (
+    PNG,
+    Calibration,
+    Figures,
+    Law,
+    Loop,
+    Port,
+    tell,
+    whole,
+)
 from macromicro.commands.latency import latency
 from macromicro.commands.learn import learn
 from macromicro.commands.limits import limits
@@ -125,6 +134,9 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             "(docs/cards.md), or replay:FILE for the sensors of a recording.",
         ),
     ] = "twin",
+    port: Port = None,
+    loop: Loop = None,
+    calibration: Calibration = None,
     law: Law = None,
     yes: Annotated[
         bool, typer.Option("--yes", help="Move a rig of your own without asking first.")
@@ -146,10 +158,12 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
     with coordinated motion (docs/xy.md).
     """
     from macromicro.drawing.files import formats
+    from macromicro.rig.board.named import joined
 
     with Signals() as signals:
         try:
             kinds = formats(figures)
+            rig = joined(rig, port, loop, calibration)
             if config is not None and machine_run.other(config):
                 machine_run.refuse(fan=fan, rig=rig)
                 asked = (config, programme, out, cycles, seed, overwrite, kinds, law)

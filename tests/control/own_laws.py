@@ -67,6 +67,27 @@ def step(
 sliding = StageLaw("sliding mode", Gains, Memory, start, step)
 
 
+class LimitedGains(NamedTuple):
+    slope: Annotated[float, gain("1/s")] = 50.0
+    reach: Annotated[float, gain("V")] = 2.0
+    limit: Annotated[float, gain("V")] = 10.0
+
+
+def bounded(
+    gains: LimitedGains, memory: Memory, target: Target, sample: Sample, dt: float
+) -> tuple[Memory, float]:
+    """As `slide`, for an axis that homes."""
+    after, effort = slide(Gains(gains.slope, gains.reach), memory, target, sample, dt)
+    return after, min(max(effort, -gains.limit), gains.limit)
+
+
+def begin_limited(gains: LimitedGains, sample: Sample) -> Memory:
+    return Memory(sample.position, 0.0)
+
+
+limited = StageLaw("limited", LimitedGains, Memory, begin_limited, bounded)
+
+
 class CountGains(NamedTuple):
     now: Annotated[float, gain("V/count")] = 0.02
 

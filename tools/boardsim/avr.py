@@ -13,6 +13,7 @@ from macromicro.rig.board.protocol import table
 SHIM = Path(__file__).with_name("shim.c")
 CLOCK = 16_000_000  # Hz
 PERIOD = 16_000  # cycles of a control period
+_HALF = 0.5 * 5.0 / 1024  # V; half a step of the converter
 _DEAD = 5  # cpu_Done and beyond
 _DDR = {"B": 0x24, "C": 0x27, "D": 0x2A}  # data sheet, register summary; PORT is behind it
 _TCCR0A, _OCR0A, _OCR0B = 0x44, 0x47, 0x48
@@ -122,9 +123,11 @@ class Avr:
         Parameters
         ----------
         volts : float
-            V; simavr takes whole mV.
+            V. simavr takes whole mV, and cuts off where the converter rounds: by its data sheet
+            the first code ends at half a step.
         """
-        self._library.sim_volts(int(PINS["hall"][1]), round(1e3 * min(max(volts, 0.0), 5.0)))
+        level = min(max(volts + _HALF, 0.0), 5.0)
+        self._library.sim_volts(int(PINS["hall"][1]), round(1e3 * level))
 
     def put(self, data: bytes) -> None:
         """Bytes to its UART, one after the other at 1 Mbaud.

@@ -4,6 +4,7 @@
  * what happens does not depend on the machine that simulates.
  */
 #include <avr_adc.h>
+#include <avr_extint.h>
 #include <avr_ioport.h>
 #include <avr_uart.h>
 #include <sim_avr.h>
@@ -43,13 +44,24 @@ static void quiet(avr_t *a, const int level, const char *format, va_list list)
     (void)list;
 }
 
+/* Drive an input, against the pull-up inside. */
+static void driven(char port, int bit, int level)
+{
+    static avr_ioport_external_t outside[3] = {{'B', 0, 0}, {'C', 0, 0}, {'D', 0, 0}};
+    avr_ioport_external_t *it = &outside[port - 'B'];
+    it->mask |= 1 << bit;
+    it->value = (it->value & ~(1 << bit)) | level << bit;
+    avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port), it);
+    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), (uint32_t)bit), level);
+}
+
 static avr_cycle_count_t event_due(avr_t *a, avr_cycle_count_t when, void *given)
 {
     (void)when;
     (void)given;
     while (first_event != last_event && events[first_event % EVENTS].when <= a->cycle) {
         const Event *e = &events[first_event++ % EVENTS];
-        avr_raise_irq(avr_io_getirq(a, AVR_IOCTL_IOPORT_GETIRQ(e->port), e->bit), e->level);
+        driven(e->port, e->bit, e->level);
     }
     return first_event == last_event ? 0 : events[first_event % EVENTS].when;
 }
@@ -93,6 +105,9 @@ int sim_open(const char *elf)
     avr->sleep = no_sleep;
     uint32_t flags = 0;
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+    /* Else simavr takes a low INT1 for a level that interrupts again and again, in any mode. */
+    avr_extint_set_strict_lvl_trig(avr, EXTINT_IRQ_OUT_INT0, 0);
+    avr_extint_set_strict_lvl_trig(avr, EXTINT_IRQ_OUT_INT1, 0);
     uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
     avr_irq_register_notify(
             avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), sent, NULL);
@@ -125,7 +140,7 @@ int sim_run(uint64_t until)
 
 void sim_pin(char port, int bit, int level)
 {
-    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), (uint32_t)bit), level);
+    driven(port, bit, level);
 }
 
 /* Later: levels at cycles, in their order. */

@@ -17,7 +17,6 @@
 
 #define PRESCALED 64U /* timer 2: cycles a step */
 #define CONVERSIONS 16
-#define SETTLING 1 /* conversions that are thrown away when a series begins */
 #define TO_HOST 128 /* bytes; a power of two, as the next */
 #define FROM_HOST 64
 #define PAINT 0xA5
@@ -29,6 +28,8 @@ static Quadrature encoder;
 static struct {
     uint16_t sum;
     uint8_t done;
+    uint16_t whole; /* sum of the last 16 */
+    uint8_t late; /* periods since it came */
 } hall;
 
 static struct {
@@ -43,7 +44,8 @@ static struct {
 
 static uint8_t why; /* it began */
 static volatile bool ticked;
-static uint8_t locks;
+static volatile uint8_t locks; /* above 0: the control interrupt waits */
+static volatile bool due; /* and it does */
 
 /* Before main, while the stack is empty: paint what it may use; a watchdog's reset leaves it on. */
 __attribute__((naked, used, section(".init3"))) static void first(void)
@@ -77,14 +79,15 @@ ISR(INT0_vect)
 
 ISR(INT1_vect, ISR_ALIASOF(INT0_vect));
 
+/* It converts without a pause: 16 conversions take 832 us, so each period has new ones. */
 ISR(ADC_vect)
 {
-    const uint16_t code = ADC;
-    if (hall.done >= SETTLING) {
-        hall.sum += code;
-    }
-    if (++hall.done < CONVERSIONS + SETTLING) {
-        ADCSRA |= _BV(ADSC);
+    hall.sum += ADC;
+    if (++hall.done == CONVERSIONS) {
+        hall.whole = hall.sum;
+        hall.late = 0;
+        hall.sum = 0;
+        hall.done = 0;
     }
 }
 
@@ -108,10 +111,9 @@ ISR(USART_UDRE_vect)
     out.tail = (out.tail + 1) & (TO_HOST - 1);
 }
 
-ISR(TIMER2_COMPA_vect)
+/* A control period; all other interrupts come through. */
+static void control(void)
 {
-    port_lock();
-    sei();
     const uint8_t head = in.head; /* what comes meanwhile is for the next period */
     while (in.tail != head) {
         const uint8_t byte = in.bytes[in.tail];
@@ -119,23 +121,41 @@ ISR(TIMER2_COMPA_vect)
         core_byte(byte);
     }
     core_tick();
-    cli();
-    const bool late = (TIFR2 & _BV(OCF2A)) != 0;
-    core_ticked(late ? 0xFFFF : TCNT2 * PRESCALED, late);
+    core_ticked(due ? 0xFFFF : TCNT2 * PRESCALED, due);
     ticked = true;
-    port_unlock();
+}
+
+ISR(TIMER2_COMPA_vect)
+{
+    if (locks != 0) { /* `port_unlock` sees to it */
+        due = true;
+        return;
+    }
+    locks = 1;
+    sei();
+    control();
+    cli();
+    locks = 0;
+    due = false;
 }
 
 void port_lock(void)
 {
-    TIMSK2 = 0;
     locks++;
 }
 
 void port_unlock(void)
 {
-    if (--locks == 0) {
-        TIMSK2 = _BV(OCIE2A);
+    for (;;) {
+        cli();
+        if (locks > 1 || !due) {
+            locks--;
+            sei();
+            return;
+        }
+        due = false;
+        sei();
+        control();
     }
 }
 
@@ -145,10 +165,9 @@ PortInputs port_inputs(void)
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         seen.encoder = encoder.count;
         seen.skipped = encoder.skipped;
-        seen.hall = hall.done == CONVERSIONS + SETTLING ? hall.sum / (CONVERSIONS / 4) : 0xFFFF;
-        hall.sum = 0;
-        hall.done = 0;
-        ADCSRA |= _BV(ADSC);
+        /* A period that began late makes the next one short. */
+        seen.hall = hall.late > 1 ? 0xFFFF : hall.whole / (CONVERSIONS / 4);
+        hall.late += hall.late <= 1;
     }
     seen.lines = (LIMIT_LOW_IN & BIT(LIMIT_LOW) ? LINES_LIMIT_LOW : 0)
             | (LIMIT_HIGH_IN & BIT(LIMIT_HIGH) ? LINES_LIMIT_HIGH : 0)
@@ -281,7 +300,8 @@ static void begin(void)
     encoder.last = (ENCODER_A_IN >> ENCODER_A_BIT) & 3;
 
     ADMUX = _BV(REFS0) | HALL_BIT;
-    ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz: 52 us each */
+    hall.late = 2;
+    ADCSRA = _BV(ADEN) | _BV(ADSC) | _BV(ADATE) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz */
 
     UCSR0A = _BV(U2X0);
     UBRR0 = F_CPU / 8 / PROTOCOL_BAUD - 1;

@@ -8,10 +8,11 @@ from typing import Annotated
 
 import typer
 
+from macromicro.commands.group import Calibration, Loop, Port
 from macromicro.commands.signals import Signals
 
 
-def collect(
+def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     experiment: Annotated[
         str | None,
         typer.Argument(
@@ -27,6 +28,9 @@ def collect(
             help="Where: the twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
         ),
     ] = "twin",
+    port: Port = None,
+    loop: Loop = None,
+    calibration: Calibration = None,
     config: Annotated[
         Path | None,
         typer.Option(
@@ -45,6 +49,7 @@ def collect(
     listed: Annotated[bool, typer.Option("--list", help="List the experiments.")] = False,
 ) -> None:
     """Run a laboratory procedure and save the recordings that `identify` needs."""
+    from macromicro.rig.board.named import joined
     from macromicro.rig.opening import TWIN, open_rig
     from macromicro.runs import folder
     from macromicro.runs.folder import held
@@ -52,6 +57,7 @@ def collect(
     from macromicro.thesis import collecting
     from macromicro.thesis.procedure import Lab
 
+    rig = joined(rig, port, loop, calibration)
     if config is not None:
         from macromicro.commands import machine_records
 

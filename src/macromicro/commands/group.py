@@ -4,6 +4,7 @@ the option --figures."""
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import BadParameter, Option
@@ -32,6 +33,33 @@ Law = Annotated[
         help="Control law: of the macro-stage, of the micro-stage, or of both with a comma; "
         "or MODULE:LAW of your own (docs/laws.md).",
         show_default="that of the settings",
+    ),
+]
+Port = Annotated[
+    str | None,
+    Option(
+        "--port",
+        metavar="DEVICE",
+        help="Serial port of --rig board (docs/firmware.md).",
+        show_default=False,
+    ),
+]
+Loop = Annotated[
+    str | None,
+    Option(
+        "--loop",
+        metavar="WHO",
+        help="Who closes the loop of --rig board: board or host.",
+        show_default="board",
+    ),
+]
+Calibration = Annotated[
+    Path | None,
+    Option(
+        "--calibration",
+        metavar="FILE",
+        help="Hall sensor's table of --rig board, as identify hall writes it.",
+        show_default=False,
     ),
 ]
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from macromicro.commands.group import Law, tell
+from macromicro.commands.group import Calibration, Law, Loop, Port, tell
 from macromicro.commands.signals import Signals
 from macromicro.serve.hosts import FOLDER, HOST, SCPI_PORT, WEB_PORT
 
@@ -44,6 +44,9 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
             help="The twin, MODULE:FACTORY of your own rig, or FILE.toml of a card.",
         ),
     ] = "twin",
+    port: Port = None,
+    loop: Loop = None,
+    calibration: Calibration = None,
     config: Annotated[
         Path | None,
         typer.Option(
@@ -107,12 +110,14 @@ def serve(  # noqa: PLR0913, PLR0917 - a parameter for each option
     is needed where others than this computer can connect. Nothing moves at the start.
     """
     from macromicro.control.settings import Control
+    from macromicro.rig.board.named import joined
     from macromicro.serve import hosts, persist, storage
     from macromicro.serve.choosing import load
     from macromicro.serve.log import Log
 
     sys.setswitchinterval(SWITCH_S)
 
+    rig = joined(rig, port, loop, calibration)
     _check(rig, {"--scpi": scpi, "--web": web, "--gcs": gcs}, seed, epics)
     doors = _Doors(host, scpi, web, gcs, hosts.names(host, name or ()), _token(host), epics)
     chosen = load(config, law)

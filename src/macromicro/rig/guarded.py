@@ -25,7 +25,8 @@ class Guarded:
 
     Of a sensor that the rig does not have (its `channels`) no values are expected. Before each
     `write`, say with `expect` what the controller is asking for, so that following errors can be
-    judged; without it only outputs and sensors are watched.
+    judged; without it only outputs and sensors are watched. A rig that closes the loop itself has
+    an `aim`: it is told the same, before its `write`.
 
     Parameters
     ----------
@@ -159,6 +160,9 @@ class Guarded:
         """
         sample = self._sample if self._sample is not None else self.read()
         self.given = self._judged(sample, self._command, outputs)
+        aim = getattr(self.rig, "aim", None)
+        if aim is not None and not self.tripped:
+            aim(self._command)
         self.rig.write(self.given)
         self._command = IDLE
         self._sample = None

@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.rig import comedi, nidaqmx
+from macromicro.rig.board import named as boards
+from macromicro.rig.board.named import Boarded
 from macromicro.rig.cards import wiring
 from macromicro.rig.cards.rig import CardRig
 from macromicro.rig.limits import Limits
@@ -25,8 +27,8 @@ TWIN = "twin"
 OPTION = "--rig"
 ACCEPTED = (
     "twin, MODULE:FACTORY with a module of yours and a function in it that takes a seed and "
-    "returns the rig, FILE.toml with the wiring of a card, or, for `run`, replay:FILE with a "
-    "recording (docs/rigs.md)"
+    "returns the rig, FILE.toml with the wiring of a card, board with --port, or, for `run`, "
+    "replay:FILE with a recording (docs/rigs.md)"
 )
 CARDS = {"comedi": comedi, "nidaqmx": nidaqmx}
 _METHODS = ("read", "write", "stop", "__enter__", "__exit__")
@@ -149,8 +151,8 @@ def open_rig(name: str, seed: int = 0) -> Fixture:
     return fixture._replace(pitch=_number(rig, factory, "pitch", fixture.pitch))
 
 
-def named(name: str) -> Factory | Carded:
-    """The factory that "MODULE:FACTORY" or "FILE.toml" names, not looked for.
+def named(name: str) -> Factory | Carded | Boarded:
+    """The factory that "MODULE:FACTORY", "FILE.toml" or "board:PORT" names, not looked for.
 
     Parameters
     ----------
@@ -159,14 +161,16 @@ def named(name: str) -> Factory | Carded:
 
     Returns
     -------
-    Factory | Carded
-        Module and function, or the file.
+    Factory | Carded | Boarded
+        Module and function, the file, or the port.
 
     Raises
     ------
     InputError
         Another text.
     """
+    if boards.is_board(name):
+        return boards.read(name)
     if name.endswith(wiring.SUFFIX):
         return Carded(Path(name))
     if not plugins.spelled(name):
@@ -194,7 +198,7 @@ def _takes_seed(function: Any) -> bool:
     return True
 
 
-def _check(rig: Any, factory: Factory | Carded) -> None:
+def _check(rig: Any, factory: Factory | Carded | Boarded) -> None:
     """InputError unless `rig` has the shape of `types.Rig`."""
     missing = [n for n in _METHODS if not callable(getattr(rig, n, None))]
     missing += [n for n in ("channels", "clock") if not hasattr(rig, n)]
@@ -205,7 +209,9 @@ def _check(rig: Any, factory: Factory | Carded) -> None:
         raise InputError(f"{OPTION} {factory}", found, "a rig as in docs/rigs.md")
 
 
-def _channels(rig: Any, factory: Factory | Carded, known: tuple[str, ...]) -> tuple[str, ...]:
+def _channels(
+    rig: Any, factory: Factory | Carded | Boarded, known: tuple[str, ...]
+) -> tuple[str, ...]:
     """The rig's channels, without the time."""
     named = rig.channels
     several = isinstance(named, Collection) and not isinstance(named, str)
@@ -219,7 +225,7 @@ def _channels(rig: Any, factory: Factory | Carded, known: tuple[str, ...]) -> tu
     return tuple(c for c in named if c != "t")
 
 
-def _number(rig: Any, factory: Factory | Carded, name: str, default: float) -> float:
+def _number(rig: Any, factory: Factory | Carded | Boarded, name: str, default: float) -> float:
     """The rig's attribute `name`, a number not below 0; above 0 where the default is."""
     value = getattr(rig, name, default)
     number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -229,7 +235,7 @@ def _number(rig: Any, factory: Factory | Carded, name: str, default: float) -> f
     return float(value)
 
 
-def _own(rig: Any, factory: Factory | Carded, name: str, kind: type[T]) -> T | None:
+def _own(rig: Any, factory: Factory | Carded | Boarded, name: str, kind: type[T]) -> T | None:
     """The rig's attribute `name` of this type, or None."""
     value = getattr(rig, name, None)
     if value is not None and not isinstance(value, kind):

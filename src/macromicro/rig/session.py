@@ -15,7 +15,7 @@ from macromicro.plant.kiln import KilnBench, KilnSample
 from macromicro.rig.fixtures import CYCLE_PERIOD, KILN_PERIOD
 from macromicro.rig.limits import Limits
 from macromicro.rig.unwinding import Unwinding
-from macromicro.types import SAFE, Lines, Sample
+from macromicro.types import SAFE, Command, Lines, Sample
 
 BENCH, KILN, CYCLE = "bench", "kiln", "cycle"
 
@@ -238,6 +238,18 @@ class Session:
         if self._zero == 0.0:
             return self._sample
         return self._sample._replace(t=self._sample.t - self._zero)
+
+    def aim(self, command: Command) -> None:
+        """Say what the controller is after, before `write`, to a rig that asks for it.
+
+        Parameters
+        ----------
+        command : Command
+            Set points, and which stage is under control.
+        """
+        aim = getattr(self._rig, "aim", None)
+        if aim is not None:
+            aim(command)
 
     def write(self, outputs: Any) -> None:
         """Set all outputs.

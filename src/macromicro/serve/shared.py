@@ -142,7 +142,7 @@ class Status(NamedTuple):
     and the time [s] of it, as in `rig.guard.Watch`; `latest`, `longest` [s]; `offset`
     [counts]: what the encoder reads at coordinate 0, NaN where that is not known; then the
     soft limits in force, as `control.live.parameters.SoftLimits`; `second_offset`: as `offset`, of
-    a second axis."""
+    a second axis; `lamps`: lines of two axes, as `lamps.packed`."""
 
     periods: float = 0.0
     missed: float = 0.0
@@ -161,6 +161,7 @@ class Status(NamedTuple):
     whole_low: float = 0.0
     whole_high: float = 0.0
     second_offset: float = 0.0
+    lamps: float = 0.0
 
 
 _STATUS = packed(len(Status._fields))

@@ -72,7 +72,8 @@ class Snapshot(NamedTuple):
     `fault`: None if all is well. `holder`: client that holds control, or ""; `clients`:
     all that are connected. `emergency_s`: how long the last emergency stop took until the
     outputs were safe, NaN before the first. `lines`: switches and lines of the drive that there are
-    (`types.Lines` without the index, and "enable"), and whether each is on. `axes`: both of a
+    (`types.Lines` without the index, and "enable"; with "x_" or "y_" in front of a machine of two
+    axes), and whether each is on. `axes`: both of a
     machine of two axes, whose other positions are those of the first one.
     """
 

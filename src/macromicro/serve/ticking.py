@@ -67,6 +67,7 @@ class Loop:
         self._settings = settings
         self._dt, self._paced = dt, paced
         self._lines: Callable[[], tuple[float, ...]] = getattr(rig, "lines", lambda: NO_LINES)
+        self._lamps: Callable[[], float] = getattr(rig, "lamps", lambda: 0.0)
         self._second: Callable[[], Second] = getattr(machine, "second", lambda: SECONDLY)
         # A law that runs beside the rig tells itself what it remembers, before one of the machine.
         told = getattr(rig, "own", None) or getattr(machine, "own", None)
@@ -257,6 +258,7 @@ class Loop:
             view.offset,
             *view.limits,
             self._second().offset,
+            self._lamps(),
         )
 
 

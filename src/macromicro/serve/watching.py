@@ -9,10 +9,10 @@ import numpy as np
 
 from macromicro.control.live.messages import AXES, DISABLED, MODES, MOVING
 from macromicro.control.live.parameters import Live, SoftLimits
-from macromicro.serve import faults
+from macromicro.serve import faults, lamps
 from macromicro.serve.choosing import AnySettings
 from macromicro.serve.position_store import FLICKER, Place
-from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, LINES, PERIOD, SAFE_SINCE, SEEN, Shared
+from macromicro.serve.shared import ALIVE, EMERGENCY, INDEX, PERIOD, SAFE_SINCE, SEEN, Shared
 from macromicro.serve.snapshot import AxisNow, Pace, RecordingState, Snapshot, Trouble
 
 NO_RECORDING = RecordingState(False, "", 0, 0, "")
@@ -41,12 +41,14 @@ def snapshot(
     limits = live.limits
     if shared is None or now is None:
         row, pace, age, offset, fault = _NOTHING, Pace(0, 0, 0.0, 0.0, 0.0), math.nan, 0.0, None
+        lit = 0.0
     else:
         _, row, status = now
         pace = Pace(
             int(status.periods), int(status.missed), status.share, status.latest, status.longest
         )
         age = (time.monotonic_ns() - int(shared.cells[ALIVE])) * 1e-9
+        lit = status.lamps
         offset, fault = status.offset, faults.trouble(status, live.place)
         limits = SoftLimits(*(getattr(status, name) for name in SoftLimits._fields))
     value = dict(zip(INDEX, row.tolist(), strict=True))
@@ -80,13 +82,16 @@ def snapshot(
         holder=holder,
         clients=clients,
         emergency_s=emergency_time(shared),
-        lines=tuple(
-            (name, value[name] != 0.0)
-            for name in LINES
-            if name != "index_count" and running and not math.isnan(value[name])
-        ),
+        lines=_lines(value, lit) if running else (),
         axes=_axes(value, getattr(settings, "lives", ()), stale, running),
     )
+
+
+def _lines(value: dict[str, float], lit: float) -> tuple[tuple[str, bool], ...]:
+    """Lines of the one axis, which are columns, or of both, which the status has (`lit`)."""
+    if lit:
+        return lamps.told(lit)
+    return tuple((name, value[name] != 0.0) for name in lamps.NAMES if not math.isnan(value[name]))
 
 
 def _axes(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -34,9 +35,25 @@ return (right - left) / c.width;
 """
 
 
+LINES = """
+[x.switches]
+limits = "both"
+home = "cam"
+"""
+DRIVE = "[y.amplifier]\n", '[y.amplifier]\nenable = "line"\n'
+LAMPS = "return [...document.querySelectorAll('#lines .badge')].map(e => e.textContent)"
+
+
 @pytest.fixture
 def plotter(chromium: None, tmp_path: Path) -> Iterator[Page]:
-    settings = joint.load(FILE)
+    with opened(FILE, tmp_path) as page:
+        yield page
+
+
+@contextmanager
+def opened(file: Path, tmp_path: Path) -> Iterator[Page]:
+    """The page of the machine in a file."""
+    settings = joint.load(file)
     assert settings is not None
     patient = settings.serve._replace(miss_share=1.0, loop_timeout=5.0, parent_timeout=5.0)
     station = Station(settings=settings._replace(serve=patient), state=tmp_path / "p.json")
@@ -57,6 +74,7 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert page.run(SHOWN, "#plane-xy, #point-form, .jog[data-stage=x], .jog[data-stage=y]") == 4
     words = r"Travel: x -?[\d.]+ to 20\d[\d.]* mm, y -?[\d.]+ to 7\d[\d.]* mm"
     until(lambda: re.fullmatch(words, page.text("#travels")) is not None)
+    assert page.run("return document.getElementById('lines').hidden"), "it has no lines"
     page.take()
     page.click("[data-do=enable]")
     until(lambda: station.snapshot().mode == "ready")
@@ -85,3 +103,16 @@ def test_both_axes_are_homed_and_moved_to_a_point_from_the_page(plotter: Page) -
     assert station.request(station.snapshot().holder, m.Disable()) == m.Accepted()
     until(lambda: "disabled" in page.text("#mode"))
     assert [entry["message"] for entry in page.driver.get_log("browser")] == []
+
+
+def test_switches_and_lines_of_both_axes_are_shown(chromium: None, tmp_path: Path) -> None:
+    file = tmp_path / "switches.toml"
+    file.write_text(FILE.read_text(encoding="utf-8").replace(*DRIVE) + LINES, encoding="utf-8")
+    with opened(file, tmp_path) as page:
+        first = until(lambda: page.run(LAMPS))
+        assert first[:2] == ["x lower limit free", "x upper limit free"]
+        assert first[2] in ("x home switch off", "x home switch on")
+        assert first[3:] == ["y drive off", "y enable line off"]
+        page.take()
+        page.click("[data-do=enable]")
+        until(lambda: page.run(LAMPS)[-2:] == ["y drive on", "y enable line on"])

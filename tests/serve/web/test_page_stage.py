@@ -118,3 +118,41 @@ def test_switches_and_lines_of_the_drive_are_shown(chromium: None, tmp_path: Pat
         page.station.request(page.station.snapshot().holder, m.Enable())
         until(lambda: page.run(lamps)[-2:] == ["drive on", "enable line on"])
         assert page.run(lamps)[:4] == before[:4]
+
+
+LAW = """machine = "axis"
+law = "tests.control.own_laws:limited"
+"""
+PLOTS = """
+return [...document.querySelectorAll('#plots figure.plot')].filter(e => e.checkVisibility())
+  .map(e => e.querySelector('figcaption').textContent);
+"""
+DRAWN = """
+const plot = [...document.querySelectorAll('#plots figure.plot')].at(-1);
+const c = plot.querySelector('canvas'), data = c.getContext('2d')
+  .getImageData(0, 0, c.width, c.height).data;
+const g = document.createElement('canvas').getContext('2d');
+g.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--one').trim();
+const line = g.fillStyle.match(/\\w\\w/g).map(h => parseInt(h, 16));
+let ink = 0;
+for (let k = 0; k < data.length; k += 4)
+  if (data[k + 3] > 100 && line.every((v, i) => Math.abs(v - data[k + i]) < 40)) ink += 1;
+return ink > 20;
+"""
+
+
+def test_a_column_of_a_law_is_plotted_with_its_words_and_unit(
+    chromium: None, tmp_path: Path
+) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(LAW, encoding="utf-8")
+    with opened(file, tmp_path) as page:
+        until(lambda: any(words.startswith("Law: ") for words in page.run(PLOTS)))
+        assert page.run(PLOTS)[-1].startswith("Law: filtered speed")
+        assert len([words for words in page.run(PLOTS) if words.startswith("Law: ")]) == 1
+        page.take()
+        page.station.request(page.station.snapshot().holder, m.Enable())
+        until(lambda: page.station.snapshot().mode == "ready")
+        # The law runs: it shows a number with its unit, and a line in its plot.
+        until(lambda: "mm/s" in page.run(PLOTS)[-1] and page.run(PLOTS)[-1][-5] not in "-")
+        until(lambda: page.run(DRAWN))

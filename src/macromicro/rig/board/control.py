@@ -14,6 +14,7 @@ from macromicro.control import calibration, deadzone, pd, pi
 from macromicro.control.calibration import Calibration
 from macromicro.control.pd import PdTuned
 from macromicro.control.pi import PiAntiWindup
+from macromicro.control.settings import Control
 from macromicro.kernel import kernel
 from macromicro.rig import guard
 from macromicro.rig.board.protocol import SPEC, TABLE
@@ -25,6 +26,7 @@ SILENCE = 1e-3 * SPEC["silence"]  # s
 DECELERATE = 1e-3 * SPEC["decelerate"]  # s
 LIMIT_SWITCH: int = SPEC["faults"]["limit_switch"]
 BRIDGE: int = SPEC["faults"]["bridge"]
+_NEVER = 1e9  # s, V; beyond anything measured
 HOST_SILENT: int = SPEC["faults"]["host_silent"]
 
 
@@ -133,6 +135,28 @@ def prepare(limits: Limits, table: Calibration, macro: PdTuned, micro: PiAntiWin
         Parameters.
     """
     return Board(guard.prepare(limits, shortened(table)), macro, micro, width)
+
+
+def thesis(limits: Limits, table: Calibration | None) -> Board:
+    """Parameters with the thesis' laws, for a machine with this Hall sensor or without one.
+
+    Parameters
+    ----------
+    limits : Limits
+        Of the guard.
+    table : Calibration | None
+        The Hall sensor's; None: there is none, and nothing is expected of it.
+
+    Returns
+    -------
+    Board
+        Parameters.
+    """
+    gains = Control()
+    if table is None:
+        table = Calibration(0.0, 1.0, np.zeros(2))
+        limits = limits._replace(frozen=_NEVER, rail_time=_NEVER, noise=_NEVER, silent=_NEVER)
+    return prepare(limits, table, gains.pd_tuned, gains.pi_antiwindup, gains.dead_zone)
 
 
 def shortened(table: Calibration) -> Calibration:

@@ -72,3 +72,19 @@ def layout(params: Board) -> int:
     known = [f"{m.id} {m.name} {m.fields}" for m in (*HOST.values(), *BOARD.values())]
     text = "\n".join([*known, *FORMATS, *flat(params)])
     return framing.crc16(text.encode())
+
+
+def single(value: float) -> float:
+    """A number as 32 bits hold it.
+
+    Parameters
+    ----------
+    value : float
+        Any.
+
+    Returns
+    -------
+    float
+        The nearest one.
+    """
+    return float(np.float32(value))

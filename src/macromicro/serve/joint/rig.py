@@ -18,14 +18,14 @@ from macromicro.machines.signals import Sample
 from macromicro.machines.stage import quickest
 from macromicro.rig.session import Session
 from macromicro.rig.twin import VirtualClock, noise_source
-from macromicro.serve import faults
+from macromicro.serve import faults, lamps
 from macromicro.serve.joint.control import Control
 from macromicro.serve.shared import NO_LINES
 from macromicro.serve.snapshot import Trouble
 from macromicro.serve.stage import rig as stage_rig
 from macromicro.serve.stage.control import periods
 from macromicro.serve.stage.rig import counted
-from macromicro.types import QUIET, SAFE, Lines, Outputs
+from macromicro.types import ENABLE, QUIET, SAFE, Lines, Outputs
 from macromicro.types import Sample as Shown
 
 Source = Callable[[], tuple[Course, Course]]
@@ -103,6 +103,14 @@ class Simulated(stage_rig.Entered):
         self.tick += 1
         self._draw()
 
+    def lamps(self) -> float:
+        """What the lines of both axes say, as `lamps.packed`."""
+        enable = {ENABLE: self.control.enable}
+        return lamps.packed([
+            {name: told for name, told in (lines._asdict() | enable).items() if name in kind.lines}
+            for kind, lines in zip(self._kinds, self.lines, strict=True)
+        ])  # fmt: skip
+
     def stop(self) -> None:
         """No effort until the machine leads them again."""
         self.control.efforts = [0.0, 0.0]
@@ -141,6 +149,10 @@ class Led(stage_rig.Led):
     def lines(self) -> tuple[float, ...]:
         """None: those of two axes have no columns."""
         return NO_LINES
+
+    def lamps(self) -> float:
+        """Lines of both axes for the status, as `lamps.packed`."""
+        return self._both.lamps()
 
     def evidence(self) -> tuple[float, float, float, float]:
         """Code, value, limit and time of the latched fault, for the loop's status."""

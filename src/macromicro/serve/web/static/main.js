@@ -192,10 +192,11 @@ function lamps(lines) {
   place.dataset.said = said;
   place.hidden = lines.length === 0;
   place.replaceChildren(...lines.flatMap(([name, on]) => {
-    const [title, off, yes, badge] = LINES[name];
+    const [, axis, line] = /^([xy])_(.*)/.exec(name) || ["", "", name];
+    const [title, off, yes, badge] = LINES[line];
     const lamp = document.createElement("span");
     lamp.className = on ? `badge ${badge}` : "badge";
-    lamp.textContent = `${title} ${on ? yes : off}`;
+    lamp.textContent = `${axis ? `${axis} ` : ""}${title} ${on ? yes : off}`;
     return [lamp, " "];
   }));
 }

@@ -1,0 +1,140 @@
+"""A board by its name: board:PORT, and how it is to work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from macromicro.control import calibration
+from macromicro.errors import InputError
+from macromicro.rig.board.rig import BOARD_LOOP, LOOPS, BoardRig
+from macromicro.schema.text import printable, read_text
+
+BOARD = "board"
+_SCHEME = f"{BOARD}:"
+_KEYS = ("loop", "calibration")
+
+
+@dataclass(frozen=True)
+class Boarded:
+    """A board at a port.
+
+    Attributes
+    ----------
+    device : str
+        The port.
+    loop : str
+        Of `LOOPS`.
+    calibration : Path | None
+        File of the Hall sensor's table.
+    """
+
+    device: str
+    loop: str = BOARD_LOOP
+    calibration: Path | None = None
+
+    def __call__(self, seed: int) -> BoardRig:
+        """The rig; not opened. InputError for a calibration that cannot be read."""
+        table = None
+        if self.calibration is not None:
+            table = calibration.read(read_text(self.calibration, "Hall calibration"))
+        return BoardRig(self.device, self.loop, table)
+
+    def check(self) -> None:
+        """Read the calibration, without opening the port.
+
+        Raises
+        ------
+        InputError
+            It cannot be read.
+        """
+        self(0)
+
+    def __str__(self) -> str:
+        more = [f"loop={self.loop}"] if self.loop != BOARD_LOOP else []
+        if self.calibration is not None:
+            more.append(f"calibration={self.calibration}")
+        return ",".join([_SCHEME + self.device, *more])
+
+
+def is_board(name: str) -> bool:
+    """Whether a name of a rig is that of a board.
+
+    Parameters
+    ----------
+    name : str
+        Of `--rig`.
+
+    Returns
+    -------
+    bool
+        True for "board" alone, too.
+    """
+    return name == BOARD or name.startswith(_SCHEME)
+
+
+def read(name: str) -> Boarded:
+    """The board of a name.
+
+    Parameters
+    ----------
+    name : str
+        "board:/dev/ttyUSB0,loop=host,calibration=hall_calibration.csv".
+
+    Returns
+    -------
+    Boarded
+        Not opened.
+
+    Raises
+    ------
+    InputError
+        No port, or a key or loop that there is not.
+    """
+    device, *more = name.removeprefix(_SCHEME).split(",")
+    if name == BOARD or not device:
+        raise InputError("--port", "none", "the board's serial port, such as /dev/ttyUSB0")
+    given = {}
+    for part in more:
+        key, sign, value = part.partition("=")
+        if key not in _KEYS or not sign or not value:
+            raise InputError(f"--rig {_SCHEME}{device}", printable(part), "loop=, calibration=")
+        given[key] = value
+    loop = given.get("loop", BOARD_LOOP)
+    if loop not in LOOPS:
+        raise InputError("--loop", printable(loop), " or ".join(LOOPS))
+    file = given.get("calibration")
+    return Boarded(device, loop, Path(file) if file else None)
+
+
+def joined(rig: str, port: str | None, loop: str | None, calibration: Path | None) -> str:
+    """The name of a rig with what the command line says of a board.
+
+    Parameters
+    ----------
+    rig : str
+        Of `--rig`.
+    port, loop : str | None
+        Of `--port` and `--loop`.
+    calibration : Path | None
+        Of `--calibration`.
+
+    Returns
+    -------
+    str
+        `rig` itself, where it is no board.
+
+    Raises
+    ------
+    InputError
+        An option of a board with another rig, or none of the port.
+    """
+    given = {"--port": port, "--loop": loop, "--calibration": calibration}
+    if rig != BOARD:
+        for option, value in given.items():
+            if value is not None:
+                raise InputError(option, str(value), f"only with --rig {BOARD}")
+        return rig
+    if port is None:
+        return str(read(rig))
+    return str(read(str(Boarded(port, loop or BOARD_LOOP, calibration))))

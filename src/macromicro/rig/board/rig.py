@@ -1,0 +1,242 @@
+"""A microcontroller board as a rig: the host closes the loop, or the board does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+from macromicro.control.calibration import Calibration
+from macromicro.nominal import FULL_SCALE
+from macromicro.rig.board import control, framing, link, parameters, protocol, telling
+from macromicro.rig.board.control import Board
+from macromicro.rig.board.link import BoardError, Link, Port
+from macromicro.rig.board.protocol import SPEC, Frame
+from macromicro.rig.codes import OK
+from macromicro.rig.limits import Limits
+from macromicro.rig.session import BENCH
+from macromicro.types import SAFE, Command, Outputs, Sample
+
+TICK = 1e-6 * SPEC["period"]  # s
+HOST_LOOP, BOARD_LOOP = "host", "board"
+LOOPS = (BOARD_LOOP, HOST_LOOP)
+_WHOLE = 4096  # codes of the Hall sensor's converter
+_TRUSTED = 1 << SPEC["state"]["trusted"]
+
+
+class BoardRig:
+    """A board behind a serial port, as a `Rig`.
+
+    Opening it writes all parameters and reads them back. The board begins to drive with the first
+    outputs that are not safe, and its clock is the rig's.
+
+    Parameters
+    ----------
+    device : str
+        The port.
+    loop : str, optional
+        BOARD_LOOP: where the controller says what it is after (`aim`), the board's own laws get
+        there; HOST_LOOP: the board puts out what it is told.
+    calibration : Calibration | None, optional
+        Of the Hall sensor; None: the board has no micro-stage.
+    params : Board | None, optional
+        The board's parameters; None for those of the thesis.
+    open_port : Callable[[str], Port], optional
+        Opens the port.
+    """
+
+    kind = BENCH
+    _ALL = ("encoder", "hall", "extend", "contract")
+    counted = False  # most boards are reset as their port is opened
+
+    def __init__(
+        self,
+        device: str,
+        loop: str = BOARD_LOOP,
+        calibration: Calibration | None = None,
+        params: Board | None = None,
+        open_port: Callable[[str], Port] = link.opened,
+    ) -> None:
+        self.device, self.loop, self.calibration = device, loop, calibration
+        self.channels = self._ALL if calibration is not None else self._ALL[:1]
+        self.clock = self
+        self._params = control.thesis(Limits(), calibration) if params is None else params
+        self._open_port = open_port
+        self.link: Link | None = None
+        self._last: Frame | None = None
+        self._driving = self._answered = False
+        self._command: Command | None = None
+
+    @property
+    def _board(self) -> Link:
+        if self.link is None:
+            raise BoardError(f"{self.device}: the board is not open")
+        return self.link
+
+    def now(self) -> float:
+        """Time of the last sample.
+
+        Returns
+        -------
+        float
+            Of the board's clock since its reset, s.
+        """
+        return self._last.values["time"] * TICK if self._last is not None else 0.0
+
+    def wait(self, dt: float) -> None:
+        """Take the next sample; tell the board first that the host is there.
+
+        Parameters
+        ----------
+        dt : float
+            The board's own period, s.
+        """
+        if not self._answered:
+            self._board.tell("keep", sample=self._number)
+        self._last = self._board.sample(newest=True)
+        self._answered = False
+
+    @property
+    def _number(self) -> int:
+        return int(self._last.values["sample"]) if self._last is not None else 0
+
+    def read(self) -> Sample:
+        """What the board measured last.
+
+        Returns
+        -------
+        Sample
+            NaN for a Hall sensor that gave no value.
+
+        Raises
+        ------
+        BoardError
+            The board stopped by a fault of its own.
+        """
+        if self._last is None:
+            self.wait(TICK)
+        assert self._last is not None
+        seen = self._last.values
+        if self._driving and seen["fault"] != OK:
+            raise BoardError(self._why())
+        lines = protocol.bits(seen["lines"], SPEC["lines"])
+        hall = seen["hall"] * FULL_SCALE / _WHOLE if seen["hall"] < _WHOLE else math.nan
+        return Sample(
+            self.now(),
+            float(seen["encoder"]),
+            hall,
+            math.nan,
+            float(lines["extend"]),
+            float(lines["contract"]),
+        )
+
+    def _why(self) -> str:
+        """The board's fault in words."""
+        told = self.status()
+        self._driving = False
+        return f"{self.device}: the board stopped: {telling.fault(told)}"
+
+    def status(self) -> dict[str, float]:
+        """How the board is.
+
+        Returns
+        -------
+        dict[str, float]
+            Fields of `status`.
+        """
+        return self._board.ask("ask", "status")
+
+    def aim(self, command: Command) -> None:
+        """Say what the controller is after in this period, before its `write`.
+
+        Parameters
+        ----------
+        command : Command
+            Set points; in the board's loop its own laws get there.
+        """
+        self._command = command
+
+    def write(self, outputs: Outputs) -> None:
+        """Set all outputs from the next period on.
+
+        Parameters
+        ----------
+        outputs : Outputs
+            Motor and CTRL; the board has neither fan nor laser.
+
+        Raises
+        ------
+        BoardError
+            One is not a number, or the board is gone.
+        """
+        command, self._command = self._command, None
+        if not (math.isfinite(outputs.motor) and math.isfinite(outputs.ctrl)):
+            self.stop()
+            raise BoardError(f"{self.device}: asked for {outputs}; all outputs were made safe")
+        held = self.loop == BOARD_LOOP and command is not None and _active(command)
+        if not self._driving:
+            if outputs == SAFE and not held:
+                return
+            self._begin()
+        if held and command is not None:
+            active = protocol.SPEC["active"]
+            self._board.tell(
+                "targets",
+                sample=self._number,
+                macro_reference=command.macro_reference,
+                micro_reference=command.micro_reference,
+                active=(command.macro_active > 0.5) << active["macro"]
+                | (command.micro_active > 0.5) << active["micro"],
+            )
+        else:
+            self._board.tell("outputs", sample=self._number, motor=outputs.motor, ctrl=outputs.ctrl)
+        self._answered = True
+
+    def _begin(self) -> None:
+        crc = framing.crc16(parameters.words(self._params))
+        self._board.ask("begin", "done", parameters=crc)
+        self._driving = True
+
+    def stop(self) -> None:
+        """Safe outputs, at once; returns when the board has said so."""
+        if self.link is None:
+            return
+        self._driving = False
+        self.link.ask("stop", "done")
+
+    def __enter__(self) -> Self:
+        self.link = Link(self._open_port(self.device), self.device)
+        try:
+            self.identity = self.link.greet(self._params)
+            self.stop()
+            self.link.configure(self._params)
+            if not int(self.status()["state"]) & _TRUSTED:
+                self.link.ask("place", "done", count=0)  # it stands where it was switched on
+            self.link.ask("stream", "done", on=1)
+        except BaseException:
+            self.link.close()
+            self.link = None
+            raise
+        self._last, self._answered = None, False
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self.link is None:
+            return
+        try:
+            self.stop()
+            self.link.ask("stream", "done", on=0)
+        finally:
+            self.link.close()
+            self.link = None
+
+
+def _active(command: Command) -> bool:
+    """Does it ask for either stage?"""
+    return command.macro_active > 0.5 or command.micro_active > 0.5

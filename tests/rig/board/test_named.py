@@ -1,0 +1,112 @@
+"""What `--rig board` takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.rig.board import control, named, parameters, protocol
+from macromicro.rig.board.link import BoardError
+from macromicro.rig.board.rig import BoardRig
+from macromicro.rig.limits import Limits
+from macromicro.rig.opening import open_rig
+from macromicro.types import Command, Outputs
+
+
+def test_options_and_name_are_the_same_board() -> None:
+    name = named.joined("board", "/dev/ttyUSB0", "host", Path("hall.csv"))
+    assert name == "board:/dev/ttyUSB0,loop=host,calibration=hall.csv"
+    assert named.read(name) == named.Boarded("/dev/ttyUSB0", "host", Path("hall.csv"))
+    assert named.joined("board", "/dev/ttyUSB0", None, None) == "board:/dev/ttyUSB0"
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (("board", None, None, None), "--port: 'none'"),
+        (("twin", "/dev/ttyUSB0", None, None), "only with --rig board"),
+        (("twin", None, "host", None), "only with --rig board"),
+        (("board", "/dev/ttyUSB0", "both", None), "--loop: 'both'.*board or host"),
+    ],
+)
+def test_what_does_not_fit_is_refused(given: tuple[str, None, None, None], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        named.joined(*given)
+
+
+@pytest.mark.parametrize("name", ["board:", "board", "board:/dev/x,speed=9", "board:/dev/x,loop"])
+def test_names_that_are_none(name: str) -> None:
+    with pytest.raises(InputError):
+        open_rig(name)
+
+
+def test_without_a_calibration_there_is_a_macro_stage_alone() -> None:
+    fixture = open_rig("board:/dev/none")
+    assert fixture.channels == ("encoder",)
+    assert fixture.table is None
+
+
+def test_a_port_that_is_not_there_says_so() -> None:
+    with pytest.raises(BoardError, match="/dev/none"), BoardRig("/dev/none"):
+        pass
+
+
+def test_parameters_have_names_and_the_table_comes_last() -> None:
+    flat = parameters.flat(control.thesis(Limits(), None))
+    names = list(flat)
+    assert len(names) <= 255
+    assert names[0] == "guard.limits.motor"
+    assert names[-protocol.TABLE :] == [
+        f"guard.calibration.position[{k}]" for k in range(protocol.TABLE)
+    ]
+
+
+def _order(**given: float) -> control.Order:
+    quiet = control.Order(False, 0.0, 0.0, False, False, 0.0, 0.0, 0.0, False, False, False)
+    return quiet._replace(**given)
+
+
+def test_silence_lets_the_effort_fall_to_zero_and_latches() -> None:
+    params, state, motors = control.thesis(Limits(), None), control.REST, []
+    for k in range(720):
+        order = _order(motor=4.0, ctrl=1.0, quiet=1e-3 * k)
+        state, motor, ctrl = control.drive(params, state, 0.0, 0.0, order, 1e-3)
+        assert ctrl == (1.0 if k <= 500 else 0.0)
+        motors.append(motor)
+    assert motors[:500] == [4.0] * 500
+    assert motors[600] == pytest.approx(2.0, abs=0.05)
+    assert motors[-1] == 0.0
+    assert state.fault == protocol.SPEC["faults"]["host_silent"]
+    _, motor, _ = control.drive(params, state, 0.0, 0.0, _order(motor=4.0), 1e-3)
+    assert motor == 0.0
+
+
+def test_the_boards_law_pushes_towards_its_set_point() -> None:
+    params = control.thesis(Limits(), None)
+    order = _order(holds=True, macro_reference=100.0, macro_active=True)
+    for encoder, sign in ((0.0, 1.0), (200.0, -1.0), (100.0, 0.0)):
+        _, motor, ctrl = control.drive(params, control.REST, encoder, 0.0, order, 1e-3)
+        assert (motor > 0.0) - (motor < 0.0) == sign
+        assert ctrl == 0.0
+
+
+class Heard:
+    """A link that keeps the names of what is told."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+
+    def tell(self, name: str, **_: float) -> None:
+        self.names.append(name)
+
+
+@pytest.mark.parametrize(("loop", "name"), [("board", "targets"), ("host", "outputs")])
+def test_set_points_go_to_the_board_only_in_its_own_loop(loop: str, name: str) -> None:
+    heard, rig = Heard(), BoardRig("none", loop)
+    rig.link, rig._driving = heard, True
+    rig.aim(Command(100.0, 1.0, 0.0, 0.0, 0.0))
+    rig.write(Outputs(1.0, 0.0, 0.0, 0.0))
+    rig.write(Outputs(1.0, 0.0, 0.0, 0.0))
+    assert heard.names == [name, "outputs"]

@@ -1,0 +1,108 @@
+"""The virtual bench at the pins of the simulated board, period by period."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from boardsim.avr import PERIOD, Avr
+from macromicro.kernel import compiled
+from macromicro.nominal import FULL_SCALE
+from macromicro.plant import bench
+from macromicro.plant.bench import Noise, Plant, Truth
+from macromicro.rig.twin import noise_source
+from macromicro.settings import Settings
+from macromicro.types import SAFE, Outputs
+
+LATCHED = 4_000  # cycles of a period behind which its outputs stand still
+CONVERTER = 0.5 * FULL_SCALE / 1024  # V, rms: noise of the microcontroller's converter, half a code
+_GRAY = (0, 1, 3, 2)  # channels A (bit 0) and B (bit 1) at counts 0 to 3
+
+
+class Bench:
+    """The board in front of the bench. Nothing here depends on the simulating machine's load.
+
+    Outputs act in the period in which the board puts them out; the encoder's edges are spread over
+    the rest of it.
+
+    Parameters
+    ----------
+    elf : Path
+        The firmware.
+    seed : int, optional
+        Of the sensors' noise.
+    settings : Settings | None, optional
+        Of the bench.
+    """
+
+    def __init__(self, elf: Path, seed: int = 0, settings: Settings | None = None) -> None:
+        chosen = settings or Settings()
+        self.plant: Plant = bench.prepare(chosen.bench, chosen.sensors)
+        self.avr = Avr(elf)
+        self.tick, self.cut = 0, ""  # "": none; encoder_a or encoder_b is stuck
+        self.motor = self.ctrl = 0.0  # V, as put out in the last period
+        self.state = bench.initial(self.plant)
+        self._random = noise_source(seed)
+        self._advance = compiled(bench.advance)
+        self._advance(self.plant, bench.initial(self.plant), SAFE, Noise(), 1e-3)  # compile it now
+        self._place = self._counts()
+        self._lines()
+        for name, level in (("bridge_fault", 1), ("limit_low", 0), ("limit_high", 0)):
+            self.avr.pin(name, level)
+        self._channels(self._place, None)
+
+    def _counts(self) -> int:
+        return math.floor(self.state.macro.x / self.plant.encoder.pitch + 1e-9)
+
+    def _channels(self, place: int, when: int | None) -> None:
+        code = _GRAY[place % 4]
+        for bit, name in enumerate(("encoder_a", "encoder_b")):
+            if name != self.cut:
+                self.avr.pin(name, code >> bit & 1, when)
+
+    def _lines(self) -> None:
+        micro = self.state.micro
+        self.avr.pin("extend", int(micro.wire.x <= self.plant.micro.driver.extend_on))
+        self.avr.pin("contract", int(micro.cut > 0.5))
+
+    def period(self) -> None:
+        """Let a control period pass."""
+        began = self.tick * PERIOD
+        rms = math.hypot(self.plant.hall.noise, CONVERTER)
+        noise = rms * self._random.standard_normal(16)
+        for k in range(4):
+            self.avr.hall(self.state.hall + noise[k])
+            self.avr.run(began + (k + 1) * LATCHED // 4)
+        motor, wire = self.avr.duties()
+        self.motor, self.ctrl = FULL_SCALE * motor, FULL_SCALE * wire
+        before, hall = self._place, self.state.hall
+        # The bench's own converter holds an output back for a period: here it acts at once.
+        state = self.state._replace(motor=self.motor, ctrl=self.ctrl)
+        out = Outputs(self.motor, self.ctrl, 0.0, 0.0)
+        self.state = self._advance(self.plant, state, out, Noise(), 1e-3)
+        self._place = self._counts()
+        self._edges(before, began)
+        rest = PERIOD - LATCHED
+        for k in range(12):
+            share = (k + 1) / 12
+            self.avr.hall(hall + share * (self.state.hall - hall) + noise[4 + k])
+            self.avr.run(began + LATCHED + (k + 1) * rest // 12)
+        self._lines()
+        self.tick += 1
+
+    def _edges(self, before: int, began: int) -> None:
+        moved = self._place - before
+        step = 1 if moved > 0 else -1
+        for k in range(1, abs(moved) + 1):
+            when = began + LATCHED + (PERIOD - LATCHED) * k // (abs(moved) + 1)
+            self._channels(before + step * k, when)
+
+    def truth(self) -> Truth:
+        """The bench's true quantities."""
+        return bench.truth(self.plant, self.state)
+
+    def outputs(self) -> np.ndarray:
+        """Motor and CTRL of the last period, V, and whether the bridge is enabled."""
+        return np.array([self.motor, self.ctrl, float(self.avr.level("enable"))])
