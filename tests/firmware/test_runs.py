@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
 import pytest
 
 from macromicro import programme
 from macromicro.control import calibration
 from macromicro.programme import travel
+from macromicro.programme.moves import MACRO, MICRO
 from macromicro.rig.board.rig import BoardRig
 from macromicro.rig.session import BENCH, Fixture
 from macromicro.runs import programmed
@@ -31,15 +35,23 @@ def test_the_thesis_programme_runs_as_on_the_bench(loop: str) -> None:
     settings = Settings()
     limits = travel.limits(settings.travel, settings.sensors.encoder.pitch)
     what = programme.load(programme.find("thesis"), limits)
-    outcome = programmed.record(what, settings, on=_fixture(loop))
-    moves = programmed.moves_of(outcome.recording, what, settings)
-    macro = [move for move in moves if move.stage == "macro"]
-    micro = [move for move in moves if move.stage == "micro"]
-    assert len(macro) == 8
-    assert len(micro) == 32
-    for move in macro:
-        assert move.settling_s is not None
-        assert move.settling_s < 0.8
-        assert abs(move.final_error_counts) <= 1.0
-    for move in micro:
-        assert abs(move.hall_error) < 10.0
+    done = programmed.record(what, settings, on=_fixture(loop))
+    assert done.outcome.finished
+    worst = ends(done.recording, what.stage)
+    assert worst[MACRO] <= 1.0  # counts
+    assert worst[MICRO] <= 0.01  # mm, the band of a micro move, by the Hall sensor
+
+
+def ends(recording: Any, stages: Any) -> dict[int, float]:
+    """Largest error of each stage in the last 0.2 s of its moves."""
+    worst = {MACRO: 0.0, MICRO: 0.0}
+    columns = {
+        MACRO: ("macro_position", "macro_reference"),
+        MICRO: ("hall_position", "micro_reference"),
+    }
+    for move, stage in enumerate(stages):
+        rows = np.flatnonzero(np.asarray(recording["move"]) == move)[-200:]
+        assert len(rows) == 200
+        place, target = (np.asarray(recording[name])[rows] for name in columns[int(stage)])
+        worst[int(stage)] = max(worst[int(stage)], float(np.abs(place - target).max()))
+    return worst
