@@ -22,12 +22,11 @@ from macromicro.serve.shared import Shared
 
 OK, WARN, FAIL = "ok", "warn", "fail"
 NEEDED: tuple[str, ...] = ("numpy", "numba", "scipy", "h5py", "typer")
-NEEDED += ("rich", "matplotlib", "jinja2")
+NEEDED += ("rich", "matplotlib", "jinja2", "pyarrow")
 EXTRAS = {  # distribution: what for, and the extra of this package that brings it
     "xarray": ("recordings as xarray datasets", "xarray"),
     "h5netcdf": ("xarray datasets in netCDF files", "xarray"),
     "pandas": ("recordings as pandas tables", "pandas"),
-    "pyarrow": ("results of sweeps as Parquet", "sweep"),
     "distributed": ("sweeps on a dask cluster", "cluster"),
     "websockets": ("live page in the browser", "web"),
 }
