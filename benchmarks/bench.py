@@ -75,8 +75,15 @@ def laws() -> list[Line]:
     return list(laws.lines(timed, Line))
 
 
+def exported() -> list[Line]:
+    """Cycles of the exported laws on a microcontroller."""
+    import cycles
+
+    return list(cycles.lines(Line))
+
+
 GROUPS: dict[str, Callable[[], list[Line]]] = {
-    f.__name__: f for f in (single, many, sweeping, tuning, tools, live, laws)
+    f.__name__: f for f in (single, many, sweeping, tuning, tools, live, laws, exported)
 }
 
 

@@ -220,19 +220,21 @@ def thermal(
 
 
 @app.command()
-def hall(
+def hall(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     low: Annotated[float, typer.Option(help="First voltage of the table.")] = 0.0,
     high: Annotated[float, typer.Option(help="Last voltage of the table.")] = 5.0,
     points: Annotated[int, typer.Option(help="Voltages in it.")] = 126,
+    method: Annotated[str, typer.Option(help="mean or spline.")] = "mean",
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """A position sensor's table, from slow sweeps both ways (columns v, x)."""
-    options = {"low": low, "high": high, "points": points, "tests": tuple(test or ())}
+    table = {"low": low, "high": high, "points": points, "method": method}
+    options = table | {"tests": tuple(test or ())}
     _identify("hall", options, files, columns, out, overwrite, as_json)
 
 

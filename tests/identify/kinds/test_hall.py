@@ -144,7 +144,7 @@ def test_ten_to_two_thousand_points_will_do(points: int, tmp_path: Path) -> None
     v = np.r_[np.linspace(0.0, 5.0, 20000), np.linspace(5.0, 0.0, 20000)]
     file = table(tmp_path / "a.csv", "v_V,x_mm", v, v)
     assert len(hall.identify(given(file), Options(points=points)).data["volts"]) == points
-    assert Options() == (0.0, 5.0, 126, ())
+    assert Options() == (0.0, 5.0, 126, (), "mean")
 
 
 def picked(v: Array, x: Array) -> Picked:
@@ -203,3 +203,22 @@ def test_without_a_run_there_is_nothing_to_fit(tmp_path: Path) -> None:
     file = table(tmp_path / "a.csv", "v_V,x_mm", short, short)
     with pytest.raises(InputError, match=r"a\.csv: 'no one-way run'.*runs over the sensor's range"):
         hall.identify(given(file), Options())
+
+
+@pytest.mark.parametrize("slope", [0.8, -0.8])
+def test_a_spline_of_either_slope_with_its_interval(tmp_path: Path, slope: float) -> None:
+    found = hall.identify(given(sensor(tmp_path, slope)), CSV._replace(method="spline"))
+    lines = facts(found.lines)
+    assert {"within, 95 %", "lag", "pieces", "residual"} <= set(lines)
+    volts = np.linspace(0.0, 5.0, 51)
+    np.testing.assert_allclose(
+        found.model.position[6:45], slope * 1e-3 * (volts - 1.0)[6:45], atol=4e-6
+    )
+    found.extra[hall.FILE](tmp_path / "made.csv")
+    first = (tmp_path / "made.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert first == "# Sensor calibration: one spline for all runs, lag fitted beside it"
+
+
+def test_an_unknown_method_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="mean, spline"):
+        hall.identify(given(sensor(tmp_path, 0.8)), CSV._replace(method="cubic"))

@@ -31,6 +31,10 @@ X = Role("x", "position by the reference", ("x", "X", "laser", "position", "pos"
 ROLES = (V, X, RUN)
 FILE = "hall_calibration.csv"
 LEAST = 50
+METHODS = {
+    "mean": "mean of runs both ways",
+    "spline": "one spline for all runs, lag fitted beside it",
+}
 
 
 class Options(NamedTuple):
@@ -46,12 +50,15 @@ class Options(NamedTuple):
         Number of voltages.
     tests : tuple[str, ...]
         Files with sweeps that are not fitted.
+    method : str
+        One of `METHODS`: the mean of the runs, or one spline with the sensor's lag beside it.
     """
 
     low: float = 0.0
     high: float = 5.0
     points: int = 126
     tests: tuple[str, ...] = ()
+    method: str = "mean"
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -74,8 +81,8 @@ def identify(picking: Picking, options: Options) -> Result:
     InputError
         An option or the data are not accepted.
     """
-    from macromicro.identify.hall import calibrated
-
+    if options.method not in METHODS:
+        raise InputError("--method", options.method, ", ".join(METHODS))
     if not (options.low < options.high and 10 <= options.points <= 2000):
         found = f"{options.points} points from {options.low:g} to {options.high:g} V"
         raise InputError("table", found, "10 to 2000 points, --low below --high")
@@ -87,7 +94,7 @@ def identify(picking: Picking, options: Options) -> Result:
     falling = float(np.corrcoef(v, x)[0, 1]) < 0.0
     # The table is made monotone as a rising one.
     turned = [(v, -x) for v, x in sweeps] if falling else sweeps
-    fit = calibrated(turned, options.low, options.high, options.points)
+    fit, beside = _fitted(turned, options)
     if falling:
         table = fit.calibration._replace(position=-fit.calibration.position)
         fit = fit._replace(calibration=table)  # turned twice, place and way, `between` stays
@@ -108,6 +115,7 @@ def identify(picking: Picking, options: Options) -> Result:
         Line("error, largest", float(np.nanmax(fit.error)) * 1e6, unit="um"),
         Line("up from down", lag * 1e6, unit="um", note="largest half difference: lag, cancelled"),
         Line("bend", float(np.abs(bent).max()) * 1e6, unit="um", note="largest, off a line"),
+        *beside,
     ]
     others = testing.unseen(options.tests, picking, ROLES, tables[0])
     trials = [tried(fit.calibration, table) for table in others]
@@ -153,9 +161,29 @@ def identify(picking: Picking, options: Options) -> Result:
     lengths = {"position_mm": place, "error_mm": fit.error, "std_mm": fit.std}
     data: dict[str, Any] = {"volts": fit.volts, **{name: x * 1e3 for name, x in lengths.items()}}
     data["tests"] = testing.data(trials)
-    title = "Sensor volts to millimetres: mean of runs both ways, monotone"
-    files = {FILE: lambda path: _write(path, fit)}
+    title = f"Sensor volts to millimetres: {METHODS[options.method]}, monotone"
+    files = {FILE: lambda path: _write(path, fit, METHODS[options.method])}
     return Result("hall", title, fit.calibration, lines, remarks, toml, draw, data, files)
+
+
+def _fitted(sweeps: list[tuple[Array, Array]], options: Options) -> tuple[HallFit, list[Line]]:
+    """The table by the method that was asked for, and what else that finds."""
+    asked = (options.low, options.high, options.points)
+    if options.method == "mean":
+        from macromicro.identify.hall import calibrated
+
+        return calibrated(sweeps, *asked), []
+    from macromicro.identify.hall_spline import splined
+
+    made = splined(sweeps, *asked)
+    half = made.wide * float(np.nanmean(made.fit.error)) * 1e6
+    share = "half of the interval, mean; of the reference's scale"
+    return made.fit, [
+        Line("within, 95 %", half, unit="um", note=share),
+        Line("lag", made.lag, made.lag_error, "readings", "of the sensor, fitted"),
+        Line("pieces", made.pieces, note="of the spline, as the runs foretell each other best"),
+        Line("residual", made.residual * 1e6, unit="um", note="RMS of a run's bins, the noise"),
+    ]
 
 
 def tried(table: Calibration, sweep: Picked) -> Trial:
@@ -224,8 +252,8 @@ def _long(x: Array, extent: float) -> bool:
     return len(x) >= LEAST and float(np.ptp(x)) > 0.2 * extent
 
 
-def _write(path: Path, fit: HallFit) -> None:
-    lines = ["# Sensor calibration: mean of runs both ways", "hall_V,position_mm"]
+def _write(path: Path, fit: HallFit, method: str) -> None:
+    lines = [f"# Sensor calibration: {method}", "hall_V,position_mm"]
     place = fit.calibration.position * 1e3
     lines += [f"{v:.4f},{x:.6f}" for v, x in zip(fit.volts, place, strict=True)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
