@@ -21,6 +21,12 @@ static ControlBoard params; /* nothing until the host has written them */
 static ControlEffort effort; /* of the laws, in the interrupt */
 static GuardWatch watch; /* of the guard, outside of it */
 
+/* The estimated heat in the wire outlives a reset: else each one would let it be heated anew. */
+static struct {
+    ElectrothermalHeating heating;
+    uint16_t crc;
+} kept PORT_KEPT;
+
 static uint32_t now; /* periods since the reset */
 static uint32_t base; /* the guard's time is from here */
 static uint32_t judged; /* period that the guard has seen last */
@@ -30,6 +36,7 @@ static bool driving, trusted, silent, streaming;
 static uint16_t skipped; /* edges lost until the host said where the carriage stands */
 static ControlOrder asked;
 static PortInputs seen;
+static uint16_t hall_before[2]; /* of the last period and of that before it */
 static float motor, ctrl; /* V, from the next period on; from now on in the host's loop */
 static int16_t out_motor, out_ctrl; /* the same, in parts of the full scale, as put out now */
 static int16_t left_motor, left_ctrl; /* of the rounding to duties, in such parts */
@@ -90,10 +97,23 @@ static void renewed(void)
     epoch++;
 }
 
+static uint16_t kept_crc(void)
+{
+    const uint8_t *bytes = (const uint8_t *)&kept.heating;
+    uint16_t crc = 0x5AA5; /* not that of zeros */
+    for (uint8_t k = 0; k < sizeof kept.heating; k++) {
+        crc = link_crc(crc, bytes[k]);
+    }
+    return crc;
+}
+
 void core_begin(void)
 {
     params.guard.calibration.position = table;
     two_stage_board_begin(&watch);
+    if ((port_reset() & RESETS_POWER) == 0 && kept.crc == kept_crc()) {
+        watch.heat.heating = kept.heating;
+    }
     quiet = LONG_AGO;
 }
 
@@ -121,6 +141,12 @@ static int16_t dithered(int16_t wanted, int16_t each, int16_t *left)
     const int16_t steps = sum / each;
     *left = sum - steps * each;
     return steps;
+}
+
+/* Codes of the Hall sensor's converter in V; NaN for no value. */
+static float hall_volts(uint16_t code)
+{
+    return code > 4095 ? NAN : code * (BOARD_FULL_SCALE / 4096.0f);
 }
 
 /* The laws, which pass nothing on that the limits forbid. */
@@ -157,6 +183,8 @@ void core_tick(void)
     if (quiet < LONG_AGO) {
         quiet++;
     }
+    hall_before[1] = hall_before[0];
+    hall_before[0] = seen.hall;
     seen = port_inputs();
     if (seen.skipped != skipped) {
         trusted = false;
@@ -177,7 +205,7 @@ void core_tick(void)
         tell_sample();
     }
     if (driving && asked.holds) {
-        drive(seen.hall > 4095 ? NAN : seen.hall * (BOARD_FULL_SCALE / 4096.0f));
+        drive(hall_volts(seen.hall));
     }
 }
 
@@ -194,7 +222,8 @@ void core_ticked(uint16_t cycles, bool late)
     }
 }
 
-/* The guard, a period or two behind: it takes longer than the interrupt may. */
+/* The guard, some periods behind: it takes longer than the interrupt may. The Hall sensor's noise
+ * is that of three periods in a row, as where the guard sees each: in ten of them the stage moves. */
 static void judge(void)
 {
     port_lock();
@@ -206,7 +235,7 @@ static void judge(void)
         watch.seen.time -= REBASE * PERIOD;
     }
     const TypesSample sample = {(at - base) * PERIOD, (float)seen.encoder,
-            seen.hall > 4095 ? NAN : seen.hall * (BOARD_FULL_SCALE / 4096.0f), NAN,
+            hall_volts(seen.hall), NAN,
             seen.lines & LINES_EXTEND ? 1.0f : 0.0f, seen.lines & LINES_CONTRACT ? 1.0f : 0.0f};
     const bool holds = asked.holds && driving;
     const TypesCommand command = {asked.macro_reference,
@@ -214,6 +243,8 @@ static void judge(void)
             holds && asked.micro_active ? 1.0f : 0.0f, 0.0f};
     const TypesOutputs out = {motor, ctrl, 0.0f, 0.0f};
     const bool drove = driving;
+    watch.seen.hall = hall_volts(hall_before[0]);
+    watch.seen.before = hall_volts(hall_before[1]);
     port_unlock();
     if (passed == 0.0f) {
         return;
@@ -231,6 +262,8 @@ static void judge(void)
         }
     }
     port_unlock();
+    kept.heating = watch.heat.heating;
+    kept.crc = kept_crc();
 }
 
 static float *parameter(uint8_t index)

@@ -118,6 +118,7 @@ int sim_open(const char *elf)
 void sim_reset(void)
 {
     avr_reset(avr);
+    avr_regbit_set(avr, avr->reset_flags.extrf);
     avr->vcc = avr->avcc = avr->aref = 5000;
     host_tail = host_head;
     to_count = 0;
