@@ -30,7 +30,6 @@ static struct {
 static uint32_t now; /* periods since the reset */
 static uint32_t base; /* the guard's time is from here */
 static uint32_t judged; /* period that the guard has seen last */
-static uint8_t epoch; /* changes when the guard begins again */
 static uint16_t quiet; /* periods since the host's last frame */
 static bool driving, trusted, silent, streaming;
 static uint16_t skipped; /* edges lost until the host said where the carriage stands */
@@ -55,11 +54,15 @@ static struct {
     uint8_t fields[LONGEST_HOST];
 } waiting; /* a frame that the interrupt has no time for */
 
+/* A sample may overtake an answer: the lock holds the control interrupt up for no longer than it must. */
 static void send(uint8_t id, const uint8_t *fields, uint8_t size)
 {
     uint8_t bytes[LINK_LONGEST];
     port_lock();
-    const uint8_t length = link_stuffed(id, sequence++, fields, size, bytes);
+    const uint8_t number = sequence++;
+    port_unlock();
+    const uint8_t length = link_stuffed(id, number, fields, size, bytes);
+    port_lock();
     port_send(bytes, length);
     port_unlock();
 }
@@ -94,7 +97,6 @@ static void renewed(void)
     two_stage_board_begin(&watch);
     watch.heat.heating = heating;
     base = now;
-    epoch++;
 }
 
 static uint16_t kept_crc(void)
@@ -226,40 +228,41 @@ void core_ticked(uint16_t cycles, bool late)
  * is that of three periods in a row, as where the guard sees each: in ten of them the stage moves. */
 static void judge(void)
 {
-    port_lock();
+    port_lock(); /* copies alone: the control interrupt waits meanwhile */
     const uint32_t at = now;
-    const uint8_t before = epoch;
+    const PortInputs in_now = seen;
+    const uint16_t before = hall_before[0], earlier = hall_before[1];
+    const ControlOrder order = asked;
+    TypesOutputs out = {motor, ctrl, 0.0f, 0.0f};
+    const bool drove = driving;
+    port_unlock();
     const float passed = (at - judged) * PERIOD;
+    if (passed == 0.0f) {
+        return;
+    }
     if (at - base >= REBASE) {
         base += REBASE;
         watch.seen.time -= REBASE * PERIOD;
     }
-    const TypesSample sample = {(at - base) * PERIOD, (float)seen.encoder,
-            hall_volts(seen.hall), NAN,
-            seen.lines & LINES_EXTEND ? 1.0f : 0.0f, seen.lines & LINES_CONTRACT ? 1.0f : 0.0f};
-    const bool holds = asked.holds && driving;
-    const TypesCommand command = {asked.macro_reference,
-            holds && asked.macro_active ? 1.0f : 0.0f, asked.micro_reference,
-            holds && asked.micro_active ? 1.0f : 0.0f, 0.0f};
-    const TypesOutputs out = {motor, ctrl, 0.0f, 0.0f};
-    const bool drove = driving;
-    watch.seen.hall = hall_volts(hall_before[0]);
-    watch.seen.before = hall_volts(hall_before[1]);
-    port_unlock();
-    if (passed == 0.0f) {
-        return;
-    }
+    watch.seen.hall = hall_volts(before);
+    watch.seen.before = hall_volts(earlier);
+    const TypesSample sample = {(at - base) * PERIOD, (float)in_now.encoder,
+            hall_volts(in_now.hall), NAN, in_now.lines & LINES_EXTEND ? 1.0f : 0.0f,
+            in_now.lines & LINES_CONTRACT ? 1.0f : 0.0f};
+    const bool holds = order.holds && drove;
+    const TypesCommand command = {order.macro_reference,
+            holds && order.macro_active ? 1.0f : 0.0f, order.micro_reference,
+            holds && order.micro_active ? 1.0f : 0.0f, 0.0f};
     const TwoStageBoardJudgeOut judgement
             = two_stage_board_judge(&params.guard, &watch, &sample, &command, &out, passed);
+    watch = judgement.state;
+    if (!drove) { /* nothing was asked for: what it saw is no fault */
+        renewed();
+    }
     port_lock();
     judged = at;
-    if (before == epoch) {
-        watch = judgement.state;
-        if (!drove) { /* nothing was asked for: what it saw is no fault */
-            renewed();
-        } else if (watch.fault != 0) {
-            failed((uint8_t)watch.fault, watch.value, watch.limit);
-        }
+    if (driving && watch.fault != 0) {
+        failed((uint8_t)watch.fault, watch.value, watch.limit);
     }
     port_unlock();
     kept.heating = watch.heat.heating;

@@ -44,10 +44,11 @@ static void quiet(avr_t *a, const int level, const char *format, va_list list)
     (void)list;
 }
 
+static avr_ioport_external_t outside[3] = {{'B', 0, 0}, {'C', 0, 0}, {'D', 0, 0}};
+
 /* Drive an input, against the pull-up inside. */
 static void driven(char port, int bit, int level)
 {
-    static avr_ioport_external_t outside[3] = {{'B', 0, 0}, {'C', 0, 0}, {'D', 0, 0}};
     avr_ioport_external_t *it = &outside[port - 'B'];
     it->mask |= 1 << bit;
     it->value = (it->value & ~(1 << bit)) | level << bit;
@@ -119,6 +120,9 @@ void sim_reset(void)
 {
     avr_reset(avr);
     avr_regbit_set(avr, avr->reset_flags.extrf);
+    for (int k = 0; k < 3; k++) { /* simavr forgets the levels at the pins */
+        avr->data[0x23 + 3 * k] = (uint8_t)(outside[k].value & outside[k].mask);
+    }
     avr->vcc = avr->avcc = avr->aref = 5000;
     host_tail = host_head;
     to_count = 0;

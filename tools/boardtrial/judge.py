@@ -133,13 +133,13 @@ class Judge:
         low, high = self.bench.tripped()
         forced = self.bench.forced
         active = {
-            "limit_low": bool(forced.get("limit_low", low)) and motor < 0.0,
-            "limit_high": bool(forced.get("limit_high", high)) and motor > 0.0,
-            "bridge_fault": forced.get("bridge_fault", 1) == 0 and on,
+            "limit_low": (bool(forced.get("limit_low", low)), motor < 0.0),
+            "limit_high": (bool(forced.get("limit_high", high)), motor > 0.0),
+            "bridge_fault": (forced.get("bridge_fault", 1) == 0, on),
         }
-        for name, wrong in active.items():
-            self._pushing[name] = self._pushing[name] + 1 if wrong else 0
-            if wrong:
+        for name, (tripped, wrong) in active.items():
+            self._pushing[name] = self._pushing[name] + 1 if tripped and wrong else 0
+            if tripped:
                 self.since_begin.add(name)
             if self._pushing[name] > SOON:
                 self._say(f"{motor:.2f} V for {self._pushing[name]} ms against {name}")

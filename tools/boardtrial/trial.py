@@ -44,6 +44,7 @@ CAUSES: dict[int, set[str]] = {
     FAULTS["limit_switch"]: {"limit_low", "limit_high"},
     FAULTS["bridge"]: {"bridge_fault"},
     FAULTS["host_silent"]: {"silence"},
+    FAULTS["late"]: {"flood"},
 }
 
 
@@ -72,9 +73,9 @@ class Trial:
         self.unexplained: list[str] = []
         self.faults: Counter[str] = Counter()
         self.injuries: Counter[str] = Counter()
-        self.rounds = self.miscounts = self.worst_cycles = self.resets = 0
-        self.least_free, self.deepest = 2048, 0
-        self._resets_seen = 0
+        self.rounds = self.worst_cycles = 0
+        self.least_free, self.deepest, self._missed = 2048, 0, 0
+        self.given: list[str] = []  # orders and injuries of this round
         self._stood = self._against = 0
         self._place = bench.state.macro.x
 
@@ -109,7 +110,9 @@ class Trial:
     def say(self, what: str) -> None:
         """Note what nothing explains."""
         if len(self.unexplained) < 50:
-            self.unexplained.append(f"period {self.line.bench.tick}: {what}")
+            self.unexplained.append(
+                f"period {self.line.bench.tick}, {', '.join(self.given)}: {what}"
+            )
 
     def status(self) -> dict[str, Any]:
         """How the board is; {} if it does not answer."""
@@ -120,8 +123,9 @@ class Trial:
         self.worst_cycles = max(self.worst_cycles, told["cycles"])
         self.least_free = min(self.least_free, told["free"])
         self.deepest = max(self.deepest, told["stack"])
-        if told["missed"]:
+        if told["missed"] > self._missed and "flood" not in self.hurt:
             self.say(f"{told['missed']} periods missed")
+        self._missed = told["missed"]
         if told["free"] < DEEPEST:
             self.say(f"{told['free']} bytes of the stack are left")
         return told
@@ -169,16 +173,20 @@ class Trial:
               injuries: tuple[Callable[[Trial], None], ...]) -> None:  # fmt: skip
         """Recover, give some orders, mostly with an injury among them, and judge."""
         self.rounds += 1
+        self.given = []
         self.recover()
         if not self.begin():
             return
         count = self.random.randint(1, 5)
         when = self.random.randrange(2 * count)
         for k in range(count):
-            self.random.choice(orders)(self)
+            order = self.random.choice(orders)
+            self.given.append(order.__name__)
+            order(self)
             if k == when:
                 injury = self.random.choice(injuries)
                 self.injuries[injury.__name__] += 1
+                self.given.append(injury.__name__.upper())
                 injury(self)
         self.line.put(b"\0")
         told = self.status()
@@ -200,7 +208,6 @@ class Trial:
             return
         off = abs(self.host.sample.get("encoder", 0) - self.line.bench._place)
         if off > 20:  # counts in a period or two at speed
-            self.miscounts += 1
             self.say(f"the board counts {off} off and trusts it")
 
     def run(self, periods: int, orders: Any, injuries: Any) -> None:
