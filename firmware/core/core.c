@@ -165,7 +165,7 @@ static void drive(float hall)
     ctrl = out.ctrl;
     if (effort.fault != 0) {
         silent = effort.fault == FAULTS_HOST_SILENT;
-        const float value = effort.fault >= FAULTS_LIMIT_SWITCH ? asked.quiet : asked.motor;
+        const float value = (uint8_t)effort.fault >= FAULTS_LIMIT_SWITCH ? asked.quiet : asked.motor;
         failed((uint8_t)effort.fault, value, params.guard.limits.motor);
     }
 }

@@ -103,10 +103,27 @@ def test_a_reset_in_motion_stops_and_drives_no_more() -> None:
             rig.link.ask("begin", "done", parameters=1)
 
 
-def test_a_cut_line_of_the_encoder_is_found_by_the_boards_guard() -> None:
+def test_a_main_loop_that_hangs_is_reset_by_the_watchdog_and_moves_nothing() -> None:
     with board() as (rig, wire):
         _drive(rig, PUSH, 50)
-        wire.bench.cut = "encoder_b"
+        mend = wire.bench.avr.hang()
+        began = len(wire.trace)
+        off = until(wire, lambda: not wire.bench.avr.level("enable"), 60)
+        mend()
+        wire.alone(200)
+        told = rig.link.ask("hello", "identity", version=protocol.VERSION)
+        assert off <= 50  # the guard's patience; the watchdog comes sooner
+        assert told["reset"] == 1 << SPEC["resets"]["watchdog"]
+        assert not np.any(np.array(wire.trace[began + off + 1 :]))
+        assert not protocol.bits(int(rig.status()["state"]), SPEC["state"])["trusted"]
+
+
+@pytest.mark.parametrize("injury", ["encoder_a", "encoder_b", "short"])
+def test_a_cut_or_shorted_line_of_the_encoder_is_found_by_the_boards_guard(injury: str) -> None:
+    with board() as (rig, wire):
+        _drive(rig, PUSH, 50)
+        wire.bench.cut = "" if injury == "short" else injury
+        wire.bench.shorted = injury == "short"
         with pytest.raises(BoardError, match="the board stopped"):
             _drive(rig, PUSH, 1000)
         until(wire, lambda: not wire.bench.avr.level("enable"), 10)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,12 +37,20 @@ class Bench:
         Of the sensors' noise.
     settings : Settings | None, optional
         Of the bench.
+    processor : Callable[[Path], Any], optional
+        Makes what the firmware runs in: `Avr`, or `boardsim.mps2.Mps2`.
     """
 
-    def __init__(self, elf: Path, seed: int = 0, settings: Settings | None = None) -> None:
+    def __init__(
+        self,
+        elf: Path,
+        seed: int = 0,
+        settings: Settings | None = None,
+        processor: Callable[[Path], Any] = Avr,
+    ) -> None:
         chosen = settings or Settings()
         self.plant: Plant = bench.prepare(chosen.bench, chosen.sensors)
-        self.avr = Avr(elf)
+        self.avr = processor(elf)
         self.tick = 0
         self.cut = ""  # encoder_a or encoder_b is stuck; "": none
         self.shorted = False  # both channels of the encoder show A

@@ -187,6 +187,24 @@ int sim_take(uint8_t *bytes, int room)
     return size;
 }
 
+/* Between interrupts: put a jump to itself at the next instruction; its place, and what was there. */
+int sim_hang(uint16_t *was)
+{
+    while (!avr->sreg[S_I] || avr->pc >= avr->flashend || avr->interrupts.running_ptr > 0) {
+        avr_run(avr);
+    }
+    const int place = (int)avr->pc;
+    memcpy(was, avr->flash + place, 2);
+    avr->flash[place] = 0xFF;
+    avr->flash[place + 1] = 0xCF; /* rjmp . */
+    return place;
+}
+
+void sim_mend(int place, uint16_t was)
+{
+    memcpy(avr->flash + place, &was, 2);
+}
+
 int sim_register(int address)
 {
     return avr->data[address];

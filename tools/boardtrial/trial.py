@@ -209,9 +209,3 @@ class Trial:
         off = abs(self.host.sample.get("encoder", 0) - self.line.bench._place)
         if off > 20:  # counts in a period or two at speed
             self.say(f"the board counts {off} off and trusts it")
-
-    def run(self, periods: int, orders: Any, injuries: Any) -> None:
-        """Rounds for so long, of the board's time."""
-        end = self.line.bench.tick + periods
-        while self.line.bench.tick < end:
-            self.round(orders, injuries)
