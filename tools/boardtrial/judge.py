@@ -120,7 +120,7 @@ class Judge:
                 self._say(f"CTRL {ctrl:.2f} V after {quiet} ms of silence")
             if abs(motor) > abs(self._last) + STEP:
                 self._say(f"{motor:.2f} V after {self._last:.2f} V in silence")
-        elif on and self._armed and not any(self._holds):
+        elif quiet < SILENCE - SOON and on and self._armed and not any(self._holds):
             near = min(abs(motor - each) for each in (*self._asked, 0.0) if math.isfinite(each))
             if near > STEP:
                 self._say(f"{motor:.3f} V that nobody asked for, of {list(self._asked)}")
