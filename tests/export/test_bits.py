@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Callable
 from functools import cache
@@ -15,8 +16,9 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from macromicro.export import catalogue, files, kinds
+from macromicro.export import catalogue, coverage, files, kinds
 from macromicro.export.kinds import REAL, TRUTH, WHOLE, Rows, Several, Struct
+from macromicro.export.units import Unit
 from tests.export.bound import Bound, arrays, bits, built, strict
 
 UNITS = tuple(catalogue.every())
@@ -24,9 +26,48 @@ RAISED = (ZeroDivisionError, OverflowError, ValueError, IndexError)
 
 
 @cache
+def exported() -> dict[tuple[str, str], bool]:
+    """Kernels that can be exported, by module and name, and whether by their own name alone."""
+    return {
+        (row.name.partition(":")[0], row.name.partition(":")[2]): any(":" in u for u in row.units)
+        for row in coverage.rows()
+        if not row.reason
+    }
+
+
+@cache
+def alone() -> dict[str, Unit]:
+    """Kernels that no unit brings along, by module: those that are exported by their own names."""
+    names: dict[str, list[str]] = {}
+    for (module, kernel), by_itself in exported().items():
+        if by_itself:
+            names.setdefault(f"macromicro.{module}", []).append(kernel)
+    found = {}
+    for module, kernels in names.items():
+        functions = [getattr(importlib.import_module(module), kernel) for kernel in kernels]
+        entries = [
+            catalogue.alone(kernel, function).entries[0]._replace(name=kernel.strip("_"))
+            for kernel, function in zip(kernels, functions, strict=True)
+        ]
+        found[module] = Unit(module.rpartition(".")[2], module, tuple(entries), {})
+    return found
+
+
+def unit_of(name: str) -> Unit:
+    """A unit of the catalogue, or of `alone`."""
+    return alone()[name] if name in alone() else catalogue.unit(name)
+
+
+@cache
+def written_of(name: str) -> files.Written:
+    """The code of a unit."""
+    return files.written(unit_of(name))
+
+
+@cache
 def made(name: str, level: str = "-O1") -> Any:
     """A unit, its code, its library."""
-    unit = catalogue.unit(name)
+    unit = unit_of(name)
     written = files.written(unit)
     folder = Path(mkdtemp(prefix="macromicro-"))
     return unit, written, built(written, folder, level=level)
@@ -36,8 +77,8 @@ def made(name: str, level: str = "-O1") -> Any:
 def functions() -> dict[str, tuple[str, int]]:
     """Every function once: its name, the first unit that has it, its place there."""
     found: dict[Any, tuple[str, str, int]] = {}
-    for name in UNITS:
-        for place, routine in enumerate(files.written(catalogue.unit(name)).routines):
+    for name in (*UNITS, *alone()):
+        for place, routine in enumerate(written_of(name).routines):
             key = (routine.source.function.__module__, routine.source.function.__qualname__)
             found.setdefault((*key, len(str(routine.parameters)) if key[1] == "step" else 0),
                              (f"{name}: {routine.name}", name, place))  # fmt: skip
@@ -179,3 +220,13 @@ def test_a_function_in_c_gives_the_bits_of_its_kernel(
 
     same()
     assert tried >= 1
+
+
+def test_every_kernel_that_can_be_exported_is_among_them() -> None:
+    """Of the package's own: where a unit brings a kernel along, a unit tries it."""
+    tried = set()
+    for name, place in functions().values():
+        source = written_of(name).routines[place].source.function
+        tried.add((source.__module__, source.__qualname__.replace(".<locals>.", ".")))
+    can = {(f"macromicro.{module}", kernel) for module, kernel in exported()}
+    assert can - tried == set()

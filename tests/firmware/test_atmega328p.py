@@ -192,6 +192,19 @@ def test_both_stages_at_once_are_no_noise_of_the_hall_sensor() -> None:
         assert rig.status()["fault"] == 0
 
 
+def test_a_run_has_no_gap_where_the_board_begins_to_drive() -> None:
+    with board() as (rig, _):
+        times = []
+        for k in range(60):
+            times.append(rig.read().t)
+            rig.write(PUSH if 10 <= k < 30 or k > 40 else SAFE)
+            if k == 30:
+                rig.stop()
+            rig.wait(1e-3)
+    assert np.diff(times[:30]) == pytest.approx(1e-3)
+    assert np.diff(times[35:]) == pytest.approx(1e-3)
+
+
 def test_parameters_are_read_back_and_compared() -> None:
     with board() as (rig, _):
         flat = parameters.flat(rig._params)

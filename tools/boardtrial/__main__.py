@@ -1,4 +1,4 @@
-"""Random orders and injuries: python -m boardtrial; exit status 1 where anything is not as it must be."""
+"""Random orders and injuries: python -m boardtrial; exit status 1 unless all is as it must be."""
 
 from __future__ import annotations
 

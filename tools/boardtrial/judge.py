@@ -49,6 +49,7 @@ class Judge:
         self._holds: deque[bool] = deque([False] * SOON, maxlen=SOON)
         self._pushing = {"limit_low": 0, "limit_high": 0, "bridge_fault": 0}
         self._last = 0.0
+        self._falling = -1_000_000  # period in which silence made the motor's effort fall
         self.since_begin: set[str] = set()  # what has happened since the board was armed
 
     def bytes_for_board(self, data: bytes) -> None:
@@ -72,9 +73,7 @@ class Judge:
             self._holds.append(False)
             self.since_begin.add("outputs")
             limits = self.params.guard.limits
-            if not (
-                abs(values["motor"]) <= limits.motor and 0.0 <= values["ctrl"] <= limits.ctrl
-            ):
+            if not (abs(values["motor"]) <= limits.motor and 0.0 <= values["ctrl"] <= limits.ctrl):
                 self.since_begin.add("illegal")
                 self.disarm()
         elif frame.name == "targets":
@@ -106,9 +105,12 @@ class Judge:
         self.hottest = max(self.hottest, truth.wire)
         self.fastest = max(self.fastest, abs(truth.speed))
         quiet = bench.tick - self._heard
-        if quiet >= SILENCE + DECELERATE + SOON:
+        if quiet >= SILENCE + DECELERATE - SOON:
             self.since_begin.add("silence")
+        if quiet >= SILENCE + DECELERATE + SOON:
             self.disarm()
+        if quiet >= SILENCE - SOON:
+            self._falling = bench.tick
         on = motor != 0.0 or ctrl != 0.0 or enabled != 0.0
         if on and not self._armed and bench.tick - self._off_since > SOON:
             self._say(f"{motor:.2f} V, CTRL {ctrl:.2f} V, enable {enabled:.0f} without leave")
@@ -120,7 +122,7 @@ class Judge:
                 self._say(f"CTRL {ctrl:.2f} V after {quiet} ms of silence")
             if abs(motor) > abs(self._last) + STEP:
                 self._say(f"{motor:.2f} V after {self._last:.2f} V in silence")
-        elif quiet < SILENCE - SOON and on and self._armed and not any(self._holds):
+        elif bench.tick - self._falling > SOON and on and self._armed and not any(self._holds):
             near = min(abs(motor - each) for each in (*self._asked, 0.0) if math.isfinite(each))
             if near > STEP:
                 self._say(f"{motor:.3f} V that nobody asked for, of {list(self._asked)}")

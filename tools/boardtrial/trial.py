@@ -198,9 +198,10 @@ class Trial:
         code = int(told["fault"])
         if code != codes.OK:
             self.faults[NAMES[code]] += 1
-            if not CAUSES.get(code, set()) & (self.judge.since_begin | self.hurt):
-                self.say(f"{NAMES[code]} ({told['value']:.4g}, {told['limit']:.4g}), "
-                         f"but there was only {sorted(self.judge.since_begin | self.hurt)}")  # fmt: skip
+            known = self.judge.since_begin | self.hurt
+            if not CAUSES.get(code, set()) & known:
+                seen = f"{NAMES[code]} ({told['value']:.4g}, {told['limit']:.4g})"
+                self.say(f"{seen}, but there was only {sorted(known)}")
         driving = bool(int(told["state"]) & _DRIVING)
         if driving and code != codes.OK:
             self.say(f"it drives with {NAMES[code]}")

@@ -66,6 +66,8 @@ class BoardRig:
         self.link: Link | None = None
         self._last: Frame | None = None
         self._driving = self._answered = False
+        self._before: int | None = None  # sample behind which the board began to drive
+        self._pause = 0  # periods that this took, all of them
         self._command: Command | None = None
 
     @property
@@ -80,9 +82,10 @@ class BoardRig:
         Returns
         -------
         float
-            Of the board's clock since its reset, s.
+            Of the board's clock since its reset, s, without the periods in which it compares its
+            parameters before it begins to drive: a run that begins then has no gap.
         """
-        return self._last.values["time"] * TICK if self._last is not None else 0.0
+        return (self._last.values["time"] - self._pause) * TICK if self._last is not None else 0.0
 
     def wait(self, dt: float) -> None:
         """Take the next sample; tell the board first that the host is there.
@@ -95,6 +98,9 @@ class BoardRig:
         if not self._answered:
             self._board.tell("keep", sample=self._number)
         self._last = self._board.sample(newest=True)
+        if self._before is not None:
+            self._pause += max(int(self._last.values["time"]) - self._before - 1, 0)
+            self._before = None
         self._answered = False
 
     @property
@@ -197,6 +203,8 @@ class BoardRig:
         crc = framing.crc16(parameters.words(self._params))
         self._board.ask("begin", "done", parameters=crc)
         self._driving = True
+        if self._last is not None:
+            self._before = int(self._last.values["time"])
 
     def stop(self) -> None:
         """Safe outputs, at once; returns when the board has said so."""
@@ -218,7 +226,7 @@ class BoardRig:
             self.link.close()
             self.link = None
             raise
-        self._last, self._answered = None, False
+        self._last, self._answered, self._before, self._pause = None, False, None, 0
         return self
 
     def __exit__(
