@@ -24,7 +24,10 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify import sprung
 from macromicro.identify.axis import Axis, simulate, step
+from macromicro.identify.runs import Run
+from macromicro.identify.sprung_fit import sprung_drive
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
 DISTURBANCES = ("white force", "coloured force", "cogging", "slow force", "sensor", "quantised")
@@ -34,6 +37,13 @@ DT = 1e-3
 AXIS = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)
 AXIS_NAMES = ("mass", "viscous", "coulomb", "offset")
 SAMPLES = 8000
+# On a spring, driven at 2 to 3 Hz and left to decay at 18 Hz; forces of the latter are per mass.
+SPRUNG = {
+    "on a spring": sprung.Sprung(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, spring=400.0),
+    "decay": sprung.Sprung(mass=1.0, viscous=1.2, coulomb=0.05, spring=(2.0 * math.pi * 18.0) ** 2),
+}
+SPRUNG_SIZE = {"on a spring": (6.0, 1e-5), "decay": (0.05, 1e-6)}  # white force, sensor
+SPRUNG_SAMPLES = 4000
 # The thesis' macro-stage, (4.3), and the same with a second pole; 1 V is worth 165.72 counts/s.
 LINEAR = {
     1: (np.array([-0.95833]), np.array([165.72])),
@@ -140,7 +150,40 @@ def transfer(kind: str, seed: int) -> Estimates:
             yield f"linear, {method} of order {order}", names, truth, found, std
 
 
-GROUPS: dict[str, Callable[[str, int], Estimates]] = {"drive": drive, "linear": transfer}
+def on_spring(kind: str, seed: int) -> Estimates:
+    """A driven axis on a spring, and one that decays, each by output error."""
+    for name, p in SPRUNG.items():
+        random = np.random.default_rng(seed)
+        n, free = SPRUNG_SAMPLES, name == "decay"
+        white, noise = SPRUNG_SIZE[name]
+        u = np.zeros(n) if free else steps(random, n, 30.0)
+        pushed = u + force(kind, random, n, white)
+        turn, phase = 2.0 * math.pi / random.uniform(0.05, 0.08), random.uniform(0.0, 6.28)
+        if free:
+            turn *= 100.0  # it moves that much less
+        x, place, v = np.empty(n), 1e-3 if free else 0.0, 0.0
+        for k in range(n):
+            x[k] = place
+            cog = 0.25 * white * math.sin(turn * place + phase) if kind == "cogging" else 0.0
+            place, v = sprung.step(p, place, v, float(pushed[k]) + cog, DT)
+        if kind == "quantised":  # to the nearest count of an encoder whose zero is known
+            at = random.uniform()
+            y = (np.round(x / (2.0 * noise) + at) - at) * 2.0 * noise
+        else:
+            y = measured(kind, random, x, noise)
+        run = Run(*(np.asarray(each, np.float64) for each in (np.arange(n) * DT, u, y)))
+        fit = sprung_drive([run], driven=not free, spring=True, friction="coulomb")
+        names = (*fit.names, "frequency")
+        truth = np.array([getattr(p, n) for n in names])
+        value, error = fit.derived("frequency")
+        yield f"drive, {name}", names, truth, np.r_[fit.values, value], np.r_[fit.std, error]
+
+
+GROUPS: dict[str, Callable[[str, int], Estimates]] = {
+    "drive": drive,
+    "linear": transfer,
+    "sprung": on_spring,
+}
 
 
 def covered(group: str, kind: str, records: int, first: int = 0) -> list[dict[str, Any]]:

@@ -67,18 +67,28 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     delay: Annotated[
         int | None, typer.Option(help="Samples by which u acts late.", show_default="0")
     ] = None,
+    spring: Annotated[bool, typer.Option("--spring", help="A spring pulls.")] = False,
+    dead_zone: Annotated[
+        bool, typer.Option("--dead-zone", help="The drive gives no force for a small u.")
+    ] = False,
+    free: Annotated[
+        bool, typer.Option("--free", help="Nothing drives: a decay (columns t, x).")
+    ] = False,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Mass and friction of a motor-driven axis (columns t, u, x)."""
+    """Mass and friction of a motor-driven axis (columns t, u, x; or v for a speed)."""
     options = {
         "gain": gain,
         "structure": structure,
         "limit": limit,
         "delay": delay,
         "tests": tuple(test or ()),
+        "spring": spring,
+        "dead_zone": dead_zone,
+        "free": free,
     }
     _identify("drive", options, files, columns, out, overwrite, as_json)
 

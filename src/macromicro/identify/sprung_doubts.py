@@ -1,0 +1,134 @@
+"""What is doubtful about a sprung drive that was found: parameters that its records do not show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
+from macromicro.identify.runs import Run
+from macromicro.identify.spread import robust_covariance
+from macromicro.identify.sprung import Sprung
+from macromicro.identify.sprung_search import SIGNED, End
+
+_BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing moves
+_KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it goes with
+_TOGETHER = 0.98  # correlation of errors
+_BLOCKS = 20.0  # in a swing, or in 2 pi time constants
+_LEAST = 100  # blocks in a record
+_FEW = 8.0  # samples in one period, at least
+
+
+def covariance(records: Sequence[Run], best: End, names: tuple[str, ...]) -> Array:
+    """Covariance of the parameters, NaN for those that the records do not show. Warns of those.
+
+    Parameters
+    ----------
+    records : Sequence[Run]
+        The records.
+    best : End
+        Where the best search ended.
+    names : tuple[str, ...]
+        Its free parameters.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        In their order.
+    """
+    if not best.settled:
+        notice(ConvergenceWarning, "output error: not settled; the last values are returned")
+    used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
+    spread = np.full((best.slopes.shape[1],) * 2, np.nan)
+    spread[np.ix_(used, used)] = robust_covariance(*_blocks(records, best, used))
+    own = spread[: len(names), : len(names)]
+    lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
+    for name in lost:
+        at = names.index(name)
+        own[at, :] = own[:, at] = np.nan
+    for k, name in enumerate(names):
+        if name not in SIGNED and getattr(best.axis, name) <= 0.0:
+            own[k, :] = own[:, k] = np.nan
+            notice(
+                DataWarning,
+                f"{name} ended at 0: the record does not show how much there is, and no standard "
+                "error is told for it",
+            )
+    _mixed(own, names, np.array([getattr(best.axis, n) for n in names]))
+    _coarse(records, best.axis)
+    return own
+
+
+def _blocks(
+    records: Sequence[Run], best: End, used: npt.NDArray[np.intp]
+) -> tuple[Array, Array, Array]:
+    """Slopes and residuals as means over blocks, and where each record ends.
+
+    What disturbs the force moves the mass for as long as a swing or a time constant lasts, which
+    may be thousands of samples: in blocks, an autoregression of a few terms sees it.
+    """
+    p, slopes, errors, ends = best.axis, [], [], []
+    turn = 1.0 / p.frequency if p.frequency > 0.0 else np.inf
+    fall = 2.0 * np.pi * p.mass / p.viscous if p.viscous > 0.0 else np.inf
+    at = 0
+    for r in records:
+        many = len(r.x)
+        q = int(min(max(min(turn, fall) / r.dt / _BLOCKS, 1.0), max(many // _LEAST, 1)))
+        whole = many // q * q
+        rows = slice(at, at + whole)
+        slopes.append(best.slopes[rows][:, used].reshape(-1, q, len(used)).mean(axis=1))
+        errors.append(best.residual[rows].reshape(-1, q).mean(axis=1))
+        ends.append(len(errors[-1]))
+        at += many
+    return np.concatenate(slopes), np.concatenate(errors), np.cumsum(ends)
+
+
+def _unseen(slopes: Array, names: list[str]) -> list[str]:
+    """Parameters that only a sum of which moves the output, in words too; no error is known."""
+    size = np.linalg.norm(slopes, axis=0)
+    values, ways = np.linalg.svd(slopes / size, full_matrices=False)[1:]
+    lost: list[str] = []
+    for value, way in zip(values, ways, strict=True):
+        if value > _BLIND * values[0]:
+            continue
+        weight = np.abs(way)
+        mixed = [n for n, w in zip(names, weight, strict=True) if n and w > 0.1 * weight.max()]
+        if mixed:
+            notice(
+                DataWarning,
+                f"{' and '.join(mixed)} cannot be separated in this record: only what they come to "
+                "together shows, and no standard error is told for them",
+            )
+        lost += mixed
+    return lost
+
+
+def _mixed(covariance: Array, names: tuple[str, ...], values: Array) -> None:
+    """Say which parameters the records do not tell apart."""
+    size = np.sqrt(np.diag(covariance))
+    known = size < _KNOWN * np.abs(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        together = covariance / np.outer(size, size)
+    for i in range(len(names)):
+        for k in range(i):
+            if abs(together[i, k]) > _TOGETHER and not (known[i] and known[k]):
+                notice(
+                    DataWarning,
+                    f"{names[k]} and {names[i]} cannot be separated in this record: their errors "
+                    f"go together (correlation {together[i, k]:.3f}); the errors printed hold for "
+                    "both at once",
+                )
+
+
+def _coarse(records: Sequence[Run], axis: Sprung) -> None:
+    """Warn of samples too far apart for the oscillation."""
+    dt = max(r.dt for r in records)
+    if axis.frequency * dt * _FEW > 1.0:
+        notice(
+            DataWarning,
+            f"{1.0 / (axis.frequency * dt):.3g} samples in a period of {axis.frequency:.4g} Hz: a "
+            "slower oscillation may fit as well; sample faster",
+        )
