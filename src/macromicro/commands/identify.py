@@ -49,6 +49,7 @@ NAMES = (
     "hall_calibration.csv",
     "table.h5",
     "table.csv",
+    "stress_map.csv",
 )
 NEEDED = 20_000_000
 
@@ -205,6 +206,19 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
         "drift": drift,
     }
     _identify("hysteresis", options, files, columns, out, overwrite, as_json)
+
+
+@app.command()
+def stress(
+    files: Files,
+    columns: Columns = None,
+    test: Test = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Transformation temperatures over the load, from cycles at several (columns T, x, load)."""
+    _identify("stress", {"tests": tuple(test or ())}, files, columns, out, overwrite, as_json)
 
 
 @app.command()
