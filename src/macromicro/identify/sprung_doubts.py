@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
@@ -13,16 +12,17 @@ from macromicro.identify.runs import Run
 from macromicro.identify.spread import robust_covariance
 from macromicro.identify.sprung import Sprung
 from macromicro.identify.sprung_search import SIGNED, End
+from macromicro.identify.sprung_spread import blocks, scattered
 
 _BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing moves
 _KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it goes with
 _TOGETHER = 0.98  # correlation of errors
-_BLOCKS = 20.0  # in a swing, or in 2 pi time constants
-_LEAST = 100  # blocks in a record
 _FEW = 8.0  # samples in one period, at least
 
 
-def covariance(records: Sequence[Run], best: End, names: tuple[str, ...]) -> Array:
+def covariance(
+    records: Sequence[Run], best: End, names: tuple[str, ...], lag: float, *, speed: bool
+) -> Array:
     """Covariance of the parameters, NaN for those that the records do not show. Warns of those.
 
     Parameters
@@ -33,6 +33,10 @@ def covariance(records: Sequence[Run], best: End, names: tuple[str, ...]) -> Arr
         Where the best search ended.
     names : tuple[str, ...]
         Its free parameters.
+    lag : float
+        Time by which the force acts late, s.
+    speed : bool
+        Whether the output is the speed.
 
     Returns
     -------
@@ -43,7 +47,14 @@ def covariance(records: Sequence[Run], best: End, names: tuple[str, ...]) -> Arr
         notice(ConvergenceWarning, "output error: not settled; the last values are returned")
     used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
     spread = np.full((best.slopes.shape[1],) * 2, np.nan)
-    spread[np.ix_(used, used)] = robust_covariance(*_blocks(records, best, used))
+    means = blocks(records, best, used)
+    coloured = robust_covariance(
+        np.concatenate([m.slopes for m in means]),
+        np.concatenate([m.residual for m in means]),
+        np.cumsum([len(m.residual) for m in means]),
+    )
+    disturbed = scattered(records, best, used, lag, speed=speed)
+    spread[np.ix_(used, used)] = _larger(coloured, disturbed)
     own = spread[: len(names), : len(names)]
     lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
     for name in lost:
@@ -62,28 +73,15 @@ def covariance(records: Sequence[Run], best: End, names: tuple[str, ...]) -> Arr
     return own
 
 
-def _blocks(
-    records: Sequence[Run], best: End, used: npt.NDArray[np.intp]
-) -> tuple[Array, Array, Array]:
-    """Slopes and residuals as means over blocks, and where each record ends.
-
-    What disturbs the force moves the mass for as long as a swing or a time constant lasts, which
-    may be thousands of samples: in blocks, an autoregression of a few terms sees it.
-    """
-    p, slopes, errors, ends = best.axis, [], [], []
-    turn = 1.0 / p.frequency if p.frequency > 0.0 else np.inf
-    fall = 2.0 * np.pi * p.mass / p.viscous if p.viscous > 0.0 else np.inf
-    at = 0
-    for r in records:
-        many = len(r.x)
-        q = int(min(max(min(turn, fall) / r.dt / _BLOCKS, 1.0), max(many // _LEAST, 1)))
-        whole = many // q * q
-        rows = slice(at, at + whole)
-        slopes.append(best.slopes[rows][:, used].reshape(-1, q, len(used)).mean(axis=1))
-        errors.append(best.residual[rows].reshape(-1, q).mean(axis=1))
-        ends.append(len(errors[-1]))
-        at += many
-    return np.concatenate(slopes), np.concatenate(errors), np.cumsum(ends)
+def _larger(one: Array, other: Array | None) -> Array:
+    """The first covariance with each standard error the larger of both."""
+    if other is None:
+        return one
+    size, bound = np.sqrt(np.diag(one)), np.sqrt(np.diag(other))
+    wide = bound > size
+    base = other if wide.sum() > len(size) // 2 else one
+    scale = np.maximum(size, bound) / np.sqrt(np.diag(base))
+    return np.asarray(base * np.outer(scale, scale))
 
 
 def _unseen(slopes: Array, names: list[str]) -> list[str]:

@@ -199,7 +199,7 @@ def sprung_drive(
         chosen = fair[0]
     ends = searched(kept, chosen, lag)
     best = ends[0]
-    spread = sprung_doubts.covariance(kept, best, chosen.names)
+    spread = sprung_doubts.covariance(kept, best, chosen.names, lag, speed=speed)
     residuals = tuple(np.split(best.residual, np.cumsum([len(r.x) for r in kept])[:-1]))
     free = tuple(r.x - e for r, e in zip(kept, residuals, strict=True))
     starts = tuple((float(x), float(v)) for x, v in best.starts)
