@@ -54,6 +54,14 @@ NAMES = (
 NEEDED = 20_000_000
 
 
+def _number(text: str) -> float | str:
+    """A number where it is one, else the word."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 @app.command()
 def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
@@ -120,13 +128,14 @@ def actuator(
     ambient: Annotated[
         float | None, typer.Option(help="Room temperature [degC].", show_default="25")
     ] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """What the law `inverse` needs, from heatings (columns t, u, x; y, c; --table of the kiln)."""
     print("identifying the actuator: about half a minute", file=sys.stderr)
-    options = {"table": table, "ambient": ambient}
+    options = {"table": table, "ambient": ambient, "tests": tuple(test or ())}
     _identify("actuator", options, files, columns, out, overwrite, as_json)
 
 
@@ -187,7 +196,9 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
     shape: Annotated[
         str, typer.Option(help="Relay density: free, monotone or nonnegative.")
     ] = "monotone",
-    smooth: Annotated[float, typer.Option(help="Noise is shorter than this [grid steps].")] = 1.0,
+    smooth: Annotated[
+        str, typer.Option(help="Noise is shorter than this [grid steps]; auto: by curves held out.")
+    ] = "1",
     drift: Annotated[
         bool,
         typer.Option("--drift", help="Scale each curve of a MicroMag file by its calibration."),
@@ -201,7 +212,7 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
     options = {
         "curves": curves,
         "shape": shape,
-        "smooth": smooth,
+        "smooth": _number(smooth),
         "tests": tuple(test or ()),
         "drift": drift,
     }
@@ -234,12 +245,13 @@ def thermal(
     step: Annotated[
         float | None, typer.Option(help="Voltage of the step for the dynamics [V].")
     ] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """Gain and dynamics of heating, from steps (columns t, u, T; or x with --table)."""
-    options = {"table": table, "ambient": ambient, "step": step}
+    options = {"table": table, "ambient": ambient, "step": step, "tests": tuple(test or ())}
     _identify("thermal", options, files, columns, out, overwrite, as_json)
 
 
