@@ -28,6 +28,8 @@ from macromicro.identify import sprung
 from macromicro.identify.axis import Axis, simulate, step
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import sprung_drive
+from macromicro.identify.thermal import StepRecord, heating
+from macromicro.models.heating import Modes, step_response
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
 DISTURBANCES = ("white force", "coloured force", "cogging", "slow force", "sensor", "quantised")
@@ -44,6 +46,9 @@ SPRUNG = {
 }
 SPRUNG_SIZE = {"on a spring": (6.0, 1e-5), "decay": (0.05, 1e-6)}  # white force, sensor
 SPRUNG_SAMPLES = 4000
+# (5.6) as the bench shows it: rates in rad/s, shares of the rise.
+HEATED = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
+HEATED_DT, HEATED_SAMPLES = 0.1, 4000
 # The thesis' macro-stage, (4.3), and the same with a second pole; 1 V is worth 165.72 counts/s.
 LINEAR = {
     1: (np.array([-0.95833]), np.array([165.72])),
@@ -179,10 +184,40 @@ def on_spring(kind: str, seed: int) -> Estimates:
         yield f"drive, {name}", names, truth, np.r_[fit.values, value], np.r_[fit.std, error]
 
 
+def heated(kind: str, seed: int) -> Estimates:
+    """Three rates and shares of a step of heat, as `identify thermal` finds them."""
+    if kind in ("cogging",):
+        return
+    random = np.random.default_rng(seed)
+    t = np.arange(HEATED_SAMPLES) * HEATED_DT
+    rise = 60.0 * np.asarray(step_response(HEATED, t))
+    n = len(t)
+    if kind == "white force":  # of the heat, through the same dynamics
+        noise = 0.05 * random.standard_normal(n)
+        for rate, share in zip(HEATED[:3], HEATED[3:], strict=True):
+            keep = math.exp(-rate * HEATED_DT)
+            rise = rise + 60.0 * share * lfilter([0.0, 1.0 - keep], [1.0, -keep], noise)
+    elif kind == "coloured force":  # of the thermometer, over 2 s
+        keep = math.exp(-HEATED_DT / 2.0)
+        walk = lfilter([1.0], [1.0, -keep], random.standard_normal(n + 2000))[2000:]
+        rise = rise + 0.2 * math.sqrt(1.0 - keep**2) * walk
+    elif kind == "slow force":  # a draught, over 60 s
+        keep = math.exp(-HEATED_DT / 60.0)
+        walk = lfilter([1.0], [1.0, -keep], random.standard_normal(n + 9000))[9000:]
+        rise = rise + 0.2 * math.sqrt(1.0 - keep**2) * walk
+    else:
+        rise = measured(kind, random, rise, 0.125)
+    y = np.asarray(rise, np.float64)
+    fit = heating(StepRecord(np.asarray(t, np.float64), y, y, np.zeros(n)), 60.0)
+    names = tuple(f"{what} {k}" for what in ("rate", "share") for k in (1, 2, 3))
+    yield "thermal, heating", names, np.array(HEATED), np.array(fit.modes), np.array(fit.std)
+
+
 GROUPS: dict[str, Callable[[str, int], Estimates]] = {
     "drive": drive,
     "linear": transfer,
     "sprung": on_spring,
+    "thermal": heated,
 }
 
 
