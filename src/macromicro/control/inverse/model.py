@@ -10,6 +10,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import Everett
 from macromicro.hysteresis.everett import lookup
@@ -88,6 +89,16 @@ class Inverse(NamedTuple):
         float,
         Par("K/(m*s)", "rate of heat content for a gap", _TUNED, shown="K/(mm*s)", lo=0.0),
     ] = 1e7
+    doubt_base: Annotated[
+        float, Par("K", "how far the base temperature may be off the model's", _TUNED, lo=0.0)
+    ] = 6.0
+    doubt_heat: Annotated[float, Par("1", "the same of the heat", _TUNED, lo=0.0)] = 0.06
+    doubt_loss: Annotated[float, Par("1", "the same of the wires' loss", _TUNED, lo=0.0)] = 0.12
+    doubt_lag: Annotated[float, _time("the same of the lags together")] = 1.5e-3
+    forget: Annotated[
+        float,
+        Par("s", "motion after which that is as doubtful again", _TUNED, positive=True),
+    ] = 10.0
     step: Annotated[
         float, Par("V", "step of the D/A", "MultiQ-3 board, Section 3.3", shown="mV", lo=0.0)
     ] = 10.0 / 4096.0
@@ -142,6 +153,8 @@ class Prepared(NamedTuple):
     settle: float
     floor: float
     rise: float
+    doubts: Array
+    forget: float
     step: float
 
 
@@ -224,7 +237,8 @@ def prepare(p: Inverse) -> Prepared:
         Hysteresis(everett(p), 1e3 * p.low, 1e3 * p.span),
     )
     return Prepared(
-        model, p.sensor, p.reach, p.quick, p.calm, p.settle, p.floor, 1e-3 * p.rise, p.step
+        model, p.sensor, p.reach, p.quick, p.calm, p.settle, p.floor, 1e-3 * p.rise, 
+        np.array([p.doubt_base, p.doubt_heat, p.doubt_loss, p.doubt_lag]), p.forget, p.step
     )
 
 
