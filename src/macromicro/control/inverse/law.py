@@ -131,7 +131,8 @@ def rest(p: Prepared, s: State, sample: Sample, dt: float) -> State:
     m = learned.corrected(p.model, s.learned)
     ahead = stressed.step(m, s.model, s.sent, dt)
     shown = _sensed(p, s, ahead.x, dt)
-    return State(ahead, shown, s.offset, 0.0, math.nan, 0.0, 0.0, 0.0, s.learned)
+    known, _ = learned.learn(m, s.model, ahead, s.learned, p.doubts, p.forget, math.nan, dt)
+    return State(ahead, shown, s.offset, 0.0, math.nan, 0.0, 0.0, 0.0, known)
 
 
 @kernel

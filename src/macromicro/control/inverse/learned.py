@@ -23,8 +23,10 @@ from macromicro.models.stressed import Stressed, StressedState
 BASE, HEAT, LOSS, LAG = 0, 1, 2, 3
 COUNT = 4
 ERROR = 0.02  # mm: what the model's place errs by at the best
+WRONG = 1.0  # and by this share of what it is off
 ALIKE = 0.03  # s: for which it errs alike
-MOVES = 20.0  # K/s: the relays' input moves, and tells something
+MOVES = 3.0  # K/s: the relays' input moves, and tells something
+STEEP = 0.004  # 1/K of the stroke: flatter branches, after a reversal, tell of the relays instead
 SHARE = 0.5  # of its rate, by which it is corrected at most: no correction makes a reversal
 FARTHEST = 3.0  # doubts from what the settings say
 
@@ -46,6 +48,15 @@ class Learned(NamedTuple):
     spread: Array
     heat: float
     loss: float
+
+
+class Four(NamedTuple):
+    """One number for each of what is learned."""
+
+    base: float
+    heat: float
+    loss: float
+    lag: float
 
 
 def nothing(doubts: Array) -> Learned:
@@ -92,6 +103,30 @@ def corrected(p: Stressed, s: Learned) -> Stressed:
 
 
 @kernel
+def _row(s: Learned, i: int, h: Four) -> float:
+    """A row of the covariance times what one of each is worth."""
+    return float(
+        s.spread[i, BASE] * h.base
+        + s.spread[i, HEAT] * h.heat
+        + s.spread[i, LOSS] * h.loss
+        + s.spread[i, LAG] * h.lag
+    )
+
+
+@kernel
+def _taken(
+    s: Learned, i: int, gain: float, g: Four, by: float, scatter: float, far: float
+) -> float:
+    """One value and its row of the covariance, after a reading."""
+    s.values[i] = min(max(s.values[i] + gain * by, -far), far)
+    s.spread[i, BASE] -= gain * g.base / scatter
+    s.spread[i, HEAT] -= gain * g.heat / scatter
+    s.spread[i, LOSS] -= gain * g.loss / scatter
+    s.spread[i, LAG] -= gain * g.lag / scatter
+    return float(s.values[i])
+
+
+@kernel
 def learn(
     p: Stressed, before: StressedState, after: StressedState, s: Learned, doubts: Array,
     forget: float, beyond: float, dt: float,
@@ -133,29 +168,24 @@ def learn(
     sh = fall * s.heat + after.heat * dt / p.ladder.c1
     sl = fall * s.loss - out * dt / p.ladder.c1
     now = Learned(s.values, s.spread, sh, sl)
-    if math.isnan(beyond) or abs(turn) < MOVES * dt or slope <= 0.0 or after.cut > 0.0:
+    flat = slope < STEEP * p.hysteresis.span or abs(turn) < MOVES * dt
+    if math.isnan(beyond) or flat or after.cut > 0.0:
         return now, 0.0
-    h0 = slope * loose
-    h1, h2, h3 = h0 * sh, h0 * sl, -way / dt
-    scatter = ERROR * ERROR * ALIKE / dt
+    by_heat = slope * loose  # place per content
+    h = Four(by_heat, by_heat * sh, by_heat * sl, -way / dt)
+    scatter = (ERROR * ERROR + WRONG * WRONG * beyond * beyond) * ALIKE / dt
     for i in range(COUNT):
         most = doubts[i] * doubts[i]
         s.spread[i, i] = min(s.spread[i, i] + most * dt / forget, most)
-    g0, g1, g2, g3 = 0.0, 0.0, 0.0, 0.0
-    g0 = s.spread[0, 0] * h0 + s.spread[0, 1] * h1 + s.spread[0, 2] * h2 + s.spread[0, 3] * h3
-    g1 = s.spread[1, 0] * h0 + s.spread[1, 1] * h1 + s.spread[1, 2] * h2 + s.spread[1, 3] * h3
-    g2 = s.spread[2, 0] * h0 + s.spread[2, 1] * h1 + s.spread[2, 2] * h2 + s.spread[2, 3] * h3
-    g3 = s.spread[3, 0] * h0 + s.spread[3, 1] * h1 + s.spread[3, 2] * h2 + s.spread[3, 3] * h3
-    scatter += h0 * g0 + h1 * g1 + h2 * g2 + h3 * g3
+    g = Four(_row(s, BASE, h), _row(s, HEAT, h), _row(s, LOSS, h), _row(s, LAG, h))
+    scatter += h.base * g.base + h.heat * g.heat + h.loss * g.loss + h.lag * g.lag
     by = beyond / scatter
-    turned = g0 * by + sh * g1 * by + sl * g2 * by
-    most = SHARE * abs(turn)
-    if abs(turned) > most:
-        by *= most / abs(turned)
-    gains = (g0, g1, g2, g3)
-    for i in range(COUNT):
-        far = FARTHEST * doubts[i]
-        s.values[i] = min(max(s.values[i] + gains[i] * by, -far), far)
-        for j in range(COUNT):
-            s.spread[i, j] -= gains[i] * gains[j] / scatter
-    return now, sh * g1 * by + sl * g2 * by
+    content = (sh * g.heat + sl * g.loss) * by
+    turned, most = abs(g.base * by + content), SHARE * abs(turn)
+    if turned > most:
+        by, content = by * most / turned, content * most / turned
+    _taken(s, BASE, g.base, g, by, scatter, FARTHEST * doubts[BASE])
+    _taken(s, HEAT, g.heat, g, by, scatter, FARTHEST * doubts[HEAT])
+    _taken(s, LOSS, g.loss, g, by, scatter, FARTHEST * doubts[LOSS])
+    _taken(s, LAG, g.lag, g, by, scatter, FARTHEST * doubts[LAG])
+    return now, content

@@ -22,6 +22,8 @@ from macromicro.schema.par import Par
 _FIT = "identify actuator, on the shipped bench"
 _TUNED = "tuned on the shipped bench"
 _HERE = "controller.fine"
+_RISE = 80.0  # K: of the wires in use
+_LAG_FOUND = 1e-4  # s: to which a fit finds the lags
 _FOUND = json.loads(resources.files(__package__).joinpath("shipped.json").read_text("utf-8"))
 
 
@@ -94,7 +96,7 @@ class Inverse(NamedTuple):
     ] = 6.0
     doubt_heat: Annotated[float, Par("1", "the same of the heat", _TUNED, lo=0.0)] = 0.06
     doubt_loss: Annotated[float, Par("1", "the same of the wires' loss", _TUNED, lo=0.0)] = 0.12
-    doubt_lag: Annotated[float, _time("the same of the lags together")] = 1.5e-3
+    doubt_lag: Annotated[float, _time("the same of the lags together")] = 2e-3
     forget: Annotated[
         float,
         Par("s", "motion after which that is as doubtful again", _TUNED, positive=True),
@@ -242,8 +244,11 @@ def prepare(p: Inverse) -> Prepared:
     )
 
 
-def gains(model: Stressed, sensor: float, spacing: float = 3.0) -> Inverse:
+def gains(model: Stressed, sensor: float, rms: float, spacing: float = 3.0) -> Inverse:
     """The settings of an identified actuator.
+
+    What it is doubted by is what puts its place off by the fit's own error on a branch of mean
+    steepness, wires being `_RISE` warmer than what they shed heat to.
 
     Parameters
     ----------
@@ -251,6 +256,8 @@ def gains(model: Stressed, sensor: float, spacing: float = 3.0) -> Inverse:
         As fitted; places in mm.
     sensor : float
         Lag of the position's sensor, s.
+    rms : float
+        What the fit leaves of the place, mm.
     spacing : float, optional
         Of the thresholds, at most, K: a coarser table than the kiln's is as good here.
 
@@ -266,10 +273,13 @@ def gains(model: Stressed, sensor: float, spacing: float = 3.0) -> Inverse:
     step = width / (count - 1)
     at = [table.lo + i * step for i in range(count)]
     relays = [round(lookup(table, at[i], at[j]), 5) for i in range(count) for j in range(i)]
+    base = rms * width / h.span
     return Inverse(
         tuple(float(v) for v in model.volts),
         tuple(float(v) for v in np.maximum.accumulate(model.heat)),
         model.lag, sensor, n.c1, n.r1, n.c2, n.r2, n.c3, model.latent, model.shift,
         1e3 * model.stiffening, model.ambient, 1e-3 * model.cut_on, 1e-3 * model.cut_off,
         table.lo, step, 1e-3 * h.low, 1e-3 * h.span, tuple(relays),
+        doubt_base=base, doubt_heat=0.5 * base / _RISE, doubt_loss=base / _RISE,
+        doubt_lag=_LAG_FOUND,
     )  # fmt: skip
