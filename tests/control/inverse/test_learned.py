@@ -167,9 +167,7 @@ def test_it_is_as_doubtful_again_after_a_time_of_motion() -> None:
 
 @given(
     st.lists(
-        st.tuples(
-            st.floats(1e-3, 0.03), st.floats(0.01, 0.4), st.floats(-3.0, 3.0), st.booleans()
-        ),
+        st.tuples(st.floats(1e-3, 0.03), st.floats(0.01, 0.4), st.floats(-3.0, 3.0), st.booleans()),
         min_size=1,
         max_size=40,
     )

@@ -138,9 +138,7 @@ def rest(p: Prepared, s: State, sample: Sample, dt: float) -> State:
 @kernel
 def _heated(s: StressedState, wrong: float) -> StressedState:
     """The model with another heat content of the wires."""
-    return StressedState(
-        s.heat, s.cut, s.wire, s.plates, s.body, s.content + wrong, s.memory, s.x
-    )
+    return StressedState(s.heat, s.cut, s.wire, s.plates, s.body, s.content + wrong, s.memory, s.x)
 
 
 @kernel
@@ -243,7 +241,11 @@ def tell(s: State) -> Told:
         Places in mm.
     """
     return Told(
-        s.model.x, s.offset, s.model.wire, s.model.plates, s.learned.values[learned.BASE],
+        s.model.x,
+        s.offset,
+        s.model.wire,
+        s.model.plates,
+        s.learned.values[learned.BASE],
         s.learned.values[learned.HEAT],
         s.learned.values[learned.LOSS],
         s.learned.values[learned.LAG],

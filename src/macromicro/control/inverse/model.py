@@ -237,8 +237,17 @@ def prepare(p: Inverse) -> Prepared:
         Hysteresis(everett(p), 1e3 * p.low, 1e3 * p.span),
     )
     return Prepared(
-        model, p.sensor, p.reach, p.quick, p.calm, p.settle, p.floor, 1e-3 * p.rise, 
-        np.array([p.doubt_base, p.doubt_heat, p.doubt_loss, p.doubt_lag]), p.forget, p.step
+        model,
+        p.sensor,
+        p.reach,
+        p.quick,
+        p.calm,
+        p.settle,
+        p.floor,
+        1e-3 * p.rise,
+        np.array([p.doubt_base, p.doubt_heat, p.doubt_loss, p.doubt_lag]),
+        p.forget,
+        p.step,
     )
 
 
