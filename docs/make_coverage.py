@@ -30,7 +30,7 @@ docs/coverage.json has bias, scatter and told error of each.
 | sensor | 10 um | 1 um | 50 of an output of +-8000 | 0.125 K |
 | quantised | 20 um | 2 um | 100 | 0.25 K |
 
-"""
+"""  # noqa: E501 - rows of a table
 
 
 def cell(row: dict[str, Any]) -> str:
