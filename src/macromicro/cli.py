@@ -165,9 +165,9 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
             kinds = formats(figures)
             rig = joined(rig, port, loop, calibration)
             if config is not None and machine_run.other(config):
-                machine_run.refuse(fan=fan, rig=rig)
-                asked = (config, programme, out, cycles, seed, overwrite, kinds, law)
-                machine_run.run(asked, as_json, signals)
+                machine_run.refuse(config, fan=fan, rig=rig)
+                asked = (config, programme, out, cycles, seed, overwrite, kinds, law, rig)
+                machine_run.run(asked, as_json, yes, signals)
                 return
             request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
             _run(request, as_json, yes, signals)

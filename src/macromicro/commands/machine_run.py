@@ -26,21 +26,23 @@ def is_joint(config: Path) -> bool:
     return machine.is_joint(config)
 
 
-def refuse(*, fan: bool, rig: str) -> None:
-    """InputError for options that only the two-stage machine has."""
+def refuse(config: Path, *, fan: bool, rig: str) -> None:
+    """InputError for options that a machine does not have."""
     if fan:
         raise InputError("--fan", "", "nothing: this machine has no fan")
-    if rig != "twin":
-        raise InputError("--rig", rig, "twin for this machine")
+    if rig != "twin" and is_joint(config):
+        raise InputError("--rig", rig, "twin: a rig is driven one axis at a time (docs/xy.md)")
 
 
-def run(asked: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
+def run(asked: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
     """Run a programme on a machine of one stage or of two axes, into its folder."""
+    from macromicro.commands import asking
     from macromicro.machines.job import Request
     from macromicro.runs.folder import held
 
     rooms = _rooms(asked[0])
     job = rooms[0].check(Request(*asked))
+    asking.before_one(job, yes)
     with held(job.out, overwrite=job.request.overwrite, names=rooms[0].FILES):
         _run(job, rooms, as_json, signals)
 
@@ -70,9 +72,10 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
     if any(one.kind.plain for one in getattr(job.machine, "axes", (job.machine,))):
         words = "is plain Python: the machine runs interpreted, slower; `force` and `after` under"
         print(f"friction.part {words} @kernel are compiled", file=sys.stderr)
-    elif not runs.is_compiled():
-        print("compiling the machine, once, about 10 s", file=sys.stderr)
-    runs.compile_machine(job.machine, job.settings, job.plan)
+    elif getattr(job, "source", None) is None:  # on a rig the same period runs interpreted
+        if not runs.is_compiled():
+            print("compiling the machine, once, about 10 s", file=sys.stderr)
+        runs.compile_machine(job.machine, job.settings, job.plan)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
     with terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}") as pace:
