@@ -156,7 +156,6 @@ def commission(
         procedure.perform(kind, work, lambda step, intent: ask(step.title, intent), kept)
         model = kind.model(work)
         machine = machines.named(kind.name, "machine")
-        assert machine is not None
         tree, told = _settings(place, work, model, None)[1], kind.place.told
         ask(
             VERIFY,
@@ -181,7 +180,6 @@ def _settings(
     """The machine's file, and what it says."""
     kind = place.kind
     machine = machines.named(kind.name, "machine")
-    assert machine is not None
     values = kind.settings(work, model, home)
     if rested is not None:
         values = {**values, TOLERANCE: f'"{rested!r} {kind.place.base}"'}
