@@ -5,11 +5,12 @@ BIN := $(VENV)/bin
 MINUTES ?= 60
 MUTATED ?= rig/guard.py rig/guarded.py rig/limits.py rig/envelope.py rig/sensing.py rig/watching.py rig/opening.py rig/replay.py control/live machines/homing.py serve/stage/control.py serve/stage/playing.py serve/stage/machine.py
 SOAK ?= docs/reliability.md
+TRIAL ?= docs/firmware.md
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run serve test test-docs test-slow test-all browser compiler avr firmware lint format dist bench bench-peers bench-identify soak mutants docs notebooks site clean
+.PHONY: help run serve test test-docs test-slow test-all browser compiler avr arm firmware firmware-arm trial lint format dist bench bench-peers bench-identify soak mutants docs notebooks site clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -68,9 +69,25 @@ avr: ## install Debian's compiler and simulator of AVR microcontrollers, for the
 	$$root env DEBIAN_FRONTEND=noninteractive \
 	  apt-get install -y -qq --no-install-recommends $(AVR)
 
+ARM := gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+arm: ## install Debian's compiler and simulator of a Cortex-M, for the firmware's proof on it
+	@if command -v arm-none-eabi-gcc && command -v qemu-system-arm; then exit 0; fi >/dev/null; \
+	command -v apt-get >/dev/null || { echo "no apt-get here: install $(ARM) yourself"; exit 1; }; \
+	if [ "$$(id -u)" = 0 ]; then root=; else root=sudo; fi; \
+	$$root apt-get update -qq && \
+	$$root env DEBIAN_FRONTEND=noninteractive \
+	  apt-get install -y -qq --no-install-recommends $(ARM)
+
 firmware: $(VENV)/.core ## build the firmware of the boards, in build/firmware
 	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
 	$(MAKE) --no-print-directory -C firmware
+
+firmware-arm: $(VENV)/.core ## build the firmware's core for a Cortex-M4F, which QEMU runs
+	PYTHONPATH=tools $(BIN)/python -m boardcode --out build/firmware
+	$(MAKE) --no-print-directory -C firmware mps2
+
+trial: firmware ## random orders and injuries before the simulated board for MINUTES=60 of its time
+	PYTHONPATH=tools $(BIN)/python -m boardtrial --minutes $(MINUTES) --out $(TRIAL)
 
 lint: $(VENV)/.dev ## check format, style, types and the layers
 	$(BIN)/ruff format --check .

@@ -21,15 +21,21 @@ static ControlBoard params; /* nothing until the host has written them */
 static ControlEffort effort; /* of the laws, in the interrupt */
 static GuardWatch watch; /* of the guard, outside of it */
 
+/* The estimated heat in the wire outlives a reset: else each one would let it be heated anew. */
+static struct {
+    ElectrothermalHeating heating;
+    uint16_t crc;
+} kept PORT_KEPT;
+
 static uint32_t now; /* periods since the reset */
 static uint32_t base; /* the guard's time is from here */
 static uint32_t judged; /* period that the guard has seen last */
-static uint8_t epoch; /* changes when the guard begins again */
 static uint16_t quiet; /* periods since the host's last frame */
 static bool driving, trusted, silent, streaming;
 static uint16_t skipped; /* edges lost until the host said where the carriage stands */
 static ControlOrder asked;
 static PortInputs seen;
+static uint16_t hall_before[2]; /* of the last period and of that before it */
 static float motor, ctrl; /* V, from the next period on; from now on in the host's loop */
 static int16_t out_motor, out_ctrl; /* the same, in parts of the full scale, as put out now */
 static int16_t left_motor, left_ctrl; /* of the rounding to duties, in such parts */
@@ -48,11 +54,15 @@ static struct {
     uint8_t fields[LONGEST_HOST];
 } waiting; /* a frame that the interrupt has no time for */
 
+/* A sample may overtake an answer: the lock holds the control interrupt up for no longer than it must. */
 static void send(uint8_t id, const uint8_t *fields, uint8_t size)
 {
     uint8_t bytes[LINK_LONGEST];
     port_lock();
-    const uint8_t length = link_stuffed(id, sequence++, fields, size, bytes);
+    const uint8_t number = sequence++;
+    port_unlock();
+    const uint8_t length = link_stuffed(id, number, fields, size, bytes);
+    port_lock();
     port_send(bytes, length);
     port_unlock();
 }
@@ -87,13 +97,25 @@ static void renewed(void)
     two_stage_board_begin(&watch);
     watch.heat.heating = heating;
     base = now;
-    epoch++;
+}
+
+static uint16_t kept_crc(void)
+{
+    const uint8_t *bytes = (const uint8_t *)&kept.heating;
+    uint16_t crc = 0x5AA5; /* not that of zeros */
+    for (uint8_t k = 0; k < sizeof kept.heating; k++) {
+        crc = link_crc(crc, bytes[k]);
+    }
+    return crc;
 }
 
 void core_begin(void)
 {
     params.guard.calibration.position = table;
     two_stage_board_begin(&watch);
+    if ((port_reset() & RESETS_POWER) == 0 && kept.crc == kept_crc()) {
+        watch.heat.heating = kept.heating;
+    }
     quiet = LONG_AGO;
 }
 
@@ -123,6 +145,12 @@ static int16_t dithered(int16_t wanted, int16_t each, int16_t *left)
     return steps;
 }
 
+/* Codes of the Hall sensor's converter in V; NaN for no value. */
+static float hall_volts(uint16_t code)
+{
+    return code > 4095 ? NAN : code * (BOARD_FULL_SCALE / 4096.0f);
+}
+
 /* The laws, which pass nothing on that the limits forbid. */
 static void drive(float hall)
 {
@@ -137,7 +165,7 @@ static void drive(float hall)
     ctrl = out.ctrl;
     if (effort.fault != 0) {
         silent = effort.fault == FAULTS_HOST_SILENT;
-        const float value = effort.fault >= FAULTS_LIMIT_SWITCH ? asked.quiet : asked.motor;
+        const float value = (uint8_t)effort.fault >= FAULTS_LIMIT_SWITCH ? asked.quiet : asked.motor;
         failed((uint8_t)effort.fault, value, params.guard.limits.motor);
     }
 }
@@ -157,6 +185,8 @@ void core_tick(void)
     if (quiet < LONG_AGO) {
         quiet++;
     }
+    hall_before[1] = hall_before[0];
+    hall_before[0] = seen.hall;
     seen = port_inputs();
     if (seen.skipped != skipped) {
         trusted = false;
@@ -177,7 +207,7 @@ void core_tick(void)
         tell_sample();
     }
     if (driving && asked.holds) {
-        drive(seen.hall > 4095 ? NAN : seen.hall * (BOARD_FULL_SCALE / 4096.0f));
+        drive(hall_volts(seen.hall));
     }
 }
 
@@ -194,43 +224,49 @@ void core_ticked(uint16_t cycles, bool late)
     }
 }
 
-/* The guard, a period or two behind: it takes longer than the interrupt may. */
+/* The guard, some periods behind: it takes longer than the interrupt may. The Hall sensor's noise
+ * is that of three periods in a row, as where the guard sees each: in ten of them the stage moves. */
 static void judge(void)
 {
-    port_lock();
+    port_lock(); /* copies alone: the control interrupt waits meanwhile */
     const uint32_t at = now;
-    const uint8_t before = epoch;
+    const PortInputs in_now = seen;
+    const uint16_t before = hall_before[0], earlier = hall_before[1];
+    const ControlOrder order = asked;
+    TypesOutputs out = {motor, ctrl, 0.0f, 0.0f};
+    const bool drove = driving;
+    port_unlock();
     const float passed = (at - judged) * PERIOD;
+    if (passed == 0.0f) {
+        return;
+    }
     if (at - base >= REBASE) {
         base += REBASE;
         watch.seen.time -= REBASE * PERIOD;
     }
-    const TypesSample sample = {(at - base) * PERIOD, (float)seen.encoder,
-            seen.hall > 4095 ? NAN : seen.hall * (BOARD_FULL_SCALE / 4096.0f), NAN,
-            seen.lines & LINES_EXTEND ? 1.0f : 0.0f, seen.lines & LINES_CONTRACT ? 1.0f : 0.0f};
-    const bool holds = asked.holds && driving;
-    const TypesCommand command = {asked.macro_reference,
-            holds && asked.macro_active ? 1.0f : 0.0f, asked.micro_reference,
-            holds && asked.micro_active ? 1.0f : 0.0f, 0.0f};
-    const TypesOutputs out = {motor, ctrl, 0.0f, 0.0f};
-    const bool drove = driving;
-    port_unlock();
-    if (passed == 0.0f) {
-        return;
-    }
+    watch.seen.hall = hall_volts(before);
+    watch.seen.before = hall_volts(earlier);
+    const TypesSample sample = {(at - base) * PERIOD, (float)in_now.encoder,
+            hall_volts(in_now.hall), NAN, in_now.lines & LINES_EXTEND ? 1.0f : 0.0f,
+            in_now.lines & LINES_CONTRACT ? 1.0f : 0.0f};
+    const bool holds = order.holds && drove;
+    const TypesCommand command = {order.macro_reference,
+            holds && order.macro_active ? 1.0f : 0.0f, order.micro_reference,
+            holds && order.micro_active ? 1.0f : 0.0f, 0.0f};
     const TwoStageBoardJudgeOut judgement
             = two_stage_board_judge(&params.guard, &watch, &sample, &command, &out, passed);
+    watch = judgement.state;
+    if (!drove) { /* nothing was asked for: what it saw is no fault */
+        renewed();
+    }
     port_lock();
     judged = at;
-    if (before == epoch) {
-        watch = judgement.state;
-        if (!drove) { /* nothing was asked for: what it saw is no fault */
-            renewed();
-        } else if (watch.fault != 0) {
-            failed((uint8_t)watch.fault, watch.value, watch.limit);
-        }
+    if (driving && watch.fault != 0) {
+        failed((uint8_t)watch.fault, watch.value, watch.limit);
     }
     port_unlock();
+    kept.heating = watch.heat.heating;
+    kept.crc = kept_crc();
 }
 
 static float *parameter(uint8_t index)

@@ -17,6 +17,9 @@
 #define port_constant(place) (place)
 #endif
 
+/* Variables that a reset leaves as they are; any number after the power was off. */
+#define PORT_KEPT __attribute__((section(".noinit")))
+
 typedef struct {
     int32_t encoder;
     uint16_t skipped; /* edges that came too fast for it, since the reset */

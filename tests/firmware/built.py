@@ -21,7 +21,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from boardsim import avr  # noqa: E402
+from boardsim import avr, mps2  # noqa: E402
 from boardsim.bench import Bench  # noqa: E402
 from boardsim.wire import Wire  # noqa: E402
 from macromicro.control import calibration  # noqa: E402
@@ -30,6 +30,10 @@ from macromicro.rig.board.rig import BoardRig  # noqa: E402
 _MISSING = avr.missing()
 needs_avr = pytest.mark.skipif(
     bool(_MISSING) and os.environ.get("MACROMICRO_AVR") != "required", reason=_MISSING
+)
+_NO_ARM = mps2.missing()
+needs_arm = pytest.mark.skipif(
+    bool(_NO_ARM) and os.environ.get("MACROMICRO_AVR") != "required", reason=_NO_ARM
 )
 needs_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler: make compiler")
 
@@ -45,17 +49,17 @@ def generated() -> Path:
 
 
 @functools.cache
-def elf() -> Path:
-    """The firmware of the ATmega328P."""
+def elf(board: str = "atmega328p") -> Path:
+    """The firmware of a board."""
     folder = generated()
     made = subprocess.run(
-        ["make", "-C", str(ROOT / "firmware"), f"OUT={folder}", "atmega328p"],
+        ["make", "-C", str(ROOT / "firmware"), f"OUT={folder}", board],
         capture_output=True,
         text=True,
         check=False,
     )
     assert made.returncode == 0, made.stderr
-    return folder / "atmega328p.elf"
+    return folder / f"{board}.elf"
 
 
 @contextmanager
@@ -65,6 +69,18 @@ def board(loop: str = "host", flips: float = 0.0, seed: int = 0) -> Iterator[tup
     rig = BoardRig("simulated", loop, calibration.shipped(), open_port=lambda _: wire)
     with rig:
         yield rig, wire
+
+
+@contextmanager
+def arm(loop: str = "host") -> Iterator[tuple[BoardRig, Wire]]:
+    """The same on a Cortex-M4F."""
+    wire = Wire(Bench(elf("mps2"), processor=mps2.Mps2))
+    rig = BoardRig("simulated", loop, calibration.shipped(), open_port=lambda _: wire)
+    try:
+        with rig:
+            yield rig, wire
+    finally:
+        wire.bench.avr.close()
 
 
 def until(wire: Wire, over: Callable[[], bool], periods: int) -> int:

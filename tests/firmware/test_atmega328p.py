@@ -10,7 +10,7 @@ import pytest
 from macromicro.rig.board import parameters, protocol
 from macromicro.rig.board.link import BoardError
 from macromicro.rig.board.protocol import SPEC
-from macromicro.types import SAFE, Outputs
+from macromicro.types import SAFE, Command, Outputs
 from tests.firmware.built import Bench, Wire, board, elf, needs_avr, until
 
 pytestmark = needs_avr
@@ -103,10 +103,27 @@ def test_a_reset_in_motion_stops_and_drives_no_more() -> None:
             rig.link.ask("begin", "done", parameters=1)
 
 
-def test_a_cut_line_of_the_encoder_is_found_by_the_boards_guard() -> None:
+def test_a_main_loop_that_hangs_is_reset_by_the_watchdog_and_moves_nothing() -> None:
     with board() as (rig, wire):
         _drive(rig, PUSH, 50)
-        wire.bench.cut = "encoder_b"
+        mend = wire.bench.avr.hang()
+        began = len(wire.trace)
+        off = until(wire, lambda: not wire.bench.avr.level("enable"), 60)
+        mend()
+        wire.alone(200)
+        told = rig.link.ask("hello", "identity", version=protocol.VERSION)
+        assert off <= 50  # the guard's patience; the watchdog comes sooner
+        assert told["reset"] == 1 << SPEC["resets"]["watchdog"]
+        assert not np.any(np.array(wire.trace[began + off + 1 :]))
+        assert not protocol.bits(int(rig.status()["state"]), SPEC["state"])["trusted"]
+
+
+@pytest.mark.parametrize("injury", ["encoder_a", "encoder_b", "short"])
+def test_a_cut_or_shorted_line_of_the_encoder_is_found_by_the_boards_guard(injury: str) -> None:
+    with board() as (rig, wire):
+        _drive(rig, PUSH, 50)
+        wire.bench.cut = "" if injury == "short" else injury
+        wire.bench.shorted = injury == "short"
         with pytest.raises(BoardError, match="the board stopped"):
             _drive(rig, PUSH, 1000)
         until(wire, lambda: not wire.bench.avr.level("enable"), 10)
@@ -115,11 +132,11 @@ def test_a_cut_line_of_the_encoder_is_found_by_the_boards_guard() -> None:
 def test_a_limit_switch_stops_a_push_on_it_and_no_way_back() -> None:
     with board() as (rig, wire):
         _drive(rig, PUSH, 50)
-        wire.bench.avr.pin("limit_high", 1)
+        wire.bench.forced["limit_high"] = 1
         with pytest.raises(BoardError, match="limit switch"):
             _drive(rig, PUSH, 20)
     with board() as (rig, wire):
-        wire.bench.avr.pin("limit_high", 1)
+        wire.bench.forced["limit_high"] = 1
         _drive(rig, PUSH._replace(motor=-4.0), 50)
         assert rig.status()["fault"] == 0
 
@@ -127,7 +144,7 @@ def test_a_limit_switch_stops_a_push_on_it_and_no_way_back() -> None:
 def test_a_fault_of_the_bridge_stops() -> None:
     with board() as (rig, wire):
         _drive(rig, PUSH, 5)
-        wire.bench.avr.pin("bridge_fault", 0)
+        wire.bench.forced["bridge_fault"] = 0
         with pytest.raises(BoardError, match="bridge"):
             _drive(rig, PUSH, 20)
 
@@ -147,6 +164,32 @@ def test_a_wire_that_is_estimated_too_hot_is_switched_off() -> None:
     with board() as (rig, wire), pytest.raises(BoardError, match="the board stopped"):
         _drive(rig, Outputs(0.0, 5.0, 0.0, 0.0), 4000)
     assert not np.any(np.array(wire.trace[-3:]))
+
+
+def test_a_reset_leaves_the_estimated_heat_and_new_power_begins_cold() -> None:
+    with board() as (rig, wire):
+        _drive(rig, Outputs(0.0, 1.9, 0.0, 0.0), 400)
+        hot = rig.status()["temperature"]
+        assert hot > 60.0
+        wire.bench.avr.reset()
+        wire.alone(2)
+        after = rig.status()["temperature"]
+        assert 0.7 * hot < after <= hot + 1.0
+    with board() as (rig, _):
+        assert rig.status()["temperature"] < 30.0
+
+
+def test_both_stages_at_once_are_no_noise_of_the_hall_sensor() -> None:
+    """The guard comes every ten periods then; a stage that starts within them is not noise."""
+    with board("board") as (rig, _):
+        for k in range(4):
+            command = Command(100.0 + 1000.0 * (k % 2), 1.0, 1e-3 + 2e-3 * (k % 2), 1.0, 0.0)
+            for _ in range(700):
+                rig.read()
+                rig.aim(command)
+                rig.write(SAFE)
+                rig.wait(1e-3)
+        assert rig.status()["fault"] == 0
 
 
 def test_parameters_are_read_back_and_compared() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import mkdtemp
 
@@ -52,6 +53,7 @@ def _library() -> ctypes.CDLL:
     library.sim_run.argtypes = [ctypes.c_uint64]
     library.sim_later.argtypes = [ctypes.c_uint64, ctypes.c_char, ctypes.c_int, ctypes.c_int]
     library.sim_pin.argtypes = [ctypes.c_char, ctypes.c_int, ctypes.c_int]
+    library.sim_mend.argtypes = [ctypes.c_int, ctypes.c_uint16]
     return library
 
 
@@ -98,6 +100,12 @@ class Avr:
     def reset(self) -> None:
         """Pull the reset pin."""
         self._library.sim_reset()
+
+    def hang(self) -> Callable[[], None]:
+        """Let the main loop stand still, interrupts go on; what mends it again."""
+        was = ctypes.c_uint16()
+        place = self._library.sim_hang(ctypes.byref(was))
+        return lambda: self._library.sim_mend(place, was)
 
     def pin(self, name: str, level: int, when: int | None = None) -> None:
         """Set an input.

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,13 +37,26 @@ class Bench:
         Of the sensors' noise.
     settings : Settings | None, optional
         Of the bench.
+    processor : Callable[[Path], Any], optional
+        Makes what the firmware runs in: `Avr`, or `boardsim.mps2.Mps2`.
     """
 
-    def __init__(self, elf: Path, seed: int = 0, settings: Settings | None = None) -> None:
+    def __init__(
+        self,
+        elf: Path,
+        seed: int = 0,
+        settings: Settings | None = None,
+        processor: Callable[[Path], Any] = Avr,
+    ) -> None:
         chosen = settings or Settings()
         self.plant: Plant = bench.prepare(chosen.bench, chosen.sensors)
-        self.avr = Avr(elf)
-        self.tick, self.cut = 0, ""  # "": none; encoder_a or encoder_b is stuck
+        self.avr = processor(elf)
+        self.tick = 0
+        self.cut = ""  # encoder_a or encoder_b is stuck; "": none
+        self.shorted = False  # both channels of the encoder show A
+        self.hall: float | None = None  # V at the converter in place of the sensor's
+        self.forced: dict[str, int] = {}  # lines that do not show what is so
+        self.switches: tuple[float, float] | None = None  # m, where the limit switches trip
         self.motor = self.ctrl = 0.0  # V, as put out in the last period
         self.state = bench.initial(self.plant)
         self._random = noise_source(seed)
@@ -49,8 +64,6 @@ class Bench:
         self._advance(self.plant, bench.initial(self.plant), SAFE, Noise(), 1e-3)  # compile it now
         self._place = self._counts()
         self._lines()
-        for name, level in (("bridge_fault", 1), ("limit_low", 0), ("limit_high", 0)):
-            self.avr.pin(name, level)
         self._channels(self._place, None)
 
     def _counts(self) -> int:
@@ -60,12 +73,28 @@ class Bench:
         code = _GRAY[place % 4]
         for bit, name in enumerate(("encoder_a", "encoder_b")):
             if name != self.cut:
-                self.avr.pin(name, code >> bit & 1, when)
+                self.avr.pin(name, (code if self.shorted else code >> bit) & 1, when)
+
+    def tripped(self) -> tuple[bool, bool]:
+        """Whether the carriage is beyond the lower, the upper limit switch."""
+        if self.switches is None:
+            return False, False
+        return self.state.macro.x < self.switches[0], self.state.macro.x > self.switches[1]
 
     def _lines(self) -> None:
-        micro = self.state.micro
-        self.avr.pin("extend", int(micro.wire.x <= self.plant.micro.driver.extend_on))
-        self.avr.pin("contract", int(micro.cut > 0.5))
+        micro, (low, high) = self.state.micro, self.tripped()
+        levels = {
+            "extend": int(micro.wire.x <= self.plant.micro.driver.extend_on),
+            "contract": int(micro.cut > 0.5),
+            "bridge_fault": 1,
+            "limit_low": int(low),
+            "limit_high": int(high),
+        }
+        for name, level in (levels | self.forced).items():
+            self.avr.pin(name, level)
+
+    def _hall(self, volts: float) -> None:
+        self.avr.hall(volts if self.hall is None else self.hall)
 
     def period(self) -> None:
         """Let a control period pass."""
@@ -73,7 +102,7 @@ class Bench:
         rms = math.hypot(self.plant.hall.noise, CONVERTER)
         noise = rms * self._random.standard_normal(16)
         for k in range(4):
-            self.avr.hall(self.state.hall + noise[k])
+            self._hall(self.state.hall + noise[k])
             self.avr.run(began + (k + 1) * LATCHED // 4)
         motor, wire = self.avr.duties()
         self.motor, self.ctrl = FULL_SCALE * motor, FULL_SCALE * wire
@@ -87,7 +116,7 @@ class Bench:
         rest = PERIOD - LATCHED
         for k in range(12):
             share = (k + 1) / 12
-            self.avr.hall(hall + share * (self.state.hall - hall) + noise[4 + k])
+            self._hall(hall + share * (self.state.hall - hall) + noise[4 + k])
             self.avr.run(began + LATCHED + (k + 1) * rest // 12)
         self._lines()
         self.tick += 1

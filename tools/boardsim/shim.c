@@ -44,10 +44,11 @@ static void quiet(avr_t *a, const int level, const char *format, va_list list)
     (void)list;
 }
 
+static avr_ioport_external_t outside[3] = {{'B', 0, 0}, {'C', 0, 0}, {'D', 0, 0}};
+
 /* Drive an input, against the pull-up inside. */
 static void driven(char port, int bit, int level)
 {
-    static avr_ioport_external_t outside[3] = {{'B', 0, 0}, {'C', 0, 0}, {'D', 0, 0}};
     avr_ioport_external_t *it = &outside[port - 'B'];
     it->mask |= 1 << bit;
     it->value = (it->value & ~(1 << bit)) | level << bit;
@@ -118,6 +119,10 @@ int sim_open(const char *elf)
 void sim_reset(void)
 {
     avr_reset(avr);
+    avr_regbit_set(avr, avr->reset_flags.extrf);
+    for (int k = 0; k < 3; k++) { /* simavr forgets the levels at the pins */
+        avr->data[0x23 + 3 * k] = (uint8_t)(outside[k].value & outside[k].mask);
+    }
     avr->vcc = avr->avcc = avr->aref = 5000;
     host_tail = host_head;
     to_count = 0;
@@ -180,6 +185,24 @@ int sim_take(uint8_t *bytes, int room)
     memmove(to_host, to_host + size, to_count - (unsigned)size);
     to_count -= (unsigned)size;
     return size;
+}
+
+/* Between interrupts: put a jump to itself at the next instruction; its place, and what was there. */
+int sim_hang(uint16_t *was)
+{
+    while (!avr->sreg[S_I] || avr->pc >= avr->flashend || avr->interrupts.running_ptr > 0) {
+        avr_run(avr);
+    }
+    const int place = (int)avr->pc;
+    memcpy(was, avr->flash + place, 2);
+    avr->flash[place] = 0xFF;
+    avr->flash[place + 1] = 0xCF; /* rjmp . */
+    return place;
+}
+
+void sim_mend(int place, uint16_t was)
+{
+    memcpy(avr->flash + place, &was, 2);
 }
 
 int sim_register(int address)

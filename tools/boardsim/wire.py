@@ -74,6 +74,16 @@ class Wire:
         for _ in range(periods):
             self._period()
 
+    def put(self, data: bytes) -> None:
+        """Bytes at the board's end of the line, whatever they are; no time passes.
+
+        Parameters
+        ----------
+        data : bytes
+            They come one after the other from now on.
+        """
+        self.bench.avr.put(data)
+
     def _period(self) -> bytes:
         self.bench.period()
         self.trace.append(self.bench.outputs())
@@ -88,7 +98,7 @@ class Wire:
             With its zero.
         """
         if self.connected:
-            self.bench.avr.put(self._flipped(frame))
+            self.put(self._flipped(frame))
         body = framing.unframed(frame[:-1])
         request = body is not None and body[0] not in _STREAMED
         most = ANSWERED if request else LATEST if self._streams else 1

@@ -19,6 +19,7 @@
 #define CONVERSIONS 16
 #define TO_HOST 128 /* bytes; a power of two, as the next */
 #define FROM_HOST 64
+#define AT_ONCE 32 /* bytes that a period has time for; an order has 16 to 18 */
 #define PAINT 0xA5
 
 #define BIT(name) (1U << name##_BIT)
@@ -115,7 +116,7 @@ ISR(USART_UDRE_vect)
 static void control(void)
 {
     const uint8_t head = in.head; /* what comes meanwhile is for the next period */
-    while (in.tail != head) {
+    for (uint8_t k = 0; k < AT_ONCE && in.tail != head; k++) {
         const uint8_t byte = in.bytes[in.tail];
         in.tail = (in.tail + 1) & (FROM_HOST - 1);
         core_byte(byte);

@@ -1,0 +1,132 @@
+"""The judge of the board's outputs: what it lets pass, and what it does not."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from boardtrial.judge import DECELERATE, SILENCE, SOON, Judge
+
+from macromicro.control import calibration
+from macromicro.rig.board import control, protocol
+from macromicro.rig.limits import Limits
+
+CRC = 77
+
+
+class Bench:
+    """A bench whose pins are set by hand."""
+
+    def __init__(self) -> None:
+        self.tick = 0
+        self.pins = (0.0, 0.0, 0.0)
+        self.forced: dict[str, int] = {}
+        self.hot = 25.0
+
+    def outputs(self) -> tuple[float, float, float]:
+        return self.pins
+
+    def truth(self) -> Any:
+        return SimpleNamespace(wire=self.hot, speed=0.0)
+
+    def tripped(self) -> tuple[bool, bool]:
+        return False, False
+
+
+@pytest.fixture
+def judge() -> Judge:
+    """A board that was configured."""
+    params = control.thesis(Limits()._replace(motor=4.5), calibration.shipped())
+    made = Judge(Bench(), params, CRC)  # type: ignore[arg-type]
+    made.configured = True
+    made.bytes_for_board(b"\0")
+    return made
+
+
+def told(judge: Judge, name: str, **values: float) -> None:
+    judge.bytes_for_board(protocol.told(name, 1, **values))
+
+
+def pass_(judge: Judge, periods: int, motor: float, ctrl: float = 0.0, on: float = 1.0) -> None:
+    for _ in range(periods):
+        judge.bench.tick += 1
+        judge.bench.pins = (motor, ctrl, on)
+        judge.period()
+
+
+def begun(judge: Judge) -> None:
+    told(judge, "begin", parameters=CRC)
+    told(judge, "outputs", sample=0, motor=3.0, ctrl=1.0)
+
+
+def test_what_was_asked_for_is_safe(judge: Judge) -> None:
+    begun(judge)
+    pass_(judge, 100, 3.0, 1.0)
+    assert judge.unsafe == []
+
+
+@pytest.mark.parametrize("crc", [CRC, 5])
+def test_nothing_without_leave(judge: Judge, crc: int) -> None:
+    if crc != CRC:
+        told(judge, "begin", parameters=crc)
+    pass_(judge, 1, 0.0, on=1.0)
+    assert "without leave" in judge.unsafe[0]
+
+
+@pytest.mark.parametrize("name", ["stop", "reset", "illegal"])
+def test_nothing_behind_a_stop_a_reset_or_an_order_that_cannot_be(judge: Judge, name: str) -> None:
+    begun(judge)
+    if name == "stop":
+        told(judge, "stop")
+    elif name == "reset":
+        judge.reset()
+    else:
+        told(judge, "outputs", sample=0, motor=float("nan"), ctrl=0.0)
+    pass_(judge, SOON, 3.0, 1.0)
+    assert judge.unsafe == [] or name == "reset"
+    pass_(judge, 1, 3.0, 1.0)
+    assert "without leave" in judge.unsafe[-1]
+
+
+def test_silence_lets_the_motor_fall_and_then_nothing(judge: Judge) -> None:
+    begun(judge)
+    pass_(judge, SILENCE, 3.0, 1.0)
+    pass_(judge, DECELERATE // 2, 2.0)
+    assert judge.unsafe == []
+    pass_(judge, 1, 2.9)
+    assert "in silence" in judge.unsafe[-1]
+    pass_(judge, 1, 1.0, 0.5)
+    assert "of silence" in judge.unsafe[-1]
+    count = len(judge.unsafe)
+    pass_(judge, DECELERATE, 0.1)
+    assert len(judge.unsafe) > count and "without leave" in judge.unsafe[-1]
+
+
+def test_other_outputs_than_asked_for_and_beyond_the_limits(judge: Judge) -> None:
+    begun(judge)
+    pass_(judge, 1, 2.9)
+    assert "nobody asked for" in judge.unsafe[-1]
+    told(judge, "targets", sample=0, macro_reference=9.0, micro_reference=0.0, active=1)
+    pass_(judge, 1, 4.6)
+    assert "beyond the limits" in judge.unsafe[-1]
+
+
+@pytest.mark.parametrize(
+    ("line", "level", "motor"),
+    [("limit_low", 1, -3.0), ("limit_high", 1, 3.0), ("bridge_fault", 0, 3.0)],
+)
+def test_a_push_against_a_line(judge: Judge, line: str, level: int, motor: float) -> None:
+    begun(judge)
+    told(judge, "outputs", sample=0, motor=motor, ctrl=0.0)
+    judge.bench.forced[line] = level
+    pass_(judge, SOON, motor)
+    assert judge.unsafe == []
+    pass_(judge, 1, motor)
+    assert line in judge.unsafe[-1] and line in judge.since_begin
+
+
+def test_a_wire_that_is_too_hot(judge: Judge) -> None:
+    judge.bench.hot = 230.0
+    pass_(judge, 1, 0.0, on=0.0)
+    assert "230 degC" in judge.unsafe[-1]

@@ -1,0 +1,1 @@
+"""Random orders and injuries for the simulated board, and a judge of what its pins put out."""

@@ -1,0 +1,64 @@
+"""What a trial has found, as a section of docs/firmware.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from boardtrial.trial import Trial
+
+BEGIN, END = "<!-- trial: begin -->", "<!-- trial: end -->"
+
+
+def _clock(seconds: float) -> str:
+    minutes = round(seconds / 60.0)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
+
+
+def section(trial: Trial, seed: int, wall: float) -> str:
+    """The section's text.
+
+    Parameters
+    ----------
+    trial : Trial
+        After its last round.
+    seed : int
+        Of it.
+    wall : float
+        How long it took, s.
+
+    Returns
+    -------
+    str
+        Markdown.
+    """
+    bench = trial.line.bench
+    injuries = ", ".join(f"{n} {name}" for name, n in trial.injuries.most_common())
+    faults = ", ".join(f"{n} {name}" for name, n in trial.faults.most_common())
+    judge = trial.judge
+    rows = [
+        ("the board's time", f"{_clock(1e-3 * bench.tick)}, in {_clock(wall)}, seed {seed}"),
+        ("frames of the host", f"{trial.host.orders}, in {trial.rounds} rounds"),
+        ("injuries", injuries),
+        ("stops of the board", faults),
+        ("unsafe outputs", str(len(judge.unsafe))),
+        ("unexplained", str(len(trial.unexplained))),
+        ("control interrupt, at worst", f"{trial.worst_cycles} of 16000 cycles"),
+        ("stack", f"greatest depth {trial.deepest} bytes, {trial.least_free} never used"),
+        ("the wire, at most", f"{judge.hottest:.0f} degC"),
+        ("the carriage, at most", f"{1e3 * judge.fastest:.0f} mm/s"),
+    ]
+    lines = ["| | |", "|---|---|", *(f"| {name} | {found} |" for name, found in rows)]
+    lines += [f"\nUnsafe: {each}" for each in judge.unsafe]
+    lines += [f"\nUnexplained: {each}" for each in trial.unexplained]
+    return "\n".join(lines)
+
+
+def write(file: Path, text: str) -> None:
+    """Put the section between its marks in a page, or alone into a new file."""
+    if not file.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text + "\n", "utf-8")
+        return
+    head, _, rest = file.read_text("utf-8").partition(BEGIN)
+    _, _, tail = rest.partition(END)
+    file.write_text(f"{head}{BEGIN}\n{text}\n{END}{tail}", "utf-8")
