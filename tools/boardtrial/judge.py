@@ -72,9 +72,7 @@ class Judge:
             self._holds.append(False)
             self.since_begin.add("outputs")
             limits = self.params.guard.limits
-            if not (
-                abs(values["motor"]) <= limits.motor and 0.0 <= values["ctrl"] <= limits.ctrl
-            ):
+            if not (abs(values["motor"]) <= limits.motor and 0.0 <= values["ctrl"] <= limits.ctrl):
                 self.since_begin.add("illegal")
                 self.disarm()
         elif frame.name == "targets":
