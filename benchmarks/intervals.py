@@ -24,7 +24,12 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
+from macromicro.identify import sprung
 from macromicro.identify.axis import Axis, simulate, step
+from macromicro.identify.runs import Run
+from macromicro.identify.sprung_fit import sprung_drive
+from macromicro.identify.thermal import StepRecord, heating
+from macromicro.models.heating import Modes, step_response
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "coverage.json"
 DISTURBANCES = ("white force", "coloured force", "cogging", "slow force", "sensor", "quantised")
@@ -34,6 +39,16 @@ DT = 1e-3
 AXIS = Axis(mass=4.0, viscous=25.0, coulomb=12.0, offset=2.0)
 AXIS_NAMES = ("mass", "viscous", "coulomb", "offset")
 SAMPLES = 8000
+# On a spring, driven at 2 to 3 Hz and left to decay at 18 Hz; forces of the latter are per mass.
+SPRUNG = {
+    "on a spring": sprung.Sprung(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, spring=400.0),
+    "decay": sprung.Sprung(mass=1.0, viscous=1.2, coulomb=0.05, spring=(2.0 * math.pi * 18.0) ** 2),
+}
+SPRUNG_SIZE = {"on a spring": (6.0, 1e-5), "decay": (0.05, 1e-6)}  # white force, sensor
+SPRUNG_SAMPLES = 4000
+# (5.6) as the bench shows it: rates in rad/s, shares of the rise.
+HEATED = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
+HEATED_DT, HEATED_SAMPLES = 0.1, 4000
 # The thesis' macro-stage, (4.3), and the same with a second pole; 1 V is worth 165.72 counts/s.
 LINEAR = {
     1: (np.array([-0.95833]), np.array([165.72])),
@@ -140,7 +155,70 @@ def transfer(kind: str, seed: int) -> Estimates:
             yield f"linear, {method} of order {order}", names, truth, found, std
 
 
-GROUPS: dict[str, Callable[[str, int], Estimates]] = {"drive": drive, "linear": transfer}
+def on_spring(kind: str, seed: int) -> Estimates:
+    """A driven axis on a spring, and one that decays, each by output error."""
+    for name, p in SPRUNG.items():
+        random = np.random.default_rng(seed)
+        n, free = SPRUNG_SAMPLES, name == "decay"
+        white, noise = SPRUNG_SIZE[name]
+        u = np.zeros(n) if free else steps(random, n, 30.0)
+        pushed = u + force(kind, random, n, white)
+        turn, phase = 2.0 * math.pi / random.uniform(0.05, 0.08), random.uniform(0.0, 6.28)
+        if free:
+            turn *= 100.0  # it moves that much less
+        x, place, v = np.empty(n), 1e-3 if free else 0.0, 0.0
+        for k in range(n):
+            x[k] = place
+            cog = 0.25 * white * math.sin(turn * place + phase) if kind == "cogging" else 0.0
+            place, v = sprung.step(p, place, v, float(pushed[k]) + cog, DT)
+        if kind == "quantised":  # to the nearest count of an encoder whose zero is known
+            at = random.uniform()
+            y = (np.round(x / (2.0 * noise) + at) - at) * 2.0 * noise
+        else:
+            y = measured(kind, random, x, noise)
+        run = Run(*(np.asarray(each, np.float64) for each in (np.arange(n) * DT, u, y)))
+        fit = sprung_drive([run], driven=not free, spring=True, friction="coulomb")
+        names = (*fit.names, "frequency")
+        truth = np.array([getattr(p, n) for n in names])
+        value, error = fit.derived("frequency")
+        yield f"drive, {name}", names, truth, np.r_[fit.values, value], np.r_[fit.std, error]
+
+
+def heated(kind: str, seed: int) -> Estimates:
+    """Three rates and shares of a step of heat, as `identify thermal` finds them."""
+    if kind in ("cogging",):
+        return
+    random = np.random.default_rng(seed)
+    t = np.arange(HEATED_SAMPLES) * HEATED_DT
+    rise = 60.0 * np.asarray(step_response(HEATED, t))
+    n = len(t)
+    if kind == "white force":  # of the heat, through the same dynamics
+        noise = 0.05 * random.standard_normal(n)
+        for rate, share in zip(HEATED[:3], HEATED[3:], strict=True):
+            keep = math.exp(-rate * HEATED_DT)
+            rise = rise + 60.0 * share * lfilter([0.0, 1.0 - keep], [1.0, -keep], noise)
+    elif kind == "coloured force":  # of the thermometer, over 2 s
+        keep = math.exp(-HEATED_DT / 2.0)
+        walk = lfilter([1.0], [1.0, -keep], random.standard_normal(n + 2000))[2000:]
+        rise = rise + 0.2 * math.sqrt(1.0 - keep**2) * walk
+    elif kind == "slow force":  # a draught, over 60 s
+        keep = math.exp(-HEATED_DT / 60.0)
+        walk = lfilter([1.0], [1.0, -keep], random.standard_normal(n + 9000))[9000:]
+        rise = rise + 0.2 * math.sqrt(1.0 - keep**2) * walk
+    else:
+        rise = measured(kind, random, rise, 0.125)
+    y = np.asarray(rise, np.float64)
+    fit = heating(StepRecord(np.asarray(t, np.float64), y, y, np.zeros(n)), 60.0)
+    names = tuple(f"{what} {k}" for what in ("rate", "share") for k in (1, 2, 3))
+    yield "thermal, heating", names, np.array(HEATED), np.array(fit.modes), np.array(fit.std)
+
+
+GROUPS: dict[str, Callable[[str, int], Estimates]] = {
+    "drive": drive,
+    "linear": transfer,
+    "sprung": on_spring,
+    "thermal": heated,
+}
 
 
 def covered(group: str, kind: str, records: int, first: int = 0) -> list[dict[str, Any]]:

@@ -55,7 +55,6 @@ class Drawn(NamedTuple):
 def settled(what: Drawn, random: np.random.Generator) -> Any:
     """Settings of a random machine that can work, by the rules that a file meets, too."""
     chosen = machine.named(what.kind.name, "kind")
-    assert chosen is not None
     while True:
         try:
             return config.overridden(chosen.settings, what.figures(random), "a random machine")
@@ -66,7 +65,6 @@ def settled(what: Drawn, random: np.random.Generator) -> Any:
 def commissioned(what: Drawn, tree: Any, seed: int) -> Commissioned:
     """One machine, commissioned; only what a person knows of it is said."""
     chosen = machine.named(what.kind.name, "kind")
-    assert chosen is not None
     gains = tree.controller
     both = hasattr(gains, "limit")
     effort = tree.amplifier.full_scale if both else gains.high

@@ -142,6 +142,7 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro reproduce --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
         "macromicro collect --rig mylab:bench": TESTED + "tests/test_docs_rigs.py",
         "macromicro run moves.toml --rig": TESTED + "tests/test_docs_rigs.py",
+        "macromicro run moves.toml --config": TESTED + "tests/machines/test_on_rig.py",
         "macromicro serve --rig": TESTED + "tests/serve/test_alone.py",
         "macromicro doctor --rig": TESTED + "tests/test_mylab.py",
         "macromicro run --rig replay:results/serve/live.h5": DATA,

@@ -345,3 +345,23 @@ def test_no_place_for_a_cache_costs_only_time(copy: Path, tmp_path: Path, obstac
     (copy / "root.py").write_text(ROOT)
     (copy / "leaf.py").write_text(LEAF.format(gain="2.0"))
     assert run(CALL, copy, MACROMICRO_CACHE=str(cache)) == "21.0"
+
+
+def test_what_is_chosen_by_type_may_be_imported_after_numba() -> None:
+    """A module that is first imported when something else has been compiled already."""
+    assert compiled(math_only)(4.0) == 2.0
+
+    @room.by_type(lambda p: math_only if p.name == "float64" else None)
+    def late(p: float) -> float:
+        return -1.0
+
+    @kernel
+    def caller(p: float) -> float:
+        return late(p) + 1.0
+
+    assert (caller(9.0), compiled(caller)(9.0)) == (0.0, 4.0)
+
+
+@kernel
+def math_only(p: float) -> float:
+    return math.sqrt(p)

@@ -317,3 +317,86 @@ def test_served(lab: Path) -> None:
         refused = ask('GAIN "macro_law","os.path:join";:SYST:ERR?')
         assert refused.startswith("-224") and SLIDING in refused
         assert "no micro-stage" in ask("MOVE:MICR 1 MM;:SYST:ERR?")
+
+
+STAGES = """
+from macromicro.machines import machine, rig
+
+
+def axis(seed):
+    made = machine.named("axis", "mylab")
+    return rig.CompiledTwin(made.kind, made.settings, seed)
+"""
+
+
+@pytest.mark.slow  # forty strokes and a chirp, interpreted
+def test_from_a_rig_of_ones_own_to_gains_that_are_used_on_it(lab: Path) -> None:
+    """Commissioned, run, served, tuned, judged and exported by the file that was found."""
+    (lab / "mylab" / "stages.py").write_text(STAGES, encoding="utf-8")
+    mine, found = ("--rig", "mylab.stages:axis"), "found/machine.toml"
+    pitch = "12.566370614359172 um"
+    done = command(lab, "commission", *mine, "--pitch", pitch, "--effort", "10 V", "--yes",
+                   "--out", "found")  # fmt: skip
+    assert "verification: 7 of 7 moves arrived" in done.stdout
+    told = json.loads(
+        command(lab, "run", "moves.toml", "--config", found, *mine, "--yes", "--json").stdout
+    )
+    assert [m["arrived_s"] is not None for m in told["moves"]] == [True, True]
+    assert "true_position" not in Recording.load(lab / "results" / "moves" / "recording.h5")
+    lines = command(lab, "robust", "--config", found, "--samples", "10", "--json").stdout
+    assert json.loads(lines)["machine"] == "axis"
+    command(lab, "tune", "axis", "--config", found, "--evaluations", "10", "--out", "quick")
+    command(lab, "response", "--config", found, "--count", "3", "--out", "bode-found")
+    command(lab, "export", "c", "axis.law", "--config", found, "--out", "c-found")
+    gain = re.search(r"position = ([0-9.]+)", command(lab, "config", "show", "controller",
+                     "--config", found).stdout.replace('"', ""))  # fmt: skip
+    assert gain is not None and gain[1] in (lab / "c-found" / "axis_law.c").read_text("utf-8")
+    live = (lab / found).read_text("utf-8")
+    (lab / "found-live.toml").write_text(
+        live + "\n[serve]\nmiss_share = 1.0\nloop_timeout = '5 s'\nparent_timeout = '5 s'\n",
+        encoding="utf-8",
+    )
+    with serving(lab, *mine, "--config", "found-live.toml", "--state", "found.json") as ask:
+        assert ask("SYST:LOCK:REQ?;:ENAB;HOME;*OPC?") == "1;1"
+        assert ask("MOVE:ABS 20 MM;*OPC?;:SYST:ERR?") == '1;0,"No error"'
+        assert abs(float(ask("POS?").split(",")[0]) - 20.0) < 0.1
+
+
+@pytest.mark.slow  # compiled with each law
+def test_a_law_and_a_rig_of_ones_own_on_every_command_that_takes_them(lab: Path) -> None:
+    """What the other tests here do not run: exports, two axes, records, plots, comparisons."""
+    law = ("--law", SLIDING)
+    (lab / "sm.toml").write_text(
+        f'machine = "axis"\nlaw = "{SLIDING}"\n[own]\nreach = "4 V"\nslope = "140 1/s"\n'
+        'layer = "60 mm/s"\nsmooth = "1 ms"\n'
+    )
+    (lab / "pair.toml").write_text(
+        f'machine = "xy"\n[x]\nlaw = "{SLIDING}"\n[x.own]\nreach = "4 V"\nslope = "140 1/s"\n'
+        'layer = "60 mm/s"\nsmooth = "1 ms"\n'
+    )
+    command(lab, "export", "c", SLIDING, "--out", "c-law")
+    command(lab, "export", "c", "axis.law", "--config", "sm.toml", "--out", "c-axis")
+    assert ".slope = 140.0" in (lab / "c-axis" / "axis_law.c").read_text("utf-8")
+    names = command(lab, "export", "list", "--config", "coil.toml").stdout
+    command(lab, "export", "c", f"{FLEXURE}.law", "--config", "coil.toml", "--out", "c-coil")
+    assert f"{FLEXURE}.plant" in names
+    shown = command(lab, "config", "show", "x.own", "--config", "pair.toml").stdout
+    assert 'slope = "140 1/s"' in shown
+    pair = json.loads(command(lab, "run", "--config", "pair.toml", "--json").stdout)
+    assert pair["finished"]
+    assert "x_law_speed" in Recording.load(lab / "results" / "pair" / "recording.h5")
+    command(lab, "run", "moves.toml", "--config", "sm.toml", "--out", "one")
+    (lab / "plain.toml").write_text(
+        'machine = "axis"\n[own]\nreach = "4 V"\nslope = "120 1/s"\nlayer = "60 mm/s"\n'
+        'smooth = "1 ms"\n'
+    )
+    command(lab, "run", "moves.toml", "--config", "plain.toml", *law, "--out", "two")
+    compared = command(lab, "compare", "one", "two", "--out", "compared").stdout
+    assert "law_speed" in compared
+    command(lab, "plot", "one", "law_speed", "--out", "plotted.svg")
+    listed = command(lab, "collect", "--list", "--config", "sm.toml").stdout
+    assert listed.startswith("drive ")
+    command(lab, "collect", "drive", "--config", "sm.toml", "--out", "records")
+    command(lab, "identify", "drive", "records/drive.h5", "--out", "identified")
+    command(lab, "doctor", "--rig", "mylab:bench", "--open")
+    command(lab, "commission", "--config", "sm.toml", "--out", "anew")

@@ -164,10 +164,10 @@ def run(  # noqa: PLR0913, PLR0917 - a parameter for each option
         try:
             kinds = formats(figures)
             rig = joined(rig, port, loop, calibration)
-            if config is not None and machine_run.other(config):
-                machine_run.refuse(fan=fan, rig=rig)
-                asked = (config, programme, out, cycles, seed, overwrite, kinds, law)
-                machine_run.run(asked, as_json, signals)
+            if config is not None and not machine_run.takes_turns(config):
+                machine_run.refuse(config, fan=fan, rig=rig)
+                asked = (config, programme, out, cycles, seed, overwrite, kinds, law, rig)
+                machine_run.run(asked, as_json, yes, signals)
                 return
             request = (programme, out, config, cycles, fan, seed, overwrite, rig, kinds, law)
             _run(request, as_json, yes, signals)
@@ -237,8 +237,11 @@ def config_show(
         str | None, typer.Argument(help="One set or parameter, such as bench.friction.")
     ] = None,
     machine: Annotated[
-        str, typer.Option(metavar="NAME", help="Of this machine, such as axis.")
-    ] = "two_stage",
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Of this machine, such as axis.", show_default="two_stage"
+        ),
+    ] = None,
     law: Law = None,
     axis: Annotated[
         str | None,
@@ -258,24 +261,18 @@ def config_show(
     With --law MODULE:LAW the gains of that law are there, as `controller.own`.
     `live` and `serve`, the tables that only the live machine has, are printed by their names.
     """
-    from macromicro.errors import InputError
-    from macromicro.schema.config import as_toml
-    from macromicro.settings import Settings, chosen
-
     if axis is not None:
         machine_run.show_axis(config, axis)
         return
-    if config is not None and machine != "two_stage":
-        raise InputError("--machine", machine, "nothing beside --config, whose file names it")
-    if machine != "two_stage" or (config is not None and machine_run.other(config)):
-        machine_run.show(machine, key, law, config)
-        return
-    if key is not None and key.partition(".")[0] in ("live", "serve"):
+    live = key is not None and key.partition(".")[0] in ("live", "serve")
+    if live and machine is None and machine_run.takes_turns(config):
+        from macromicro.schema.config import as_toml
         from macromicro.serve.settings import LiveSettings
+        from macromicro.settings import chosen
 
         print(as_toml(chosen(LiveSettings(), config, law), key), end="")
         return
-    print(as_toml(chosen(Settings(), config, law), key), end="")
+    machine_run.show(machine, key, law, config)
 
 
 @app.command()

@@ -31,6 +31,9 @@ _marked: WeakSet[Callable[..., Any]] = WeakSet()
 _chosen: list[tuple[Callable[..., Any], Callable[..., Any]]] = []  # see `by_type`
 _joined: dict[str, str] = {}  # laws of other packages: name, digest of their sources
 _register: Callable[[Callable[..., Any]], Any] | None = None
+# Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
+# everywhere, a control period of the whole bench takes a third less time.
+_INLINED = {"forceinline": True}
 # What old caches may take: several checkouts and environments live side by side, each with a
 # folder of some megabytes that it renews at every start.
 _CACHE_DAYS = 30.0
@@ -106,6 +109,8 @@ def by_type(choose: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P
 
     def marked(function: Callable[P, R]) -> Callable[P, R]:
         _chosen.append((function, choose))
+        if _register is not None:  # numba is there already: nobody will ask again
+            _overload(function, choose)
         return function
 
     return marked
@@ -204,18 +209,22 @@ def _numba() -> Any:
     """Import numba, point its cache at our folder, register all waiting kernels."""
     global _register
     import numba
-    from numba.extending import overload, register_jitable
+    from numba.extending import register_jitable
 
     _point(numba)
-    # Parameter sets have up to a hundred fields, which a call would copy one by one: inlined
-    # everywhere, a control period of the whole bench takes a third less time.
-    inlined = {"forceinline": True}
-    _register = register_jitable(**inlined)
+    _register = register_jitable(**_INLINED)
     while _waiting:
         _register(_waiting.pop())
     for function, choose in _chosen:
-        overload(function, jit_options=inlined, strict=False)(choose)
+        _overload(function, choose)
     return numba
+
+
+def _overload(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
+    """Let compiled code call the function that stands for another one."""
+    from numba.extending import overload
+
+    overload(function, jit_options=_INLINED, strict=False)(choose)
 
 
 def _point(numba: Any) -> None:

@@ -24,6 +24,7 @@ from macromicro.commission import (
 from macromicro.commission.procedure import Options, Work
 from macromicro.commission.running import Commissioned, Place, commission
 from macromicro.commission.stand import CommissionError, Record
+from macromicro.commission.wire_laws import HOLD
 from macromicro.commission.wire_model import Heat
 from macromicro.kernel import compiled
 from macromicro.machines import machine, wire_sheets
@@ -308,3 +309,43 @@ def test_a_branch_like_curve_answers_as_the_branch_does() -> None:
 
     seen = wire_curves.Curves(first, [back(1.0), back(0.4), wire_curves.Curve(*down, 1000)])
     assert wire_curves.slower(seen) == pytest.approx([1.0, 2.5], rel=0.05)
+
+
+class Thick:
+    """A wire that follows its effort late; contracted at 9 V, if it is given the time."""
+
+    dt, pitch, facing = 1e-2, 1e-6, 1.0
+
+    def __init__(self, lag: float) -> None:
+        self.lag, self.x, self.efforts = lag, 0.0, list[float]()
+
+    def drive(self, law: object, seconds: float, caution: object) -> Record:
+        assert callable(law)
+        rows = []
+        for k in range(round(seconds / self.dt)):
+            u = law(k * self.dt, self.x, 0.0)
+            if u is None:
+                break
+            rows.append((k * self.dt, u, self.x))
+            share = min(max((u - 5.0) / 4.0, 0.0), 1.0)
+            self.x += (4e-3 * share - self.x) * self.dt / self.lag
+        self.efforts = [row[1] for row in rows]
+        return Record(*np.array(rows).T)
+
+
+def test_a_wire_that_follows_late_is_given_time_at_the_largest_effort() -> None:
+    options = Options(10.0, 1.0, 1.0, 1.0, lowest=0.0)
+    bench = Thick(2.0)
+    work = Work(bench, options)  # type: ignore[arg-type]
+    work.found["warmth"] = wire_drives.Warmth(1.0, 1.0, 0.0)
+    (record,) = wire_drives.ramp(work)
+    held = np.count_nonzero(record.u == 10.0) * bench.dt
+    assert 0.5 < held < HOLD and record.u.max() == 10.0
+    work.found["ramp"] = [record]
+    assert wire_drives.way_of(work) == pytest.approx(4e-3, rel=5e-3)
+    slow = Thick(60.0)
+    work = Work(slow, options, {"warmth": wire_drives.Warmth(1.0, 1.0, 0.0)})  # type: ignore[arg-type]
+    with pytest.raises(CommissionError, match="goes on contracting up to 10 V"):
+        wire_drives.ramp(work)
+    held = np.count_nonzero(np.array(slow.efforts) == 10.0) * slow.dt
+    assert held == pytest.approx(HOLD, abs=0.1)

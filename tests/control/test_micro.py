@@ -132,20 +132,21 @@ def test_a_law_with_rest_begins_once_and_runs_on() -> None:
 def test_columns_follow_from_what_a_law_tells() -> None:
     own = micro.prepared(joined("inverse").fine)
     names = [c.name for c in micro.columns(own)]
-    assert names == [f"micro_law_{n}" for n in ("place", "offset", "wire", "plates")]
+    told = ("place", "offset", "wire", "plates", "base", "heat", "loss", "late")
+    assert names == [f"micro_law_{n}" for n in told]
     kept = micro.begun(own)
     kept = (Held(0.0, kept[0].memory._replace(offset=0.25)),)
     for call in (micro.note, compiled(noted)):
-        out = np.zeros((6, 3))
+        out = np.zeros((10, 3))
         call(out, 1, own, kept, 2)
-        assert out[:, 1].tolist() == [0.0, 0.0, kept[0].memory.model.x, 0.25, 0.0, 0.0]
+        assert out[:, 1].tolist() == [0.0, 0.0, kept[0].memory.model.x, 0.25, *[0.0] * 6]
         assert not out[:, [0, 2]].any()
 
 
 def test_both_stages_may_have_laws_with_columns() -> None:
     control = settings.prepare(Control().joined("terminal,inverse", "test"))
     names = [c.name for c in recorded.columns(control)][recorded.ROWS :]
-    assert names[0].startswith("law_") and names[-1] == "micro_law_plates"
+    assert names[0].startswith("law_") and names[-1] == "micro_law_late"
     progress = supervisor.begin(0.0, control)
     for call in (recorded.beside, compiled(recorded.beside)):
         out = np.full((recorded.ROWS + len(names), 1), math.nan)

@@ -14,6 +14,7 @@ from macromicro.identify.spread import (
     autoregression,
     clustered,
     robust_covariance,
+    sampled,
     standard_errors,
 )
 
@@ -142,3 +143,23 @@ def test_instruments_widen_by_how_little_they_know_of_the_regressors() -> None:
     wanted = np.mean(WHITE**2) * inverse @ (z.T @ z) @ inverse.T
     np.testing.assert_allclose(np.sqrt(np.diag(found)), np.sqrt(np.diag(wanted)), rtol=0.05)
     np.testing.assert_allclose(found, wanted, rtol=0.2)
+
+
+def test_samples_of_a_coloured_record_scatter_as_told() -> None:
+    """A line through every tenth sample of a first-order noise, 300 records of it."""
+    random = np.random.default_rng(8)
+    n, keep = 2000, 0.95
+    places = np.arange(0, n, 10)
+    psi = np.stack([np.ones(len(places)), places / n], axis=1)
+    asked, told = [], []
+    for _ in range(300):
+        e = lfilter([1.0], [1.0, -keep], random.standard_normal(n + 500))[500:]
+        theta = np.linalg.lstsq(psi, e[places], rcond=None)[0]
+        left = e - np.stack([np.ones(n), np.arange(n) / n], axis=1) @ theta
+        left[5:9] = np.nan  # rows that are not known
+        asked.append(theta)
+        told.append(np.sqrt(np.diag(sampled(psi, places, left))))
+    scatter = np.std(asked, axis=0)
+    np.testing.assert_allclose(np.sqrt(np.mean(np.square(told), axis=0)), scatter, rtol=0.15)
+    white = np.sqrt(np.diag(np.linalg.inv(psi.T @ psi)) / (1.0 - keep**2))
+    assert (scatter > 1.5 * white).all()

@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from macromicro.columns import Column
 from macromicro.errors import InputError
@@ -15,6 +16,7 @@ from macromicro.hysteresis.preisach import Preisach
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning
+from macromicro.identify.spread import sampled
 from macromicro.identify.thermal import (
     StepRecord,
     averaged,
@@ -97,10 +99,13 @@ def test_noise_is_told_as_error_of_the_fit_and_of_its_modes() -> None:
     assert all(0.0 < s < m for s, m in zip(found.std, found.modes, strict=True))
 
 
-def test_errors_of_the_modes_are_those_of_what_is_left_by_its_degrees_of_freedom() -> None:
-    """Of few points, evenly over the logarithm of time: sigma^2 (J'J)^-1, sigma^2 by n - 6."""
+@pytest.mark.parametrize("keep", [0.0, 0.98])
+def test_errors_of_the_modes_allow_for_noise_that_goes_together(keep: float) -> None:
+    """Of few points, evenly over the logarithm of time: at least sigma^2 (J'J)^-1, sigma^2 by
+    n - 6; and J' G J between these inverses, G by the whole record's autocovariance."""
     record = stepped()
-    noise = np.random.default_rng(2).normal(0.0, 0.02, len(record.t))
+    white = np.random.default_rng(2).normal(0.0, 0.02, len(record.t))
+    noise = np.asarray(lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white))
     noisy = record._replace(rise=record.rise + noise)
     found = heating(noisy, 60.0, points=16)
     usable = np.flatnonzero(np.isfinite(record.error) & (record.t > 0.0))
@@ -116,7 +121,12 @@ def test_errors_of_the_modes_are_those_of_what_is_left_by_its_degrees_of_freedom
     j = np.array([(response(theta + by) - response(theta - by)) / 2e-5 for by in steps]).T
     variance = float(left @ left) / (len(t) - 6)
     wanted = np.array(found.modes) * np.sqrt(np.diag(np.linalg.inv(j.T @ j)) * variance)
-    np.testing.assert_allclose(found.std, wanted, rtol=0.02)
+    places = np.searchsorted(noisy.t, t)
+    errors = np.full(len(noisy.t), np.nan)
+    errors[usable] = step_response(found.modes, noisy.t[usable]) - noisy.rise[usable] / 60.0
+    other = np.array(found.modes) * np.sqrt(np.diag(sampled(j, places, errors)))
+    np.testing.assert_allclose(found.std, np.maximum(wanted, other), rtol=0.02)
+    assert bool((np.array(found.std) > 1.5 * wanted).any()) is (keep > 0.0)
 
 
 def test_rates_come_in_falling_order_with_their_own_shares_and_errors() -> None:

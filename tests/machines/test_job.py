@@ -55,7 +55,11 @@ def test_a_run_writes_its_folder(files, monkeypatch, capsys):
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(("--fan",), "no fan"), (("--rig", "replay:x.h5"), "--rig"), (("--cycles", "0"), "--cycles")],
+    [
+        (("--fan",), "no fan"),
+        (("--rig", "replay:x.h5"), "replay only of the two-stage"),
+        (("--cycles", "0"), "--cycles"),
+    ],
 )
 def test_what_it_does_not_know_is_refused(files, monkeypatch, capsys, words, said):
     run = ("run", files / "p.toml", "--config", files / "m.toml", "--out", files / "out")

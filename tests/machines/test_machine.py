@@ -23,8 +23,9 @@ def file(folder, text):
 
 def test_a_file_names_its_machine(tmp_path):
     assert machine.chosen(file(tmp_path, 'machine = "axis"\n')).name == "axis"
-    assert machine.chosen(file(tmp_path, 'machine = "two_stage"\n')) is None
-    assert machine.chosen(file(tmp_path, "[guard]\n")) is None
+    for text in ('machine = "two_stage"\n', "[guard]\n"):
+        with pytest.raises(InputError, match="'two_stage'; accepted: one of 'axis', 'piezo'"):
+            machine.chosen(file(tmp_path, text))
 
 
 @pytest.mark.parametrize("name", ['"axes"', "3", "true"])

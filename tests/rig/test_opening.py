@@ -12,6 +12,7 @@ import pytest
 from macromicro.control.calibration import Calibration
 from macromicro.errors import InputError
 from macromicro.plant.kiln import KilnBench
+from macromicro.rig import opening
 from macromicro.rig.limits import Limits
 from macromicro.rig.opening import open_rig
 from macromicro.types import Sample
@@ -189,3 +190,16 @@ def test_a_module_s_own_missing_import_is_named(module: Callable[[str], None]) -
     module("import no_such_driver\n")
     with pytest.raises(InputError, match="no module no_such_driver, which my_rigs imports"):
         open_rig("my_rigs:bench")
+
+
+def test_an_installed_package_offers_its_rigs_by_plain_names(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    offered = {"bench-1": "myrig:bench", "broken": "myrig"}
+    monkeypatch.setattr(
+        opening.plugins, "registered", lambda group: offered if group == opening.GROUP else {}
+    )
+    assert str(opening.named("bench-1")) == "myrig:bench"
+    for name in ("bench-2", "broken"):
+        with pytest.raises(InputError, match=r"replay:FILE .*; installed: bench-1, broken"):
+            opening.named(name)

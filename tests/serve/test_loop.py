@@ -13,7 +13,7 @@ from macromicro.control.live import messages as m
 from macromicro.rig import guard
 from macromicro.serve.link import packed, receive
 from macromicro.serve.requests import Order
-from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, SEEN
+from macromicro.serve.shared import COMMANDS, EMERGENCY, HEARTBEAT, SEEN, WRITTEN
 
 
 @pytest.fixture
@@ -167,3 +167,26 @@ def test_a_request_that_the_machine_cannot_judge_is_refused(
     assert reply[:2] == ("reply", 41) and isinstance(reply[2], m.Refused)
     assert "ZeroDivisionError" in reply[2].reason
     assert receive(scene.ours) == ("reply", 42, m.Accepted(0))
+
+
+def test_an_answer_comes_behind_what_came_of_it(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who has an answer and asks at once sees the events of the request, and its row."""
+    said: list[tuple[str, int]] = []
+    outbox, shared = scene.loop._outbox, scene.shared
+    real = outbox.send
+
+    def send(message: tuple[object, ...]) -> None:
+        said.append((str(message[0]), int(shared.cells[WRITTEN])))
+        real(message)
+
+    monkeypatch.setattr(outbox, "send", send)
+    scene.ours.send(packed(Order(41, m.Home(), 1, 2**62)))
+    shared.cells[COMMANDS] = 1
+    scene.run()
+    rows = dict(said)
+    assert [kind for kind, _ in said[:3]] == ["begun", "notice", "reply"]
+    assert rows["reply"] == rows["begun"] + 1  # that of its own period
+    replies = [kind for kind, _ in said].count("reply")
+    assert replies == 1

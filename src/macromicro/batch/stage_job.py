@@ -109,7 +109,6 @@ class StageJob:
 
     def _open(self, machine: Any, settings: Any) -> None:
         found = machines.named(machine, "job")
-        assert found is not None
         self.name = found.name
         self._settings = found.settings if settings is None else settings
         self._machine: Any = machines.under(found, self._settings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +52,24 @@ def before(job: Job, yes: bool) -> None:
     """
     if isinstance(job.source, Fixture):
         agreed(said(job, job.source), f"--rig {job.source.name}", yes=yes)
+
+
+def before_one(job: Any, yes: bool) -> None:
+    """The same of a run of a machine of one stage.
+
+    Raises
+    ------
+    InputError
+        Nobody has agreed.
+    """
+    from macromicro.machines import on_rig
+
+    source = getattr(job, "source", None)
+    if source is None:
+        return
+    what = (job.machine, job.settings, job.plan, job.programme.title)
+    lines = on_rig.said(*what, source.name, job.expected)
+    agreed(lines, f"--rig {source.name}", yes=yes)
 
 
 def said(job: Job, rig: Fixture) -> list[str]:

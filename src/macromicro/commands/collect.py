@@ -34,7 +34,7 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     config: Annotated[
         Path | None,
         typer.Option(
-            help="Settings file of a machine of one stage: its own experiments (docs/machines.md).",
+            help="Settings file: of a machine of one stage its own experiments (docs/machines.md).",
             show_default=False,
         ),
     ] = None,
@@ -54,11 +54,15 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
     from macromicro.runs import folder
     from macromicro.runs.folder import held
     from macromicro.schema import keys
+    from macromicro.schema.config import load_overrides
+    from macromicro.settings import Settings
     from macromicro.thesis import collecting
     from macromicro.thesis.procedure import Lab
 
     rig = joined(rig, port, loop, calibration)
-    if config is not None:
+    from macromicro.commands import machine_run
+
+    if config is not None and not machine_run.takes_turns(config):
         from macromicro.commands import machine_records
 
         asked = machine_records.Asked(config, rig, seed, out, overwrite)
@@ -71,7 +75,8 @@ def collect(  # noqa: PLR0913, PLR0917 - a parameter for each option
         return
     procedure = collecting.find(experiment or "")
     keys.seed(seed, "--seed")
-    lab = Lab(seed=seed, rigs=() if rig == TWIN else (open_rig(rig, seed),))
+    settings = Settings() if config is None else load_overrides(config, Settings())
+    lab = Lab(settings, seed, () if rig == TWIN else (open_rig(rig, seed),))
     lab.check(procedure)
     place = out if out is not None else Path("results") / procedure.name
     folder.check(place, procedure.megabytes * 1_000_000, overwrite=overwrite, names=())

@@ -49,8 +49,17 @@ NAMES = (
     "hall_calibration.csv",
     "table.h5",
     "table.csv",
+    "stress_map.csv",
 )
 NEEDED = 20_000_000
+
+
+def _number(text: str) -> float | str:
+    """A number where it is one, else the word."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 @app.command()
@@ -67,18 +76,28 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     delay: Annotated[
         int | None, typer.Option(help="Samples by which u acts late.", show_default="0")
     ] = None,
+    spring: Annotated[bool, typer.Option("--spring", help="A spring pulls.")] = False,
+    dead_zone: Annotated[
+        bool, typer.Option("--dead-zone", help="The drive gives no force for a small u.")
+    ] = False,
+    free: Annotated[
+        bool, typer.Option("--free", help="Nothing drives: a decay (columns t, x).")
+    ] = False,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Mass and friction of a motor-driven axis (columns t, u, x)."""
+    """Mass and friction of a motor-driven axis (columns t, u, x; or v for a speed)."""
     options = {
         "gain": gain,
         "structure": structure,
         "limit": limit,
         "delay": delay,
         "tests": tuple(test or ()),
+        "spring": spring,
+        "dead_zone": dead_zone,
+        "free": free,
     }
     _identify("drive", options, files, columns, out, overwrite, as_json)
 
@@ -109,13 +128,14 @@ def actuator(
     ambient: Annotated[
         float | None, typer.Option(help="Room temperature [degC].", show_default="25")
     ] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """What the law `inverse` needs, from heatings (columns t, u, x; y, c; --table of the kiln)."""
     print("identifying the actuator: about half a minute", file=sys.stderr)
-    options = {"table": table, "ambient": ambient}
+    options = {"table": table, "ambient": ambient, "tests": tuple(test or ())}
     _identify("actuator", options, files, columns, out, overwrite, as_json)
 
 
@@ -176,7 +196,9 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
     shape: Annotated[
         str, typer.Option(help="Relay density: free, monotone or nonnegative.")
     ] = "monotone",
-    smooth: Annotated[float, typer.Option(help="Noise is shorter than this [grid steps].")] = 1.0,
+    smooth: Annotated[
+        str, typer.Option(help="Noise is shorter than this [grid steps]; auto: by curves held out.")
+    ] = "1",
     drift: Annotated[
         bool,
         typer.Option("--drift", help="Scale each curve of a MicroMag file by its calibration."),
@@ -190,11 +212,24 @@ def hysteresis(  # noqa: PLR0913, PLR0917 -- one parameter per option
     options = {
         "curves": curves,
         "shape": shape,
-        "smooth": smooth,
+        "smooth": _number(smooth),
         "tests": tuple(test or ()),
         "drift": drift,
     }
     _identify("hysteresis", options, files, columns, out, overwrite, as_json)
+
+
+@app.command()
+def stress(
+    files: Files,
+    columns: Columns = None,
+    test: Test = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Transformation temperatures over the load, from cycles at several (columns T, x, load)."""
+    _identify("stress", {"tests": tuple(test or ())}, files, columns, out, overwrite, as_json)
 
 
 @app.command()
@@ -210,12 +245,13 @@ def thermal(
     step: Annotated[
         float | None, typer.Option(help="Voltage of the step for the dynamics [V].")
     ] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """Gain and dynamics of heating, from steps (columns t, u, T; or x with --table)."""
-    options = {"table": table, "ambient": ambient, "step": step}
+    options = {"table": table, "ambient": ambient, "step": step, "tests": tuple(test or ())}
     _identify("thermal", options, files, columns, out, overwrite, as_json)
 
 

@@ -12,42 +12,48 @@ from macromicro.commands.signals import Signals
 from macromicro.errors import InputError
 
 
-def other(config: Path) -> bool:
-    """Whether a settings file names another machine than the thesis' two-stage one."""
-    from macromicro.machines.machine import chosen
+def takes_turns(config: Path | None) -> bool:
+    """Whether a settings file, or none, is for a machine whose stages take turns."""
+    if config is None:  # what no file names needs no look at the machines
+        return True
+    from macromicro.machines.composition import TURNS
+    from macromicro.machines.compositions import chosen
 
-    return is_joint(config) or chosen(config) is not None
-
-
-def is_joint(config: Path) -> bool:
-    """Whether a settings file names the machine of two axes."""
-    from macromicro.machines.joint import machine
-
-    return machine.is_joint(config)
+    return chosen(config).family == TURNS
 
 
-def refuse(*, fan: bool, rig: str) -> None:
-    """InputError for options that only the two-stage machine has."""
+def in_step(config: Path) -> bool:
+    """Whether a settings file is for a machine of several axes on one clock."""
+    from macromicro.machines.composition import STEP
+    from macromicro.machines.compositions import chosen
+
+    return chosen(config).family == STEP
+
+
+def refuse(config: Path, *, fan: bool, rig: str) -> None:
+    """InputError for options that a machine does not have."""
     if fan:
         raise InputError("--fan", "", "nothing: this machine has no fan")
-    if rig != "twin":
-        raise InputError("--rig", rig, "twin for this machine")
+    if rig != "twin" and in_step(config):
+        raise InputError("--rig", rig, "twin: a rig is driven one axis at a time (docs/xy.md)")
 
 
-def run(asked: tuple[Any, ...], as_json: bool, signals: Signals) -> None:
+def run(asked: tuple[Any, ...], as_json: bool, yes: bool, signals: Signals) -> None:
     """Run a programme on a machine of one stage or of two axes, into its folder."""
+    from macromicro.commands import asking
     from macromicro.machines.job import Request
     from macromicro.runs.folder import held
 
     rooms = _rooms(asked[0])
     job = rooms[0].check(Request(*asked))
+    asking.before_one(job, yes)
     with held(job.out, overwrite=job.request.overwrite, names=rooms[0].FILES):
         _run(job, rooms, as_json, signals)
 
 
 def _rooms(config: Path) -> tuple[Any, Any, Any]:
     """What runs and what tells of the machine that a file names: its job, runs and report."""
-    if is_joint(config):
+    if in_step(config):
         from macromicro.machines.joint import job as joint_job
         from macromicro.machines.joint import runs as joint_runs
         from macromicro.report import joint
@@ -70,9 +76,10 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
     if any(one.kind.plain for one in getattr(job.machine, "axes", (job.machine,))):
         words = "is plain Python: the machine runs interpreted, slower; `force` and `after` under"
         print(f"friction.part {words} @kernel are compiled", file=sys.stderr)
-    elif not runs.is_compiled():
-        print("compiling the machine, once, about 10 s", file=sys.stderr)
-    runs.compile_machine(job.machine, job.settings, job.plan)
+    elif getattr(job, "source", None) is None:  # on a rig the same period runs interpreted
+        if not runs.is_compiled():
+            print("compiling the machine, once, about 10 s", file=sys.stderr)
+        runs.compile_machine(job.machine, job.settings, job.plan)
     signals.later()
     started = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
     with terminal.bar(job.programme.title, job.expected, lambda k: f"move {k + 1}") as pace:
@@ -102,25 +109,18 @@ def _run(job: Any, rooms: tuple[Any, Any, Any], as_json: bool, signals: Signals)
         raise typer.Exit(signals.status or 1)
 
 
-def show(name: str, key: str | None, law: str | None, config: Path | None = None) -> None:
+def show(name: str | None, key: str | None, law: str | None, config: Path | None = None) -> None:
     """Print a machine's default settings, or those of a file with what follows from them."""
-    from macromicro.machines.joint import machine as joint
-    from macromicro.machines.joint.settings import DEFAULT
-    from macromicro.machines.machine import JOINT, as_toml, load, named
-    from macromicro.machines.tree import joined
+    from macromicro.machines import compositions
 
-    if name == JOINT or (config is not None and is_joint(config)):
-        if law is not None:
-            raise InputError("--law", law, "nothing: each axis has its own, x.law and y.law")
-        print(joint.as_toml(DEFAULT if config is None else joint.load(config)[1], key), end="")
+    if config is None:
+        made = compositions.named(name or compositions.UNNAMED, "--machine")
+        print(made.as_toml(compositions.by_default(made, law), key), end="")
         return
-    if config is not None:
-        print(as_toml(*load(config, law), key), end="")
-        return
-    machine = named(name, "--machine")
-    assert machine is not None  # the two-stage machine is shown elsewhere
-    settings = machine.settings if law is None else joined(machine.settings, law, "--law")
-    print(as_toml(machine, settings, key), end="")
+    if name is not None:
+        raise InputError("--machine", name, "nothing beside --config, whose file names it")
+    made = compositions.chosen(config)
+    print(made.as_toml(made.load(config, law), key), end="")
 
 
 def show_axis(config: Path | None, axis: str) -> None:

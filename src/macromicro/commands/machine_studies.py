@@ -35,14 +35,10 @@ def only(given: dict[str, object], name: str) -> None:
 
 
 def name_of(config: Path) -> str:
-    """The machine that a file names, which is not the two-stage one."""
-    from macromicro.machines.machine import JOINT, chosen
+    """The machine that a file names."""
+    from macromicro.machines.compositions import chosen
 
-    if machine_run.is_joint(config):
-        return JOINT
-    machine = chosen(config)
-    assert machine is not None  # the two-stage machine has commands of its own
-    return machine.name
+    return chosen(config).name
 
 
 def tune(
@@ -58,7 +54,7 @@ def tune(
     from macromicro.tuning import stage as tuning
 
     kinds = formats(asked.figures)
-    pick = _tuned_pair if machine_run.is_joint(asked.config) else _tuned_stage
+    pick = _tuned_pair if machine_run.in_step(asked.config) else _tuned_stage
     names, search, told = pick(asked)
     if stage not in names:
         raise InputError("stage", stage, f"{names[0]} for this machine")
@@ -133,7 +129,7 @@ def robust(
     kinds = formats(asked.figures)
     keys.seed(asked.seed, "--seed")
     workers, limits = how
-    pick = _pair if machine_run.is_joint(asked.config) else _stage
+    pick = _pair if machine_run.in_step(asked.config) else _stage
     title, required, study = pick(asked, programme, limits)
     folder.check(asked.out, 2_000_000, overwrite=asked.overwrite, names=told.FILES)
     with (

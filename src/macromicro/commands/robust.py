@@ -79,7 +79,7 @@ def robust(  # noqa: PLR0913, PLR0917 - a parameter for each option
     With a --config file of a machine of one stage (docs/machines.md): with other friction, mass,
     motor and supply.
     """
-    if config is not None and machine_run.other(config):
+    if config is not None and not machine_run.takes_turns(config):
         options: dict[str, object] = {"--fan": fan, "--variants": variants}
         machine_studies.only(options, machine_studies.name_of(config))
         place = out or Path("results") / f"robust-{config.stem}"

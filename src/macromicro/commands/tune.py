@@ -103,14 +103,14 @@ def tune(  # noqa: PLR0913, PLR0917 - one for each option
     law, and --objective is settling, error or rest. Of the machine xy (docs/xy.md) each axis is
     tuned so, and then both for the path.
     """
-    if config is not None and machine_run.other(config):
+    if config is not None and not machine_run.takes_turns(config):
         options: dict[str, object] = {
             "--on": on,
             "--aggregate": aggregate,
             "--penalty": penalty,
         }
         options |= {"--route": route if route != "optimise" else None}
-        if machine_run.is_joint(config):
+        if machine_run.in_step(config):
             options |= {"--robust": robust}
         if not robust:
             options |= {"--benches": benches, "--held-out": held_out}

@@ -9,6 +9,7 @@ from macromicro.commission import (
     mode,
     model,
     probing,
+    rehearsal,
     shaking,
     weight,
 )
@@ -260,4 +261,5 @@ KIND = Kind(
     estimates=axis_page.estimates,
     doubts=axis_page.doubts,
     figures=axis_page.FIGURES,
+    rehearse=rehearsal.rested,
 )

@@ -8,8 +8,10 @@ from pathlib import Path
 from macromicro.commission import axis, kinds, rotary
 from macromicro.commission.running import Place
 from macromicro.errors import InputError
+from macromicro.machines import compositions
 from macromicro.machines import machine as machines
 from macromicro.machines import rig as rigs
+from macromicro.machines.composition import TURNS
 from macromicro.nominal import PERIOD
 from macromicro.plant import bench
 from macromicro.rig.opening import open_rig
@@ -40,8 +42,7 @@ def virtual(path: Path | None) -> Place:
     InputError
         The file is not accepted, or names a machine that cannot be commissioned.
     """
-    machine = None if path is None else machines.chosen(path)
-    if machine is None:
+    if path is None or compositions.chosen(path).family == TURNS:
         settings = Settings() if path is None else config.load_overrides(path, Settings())
         plant = bench.prepare(settings.bench, settings.sensors)
         return Place(
@@ -52,7 +53,7 @@ def virtual(path: Path | None) -> Place:
             settings.controller.motor_limit,
             False,
         )
-    assert path is not None
+    machine = machines.chosen(path)
     kind = kinds.named(machine.name)
     if kind is None:
         where = f"--config {printable(path, 300)}, {machines.KEY}"

@@ -227,6 +227,9 @@ class Kind(NamedTuple):
         By the name of the file.
     place : Place, optional
         What its places are counted in.
+    rehearse : Callable[[Any, Any], float | None] | None, optional
+        From the machine and its settings to the tolerance within which its model comes to rest, m;
+        None where that which follows will do, or there is no such rehearsal.
     """
 
     name: str
@@ -244,6 +247,7 @@ class Kind(NamedTuple):
     doubts: Callable[[Work, Any], list[str]]
     figures: Mapping[str, Drawn]
     place: Place = LENGTH
+    rehearse: Callable[[Any, Any], float | None] | None = None
 
 
 def left(kind: Kind, work: Work) -> list[Step]:

@@ -63,7 +63,13 @@ def doubts(found: Commissioned, place: Place) -> list[str]:
         A sentence each.
     """
     turned = procedure.sign(place.kind, found.work) < 0.0
-    said = place.kind.doubts(found.work, found.model)
+    said = list(place.kind.doubts(found.work, found.model))
+    if found.rested is not None:
+        unit = place.kind.place
+        said.append(
+            f"By its friction and its lag it rests within {found.rested * unit.fines:.3g} "
+            f"{unit.fine}, not within a few counts: that is the tolerance of its moves."
+        )
     return [place.kind.turned, *said] if turned else said
 
 

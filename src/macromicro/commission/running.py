@@ -19,6 +19,7 @@ from macromicro.schema import config
 from macromicro.schema.text import printable
 
 VERIFY = "verification"
+TOLERANCE = "arrival.tolerance"
 
 
 class Place(NamedTuple):
@@ -85,6 +86,8 @@ class Commissioned(NamedTuple):
         What it says, and what follows from it.
     verified : Verified
         How the machine's gains did on the stage.
+    rested : float | None, optional
+        Tolerance within which the model came to rest, m; None: as it follows from the encoder.
     """
 
     work: Work
@@ -92,6 +95,7 @@ class Commissioned(NamedTuple):
     toml: str
     settings: Any
     verified: Verified
+    rested: float | None = None
 
 
 def commission(
@@ -152,7 +156,6 @@ def commission(
         procedure.perform(kind, work, lambda step, intent: ask(step.title, intent), kept)
         model = kind.model(work)
         machine = machines.named(kind.name, "machine")
-        assert machine is not None
         tree, told = _settings(place, work, model, None)[1], kind.place.told
         ask(
             VERIFY,
@@ -161,18 +164,25 @@ def commission(
             f"{told(tree.motion.acceleration, 'm/s^2', 3)} "
             f"and {tree.guard.effort:.3g} V.",
         )
-        toml, tree = _settings(place, work, model, kind.home(work, model))
+        home = kind.home(work, model)
+        toml, tree = _settings(place, work, model, home)
+        rested = None if kind.rehearse is None else kind.rehearse(machine, tree)
+        if rested is not None:
+            toml, tree = _settings(place, work, model, home, rested)
         verified = verifying.verify(work.stand, machine, tree)
         done(VERIFY)
-    return Commissioned(work, model, toml, tree, verified)
+    return Commissioned(work, model, toml, tree, verified, rested)
 
 
-def _settings(place: Place, work: Work, model: Any, home: Any) -> tuple[str, Any]:
+def _settings(
+    place: Place, work: Work, model: Any, home: Any, rested: float | None = None
+) -> tuple[str, Any]:
     """The machine's file, and what it says."""
     kind = place.kind
     machine = machines.named(kind.name, "machine")
-    assert machine is not None
     values = kind.settings(work, model, home)
+    if rested is not None:
+        values = {**values, TOLERANCE: f'"{rested!r} {kind.place.base}"'}
     toml = axis_settings.as_toml(values, _head(place, work, model), kind.name)
     table = tomllib.loads(toml)
     table.pop(config.MACHINE)

@@ -122,6 +122,5 @@ def _bandwidth(values: dict[str, str]) -> float:
     table = tomllib.loads(axis_settings.as_toml(values, ""))
     table.pop(config.MACHINE)
     machine = machines.named("axis", "machine")
-    assert machine is not None
     tree = config.overridden(machine.settings, table, "the machine that was found")
     return deriving.bandwidth(tree)

@@ -10,6 +10,7 @@ from macromicro.commission.procedure import Work
 from macromicro.commission.stand import Caution, CommissionError, Law, Record, Stand
 from macromicro.commission.wire_laws import (
     EXTENDED,
+    HOLD,
     LONG,
     PATIENCE,
     RISE,
@@ -177,8 +178,8 @@ def ramp_intent(work: Work) -> str:
     """
     return (
         f"Effort rises slowly, {work.options.effort / RISE:.2g} V/s, until the wire contracts no "
-        f"more, at {work.options.effort:.3g} V at most, and falls as slowly to 0. It goes all its "
-        "way, and back."
+        f"more, at {work.options.effort:.3g} V at most, where it stays for up to {HOLD:.0f} s "
+        "while the wire still contracts, and falls as slowly to 0. It goes all its way, and back."
     )
 
 
@@ -226,7 +227,8 @@ def way_of(work: Work) -> float:
         m.
     """
     record = work[RAMP][0]
-    n, top = max(round(0.2 / work.stand.dt), 1), int(np.argmax(record.u))
+    n = max(round(0.2 / work.stand.dt), 1)
+    top = len(record.u) - 1 - int(np.argmax(record.u[::-1]))  # the last at the largest effort
     return float(record.x[max(top - n, 0) : top].mean() - record.x[:n].mean())
 
 

@@ -8,9 +8,11 @@ from typing import NamedTuple
 from macromicro.commission.procedure import Work
 
 RISE = 40.0  # s from no effort to the largest
+HOLD = 20.0  # s at the largest, at most, while it still contracts
 _PART = 0.02  # of the largest effort: the position must go on by then
 _FLAT = 0.01  # of the way so far
 _STOPS = 3  # so many times in turn: it is contracted
+_STILL = 0.25  # of that share at the largest effort, where a thick wire follows slowly
 _CONTRACTED, EXTENDED = 0.97, 0.03  # of the way: where a pulse and its cooling end
 LONG = 3.0  # a pulse may last so many times as long as the ramp
 _HELD = 0.25  # of the ramp's time: a contracted wire is held that long
@@ -38,7 +40,8 @@ class Warmth(NamedTuple):
 class Ramp:
     """Effort that rises slowly until the wire contracts no more, and falls as slowly to nothing.
 
-    Or it ends as soon as the wire contracts by as much as is asked.
+    A wire that still contracts at the largest effort is given `HOLD` there. Or it ends as soon as
+    the wire contracts by as much as is asked.
 
     Parameters
     ----------
@@ -56,7 +59,7 @@ class Ramp:
         self.most, self.step = o.effort, _PART * o.effort
         self.edge = math.inf if o.high is None else o.high
         self.least, self.seen = least, seen
-        self.effort, self.start = 0.0, math.nan
+        self.effort, self.level, self.start = 0.0, 0.0, math.nan
         self.mark = (0.0, math.nan)
         self.still, self.moved, self.contracted, self.falling = 0, False, False, False
 
@@ -69,18 +72,22 @@ class Ramp:
             return self.effort or None
         way = abs(x - self.start)
         self.moved = self.moved or way > self.least
-        if self.effort - self.mark[0] >= self.step:
-            slow = abs(x - self.mark[1]) < max(_FLAT * way, 0.3 * self.least)
+        if self.level - self.mark[0] >= self.step:
+            flat = _FLAT if self.effort < self.most else _STILL * _FLAT
+            slow = abs(x - self.mark[1]) < max(flat * way, 0.3 * self.least)
             self.still = self.still + 1 if slow and self.moved else 0
-            self.mark = (self.effort, x)
+            self.mark = (self.level, x)
         self.contracted = self.still >= _STOPS
         if self.contracted and not self.seen:
             self.falling = True
             return self.effort
         ended = self.contracted or (self.seen and self.moved) or x - self.start >= self.edge
-        if ended or self.effort >= self.most:
+        # The level goes on where the effort cannot: it counts the time at the largest.
+        last = self.most if self.seen else self.most * (1.0 + HOLD / RISE)
+        if ended or self.level >= last:
             return None
-        self.effort += self.rise
+        self.level += self.rise
+        self.effort = min(self.level, self.most)
         return self.effort
 
 

@@ -17,7 +17,9 @@ from macromicro.export.units_parts import parts
 from macromicro.export.units_stage import of_machine
 from macromicro.export.units_two_stage import two_stage
 from macromicro.kernel import is_kernel
+from macromicro.machines import compositions
 from macromicro.machines import machine as machines
+from macromicro.machines.composition import TURNS
 from macromicro.schema import plugins
 from macromicro.schema.config import load_overrides
 from macromicro.schema.text import printable
@@ -31,11 +33,9 @@ def every(config: Path | None = None) -> Made:
     """
     found: Made = {}
     if config is not None:
-        machine = machines.chosen(config)
-        if machine is not None:
-            loaded, tree = machines.load(config)
-            return of_machine(loaded, tree)
-        return two_stage(load_overrides(config, Settings()))
+        if compositions.chosen(config).family == TURNS:
+            return two_stage(load_overrides(config, Settings()))
+        return of_machine(*machines.load(config))
     found |= two_stage(Settings())
     for machine in machines.MACHINES:
         found |= of_machine(machine, machine.settings)

@@ -83,7 +83,7 @@ def found(table: FodTable, records: Sequence[Recording], ambient: float = AMBIEN
     with_sensor = [r for r in quick if "hall_voltage" in r]
     lag = sensor_lag(with_sensor) if with_sensor else math.nan
     sensor = lag if math.isfinite(lag) else 0.0
-    return HeatedFit(fit, lag, model.gains(fit.model, sensor))
+    return HeatedFit(fit, lag, model.gains(fit.model, sensor, fit.rms))
 
 
 def driver_lag(model: Stressed, records: Sequence[Recording]) -> float:

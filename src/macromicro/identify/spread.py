@@ -8,6 +8,9 @@ import numpy.typing as npt
 from macromicro.arrays import Array
 
 MAX_ORDER = 30
+_ALIKE = 0.2  # of a record: over which residuals go together at most
+_SOKAL = 6.0
+_MOST_LOST = 0.5
 _LAGS = 0.75  # neighbours taken together: this times the cube root of the stretches
 
 
@@ -126,6 +129,52 @@ def clustered(slopes: Array, residual: Array, starts: npt.ArrayLike) -> Array:
         s += (1.0 - lag / (last + 1.0)) * (cross + cross.T)
     inverse = np.linalg.pinv(slopes.T @ slopes)
     return np.asarray(inverse @ s @ inverse * (count / max(count - p, 1)))
+
+
+def sampled(slopes: Array, places: npt.ArrayLike, errors: Array) -> Array:
+    """Covariance of least squares over some samples of a record whose residuals go together.
+
+    B^-1 J' G J B^-1 with B = J'J and G the residuals' covariance at the fitted samples, by
+    the autocovariance of the whole record, which a triangle takes to zero (Newey and West 1987).
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (m, p)
+        J, of the residuals at the samples that were fitted.
+    places : array_like of int, shape (m,)
+        Which samples of the record these are.
+    errors : ndarray, shape (n,)
+        Residuals of the whole record, NaN where there is none.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        Covariance of the parameters.
+    """
+    known = np.isfinite(errors)
+    e = np.where(known, errors, 0.0)
+    count = max(int(known.sum()), 1)
+    gamma = np.fft.irfft(np.abs(np.fft.rfft(e, 2 * len(e))) ** 2)[: len(e)] / count
+    last = _window(gamma)
+    gamma = gamma[: last + 1] * (1.0 - np.arange(last + 1) / (last + 1.0))
+    at = np.asarray(places)
+    apart = np.abs(at[:, None] - at[None, :])
+    together = np.where(apart <= last, gamma[np.minimum(apart, last)], 0.0)
+    inverse = np.linalg.pinv(slopes.T @ slopes)
+    # Each fitted parameter takes the mean of all gammas off each of them.
+    lost = min(slopes.shape[1] * (last + 1.0) / count, _MOST_LOST)
+    return np.asarray(inverse @ (slopes.T @ together @ slopes) @ inverse / (1.0 - lost))
+
+
+def _window(gamma: Array) -> int:
+    """Lags after which residuals do not go together: six times their integrated autocorrelation
+    (A. Sokal, Monte Carlo Methods in Statistical Mechanics, 1997, section 3)."""
+    most = max(int(_ALIKE * len(gamma)), 1)
+    if gamma[0] <= 0.0:
+        return 1
+    time = 1.0 + 2.0 * np.cumsum(gamma[1 : most + 1]) / gamma[0]
+    enough = np.flatnonzero(np.arange(1, len(time) + 1) >= _SOKAL * time)
+    return int(enough[0]) + 1 if len(enough) else most
 
 
 def standard_errors(slopes: Array) -> Array:

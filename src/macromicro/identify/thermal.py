@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
 from macromicro.identify.refined import mls
-from macromicro.identify.spread import standard_errors
+from macromicro.identify.spread import sampled, standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording
 
@@ -201,13 +201,23 @@ def heating(record: StepRecord, goal: float, points: int = 400) -> HeatingFit:
     if found.status <= 0:
         notice(ConvergenceWarning, f"heating: {found.message}; last values returned")
     theta = np.exp(found.x)
-    variance = float(found.fun @ found.fun) / max(len(t) - 6, 1)
-    std = theta * standard_errors(found.jac) * variance**0.5
+    # Early samples lie next to each other, so errors of the record that go together count.
+    errors = np.full(len(record.t), np.nan)
+    model = step_response(Modes(*theta), record.t[usable])
+    errors[usable] = np.asarray(model) - record.rise[usable] / goal
+    spread = sampled(found.jac, usable[chosen], errors)
+    std = theta * np.maximum(np.sqrt(np.diag(spread)), _least(found))
     order = np.argsort(-theta[:3])
     modes = Modes(*(float(v) for v in np.r_[theta[:3][order], theta[3:][order]]))
-    errors = Modes(*(float(v) for v in np.r_[std[:3][order], std[3:][order]]))
+    doubt = Modes(*(float(v) for v in np.r_[std[:3][order], std[3:][order]]))
     nrmse = float(np.sqrt(np.mean(found.fun**2)) / np.ptp(y))
-    return HeatingFit(modes, errors, ladder(modes), nrmse)
+    return HeatingFit(modes, doubt, ladder(modes), nrmse)
+
+
+def _least(found: Any) -> Array:
+    """Standard errors as if the residuals at the samples were white."""
+    free = max(len(found.fun) - found.jac.shape[1], 1)
+    return standard_errors(found.jac) * float(np.sqrt(found.fun @ found.fun / free))
 
 
 def heating_mls(record: StepRecord, goal: float, dt: float = 0.1) -> LinearFit:

@@ -11,13 +11,15 @@ from typing import Any, NamedTuple
 from macromicro import programme as programmes
 from macromicro.drawing import files
 from macromicro.errors import InputError
-from macromicro.machines import planning, results, runs
+from macromicro.machines import on_rig, planning, results, runs
 from macromicro.machines.machine import Machine, load
 from macromicro.machines.results import MoveResult
 from macromicro.machines.sequence import Plan
 from macromicro.programme import Programme
 from macromicro.recording import Recorder, Recording, needed_bytes
 from macromicro.rig.faults import Fault
+from macromicro.rig.opening import TWIN
+from macromicro.rig.session import Fixture
 from macromicro.runs import folder
 from macromicro.runs.job import Stop
 from macromicro.schema import keys
@@ -47,6 +49,8 @@ class Request(NamedTuple):
         Formats of the figures.
     law : str | None
         Instead of the one that the file names.
+    rig : str
+        The simulated machine, or the name of a rig.
     """
 
     config: Path
@@ -57,6 +61,7 @@ class Request(NamedTuple):
     overwrite: bool = False
     figures: tuple[str, ...] = files.DEFAULT
     law: str | None = None
+    rig: str = TWIN
 
 
 class Job(NamedTuple):
@@ -80,6 +85,8 @@ class Job(NamedTuple):
         Folder of the results.
     expected : float
         Simulated time, roughly, s.
+    source : Fixture | None
+        The rig that it runs on; None: the simulated machine.
     """
 
     request: Request
@@ -90,6 +97,7 @@ class Job(NamedTuple):
     overrides: dict[str, str]
     out: Path
     expected: float
+    source: Fixture | None = None
 
 
 class Ended(NamedTuple):
@@ -150,6 +158,7 @@ def check(request: Request) -> Job:
         path = programmes.find(request.programme)
         single, name = planning.load(path, settings), path.stem
     keys.seed(request.seed, "--seed")
+    source = on_rig.found(request.rig, settings, request.seed)
     try:
         programme = single.repeated(request.cycles)
     except InputError as error:
@@ -164,7 +173,7 @@ def check(request: Request) -> Job:
         names=FILES,
     )
     overrides = runs.overridden(machine, settings)
-    return Job(request, machine, settings, programme, plan, overrides, out, expected)
+    return Job(request, machine, settings, programme, plan, overrides, out, expected, source)
 
 
 def _capacity(settings: Any, expected: float) -> int:
@@ -192,6 +201,8 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     ------
     OSError
         The disk refuses.
+    MacromicroError
+        A rig did not come to where the programme begins.
     """
     request, settings = job.request, job.settings
     folder.make(job.out)
@@ -200,11 +211,16 @@ def execute(job: Job, progress: Callable[[float, int], None] | None = None) -> E
     )
     place, outcome, began = job.out / folder.RECORDING, None, time.perf_counter()
     capacity = _capacity(settings, job.expected)
-    rows, dt = runs.columns(job.machine), settings.timing.period
+    rig = None if job.source is None else job.source.open(request.seed)
+    if rig is not None:
+        attributes["rig"] = request.rig
+    rows, dt = runs.columns(job.machine, rig), settings.timing.period
     with Recorder(place, rows, capacity, dt, attributes) as recorder, contextlib.suppress(Stop):
-        outcome = runs.perform(
-            job.machine, settings, job.plan, recorder, seed=request.seed, progress=progress
-        )
+        what = (job.machine, settings, job.plan, recorder)
+        if rig is None or job.source is None:
+            outcome = runs.perform(*what, seed=request.seed, progress=progress)
+        else:
+            outcome = on_rig.perform(*what, rig, job.source.rest, progress)
     wall = time.perf_counter() - began
     recording = Recording.load(place)
     return Ended(

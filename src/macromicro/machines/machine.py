@@ -19,8 +19,8 @@ from macromicro.schema import config, plugins
 from macromicro.schema.keys import nearest
 from macromicro.schema.text import printable, read_toml
 
-TWO_STAGE = "two_stage"  # the thesis' machine, whose settings are `settings.Settings`
-JOINT = "xy"  # two axes (`machines.joint`), which only some commands know
+TWO_STAGE = "two_stage"  # a carriage and a stage on it (`machines.two_stage`)
+JOINT = "xy"  # two axes (`machines.joint`); all of them: `machines.compositions`
 KEY = config.MACHINE
 GROUP = "macromicro.machines"
 FORM = "MODULE:MACHINE, a machine of your own (docs/own-machines.md)"
@@ -93,8 +93,8 @@ _ONE = (
 _found: dict[str, Machine] = {}  # of other packages
 
 
-def named(name: object, where: str) -> Machine | None:
-    """The machine of a name.
+def named(name: object, where: str) -> Machine:
+    """The machine of one stage of a name.
 
     Parameters
     ----------
@@ -106,16 +106,17 @@ def named(name: object, where: str) -> Machine | None:
 
     Returns
     -------
-    Machine | None
-        None for the two-stage machine.
+    Machine
+        The machine.
 
     Raises
     ------
     InputError
-        There is none, with the nearest and all; or it has several axes.
+        There is none, with the nearest and all; or it has several stages or axes.
     """
     if name == TWO_STAGE:
-        return None
+        others = ", ".join(repr(m.name) for m in MACHINES)
+        raise InputError(where, TWO_STAGE, f"one of {others} here")
     if name == JOINT:
         raise InputError(where, JOINT, _ONE)
     for machine in MACHINES:
@@ -141,8 +142,8 @@ def _outside(name: str, place: str, where: str) -> Machine:
     return made._replace(name=name)
 
 
-def chosen(path: Path) -> Machine | None:
-    """The machine that a settings file names.
+def chosen(path: Path) -> Machine:
+    """The machine of one stage that a settings file names.
 
     Parameters
     ----------
@@ -151,13 +152,13 @@ def chosen(path: Path) -> Machine | None:
 
     Returns
     -------
-    Machine | None
-        None for the two-stage machine, and for a file that names none.
+    Machine
+        The machine.
 
     Raises
     ------
     InputError
-        The file cannot be read, or names no machine there is.
+        The file cannot be read, names no such machine, or none: it is the two-stage machine's.
     """
     name = read_toml(path, config.WHAT).get(KEY, TWO_STAGE)
     return named(name, f"{printable(path, 300)}, {KEY}")
@@ -187,9 +188,6 @@ def load(path: Path, law: str | None = None) -> tuple[Machine, Any]:
         such law.
     """
     machine = chosen(path)
-    if machine is None:
-        others = ", ".join(repr(m.name) for m in MACHINES)
-        raise InputError(f"{printable(path, 300)}, {KEY}", TWO_STAGE, f"one of {others} here")
     tree = machine.settings if law is None else joined(machine.settings, law, "--law")
     settings = config.load_overrides(path, tree, machine.name)
     if law is not None:  # the option goes before the file's word

@@ -25,6 +25,7 @@ T = TypeVar("T")
 
 TWIN = "twin"
 OPTION = "--rig"
+GROUP = "macromicro.rigs"  # of the entry points of installed packages
 ACCEPTED = (
     "twin, MODULE:FACTORY with a module of yours and a function in it that takes a seed and "
     "returns the rig, FILE.toml with the wiring of a card, board with --port, or, for `run`, "
@@ -157,7 +158,7 @@ def named(name: str) -> Factory | Carded | Boarded:
     Parameters
     ----------
     name : str
-        Either of them.
+        Either of them, or the name of an installed entry point of the group `GROUP`.
 
     Returns
     -------
@@ -173,9 +174,12 @@ def named(name: str) -> Factory | Carded | Boarded:
         return boards.read(name)
     if name.endswith(wiring.SUFFIX):
         return Carded(Path(name))
-    if not plugins.spelled(name):
-        raise InputError(OPTION, printable(name) or "nothing", ACCEPTED)
-    module, _, function = name.partition(":")
+    place = plugins.place(name, GROUP)
+    if place is None or not plugins.spelled(place):
+        others = plugins.registered(GROUP)
+        offered = f"; installed: {', '.join(sorted(others))}" if others else ""
+        raise InputError(OPTION, printable(name) or "nothing", ACCEPTED + offered)
+    module, _, function = place.partition(":")
     return Factory(module, function)
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from macromicro.errors import InputError
+from macromicro.machines import compositions
+from macromicro.machines.composition import ONE, STEP, TURNS
 from macromicro.serve import settings
 from macromicro.serve.joint import settings as joint
 from macromicro.serve.joint.settings import JointSettings
@@ -13,20 +16,17 @@ from macromicro.serve.stage import settings as stage
 from macromicro.serve.stage.settings import StageSettings
 
 AnySettings = LiveSettings | StageSettings | JointSettings
+_BY_FAMILY: dict[str, Callable[[Any, str | None], AnySettings]] = {
+    TURNS: settings.load,
+    STEP: joint.load,
+    ONE: stage.load,
+}
 
 
 def load(path: Path | None, law: str | None = None) -> AnySettings:
     """The settings in a file, of the machine that it names; without one the two-stage machine's.
 
-    Raises InputError as `serve.settings.load` and `serve.stage.settings.load` do, and for another
-    law than its own of a machine of one stage.
+    Raises InputError as `serve.settings.load`, `serve.stage.settings.load` and
+    `serve.joint.settings.load` do.
     """
-    found: StageSettings | JointSettings | None = None
-    if path is not None:
-        found = joint.load(path) or stage.load(path)
-    if found is None:
-        return settings.load(path, law)
-    if law is not None:
-        accepted = f"no such option: the machine {found.model.partition(' ')[0]} has its own law"
-        raise InputError("--law", law, accepted)
-    return found
+    return _BY_FAMILY[compositions.chosen(path).family](path, law)

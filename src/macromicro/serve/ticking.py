@@ -19,6 +19,7 @@ from macromicro.control.live.messages import (
     Event,
     Notice,
     Refused,
+    Reply,
 )
 from macromicro.serve import faults, requests
 from macromicro.serve.link import Outbox
@@ -77,6 +78,7 @@ class Loop:
         self._heard = time.monotonic()
         self.silence = 0.0  # s, of the serving process, where that was the end
         self._fault = (0.0, 0.0, 0.0, 0.0)
+        self._replies: list[tuple[int, Reply]] = []  # of this period
 
     def run(self, kept: Kept | str, rig_name: str, witness: Witness) -> str:
         """Loop until ordered to leave, or until the serving process is dead; which of them.
@@ -163,6 +165,9 @@ class Loop:
         self._show(sample, command)  # before the notices: who hears of a fault can ask for it
         for notice in notices:
             self._outbox.send(("notice", notice))
+        for serial, reply in self._replies:  # last: who has an answer can see what came of it
+            self._outbox.send(("reply", serial, reply))
+        self._replies.clear()
         self._outbox.flush()
         return ""
 
@@ -196,7 +201,7 @@ class Loop:
             reply = refusal or self._machine.refusal(order.request) or Accepted()
         except Exception as error:
             reply = _defect(error)
-        self._outbox.send(("reply", order.serial, reply))
+        self._replies.append((order.serial, reply))
 
     def _answer(self, serial: int, request: Any) -> None:
         if isinstance(request, EmergencyStop):
@@ -209,7 +214,7 @@ class Loop:
             reply, notices = self._machine.accept(request)
         except Exception as error:  # a defect: it must not take the machine with it
             reply, notices = _defect(error), ()
-        self._outbox.send(("reply", serial, reply))
+        self._replies.append((serial, reply))
         for notice in notices:
             self._outbox.send(("notice", notice))
 

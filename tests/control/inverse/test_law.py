@@ -10,13 +10,14 @@ import pytest
 from macromicro.control import contract
 from macromicro.control.inverse import law
 from macromicro.control.inverse.law import INVERSE
+from macromicro.control.inverse.learned import BASE, HEAT, LAG, LOSS
 from macromicro.control.inverse.model import prepare
 from macromicro.control.stage_law import Sample, Target
 from macromicro.hysteresis import advance
 from macromicro.kernel import compiled
 from macromicro.models import stressed
 
-from .wires import DT, GAINS, Wire
+from .wires import DT, GAINS, SURE, Wire
 
 TOP = GAINS.volts[-1]
 
@@ -61,7 +62,7 @@ def test_a_held_place_is_left_alone() -> None:
 
 
 def test_what_the_sensor_shows_beyond_the_model_is_taken_off() -> None:
-    w = Wire()
+    w = Wire(SURE)
     w.beyond = 0.05
     places = w.go(2.0, 1.5)
     assert w.memory.offset == pytest.approx(0.05, abs=5e-4)
@@ -69,7 +70,7 @@ def test_what_the_sensor_shows_beyond_the_model_is_taken_off() -> None:
 
 
 def test_an_offset_that_grows_is_followed_without_a_lag() -> None:
-    w = Wire()
+    w = Wire(SURE)
     w.go(2.0, 1.0)
     w.rate = 0.1  # a filter of 25 ms alone would be 2.5 um behind
     w.go(2.0, 0.5)
@@ -199,9 +200,10 @@ def test_compiled_and_interpreted_agree() -> None:
     assert tuple(quick[1]) == pytest.approx(tuple(slow[1]), rel=1e-9)
 
 
-def test_told_are_place_offset_wire_and_plates() -> None:
+def test_told_are_place_offset_wires_plates_and_what_was_learned() -> None:
     w = Wire()
     w.go(1.0, 0.5)
     told = law.tell(w.memory)
     m = w.memory
-    assert told == (m.model.x, m.offset, m.model.wire, m.model.plates)
+    known = (m.learned.values[k] for k in (BASE, HEAT, LOSS, LAG))
+    assert told == (m.model.x, m.offset, m.model.wire, m.model.plates, *known)

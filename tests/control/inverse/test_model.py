@@ -42,7 +42,7 @@ def test_a_fit_becomes_settings_and_back() -> None:
                         0.5, 181)  # fmt: skip
     fitted = model.prepare(P).model
     fitted = fitted._replace(hysteresis=fitted.hysteresis._replace(table=fine))
-    found = model.gains(fitted, 2.5e-3)
+    found = model.gains(fitted, 2.5e-3, 0.02)
     assert found.sensor == 2.5e-3 and found.lag == P.lag and found.spacing <= 3.0
     again = model.prepare(found).model
     assert again.ladder == pytest.approx(fitted.ladder)
@@ -60,7 +60,7 @@ def test_heat_that_seems_to_fall_is_held_level() -> None:
     fitted = model.prepare(P).model
     heat = fitted.heat.copy()
     heat[5] = heat[4] - 1.0
-    found = model.gains(fitted._replace(heat=heat), 0.0)
+    found = model.gains(fitted._replace(heat=heat), 0.0, 0.02)
     assert found.heat[5] == found.heat[4] and found.problems() == []
 
 

@@ -244,3 +244,46 @@ def test_on_the_bench_little_swing_is_left(bench):
         rows = run["move"] == k
         swing = abs(run["true_belt"][rows][600:700]).max()
         assert swing < 5.0
+
+
+@pytest.mark.parametrize(
+    ("way", "short"),
+    [(0.4e-3, 0.06e-3), (-1e-3, -0.15e-3), (1.5e-3, 0.1125e-3), (2e-3, 0.0), (5e-3, 0.0)],
+)
+def test_a_short_way_leaves_a_share_to_impulses(way, short):
+    memory = law.start(P, Sample(0.0, 0.0))
+    memory, _ = law.step(P, memory, target(way), Sample(0.0, 0.0), DT)
+    assert memory.mode in (WAY, LAND) and memory.short == pytest.approx(short, abs=1e-9)
+
+
+def test_a_way_that_begins_in_motion_is_not_a_short_one():
+    c = Carriage()
+    c.go(700, 20)
+    c.period(target(math.ceil(c.m.x / P.pitch) * P.pitch + 8 * P.pitch))
+    assert c.memory.v > 0.0 and c.memory.short == 0.0
+
+
+@pytest.mark.parametrize("counts", [3, 7, 14, -7, -14])
+@pytest.mark.parametrize("excess", [-0.15, 0.15])
+def test_a_short_way_under_friction_that_nobody_told_of_ends_in_the_count(counts, excess):
+    c = Carriage(excess=excess)
+    best = 0.0
+    for _ in range(400):
+        c.go(counts, 1)
+        best = max(best, math.copysign(1.0, counts) * c.reading / P.pitch)
+    assert round(c.reading / P.pitch) == counts
+    assert best < abs(counts) + 1.5
+
+
+def test_more_than_a_count_is_made_good_by_two_impulses():
+    """The second takes back what the first leaves in the belt; without a belt one is enough."""
+    for frequency, share in ((P.frequency, 0.5), (0.0, 1.0)):
+        p = P._replace(frequency=frequency)
+        b = estimate.standing(p, 0.0, 0.0)
+        goal = 0.5 * p.pitch + 3.0 * p.pitch
+        periods, level = law._impulse(p, 0.0, share * 3.0 * p.pitch, DT)
+        now = law._corrected(p, b, goal, DT)
+        assert (now.mode, now.left, now.level) == (INCH, periods, pytest.approx(level))
+        periods, level = law._impulse(p, 0.0, p.pitch, DT)
+        one = law._corrected(p, b, 1.5 * p.pitch, DT)
+        assert (one.left, one.level) == (periods, pytest.approx(level))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.identify.test_heated import record
 
@@ -17,6 +18,7 @@ from macromicro.identify import heated, kinds
 from macromicro.identify.heated import HeatedFit
 from macromicro.identify.kinds import actuator, model_file
 from macromicro.identify.stressed import StressedFit
+from macromicro.models.stressed import simulate
 from macromicro.settings import Settings, chosen
 
 
@@ -73,6 +75,14 @@ def test_what_was_found_is_told(tmp_path: Path, monkeypatch, sensor: float) -> N
     assert ("sensor's lag" in dict(result.remarks)) == math.isnan(sensor)
     assert 'micro_law = "inverse"' in result.toml
     assert set(result.draw()) == {"last", "heat"}
+    record(2e-3, 3e-3).save(tmp_path / "b.h5")
+    judged = kinds.from_files(
+        "actuator", tmp_path / "a.h5", table=tmp_path / "t.h5", tests=(str(tmp_path / "b.h5"),)
+    )
+    free = simulate(fit.model, original["ctrl"], original.dt, math.nan)[0]
+    missed = 1e-3 * np.asarray(original["laser"]) - free
+    assert judged.data["tests"][0]["rms"] == pytest.approx(float(np.sqrt(np.mean(missed**2))))
+    assert "free_run" in judged.draw() and "test" in [line.name for line in judged.lines]
 
 
 @pytest.mark.slow

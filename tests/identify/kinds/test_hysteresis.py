@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 import warnings
 from pathlib import Path
@@ -14,7 +15,7 @@ from tests.identify.kinds.seen import facts, given, plots, table
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis import forc, table_files
+from macromicro.hysteresis import FodTable, forc, table_files
 from macromicro.hysteresis.table import Misfit
 from macromicro.identify.kinds import hysteresis
 from macromicro.identify.kinds.hysteresis import Errors, Options
@@ -248,3 +249,30 @@ def test_files_of_columns_share_the_units_of_the_first(tmp_path: Path) -> None:
     found, units = hysteresis._found(given(file), Options())
     assert units == {"u": "V", "f": "mm", "curve": ""}
     assert len(found.curves) == 10 and found.kind == "descending"
+
+
+def test_smoothing_by_curves_held_out(tmp_path: Path) -> None:
+    """What is taken predicts held-out curves best; each error is that of tables made anew."""
+    random = np.random.default_rng(2)
+    pairs = [(u, f + 0.05 * random.standard_normal(len(f))) for u, f in relays(TOPS, n=21)]
+    file = written(tmp_path / "noisy.csv", pairs)
+    found = hysteresis.identify(given(file), Options(smooth="auto"))
+    said = dict(found.remarks)["smooth"]
+    tried = {float(a): float(b) for a, b in re.findall(r"(\d+\.?\d*) ([\d.]+)(?:,|$)", said)}
+    assert list(tried) == [0.5, 1.0, 2.0, 4.0, 8.0]
+    assert tried[found.model.smooth] == min(tried.values())
+    squares = []
+    for fold in range(3):
+        unseen = [1 + k for k in range(8) if k % 3 == fold]
+        seen = [p for k, p in enumerate(pairs) if k not in unseen]
+        own = FodTable.from_curves(
+            seen, "descending", shape="monotone", smooth=2.0, limits=(LOW, HIGH)
+        )
+        squares += [own.misfit([pairs[k] for k in unseen]).rms ** 2] * len(unseen)
+    want = 100.0 * np.sqrt(np.mean(squares)) / found.data["range"]
+    assert tried[2.0] == pytest.approx(want, rel=0.005)  # three digits are told
+    few = written(tmp_path / "few.csv", pairs[::2])
+    with pytest.raises(InputError, match="--smooth: 'auto, 5 curves'"):
+        hysteresis.identify(given(few), Options(smooth="auto"))
+    with pytest.raises(InputError, match="--smooth: 'much'; accepted: a length in grid steps"):
+        hysteresis.identify(given(few), Options(smooth="much"))

@@ -10,6 +10,7 @@ from tests.identify.kinds.seen import given, table
 from macromicro.errors import InputError
 from macromicro.identify.kinds import fitted, from_files, loading
 from macromicro.identify.kinds.linear import ROLES
+from macromicro.identify.picking import RUN, Role
 
 
 @pytest.fixture
@@ -74,3 +75,16 @@ def test_what_nobody_foresaw_in_the_data_is_bad_input(
     monkeypatch.setattr(linear, "identify", broken)
     with pytest.raises(InputError, match=r"a\.csv: .cannot be fitted: by nothing.*identify\.md"):
         fitted("linear", given(file))
+
+
+def test_a_file_may_lack_an_optional_column_that_another_has(tmp_path: Path) -> None:
+    one, other = tmp_path / "one.csv", tmp_path / "other.csv"
+    one.write_text("t_s,u_V,run\n0,1,0\n1,2,0\n")
+    other.write_text("t_s,u_mV\n0,1\n1,2\n")
+    roles = (Role("t", "time", ("t",), ("s",)), Role("u", "input", ("u",), ("V",)), RUN)
+    first, second = loading.loaded(loading.Picking([one, other], {}), roles)
+    assert "run" in first.values and "run" not in second.values
+    other.write_text("t_s,u_N\n0,1\n1,2\n")
+    roles = (roles[0], Role("u", "input", ("u",), ("V", "N")), RUN)
+    with pytest.raises(InputError, match=r"other\.csv: .*'u': 'N'.*accepted: those of .*one\.csv"):
+        loading.loaded(loading.Picking([one, other], {}), roles)

@@ -175,7 +175,7 @@ def test_figures_of_the_step_its_residuals_and_the_gain() -> None:
     step = one.records[2.0]
     error = np.where(np.arange(100) < 2, math.nan, 0.0)
     one.records[2.0] = step._replace(rise=step.rise + 1.0, error=error)
-    drawn = thermal._draw(one)
+    drawn = thermal._draw(one, [])
     top = plots(drawn["free_run"])[0]
     model = 20.0 * step_response(MODES, step.t[2:])
     assert top.y == "temperature rise [K]"
@@ -194,7 +194,7 @@ def test_figures_of_the_step_its_residuals_and_the_gain() -> None:
     np.testing.assert_array_equal(y, 10.0 * np.arange(1.0, 6.0))
     np.testing.assert_allclose(xs, np.linspace(1.0, 5.0, 100))
     np.testing.assert_allclose(curve, [exponential(GAIN.model, v) for v in xs])
-    assert len(plots(thermal._draw(found(3))["gain"])[0].lines) == 1
+    assert len(plots(thermal._draw(found(3), [])["gain"])[0].lines) == 1
 
 
 def test_model_toml_holds_every_number() -> None:
@@ -248,7 +248,7 @@ def test_measured_temperatures(tmp_path: Path, fitted: list[tuple[StepRecord, fl
     assert thermal.identify(given(file), Options(step=3.0)).data["chosen_V"] == 3.0
     cold = thermal.identify(given(file), Options(ambient=15.0))
     assert cold.data["steady_K"][1.0] == pytest.approx(20.0)
-    assert Options() == (None, None, None)
+    assert Options() == (None, None, None, ())
 
 
 @pytest.mark.parametrize(
@@ -280,3 +280,28 @@ def test_a_table_turns_positions_into_temperatures(
     assert made.data["steady_K"] == pytest.approx({1.0: 10.0, 2.0: 20.0}, abs=0.5)
     with pytest.raises(InputError, match="no column for T"):
         thermal.identify(given(file), Options())
+
+
+def test_steps_that_were_not_fitted(
+    tmp_path: Path, fitted: list[tuple[StepRecord, float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At a voltage that was measured by its rise, between them by (5.2), else refused."""
+    head = "t_s,u_V,temperature_C,run"
+    file = steps(tmp_path / "a.csv", head, 10.0, 20.0)
+    own = steps(tmp_path / "b.csv", head, 12.0)
+    made = thermal.identify(given(file), Options(tests=(str(own),)))
+    (told,) = made.data["tests"]
+    t = np.arange(200) * 0.1
+    measured, model = 12.0 * -np.expm1(-t), 10.0 * np.asarray(step_response(MODES, t))
+    assert told["rms"] == pytest.approx(float(np.sqrt(np.mean((measured - model) ** 2))), rel=1e-6)
+    assert facts(made.lines)["test"].unit == "%" and "b.csv" in facts(made.lines)["test"].note
+    titles = [one.title for one in plots(made.plot()["free_run"])]
+    assert [name for name in titles if "fitted" in name] == ["fitted", "not fitted: b.csv"]
+    half = table(tmp_path / "c.csv", "t_s,u_V,temperature_C", t, 0.0 * t + 1.5, 25.0 + measured)
+    with pytest.raises(InputError, match=r"a step to 1\.5 V'; accepted: one of 1, 2 V"):
+        thermal.identify(given(file), Options(tests=(str(half),)))
+    monkeypatch.setattr(thermal, "_gain", lambda rises, remarks: GAIN)
+    found = thermal.identify(given(file), Options(tests=(str(half),)))
+    model = exponential(GAIN.model, 1.5) * np.asarray(step_response(MODES, t))
+    missed = float(np.sqrt(np.mean((measured - model) ** 2)))
+    assert found.data["tests"][0]["rms"] == pytest.approx(missed, rel=1e-6)

@@ -111,6 +111,8 @@ class Page(Window):
             return held()
 
         until(pressed)
+        # The page hears of it later than the station; until then its orders are disabled.
+        until(lambda: not self.find("#take").is_enabled())
 
 
 SAVED = """

@@ -12,6 +12,8 @@ from typing import Annotated, NamedTuple
 
 from macromicro.columns import Quantity
 from macromicro.control.converter import rounded
+from macromicro.control.inverse import learned
+from macromicro.control.inverse.learned import Learned
 from macromicro.control.inverse.model import Inverse, Prepared, prepare
 from macromicro.control.stage_law import Sample, StageLaw, Target
 from macromicro.hysteresis.invert import invert
@@ -55,6 +57,7 @@ class State(NamedTuple):
     since: float
     sent: float
     owed: float
+    learned: Learned
 
 
 class Told(NamedTuple):
@@ -65,6 +68,14 @@ class Told(NamedTuple):
     wire: Annotated[float, Quantity("K", "wires above ambient by the law's model", column="wire")]
     plates: Annotated[
         float, Quantity("K", "plates above ambient by the law's model", column="plates")
+    ]
+    base: Annotated[
+        float, Quantity("K", "how much warmer the wires were found to be", column="base")
+    ]
+    more: Annotated[float, Quantity("1", "how much more heat was found", column="heat")]
+    loss: Annotated[float, Quantity("1", "how much more loss was found", column="loss")]
+    late: Annotated[
+        float, Quantity("ms", "how much longer the lags were found", column="late", scale=1e3)
     ]
 
 
@@ -84,16 +95,17 @@ def start(p: Prepared, sample: Sample) -> State:
         Its memory is its own.
     """
     m = stressed.cold(p.model)
-    return State(m, m.x, 0.0, 0.0, m.x, 0.0, 0.0, 0.0)
+    return State(m, m.x, 0.0, 0.0, m.x, 0.0, 0.0, 0.0, learned.nothing(p.doubts))
 
 
 @kernel
 def _sensed(p: Prepared, s: State, x: float, dt: float) -> float:
     """The model's place as the sensor shows it a period later: a first-order lag."""
-    if p.sensor <= 0.0:
+    lag = p.sensor + 0.5 * s.learned.values[learned.LAG]
+    if lag <= 1e-6:
         return x
     mean = 0.5 * (s.model.x + x)
-    return mean + (s.shown - mean) * math.exp(-dt / p.sensor)
+    return mean + (s.shown - mean) * math.exp(-dt / lag)
 
 
 @kernel
@@ -116,8 +128,17 @@ def rest(p: Prepared, s: State, sample: Sample, dt: float) -> State:
     State
         A period later.
     """
-    ahead = stressed.step(p.model, s.model, s.sent, dt)
-    return State(ahead, _sensed(p, s, ahead.x, dt), s.offset, 0.0, math.nan, 0.0, 0.0, 0.0)
+    m = learned.corrected(p.model, s.learned)
+    ahead = stressed.step(m, s.model, s.sent, dt)
+    shown = _sensed(p, s, ahead.x, dt)
+    known, _ = learned.learn(m, s.model, ahead, s.learned, p.doubts, p.forget, math.nan, dt)
+    return State(ahead, shown, s.offset, 0.0, math.nan, 0.0, 0.0, 0.0, known)
+
+
+@kernel
+def _heated(s: StressedState, wrong: float) -> StressedState:
+    """The model with another heat content of the wires."""
+    return StressedState(s.heat, s.cut, s.wire, s.plates, s.body, s.content + wrong, s.memory, s.x)
 
 
 @kernel
@@ -167,7 +188,8 @@ def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tu
     effort : float
         CTRL, V.
     """
-    m, n = p.model, p.model.ladder
+    m = learned.corrected(p.model, s.learned)
+    n = m.ladder
     goal, speed = 1e3 * target.position, 1e3 * target.velocity
     since, offset, drift = s.since + dt, s.offset, s.drift
     if not math.isnan(sample.position):
@@ -181,6 +203,10 @@ def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tu
     # What was sent before acts until this period's effort does.
     ahead = stressed.step(m, s.model, s.sent, dt)
     shown = _sensed(p, s, ahead.x, dt)
+    known, wrong = learned.learn(
+        m, s.model, ahead, s.learned, p.doubts, p.forget, 1e3 * sample.position - s.shown, dt
+    )
+    ahead = _heated(ahead, wrong)
     loss = (ahead.wire - ahead.plates) / n.r1
     content = ahead.content + m.lag * (ahead.heat - loss) / n.c1
     then = 2.0 * dt + m.lag
@@ -197,7 +223,7 @@ def step(p: Prepared, s: State, target: Target, sample: Sample, dt: float) -> tu
     volts = rounded(stressed.level(m, min(max(heat + s.owed, 0.0), top)), p.step)
     owed = s.owed + heat - stressed.static_heat(m, volts)
     owed = min(max(owed, -MOST_OWED), MOST_OWED)
-    return State(ahead, shown, offset, drift, goal, since, volts, owed), volts
+    return State(ahead, shown, offset, drift, goal, since, volts, owed, known), volts
 
 
 @kernel
@@ -214,7 +240,16 @@ def tell(s: State) -> Told:
     Told
         Places in mm.
     """
-    return Told(s.model.x, s.offset, s.model.wire, s.model.plates)
+    return Told(
+        s.model.x,
+        s.offset,
+        s.model.wire,
+        s.model.plates,
+        s.learned.values[learned.BASE],
+        s.learned.values[learned.HEAT],
+        s.learned.values[learned.LOSS],
+        s.learned.values[learned.LAG],
+    )
 
 
 INVERSE = StageLaw(

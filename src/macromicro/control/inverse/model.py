@@ -10,6 +10,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis import Everett
 from macromicro.hysteresis.everett import lookup
@@ -88,6 +89,16 @@ class Inverse(NamedTuple):
         float,
         Par("K/(m*s)", "rate of heat content for a gap", _TUNED, shown="K/(mm*s)", lo=0.0),
     ] = 1e7
+    doubt_base: Annotated[
+        float, Par("K", "how far the base temperature may be off the model's", _TUNED, lo=0.0)
+    ] = 6.0
+    doubt_heat: Annotated[float, Par("1", "the same of the heat", _TUNED, lo=0.0)] = 0.06
+    doubt_loss: Annotated[float, Par("1", "the same of the wires' loss", _TUNED, lo=0.0)] = 0.12
+    doubt_lag: Annotated[float, _time("the same of the lags together")] = 2e-3
+    forget: Annotated[
+        float,
+        Par("s", "motion after which that is as doubtful again", _TUNED, positive=True),
+    ] = 10.0
     step: Annotated[
         float, Par("V", "step of the D/A", "MultiQ-3 board, Section 3.3", shown="mV", lo=0.0)
     ] = 10.0 / 4096.0
@@ -142,6 +153,8 @@ class Prepared(NamedTuple):
     settle: float
     floor: float
     rise: float
+    doubts: Array
+    forget: float
     step: float
 
 
@@ -224,12 +237,25 @@ def prepare(p: Inverse) -> Prepared:
         Hysteresis(everett(p), 1e3 * p.low, 1e3 * p.span),
     )
     return Prepared(
-        model, p.sensor, p.reach, p.quick, p.calm, p.settle, p.floor, 1e-3 * p.rise, p.step
+        model,
+        p.sensor,
+        p.reach,
+        p.quick,
+        p.calm,
+        p.settle,
+        p.floor,
+        1e-3 * p.rise,
+        np.array([p.doubt_base, p.doubt_heat, p.doubt_loss, p.doubt_lag]),
+        p.forget,
+        p.step,
     )
 
 
-def gains(model: Stressed, sensor: float, spacing: float = 3.0) -> Inverse:
+def gains(model: Stressed, sensor: float, rms: float, spacing: float = 3.0) -> Inverse:
     """The settings of an identified actuator.
+
+    Its base temperature is doubted by what puts the place off by the fit's own error, on a branch
+    of mean steepness: a room changes from day to day. Heat, loss and lags stay what was found.
 
     Parameters
     ----------
@@ -237,6 +263,8 @@ def gains(model: Stressed, sensor: float, spacing: float = 3.0) -> Inverse:
         As fitted; places in mm.
     sensor : float
         Lag of the position's sensor, s.
+    rms : float
+        What the fit leaves of the place, mm.
     spacing : float, optional
         Of the thresholds, at most, K: a coarser table than the kiln's is as good here.
 
@@ -258,4 +286,5 @@ def gains(model: Stressed, sensor: float, spacing: float = 3.0) -> Inverse:
         model.lag, sensor, n.c1, n.r1, n.c2, n.r2, n.c3, model.latent, model.shift,
         1e3 * model.stiffening, model.ambient, 1e-3 * model.cut_on, 1e-3 * model.cut_off,
         table.lo, step, 1e-3 * h.low, 1e-3 * h.span, tuple(relays),
+        doubt_base=rms * width / h.span, doubt_heat=0.0, doubt_loss=0.0, doubt_lag=0.0,
     )  # fmt: skip

@@ -22,6 +22,10 @@ QUIET = 0.02  # s without effort or count until the carriage is taken to stand
 _TRACKING = 250.0  # 1/s, bandwidth of tracking
 _SHORT = 2.0  # periods of the shortest impulse
 _LAST = 1  # periods before the end of a landing, in which friction alone ends it
+# A short way is over before its friction is known: this share of it is left to impulses, up to a
+# way, m, and less of it up to twice that way.
+_LEFT, _UNSURE = 0.15, 1e-3
+_TWICE = 1.7  # counts: more are made good by two impulses
 _BEGUN = 1e3  # s: a way that begins in motion needs no shaped start
 
 
@@ -38,12 +42,15 @@ class Stage(NamedTuple):
         Time in it, s.
     level : float
         Effort of an impulse, V.
+    short : float
+        How far before the goal a way is to end, m.
     """
 
     mode: float
     left: float
     gone: float
     level: float
+    short: float
 
 
 class Memory(NamedTuple):
@@ -67,6 +74,7 @@ class Memory(NamedTuple):
     gone: float  # s in this mode
     goal: float  # m
     level: float  # V, of an impulse
+    short: float  # m, how far before the goal a way is to end
     one: float  # V, efforts of the last periods
     two: float
     three: float
@@ -120,7 +128,7 @@ def _at_rest(p: Terminal, reading: float, excess: float, known: float) -> Memory
     m, c = b.motion, b.spread
     return Memory(
         m.x, m.v, m.q, m.s, b.excess, c.xx, c.xv, c.xf, c.vv, c.vf, known,
-        REST, 0.0, QUIET, m.x, 0.0, 0.0, 0.0, 0.0,
+        REST, 0.0, QUIET, m.x, 0.0, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
 
 
@@ -238,11 +246,11 @@ def step(
     at = _ahead(p, m, b, dt)
     goal = target.position + 0.5 * p.pitch
     tracked = target.velocity != 0.0 or target.acceleration != 0.0
-    now = Stage(m.mode, m.left, m.gone + dt, m.level)
+    now = Stage(m.mode, m.left, m.gone + dt, m.level, m.short)
     if tracked:
-        now = Stage(TRACK, 0.0, now.gone, 0.0)
+        now = Stage(TRACK, 0.0, now.gone, 0.0, 0.0)
     elif now.mode == TRACK or abs(goal - m.goal) > 0.5 * p.pitch:
-        now = Stage(WAY, 0.0, 0.0 if b.motion.v == 0.0 else _BEGUN, 0.0)
+        now = _begun(b, goal)
     if now.mode == REST:
         off = sample.position - target.position
         if b.motion.v == 0.0 and now.gone >= QUIET and abs(off) > 0.5 * p.pitch:
@@ -250,24 +258,36 @@ def step(
     effort = 0.0
     if now.mode == INCH:
         effort = now.level
-        now = Stage(INCH if now.left > 1.5 else REST, now.left - 1.0, 0.0, now.level)
+        now = Stage(INCH if now.left > 1.5 else REST, now.left - 1.0, 0.0, now.level, 0.0)
     elif now.mode == TRACK:
         effort = _followed(p, b, at, target, dt)
     elif now.mode != REST:
-        now, effort = _driven(p, now, b, at, goal, dt)
+        now, effort = _driven(p, now, b, at, goal - now.short, dt)
     n, c = b.motion, b.spread
     return Memory(
         n.x, n.v, n.q, n.s, b.excess, c.xx, c.xv, c.xf, c.vv, c.vf, c.ff,
-        now.mode, now.left, now.gone, goal, now.level, effort, m.one, m.two,
+        now.mode, now.left, now.gone, goal, now.level, now.short, effort, m.one, m.two,
     ), effort  # fmt: skip
+
+
+@kernel
+def _begun(b: Belief, goal: float) -> Stage:
+    """A way begins: from rest with a shaped start, and a short one with something left."""
+    if b.motion.v != 0.0:
+        return Stage(WAY, 0.0, _BEGUN, 0.0, 0.0)
+    way = goal - b.motion.x
+    share = min(max(2.0 - abs(way) / _UNSURE, 0.0), 1.0)
+    return Stage(WAY, 0.0, 0.0, 0.0, _LEFT * share * way)
 
 
 @kernel
 def _corrected(p: Terminal, b: Belief, goal: float, dt: float) -> Stage:
     """The impulse that closes what is missing."""
     way = goal - b.motion.x
+    if p.frequency > 0.0 and abs(way) > _TWICE * p.pitch:
+        way *= 0.5  # the other half follows about half a swing later, and takes it back
     periods, level = _impulse(p, b.excess, abs(way), dt)
-    return Stage(INCH, periods, 0.0, math.copysign(level, way))
+    return Stage(INCH, periods, 0.0, math.copysign(level, way), 0.0)
 
 
 @kernel
@@ -281,8 +301,8 @@ def _driven(
     if s.mode == WAY and not fits and not _late(p, b, at, goal):
         return s, _pushed(p, b, s.gone, math.copysign(1.0, goal - at.x))
     if periods <= _LAST:
-        return Stage(REST, 0.0, 0.0, 0.0), 0.0
-    return Stage(LAND, periods - 1.0, s.gone, 0.0), effort
+        return Stage(REST, 0.0, 0.0, 0.0, 0.0), 0.0
+    return Stage(LAND, periods - 1.0, s.gone, 0.0, s.short), effort
 
 
 @kernel

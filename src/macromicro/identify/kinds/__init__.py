@@ -18,7 +18,7 @@ from macromicro.schema.text import printable
 
 KINDS = (
     *("drive", "carriage", "linear", "deadzone", "hysteresis", "thermal", "actuator", "hall"),
-    "plays",
+    *("plays", "stress"),
 )
 
 
@@ -33,8 +33,8 @@ def from_files(
     Parameters
     ----------
     kind : str
-        One of `KINDS`: drive, carriage, linear, deadzone, hysteresis, thermal, actuator, hall or
-        plays.
+        One of `KINDS`: drive, carriage, linear, deadzone, hysteresis, thermal, actuator, hall,
+        plays or stress.
     files : str | PathLike[str] | Sequence[str | PathLike[str]]
         One or several files of measured data, as docs/files.md describes them.
     columns : Mapping[str, str] | None, optional

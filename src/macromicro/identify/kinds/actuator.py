@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from macromicro.arrays import Array
 from macromicro.columns import Column
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, runs
 from macromicro.identify.result import Line, Result
 from macromicro.recording import Recording
@@ -56,10 +58,13 @@ class Options(NamedTuple):
         The kiln's table, as `identify hysteresis` writes it.
     ambient : float | None
         Room temperature, deg C; None: 25.
+    tests : tuple[str, ...]
+        Files with records that are not fitted.
     """
 
     table: Path | None = None
     ambient: float | None = None
+    tests: tuple[str, ...] = ()
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -89,7 +94,9 @@ def identify(picking: Picking, options: Options) -> Result:
     if options.table is None:
         raise InputError("--table", "not given", "the table.h5 of `identify hysteresis`")
     table = load_table(options.table)
-    records = [one for file in loaded(picking, ROLES) for one in _records(file)]
+    tables = loaded(picking, ROLES)
+    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    records = [one for file in tables for one in _records(file)]
     room = AMBIENT if options.ambient is None else options.ambient
     found = heated.found(table, records, room)
     fit = found.fit
@@ -100,6 +107,8 @@ def identify(picking: Picking, options: Options) -> Result:
         if name.startswith("heat ")
     ]
     lines.append(Line("lag", fit.model.lag, math.nan, "s", "of the driver"))
+    trials = [_tried(found, one, file.file) for file in others for one in _records(file)]
+    lines += testing.lines(trials, "mm")
     remarks = [("fit", f"{1e3 * fit.rms:.2g} um RMS over {len(records)} records")]
     if math.isfinite(found.sensor):
         lines.append(Line("sensor", found.sensor, math.nan, "s", "lag of the position's sensor"))
@@ -107,10 +116,21 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("sensor's lag", "not seen: no column y; 0 is taken"))
     head = f"An actuator under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.gains(head, "fine", found.gains, LAW)
-    data = {"rms_um": 1e3 * fit.rms, "iterations": fit.iterations}
+    data = {
+        "rms_um": 1e3 * fit.rms,
+        "iterations": fit.iterations,
+        "tests": testing.data(trials),
+    }
     title = "c1 T' = heat(u) - (T - plates) / r1, less latent heat; relays at T, less stress"
     return Result(
-        "actuator", title, found.gains, lines, remarks, toml, lambda: _draw(found, records), data
+        "actuator",
+        title,
+        found.gains,
+        lines,
+        remarks,
+        toml,
+        lambda: _draw(found, records, trials),
+        data,
     )
 
 
@@ -130,21 +150,36 @@ def _records(file: Picked) -> list[Recording]:
     return made
 
 
-def _draw(found: HeatedFit, records: list[Recording]) -> dict[str, Figure]:
-    """The model's free run on the last record, and the heat map."""
-    from macromicro.identify.kinds import pictures
+def _free(found: HeatedFit, record: Recording) -> Array:
+    """The model's contraction over a record from cold, by its drive alone, mm."""
     from macromicro.models import stressed
 
+    cut = record["contract"] if "contract" in record else np.nan  # noqa: SIM401 -- no dictionary
+    return np.asarray(stressed.simulate(found.fit.model, record["ctrl"], record.dt, cut)[0])
+
+
+def _tried(found: HeatedFit, record: Recording, file: str) -> Trial:
+    measured = 1e-3 * np.asarray(record["laser"])
+    return Trial(file, np.asarray(record["t"]), measured, _free(found, record))
+
+
+def _draw(found: HeatedFit, records: list[Recording], trials: list[Trial]) -> dict[str, Figure]:
+    """The model's free run on the last record and on those that were not fitted; the heat map."""
+    from macromicro.identify.kinds import pictures
+
     last, model = records[-1], found.fit.model
-    cut = last["contract"] if "contract" in last else np.nan  # noqa: SIM401 -- no dictionary
-    made = stressed.simulate(model, last["ctrl"], last.dt, cut)[0]
+    made = _free(found, last)
     t = np.asarray(last["t"])
     curves = [
         ("measured", t, 1e-3 * np.asarray(last["laser"]), "-"),
         ("model, running free", t, made, "--"),
     ]
     heat = [("heat map", model.volts, model.heat, "o-")]
-    return {
+    drawn = {
         "last": pictures.points("the last record", "time [s]", "contraction [mm]", curves),
         "heat": pictures.points("final warming of the wires", "CTRL [V]", "[K]", heat),
     }
+    if trials:
+        last_ones = [t], [1e-3 * np.asarray(last["laser"])], [made]
+        drawn["free_run"] = testing.drawn(*last_ones, trials, "contraction [mm]")
+    return drawn

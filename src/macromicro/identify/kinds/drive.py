@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import model_file, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 T = Role("t", "time", ("t", "time", "zeit"), ("s",))
 U = Role(
     "u",
-    "drive voltage or force",
+    "drive voltage, current or force; where nothing drives: --free",
     ("u", "U", "motor", "voltage", "volts", "v", "V", "force", "f", "vir", "input"),
     ("V", "N", "A"),
 )
 X = Role(
     "x",
-    "position",
+    "position; a speed instead: --columns v=COLUMN",
     ("x", "X", "macro_position", "position", "pos", "qm", "q", "y", "Y", "angle"),
     ("m", "rad", "counts"),
 )
@@ -63,6 +63,12 @@ class Options(NamedTuple):
         Samples by which u acts late; None: as the file says, else 0.
     tests : tuple[str, ...]
         Files with records that are not fitted.
+    spring : bool
+        Whether a spring pulls (`kinds.sprung`).
+    dead_zone : bool
+        Whether the drive has a dead zone.
+    free : bool
+        Whether nothing drives: a decay.
     """
 
     gain: float | None = None
@@ -70,6 +76,9 @@ class Options(NamedTuple):
     limit: float | None = None
     delay: int | None = None
     tests: tuple[str, ...] = ()
+    spring: bool = False
+    dead_zone: bool = False
+    free: bool = False
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -96,6 +105,8 @@ def identify(picking: Picking, options: Options) -> Result:
 
     if options.limit is not None and not options.limit > 0.0:
         raise InputError("--limit", options.limit, "a value above zero")
+    if _other(picking, options):
+        return sprung.identify(picking, (T, U, X), _asked(options), GAINS)
     tables = loaded(picking, ROLES)
     first = tables[0]
     others = testing.unseen(options.tests, picking, ROLES, first)
@@ -173,6 +184,23 @@ def identify(picking: Picking, options: Options) -> Result:
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
     toml = settings(fit, records, force, x_unit, units)
     return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
+
+
+def _other(picking: Picking, options: Options) -> bool:
+    """Whether the axis is one for `kinds.sprung`."""
+    flags = options.spring or options.dead_zone or options.free
+    return flags or sprung.in_speeds(picking, X)
+
+
+def _asked(options: Options) -> sprung.Asked:
+    """The options that it shares. Raises InputError for those that it does not have."""
+    if options.limit is not None:
+        accepted = "no limit with a spring, a dead zone, speeds or a free motion"
+        raise InputError("--limit", options.limit, accepted)
+    if options.delay is not None and options.delay < 0:
+        raise InputError("delay", options.delay, "a whole number of samples from 0")
+    shared = {n: getattr(options, n) for n in sprung.Asked._fields}
+    return sprung.Asked(**shared)
 
 
 def measured(table: Picked) -> list[Run]:

@@ -40,6 +40,9 @@ ROLES = (T, U, F, CURVE)
 TABLE, SHEET = "table.h5", "table.csv"
 _FEWEST = 6  # curves from which on every second one is held out
 _SHOWN = 5
+AUTO = "auto"
+_TRIED = (0.5, 1.0, 2.0, 4.0, 8.0)  # grid steps
+_FOLDS = 3
 
 
 class Options(NamedTuple):
@@ -51,8 +54,8 @@ class Options(NamedTuple):
         Their kind, or "auto".
     shape : str
         Shape of the density, as for ``FodTable.from_curves``.
-    smooth : float
-        Grid steps.
+    smooth : float | str
+        Grid steps; "auto": what predicts curves held out best (`chosen`).
     tests : tuple[str, ...]
         Recordings to predict.
     drift : bool
@@ -61,7 +64,7 @@ class Options(NamedTuple):
 
     curves: str = "auto"
     shape: str = "monotone"
-    smooth: float = 1.0
+    smooth: float | str = 1.0
     tests: tuple[str, ...] = ()
     drift: bool = False
 
@@ -104,6 +107,8 @@ def identify(picking: Picking, options: Options) -> Result:
     InputError
         An option or the data are not accepted.
     """
+    if isinstance(options.smooth, str) and options.smooth != AUTO:
+        raise InputError("--smooth", options.smooth, f"a length in grid steps, or {AUTO}")
     if options.shape not in SHAPES:
         raise InputError("--shape", options.shape, ", ".join(SHAPES))
     found, units = _found(picking, options)
@@ -118,6 +123,9 @@ def identify(picking: Picking, options: Options) -> Result:
         )
         raise InputError(printable(picking.files[0], 300), same, accepted)
     make = _Maker(found, options, limits)
+    tried = chosen(make, pairs) if options.smooth == AUTO else {}
+    if tried:
+        make.smooth = min(tried, key=lambda smooth: tried[smooth])
     table = make(pairs)
     extent = abs(table.span)
     own = table.misfit()
@@ -144,6 +152,9 @@ def identify(picking: Picking, options: Options) -> Result:
         ),
         ("+-", "the RMS misfit of the curves"),
     ]
+    if tried:
+        told = ", ".join(f"{k:g} {100.0 * v / extent:.3g}" for k, v in tried.items())
+        remarks.append(("smooth", f"RMS on curves held out, % of range, by grid steps: {told}"))
     remarks += [_tested(table, test, picking.columns) for test in options.tests]
 
     def draw() -> dict[str, Figure]:
@@ -215,15 +226,62 @@ class _Maker:
 
     def __init__(self, found: Found, options: Options, limits: tuple[float, float]) -> None:
         self.found, self.options, self.limits = found, options, limits
+        self.smooth = 1.0 if options.smooth == AUTO else float(options.smooth)
 
     def __call__(self, pairs: list[tuple[Array, Array]]) -> FodTable:
         return FodTable.from_curves(
             pairs,
             self.found.kind,
             shape=self.options.shape,  # type: ignore[arg-type]
-            smooth=self.options.smooth,
+            smooth=self.smooth,
             limits=self.limits,
         )
+
+
+def chosen(make: _Maker, pairs: list[tuple[Array, Array]]) -> dict[float, float]:
+    """How well tables of each smoothness predict curves that they did not see.
+
+    Parameters
+    ----------
+    make : _Maker
+        Makes a table of some curves.
+    pairs : list[tuple[Array, Array]]
+        Input and output of each curve, by their reversals.
+
+    Returns
+    -------
+    dict[float, float]
+        RMS by smoothness in grid steps: every third curve is held out in turn, but the outer ones.
+
+    Raises
+    ------
+    InputError
+        There are too few curves for that.
+    """
+    import warnings
+
+    if len(pairs) < _FEWEST:
+        accepted = f"a length in grid steps, or {_FEWEST} curves or more"
+        raise InputError("--smooth", f"{AUTO}, {len(pairs)} curves", accepted)
+    kept, found = make.smooth, {}
+    for smooth in _TRIED:
+        make.smooth = smooth
+        squares, count = 0.0, 0
+        for fold in range(_FOLDS):
+            unseen = [p for k, p in enumerate(pairs[1:-1]) if k % _FOLDS == fold]
+            seen = [
+                p
+                for k, p in enumerate(pairs)
+                if k in (0, len(pairs) - 1) or (k - 1) % _FOLDS != fold
+            ]
+            with warnings.catch_warnings():  # they were said about the whole table
+                warnings.simplefilter("ignore")
+                misfit = make(seen).misfit(unseen)
+            points = sum(len(u) for u, _ in unseen)
+            squares, count = squares + misfit.rms**2 * points, count + points
+        found[smooth] = math.sqrt(squares / count)
+    make.smooth = kept
+    return found
 
 
 def _held_out(make: _Maker, pairs: list[tuple[Array, Array]]) -> Errors | None:

@@ -127,7 +127,26 @@ def loaded(what: Picking, roles: Sequence[Role]) -> list[Picked]:
             )
         tables.append(pick(read(file), roles, what.columns))
     for table in tables[1:]:
-        if table.units != tables[0].units:
-            found = f"units {table.units}"
-            raise InputError(table.file, found, f"those of {tables[0].file}: {tables[0].units}")
+        alike(table, tables[0])
     return tables
+
+
+def alike(table: Picked, first: Picked) -> None:
+    """Refuse a file whose units are not another's; a column that one of them lacks has none.
+
+    Parameters
+    ----------
+    table : Picked
+        Columns of the file.
+    first : Picked
+        Of the other one.
+
+    Raises
+    ------
+    InputError
+        A column of both has two units.
+    """
+    shared = [name for name in first.units if name in table.units]
+    own, others = ({n: each.units[n] for n in shared} for each in (table, first))
+    if own != others:
+        raise InputError(table.file, f"units {own}", f"those of {first.file}: {others}")

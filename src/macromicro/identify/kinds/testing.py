@@ -10,7 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.kinds.loading import Picking, loaded, there
+from macromicro.identify.kinds.loading import Picking, alike, loaded, there
 from macromicro.identify.picking import Picked, Role
 from macromicro.identify.result import Line
 from macromicro.schema.text import printable
@@ -87,9 +87,7 @@ def unseen(
             raise InputError("--test", printable(name, 300), "a record that is not fitted")
     found = loaded(Picking(there(list(tests)), what.columns), roles)
     for table in found:
-        if table.units != first.units:
-            accepted = f"those of {first.file}: {first.units}"
-            raise InputError(table.file, f"units {table.units}", accepted)
+        alike(table, first)
     return found
 
 

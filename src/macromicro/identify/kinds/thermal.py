@@ -9,11 +9,12 @@ import numpy as np
 
 from macromicro.errors import InputError
 from macromicro.identify.kinds import heating as steps
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.heating import Source
 from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.notices import DataWarning, notice
-from macromicro.identify.picking import RUN, Role
+from macromicro.identify.picking import RUN, Picked, Role
 from macromicro.identify.result import Line, Result
 from macromicro.identify.thermal import CoolingFit, HeatingFit, StepRecord, heating, steady
 
@@ -46,11 +47,14 @@ class Options(NamedTuple):
         deg C; None: see `heating.Source`.
     step : float | None
         Voltage whose step shows the dynamics, V; None for the middle one.
+    tests : tuple[str, ...]
+        Files with steps that are not fitted.
     """
 
     table: Path | None = None
     ambient: float | None = None
     step: float | None = None
+    tests: tuple[str, ...] = ()
 
 
 class Found(NamedTuple):
@@ -106,7 +110,9 @@ def identify(picking: Picking, options: Options) -> Result:
         from macromicro.hysteresis.table_files import load_table
 
         source, role = Source(load_table(options.table), options.ambient), "x"
-    tables = loaded(picking, (T, U, X if role == "x" else TEMPERATURE, RUN))
+    roles = (T, U, X if role == "x" else TEMPERATURE, RUN)
+    tables = loaded(picking, roles)
+    others = testing.unseen(options.tests, picking, roles, tables[0])
     sorted_ = steps.steps(tables, role)
     remarks: list[tuple[str, str]] = []
     records = {v: steps.record(group, source) for v, group in sorted(sorted_.held.items())}
@@ -115,6 +121,7 @@ def identify(picking: Picking, options: Options) -> Result:
     fit = heating(records[chosen], rises[chosen])
     falls = _falls(sorted_, source)
     found = Found(records, rises, chosen, fit, _gain(rises, remarks), falls)
+    trials = _tried(found, others, role, source)
     rest = steps.drift(records[chosen])
     remarks.append(
         ("dynamics", f"from the step to {chosen:g} V, error {100.0 * fit.nrmse:.2f} % of its range")
@@ -126,9 +133,40 @@ def identify(picking: Picking, options: Options) -> Result:
         ("ladder", "three heat capacities in a row; 1 K of heat warms by r1 + r2 + r3 K")
     )
     title = "Heating: T / T_d = sum of share rate / (s + rate); steady T_d by voltage"
-    data = {"steady_K": rises, "chosen_V": chosen, "nrmse": fit.nrmse}
-    toml = _toml(found)
-    return Result("thermal", title, found, _lines(found), remarks, toml, lambda: _draw(found), data)
+    data = {
+        "steady_K": rises,
+        "chosen_V": chosen,
+        "nrmse": fit.nrmse,
+        "tests": testing.data(trials),
+    }
+    lines = [*_lines(found), *testing.lines(trials, "K")]
+    return Result(
+        "thermal", title, found, lines, remarks, _toml(found), lambda: _draw(found, trials), data
+    )
+
+
+def _tried(found: Found, others: list[Picked], role: str, source: Source) -> list[Trial]:
+    """Heating of steps that were not fitted: by (5.2), or the rise at the same voltage."""
+    from macromicro.models.heating import step_response
+    from macromicro.models.weighted_gain import exponential
+
+    trials = []
+    for table in others:
+        for volts, group in sorted(steps.steps([table], role).held.items()):
+            step = steps.record(group, source)
+            if volts in found.rises:
+                end = found.rises[volts]
+            elif found.gain is not None:
+                end = float(exponential(found.gain.model, volts))
+            else:
+                known = ", ".join(f"{v:g}" for v in found.rises)
+                accepted = f"one of {known} V, or steady rises at four voltages for (5.2)"
+                raise InputError("--test", f"{table.file}: a step to {volts:g} V", accepted)
+            usable = np.isfinite(step.error)
+            t, rise = step.t[usable], step.rise[usable]
+            model = end * np.asarray(step_response(found.heating.modes, t))
+            trials.append(Trial(table.file, t, rise, model))
+    return trials
 
 
 def _steady(
@@ -242,7 +280,7 @@ def _doubt(step: StepRecord) -> float:
     return float(np.hypot(float(step.error[last].mean()), spread))
 
 
-def _draw(found: Found) -> dict[str, Figure]:
+def _draw(found: Found, trials: list[Trial]) -> dict[str, Figure]:
     from macromicro.identify.kinds import pictures
     from macromicro.models.heating import step_response
     from macromicro.models.weighted_gain import exponential
@@ -253,7 +291,7 @@ def _draw(found: Found) -> dict[str, Figure]:
     model = found.rises[found.chosen] * step_response(found.heating.modes, t)
     label = "temperature rise [K]"
     drawn = {
-        "free_run": pictures.free_runs([t], [rise], [np.asarray(model)], label),
+        "free_run": testing.drawn([t], [rise], [np.asarray(model)], trials, label),
         "residuals": pictures.leftover([rise - model], float(t[1] - t[0]), label),
     }
     volts, rises = np.array(list(found.rises)), np.array(list(found.rises.values()))

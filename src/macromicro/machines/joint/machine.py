@@ -12,6 +12,7 @@ from macromicro.schema import config
 from macromicro.schema.text import read_toml
 
 TITLE = "two axes with coordinated motion"
+LAWS = "nothing: each axis has its own, x.law and y.law"
 
 
 class Joint(NamedTuple):

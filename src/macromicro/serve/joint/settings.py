@@ -90,14 +90,14 @@ class JointSettings(NamedTuple):
         return joint.as_toml(self.tree._replace(**made))
 
 
-def load(path: Path) -> JointSettings | None:
-    """The settings in a file of a machine of two axes; None for another's.
+def load(path: Path, law: str | None = None) -> JointSettings:
+    """The settings in a file of a machine of two axes.
 
-    Raises InputError as `joint.machine.load` does, and for a control period of which no whole
-    number fits into one of the live machine.
+    Raises InputError as `joint.machine.load` does, for a law, of which each axis has its own, and
+    for a control period of which no whole number fits into one of the live machine.
     """
-    if not joint.is_joint(path):
-        return None
+    if law is not None:
+        raise InputError("--law", law, joint.LAWS)
     file, table, serve = parted(path)
     tree = overridden(DEFAULT, table, file) if table else DEFAULT
     try:

@@ -13,7 +13,7 @@ from macromicro.errors import InputError
 from macromicro.machines import machine as machines
 from macromicro.machines import stage
 from macromicro.machines.machine import Machine, as_toml
-from macromicro.machines.tree import gains, gains_set
+from macromicro.machines.tree import gains, gains_set, joined
 from macromicro.nominal import PERIOD
 from macromicro.rig import limits
 from macromicro.rig.limits import Limits
@@ -47,9 +47,7 @@ class StageSettings(NamedTuple):
     @property
     def machine(self) -> Machine:
         """The machine, under the law of its settings."""
-        found = machines.named(self.name, "machine")
-        assert found is not None
-        return machines.under(found, self.tree)
+        return machines.under(machines.named(self.name, "machine"), self.tree)
 
     @property
     def controller(self) -> Any:
@@ -99,17 +97,18 @@ def parted(path: Path) -> tuple[str, dict[str, Any], ServeSettings]:
     return file, table, config.overridden(_Own(), own, file).serve if own else ServeSettings()
 
 
-def load(path: Path) -> StageSettings | None:
-    """The settings in a file of a machine of one stage; None for the two-stage machine's.
+def load(path: Path, law: str | None = None) -> StageSettings:
+    """The settings in a file of a machine of one stage, under its law or another.
 
     Raises InputError as `machines.machine.load` does, and for a control period of which no whole
     number fits into one of the live machine.
     """
     machine = machines.chosen(path)
-    if machine is None:
-        return None
     file, table, serve = parted(path)
-    tree = config.overridden(machine.settings, table, file) if table else machine.settings
+    defaults = machine.settings if law is None else joined(machine.settings, law, "--law")
+    tree = config.overridden(defaults, table, file) if table else defaults
+    if law is not None:  # the option goes before the file's word
+        tree = joined(tree, law, "--law")
     try:
         periods(tree, PERIOD)
     except InputError as error:

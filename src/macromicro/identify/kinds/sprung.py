@@ -1,0 +1,295 @@
+"""`identify drive` with a spring, a dead zone, a speed for its output, or nothing that drives."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from macromicro.errors import InputError
+from macromicro.files.reading import is_forc, read
+from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.testing import Trial
+from macromicro.identify.picking import Picked, Role, matched, railed, runs
+from macromicro.identify.result import Line, Result
+from macromicro.identify.runs import Run, checked
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.sprung_fit import SprungFit
+
+V = Role(
+    "v",
+    "speed",
+    ("speed", "velocity", "rate", "omega", "qd", "dq", "dx"),
+    ("m/s", "rad/s", "counts/s"),
+)
+_LEAST = 50
+_PLACES = {unit: unit.removesuffix("/s") for unit in V.units}
+_MEANINGS = {
+    "mass": "inertia",
+    "viscous": "viscous friction",
+    "coulomb": "Coulomb friction",
+    "asymmetry": "viscous, forwards more than backwards by",
+    "offset": "constant force",
+    "spring": "stiffness",
+    "dead_zone": "what u needs before the drive gives any force",
+    "frequency": "undamped, of mass and spring",
+    "damping": "of the critical one",
+    "rest": "where the spring rests",
+}
+
+
+class Asked(NamedTuple):
+    """What the options say of the drive.
+
+    Attributes
+    ----------
+    gain : float | None
+        Force per unit of u; None: as the file says, else 1.
+    structure : str
+        Friction, or "auto".
+    delay : int | None
+        Samples by which u acts late; None: as the file says, else 0.
+    tests : tuple[str, ...]
+        Files with records that are not fitted.
+    spring : bool
+        Whether there is one.
+    dead_zone : bool
+        Whether the drive has one.
+    free : bool
+        Whether nothing drives.
+    """
+
+    gain: float | None
+    structure: str
+    delay: int | None
+    tests: tuple[str, ...]
+    spring: bool
+    dead_zone: bool
+    free: bool
+
+
+def in_speeds(what: Picking, place: Role) -> bool:
+    """Whether the first file has a speed and no position.
+
+    Parameters
+    ----------
+    what : Picking
+        Files and columns.
+    place : Role
+        The position.
+
+    Returns
+    -------
+    bool
+        As the columns that were named say, else as their names in the file do.
+    """
+    if V.name in what.columns or place.name in what.columns:
+        return place.name not in what.columns
+    if is_forc(what.files[0]):
+        return False
+    found = matched(read(what.files[0]), (place, V))
+    return V.name in found and place.name not in found
+
+
+def identify(what: Picking, roles: tuple[Role, Role, Role], asked: Asked, gains: Any) -> Result:
+    """Mass, spring, friction and dead zone by output error (`macromicro.identify.sprung_fit`).
+
+    Parameters
+    ----------
+    what : Picking
+        Files to read, and role to column.
+    roles : tuple[Role, Role, Role]
+        Time, input and position as `identify drive` has them.
+    asked : Asked
+        Options.
+    gains : Any
+        Names of a file's constants that are gains.
+
+    Returns
+    -------
+    Result
+        Its model is a `Sprung`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
+    from macromicro.identify.picking import RUN
+    from macromicro.identify.sprung_fit import same, sprung_drive
+
+    time, force, place = roles
+    speed = in_speeds(what, place)
+    if asked.free and force.name in what.columns:
+        raise InputError("--free", f"a column for {force.name}", "no input where nothing drives")
+    wanted = [time, *(() if asked.free else (force,)), V if speed else place, RUN]
+    tables = loaded(what, wanted)
+    others = testing.unseen(asked.tests, what, wanted, tables[0])
+    out = V.name if speed else place.name
+    records = [run for table in tables for run in _measured(table, out)]
+    first = tables[0]
+    gain = asked.gain
+    if gain is None:
+        gain = next((first.constants[n] for n in gains if n in first.constants), 1.0)
+    delay = int(first.constants.get("delay", 0)) if asked.delay is None else asked.delay
+    fit = sprung_drive(
+        records,
+        driven=not asked.free,
+        speed=speed,
+        spring=asked.spring,
+        dead_zone=asked.dead_zone,
+        friction=asked.structure,
+        gain=gain,
+        lag=delay * records[0].dt,
+    )
+    shown = first.units[out] or ("x/s" if speed else "x")
+    unit = _PLACES.get(shown, "x") if speed else shown
+    u = first.units.get("u", "") or "u"
+    units = _units(unit, "N" if gain != 1.0 else u, u, not asked.free)
+    lines = _lines(fit, units)
+    trials = [_tried(fit, run, table.file) for table in others for run in _measured(table, out)]
+    lines += testing.lines(trials, shown)
+    extent = float(np.std(np.concatenate([r.x for r in records])))
+    samples = sum(len(r.t) for r in records)
+    percent = 100.0 * (1.0 - fit.rms / extent)
+    remarks = [
+        ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {shown} over {samples} samples"),
+        ("structure", _chosen(fit, shown)),
+        ("searches", f"{same(fit.ends)} of {len(fit.ends)} end there; RMS {_ends(fit)} {shown}"),
+        ("starts", "position and speed at the start of each record are found with the parameters"),
+    ]
+    if asked.free:
+        remarks.append(("free motion", "nothing drives, so that forces are told per mass"))
+    data = {
+        "structure": fit.model.friction,
+        "spring": fit.model.spring,
+        "dead_zone": fit.model.dead_zone,
+        "rms": fit.rms,
+        "fit_percent": percent,
+        "gain": gain,
+        "delay": delay,
+        "holdout": fit.holdout,
+        "searches": fit.ends,
+        "starts": fit.starts,
+        "tests": testing.data(trials),
+    }
+    label = f"{'speed' if speed else 'position'} [{shown}]"
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.identify.kinds import pictures
+
+        t = [r.t for r in records]
+        return {
+            "free_run": testing.drawn(t, [r.x for r in records], fit.free_run, trials, label),
+            "residuals": pictures.leftover(fit.residuals, records[0].dt, label),
+        }
+
+    title = "M dv/dt = D(gain u) - k x - (Fv +- Fa) v -+ Fc - F0"
+    return Result("drive", title, fit.axis, lines, remarks, _toml(lines, asked), draw, data)
+
+
+def _measured(table: Picked, out: str) -> list[Run]:
+    found = []
+    for part in runs(table):
+        railed(part[out], f"{table.file}, {out}")
+        u = part.get("u", np.zeros(len(part["t"])))
+        found.append(checked(part["t"], u, part[out], table.file, _LEAST))
+    return found
+
+
+def _units(place: str, force: str, u: str, driven: bool) -> dict[str, str]:
+    """Units of the parameters; of a free motion per mass."""
+    if not driven:
+        return {
+            "viscous": "1/s",
+            "asymmetry": "1/s",
+            "coulomb": f"{place}/s^2",
+            "offset": f"{place}/s^2",
+            "spring": "1/s^2",
+            "rest": place,
+            "frequency": "Hz",
+        }
+    kilogram = {("N", "m"): "kg", ("N", "rad"): "kg*m^2"}
+    return {
+        "mass": kilogram.get((force, place), f"{force}*s^2/{place}"),
+        "viscous": f"{force}*s/{place}",
+        "asymmetry": f"{force}*s/{place}",
+        "coulomb": force,
+        "offset": force,
+        "spring": f"{force}/{place}",
+        "dead_zone": u,
+        "rest": place,
+        "frequency": "Hz",
+    }
+
+
+def _lines(fit: SprungFit, units: dict[str, str]) -> list[Line]:
+    """The parameters, and what follows from mass and spring."""
+    lines = []
+    if fit.model.spring:
+        for name in ("frequency", "damping"):
+            value, error = fit.derived(name)
+            lines.append(Line(name, value, error, units.get(name, ""), _MEANINGS[name]))
+    for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
+        if name == "offset" and fit.model.spring:
+            lines.append(Line("rest", *_rest(fit), units["rest"], _MEANINGS["rest"]))
+            continue
+        size = fit.gain if name == "dead_zone" else 1.0
+        lines.append(Line(name, value / size, error / abs(size), units[name], _MEANINGS[name]))
+    return lines
+
+
+def _rest(fit: SprungFit) -> tuple[float, float]:
+    """Where the spring rests, and its standard error."""
+    k, f0 = fit.axis.spring, fit.axis.offset
+    i, j = fit.names.index("offset"), fit.names.index("spring")
+    slopes = np.array([-1.0 / k, f0 / (k * k)])
+    own = fit.covariance[np.ix_([i, j], [i, j])]
+    return -f0 / k, float(np.sqrt(slopes @ own @ slopes))
+
+
+def _chosen(fit: SprungFit, unit: str) -> str:
+    """The friction that was chosen, and by what, in words."""
+    if not fit.holdout:
+        return f"{fit.model.friction}, as given"
+    told = []
+    for name, error in fit.holdout.items():
+        if name == fit.model.friction:
+            why = "taken"
+        elif error > fit.holdout[fit.model.friction]:
+            why = "worse"
+        else:
+            why = "not 2 % better"
+        told.append(f"{name} {error:.4g}, {why}")
+    return f"RMS on the last parts, not fitted to, in {unit}: " + "; ".join(told)
+
+
+def _ends(fit: SprungFit) -> str:
+    if len(fit.ends) == 1:
+        return f"{fit.ends[0]:.4g}"
+    return f"{fit.ends[0]:.4g} to {fit.ends[-1]:.4g}"
+
+
+def _tried(fit: SprungFit, run: Run, file: str) -> Trial:
+    """A free run over a record that was not fitted; its start alone is found in it."""
+    from macromicro.identify.sprung_fit import started
+
+    x, v = started(fit, run)
+    return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
+
+
+def _toml(lines: list[Line], asked: Asked) -> str:
+    head = "A drive with a spring, a dead zone or none: parameters by output error, for other\n"
+    head += "programs. Not for `macromicro run --config`: no machine of the package is like it."
+    values: dict[str, tuple[model_file.Value, str]] = {}
+    for line in lines:
+        if line.name.startswith("test"):
+            continue
+        spread = "" if math.isnan(line.error) else f"+- {line.error:.2g}"
+        values[line.name] = float(line.value), ", ".join(filter(None, (line.unit, spread)))
+    return model_file.plain(head, {"free" if asked.free else "drive": values})

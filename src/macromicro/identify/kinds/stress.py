@@ -1,0 +1,226 @@
+"""`identify stress`: strain over temperature at several loads, as one map."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.testing import Trial
+from macromicro.identify.notices import DataWarning, notice
+from macromicro.identify.picking import Picked, Role
+from macromicro.identify.result import Line, Result
+from macromicro.identify.stress_cycles import SHARES, Cycle, cycle
+from macromicro.identify.stress_map import StressMap, fit, missed
+from macromicro.units import quotient
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHEET = "stress_map.csv"
+T = Role("T", "temperature", ("temperature", "thermocouple", "temp", "T"), ("degC",))
+X = Role("x", "strain or position", ("x", "strain", "contraction", "position", "y", "laser"))
+LOAD = Role("load", "load, held", ("load", "stress", "force", "weight", "s"), ("MPa", "N"))
+ROLES = (T, X, LOAD)
+_MOST = 50  # loads
+_DIGITS = 4  # of a load: measured ones scatter
+_STARTED, _HALF, _ENDED = (int(np.abs(SHARES - q).argmin()) for q in (0.1, 0.5, 0.9))
+
+
+class Options(NamedTuple):
+    """Options of `identify stress`.
+
+    Attributes
+    ----------
+    tests : tuple[str, ...]
+        Files with loads that are not fitted.
+    """
+
+    tests: tuple[str, ...] = ()
+
+
+def identify(picking: Picking, options: Options) -> Result:
+    """Transformation temperatures, linear in the load by branch, and the levels.
+
+    Parameters
+    ----------
+    picking : Picking
+        Files to read, and role to column.
+    options : Options
+        Options as on the command line.
+
+    Returns
+    -------
+    Result
+        Its model is a `StressMap`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
+    tables = loaded(picking, ROLES)
+    others = testing.unseen(options.tests, picking, ROLES, tables[0])
+    found = fit(_cycles(tables))
+    load, out = tables[0].units["load"] or "load", tables[0].units["x"] or "x"
+    middle = float(np.mean(found.heating.loads))
+    lines = _sides(found, load, middle)
+    for at in (found.heating.loads[0], found.heating.loads[-1]):
+        low, high = found.heating.levels(float(at))
+        lines.append(Line(f"stroke at {at:g}", high - low, unit=out, note=f"{load}, cold to hot"))
+    for at in found.inside:
+        if at in found.left_out:
+            note = "of its range, RMS, by a map of the other loads"
+            lines.append(Line(f"left out {at:g}", 100.0 * found.left_out[at], unit="%", note=note))
+    trials = [_tried(found, one, table.file) for table in others for one in _cycles([table])]
+    lines += testing.lines(trials, out)
+    first, last = (float(found.heating.loads[k]) for k in (0, -1))
+    remarks = [
+        ("loads", ", ".join(f"{each:g}" for each in found.heating.loads) + f" {load}"),
+        ("map", _words(found)),
+        ("fit", f"{100.0 * _own(found):.2f} % of range, RMS over what was fitted"),
+        ("valid", f"from {first:g} to {last:g} {load}; beyond these it extrapolates"),
+    ]
+    ends = [100.0 * found.left_out[each] for each in (first, last) if each in found.left_out]
+    if ends:
+        told = " and ".join(f"{each:.2f} %" for each in ends)
+        remarks.append(("extrapolated", f"the lowest and highest load by the others: {told}"))
+
+    def draw() -> dict[str, Figure]:
+        return drawn(found, load, out)
+
+    data = {
+        "loads": found.heating.loads.tolist(),
+        "common_slope": found.way.common,
+        "saturating": found.way.saturating,
+        "left_out": {f"{k:g}": v for k, v in found.left_out.items()},
+        "tests": testing.data(trials),
+    }
+    files = {SHEET: lambda path: _sheet(found, path)}
+    title = "T_q = a_q + b_q load, where a share q of the stroke is done, by branch"
+    return Result("stress", title, found, lines, remarks, _toml(lines), draw, data, files)
+
+
+def _cycles(tables: list[Picked]) -> list[Cycle]:
+    """What each load of the files showed."""
+    kept: dict[float, list[tuple[str, Array, Array]]] = {}
+    for table in tables:
+        own = np.array([float(f"{v:.{_DIGITS}g}") for v in table.values["load"]])
+        if len(np.unique(own)) > _MOST:
+            found = f"{len(np.unique(own))} different loads"
+            raise InputError(f"{table.file}, load", found, "loads that are held, each for a cycle")
+        cuts = np.flatnonzero(np.diff(own)) + 1
+        parts = (np.split(table.values[name], cuts) for name in ("T", "x"))
+        for value, t, y in zip(np.split(own, cuts), *parts, strict=True):
+            kept.setdefault(float(value[0]), []).append((table.file, t, y))
+    cycles = []
+    for value, each in kept.items():
+        t, y = (np.concatenate([one[k] for one in each]) for k in (1, 2))
+        cycles.append(cycle(value, t, y, each[0][0]))
+    return cycles
+
+
+def _sides(found: StressMap, load: str, middle: float) -> list[Line]:
+    """Slopes, and where 10, 50 and 90 % are done at the mean load."""
+    lines = []
+    for name, side in (("heating", found.heating), ("cooling", found.cooling)):
+        slope, spread = side.slopes[_HALF], side.spread[_HALF]
+        note = "rise of the transformation with the load" + (
+            "" if found.way.common else ", half done"
+        )
+        lines.append(Line(f"{name}, slope", slope, spread, quotient("K", load), note))
+        at = side.temperatures(middle)
+        for k, q in ((_STARTED, 10), (_HALF, 50), (_ENDED, 90)):
+            note = f"{q} % contracted at {middle:g} {load}"
+            lines.append(Line(f"{name}, {q} %", float(at[k]), side.rms, "degC", note))
+    return lines
+
+
+def _words(found: StressMap) -> str:
+    slopes = "one slope for each branch" if found.way.common else "a slope for each share"
+    stroke = "a stroke that saturates" if found.way.saturating else "a stroke linear between loads"
+    why = "; what predicts loads left out best" if found.inside else ""
+    return f"{slopes}, {stroke}{why}"
+
+
+def _own(found: StressMap) -> float:
+    return float(np.sqrt(np.mean([missed(found, one) ** 2 for one in found.cycles])))
+
+
+def _tried(found: StressMap, one: Cycle, file: str) -> Trial:
+    if not found.within(one.load):
+        first, last = (float(found.heating.loads[k]) for k in (0, -1))
+        notice(
+            DataWarning,
+            f"{file}: a load of {one.load:g} is beyond those measured, {first:g} to {last:g}: "
+            "the map extrapolates",
+        )
+    index = np.arange(len(one.t), dtype=np.float64)
+    return Trial(file, index, one.y, found.predict(one.load, one.t))
+
+
+def drawn(found: StressMap, load: str, out: str) -> dict[str, Figure]:
+    """Measured and by the map, and the temperatures over the load.
+
+    Parameters
+    ----------
+    found : StressMap
+        The map.
+    load, out : str
+        Units of load and output.
+
+    Returns
+    -------
+    dict[str, Figure]
+        By name.
+    """
+    from macromicro.identify.kinds import pictures
+
+    loops = []
+    for one in found.cycles:
+        loops.append((f"{one.load:g} {load}", one.t, one.y, "-"))
+        loops.append((f"{one.load:g} {load}, map", one.t, found.predict(one.load, one.t), ":"))
+    lines = []
+    for name in ("heating", "cooling"):
+        side = getattr(found, name)
+        for k, q in ((_STARTED, 10), (_HALF, 50), (_ENDED, 90)):
+            own = np.array([getattr(c, name).temperatures[k] for c in found.cycles])
+            lines.append((f"{name}, {q} %", side.loads, own, "o"))
+            lines.append(("", side.loads, side.at_zero[k] + side.slopes[k] * side.loads, "-"))
+    temperature = "temperature [degC]"
+    return {
+        "curves": pictures.points("loops by load", temperature, f"output [{out}]", loops),
+        "thresholds": pictures.points(
+            "transformation temperatures", f"load [{load}]", temperature, lines
+        ),
+    }
+
+
+def _toml(lines: list[Line]) -> str:
+    head = (
+        "Transformation temperatures by load, for other programs; the map is in stress_map.csv.\n"
+    )
+    head += "Not for `macromicro run --config`: no setting holds a map."
+    values: dict[str, tuple[model_file.Value, str]] = {}
+    for line in lines:
+        if line.name.startswith(("test", "left out")):
+            continue
+        spread = "" if math.isnan(line.error) else f"+- {line.error:.2g}"
+        key = line.name.replace(", ", "_").replace(" %", "").replace(" ", "_").replace(".", "_")
+        values[key] = float(line.value), ", ".join(filter(None, (line.unit, spread)))
+    return model_file.plain(head, {"stress": values})
+
+
+def _sheet(found: StressMap, path: Path) -> None:
+    """The map, a row for each share."""
+    sides = (found.heating, found.cooling)
+    table = np.column_stack([SHARES, *(c for s in sides for c in (s.at_zero, s.slopes, s.spread))])
+    names = ("at_zero_degC", "slope_K_per_load", "slope_error")
+    head = ",".join(["share", *(f"{n}_{each}" for n in ("heating", "cooling") for each in names)])
+    np.savetxt(path, table, delimiter=",", header=head, comments="", fmt="%.9g")

@@ -1,0 +1,132 @@
+"""What is doubtful about a sprung drive that was found: parameters that its records do not show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
+from macromicro.identify.runs import Run
+from macromicro.identify.spread import robust_covariance
+from macromicro.identify.sprung import Sprung
+from macromicro.identify.sprung_search import SIGNED, End
+from macromicro.identify.sprung_spread import blocks, scattered
+
+_BLIND = 1e-6  # of the largest singular value of the slopes: this way nothing moves
+_KNOWN = 0.02  # of a parameter: an error that does no harm, whatever it goes with
+_TOGETHER = 0.98  # correlation of errors
+_FEW = 8.0  # samples in one period, at least
+
+
+def covariance(
+    records: Sequence[Run], best: End, names: tuple[str, ...], lag: float, *, speed: bool
+) -> Array:
+    """Covariance of the parameters, NaN for those that the records do not show. Warns of those.
+
+    Parameters
+    ----------
+    records : Sequence[Run]
+        The records.
+    best : End
+        Where the best search ended.
+    names : tuple[str, ...]
+        Its free parameters.
+    lag : float
+        Time by which the force acts late, s.
+    speed : bool
+        Whether the output is the speed.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+        In their order.
+    """
+    if not best.settled:
+        notice(ConvergenceWarning, "output error: not settled; the last values are returned")
+    used = np.flatnonzero(np.abs(best.slopes).max(axis=0) > 0.0)
+    spread = np.full((best.slopes.shape[1],) * 2, np.nan)
+    means = blocks(records, best, used)
+    coloured = robust_covariance(
+        np.concatenate([m.slopes for m in means]),
+        np.concatenate([m.residual for m in means]),
+        np.cumsum([len(m.residual) for m in means]),
+    )
+    disturbed = scattered(records, best, used, lag, speed=speed)
+    spread[np.ix_(used, used)] = _larger(coloured, disturbed)
+    own = spread[: len(names), : len(names)]
+    lost = _unseen(best.slopes[:, used], [names[k] if k < len(names) else "" for k in used])
+    for name in lost:
+        at = names.index(name)
+        own[at, :] = own[:, at] = np.nan
+    for k, name in enumerate(names):
+        if name not in SIGNED and getattr(best.axis, name) <= 0.0:
+            own[k, :] = own[:, k] = np.nan
+            notice(
+                DataWarning,
+                f"{name} ended at 0: the record does not show how much there is, and no standard "
+                "error is told for it",
+            )
+    _mixed(own, names, np.array([getattr(best.axis, n) for n in names]))
+    _coarse(records, best.axis)
+    return own
+
+
+def _larger(one: Array, other: Array | None) -> Array:
+    """The first covariance with each standard error the larger of both."""
+    if other is None:
+        return one
+    size, bound = np.sqrt(np.diag(one)), np.sqrt(np.diag(other))
+    wide = bound > size
+    base = other if wide.sum() > len(size) // 2 else one
+    scale = np.maximum(size, bound) / np.sqrt(np.diag(base))
+    return np.asarray(base * np.outer(scale, scale))
+
+
+def _unseen(slopes: Array, names: list[str]) -> list[str]:
+    """Parameters that only a sum of which moves the output, in words too; no error is known."""
+    size = np.linalg.norm(slopes, axis=0)
+    values, ways = np.linalg.svd(slopes / size, full_matrices=False)[1:]
+    lost: list[str] = []
+    for value, way in zip(values, ways, strict=True):
+        if value > _BLIND * values[0]:
+            continue
+        weight = np.abs(way)
+        mixed = [n for n, w in zip(names, weight, strict=True) if n and w > 0.1 * weight.max()]
+        if mixed:
+            notice(
+                DataWarning,
+                f"{' and '.join(mixed)} cannot be separated in this record: only what they come to "
+                "together shows, and no standard error is told for them",
+            )
+        lost += mixed
+    return lost
+
+
+def _mixed(covariance: Array, names: tuple[str, ...], values: Array) -> None:
+    """Say which parameters the records do not tell apart."""
+    size = np.sqrt(np.diag(covariance))
+    known = size < _KNOWN * np.abs(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        together = covariance / np.outer(size, size)
+    for i in range(len(names)):
+        for k in range(i):
+            if abs(together[i, k]) > _TOGETHER and not (known[i] and known[k]):
+                notice(
+                    DataWarning,
+                    f"{names[k]} and {names[i]} cannot be separated in this record: their errors "
+                    f"go together (correlation {together[i, k]:.3f}); the errors printed hold for "
+                    "both at once",
+                )
+
+
+def _coarse(records: Sequence[Run], axis: Sprung) -> None:
+    """Warn of samples too far apart for the oscillation."""
+    dt = max(r.dt for r in records)
+    if axis.frequency * dt * _FEW > 1.0:
+        notice(
+            DataWarning,
+            f"{1.0 / (axis.frequency * dt):.3g} samples in a period of {axis.frequency:.4g} Hz: a "
+            "slower oscillation may fit as well; sample faster",
+        )

@@ -1,0 +1,161 @@
+"""The machines there are, of whatever family: the thesis' is one of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from macromicro.errors import InputError
+from macromicro.machines import machine as machines
+from macromicro.machines import two_stage
+from macromicro.machines.composition import ONE, STEP, Composition
+from macromicro.machines.guarding import Watch
+from macromicro.machines.joint import machine as joint
+from macromicro.machines.joint.settings import AXES, DEFAULT
+from macromicro.machines.machine import JOINT, KEY, Machine
+from macromicro.machines.signals import Output, Sample
+from macromicro.machines.tree import joined
+from macromicro.schema import config
+from macromicro.schema.text import printable, read_toml
+
+UNNAMED = two_stage.NAME  # of a settings file that names none
+
+
+def of(machine: Machine) -> Composition:
+    """A machine of one stage as a composition.
+
+    Parameters
+    ----------
+    machine : Machine
+        Shipped, or of another package.
+
+    Returns
+    -------
+    Composition
+        Its stage is called macro in programmes.
+    """
+
+    def load(path: Path, law: str | None = None) -> Any:
+        return machines.load(path, law)[1]
+
+    def as_toml(settings: Any, only: str | None = None) -> str:
+        return machines.as_toml(machine, settings, only)
+
+    return Composition(
+        name=machine.name,
+        title=machine.title,
+        family=ONE,
+        stages=("macro",),
+        settings=machine.settings,
+        sample=Sample,
+        outputs=Output,
+        truth=machine.kind.truth,
+        told=(machine.law.memory, Watch),
+        load=load,
+        as_toml=as_toml,
+    )
+
+
+def _both(path: Path, law: str | None = None) -> Any:
+    if law is not None:
+        raise InputError("--law", law, joint.LAWS)
+    return joint.load(path)[1]
+
+
+XY = Composition(
+    name=JOINT,
+    title=joint.TITLE,
+    family=STEP,
+    stages=AXES,
+    settings=DEFAULT,
+    sample=Sample,
+    outputs=Output,
+    truth=joint.XY_MACHINE.axes[0].kind.truth,
+    told=(joint.XY_MACHINE.axes[0].law.memory, Watch),
+    load=_both,
+    as_toml=joint.as_toml,
+)
+COMPOSITIONS: tuple[Composition, ...] = (
+    two_stage.COMPOSITION,
+    XY,
+    *(of(each) for each in machines.MACHINES),
+)
+
+
+def named(name: object, where: str) -> Composition:
+    """The machine of a name.
+
+    Parameters
+    ----------
+    name : object
+        As written: one of `COMPOSITIONS`, or a machine of one stage of another package.
+    where : str
+        File and key, or option, for the message.
+
+    Returns
+    -------
+    Composition
+        The machine.
+
+    Raises
+    ------
+    InputError
+        There is none, with the nearest and all.
+    """
+    for each in COMPOSITIONS:
+        if each.name == name:
+            return each
+    return of(machines.named(name, where))
+
+
+def chosen(path: Path | None) -> Composition:
+    """The machine that a settings file is for.
+
+    Parameters
+    ----------
+    path : Path | None
+        The file; only its key `machine` is looked at. None: no file.
+
+    Returns
+    -------
+    Composition
+        The two-stage machine where none is named.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or names no machine there is.
+    """
+    if path is None:
+        return named(UNNAMED, KEY)
+    name = read_toml(path, config.WHAT).get(KEY, UNNAMED)
+    return named(name, f"{printable(path, 300)}, {KEY}")
+
+
+def by_default(composition: Composition, law: str | None) -> Any:
+    """A machine's default settings under a law.
+
+    Parameters
+    ----------
+    composition : Composition
+        The machine.
+    law : str | None
+        As ``--law`` names it; None: its own.
+
+    Returns
+    -------
+    Any
+        Settings.
+
+    Raises
+    ------
+    InputError
+        There is no such law, or each of several stages has its own.
+    """
+    if law is None:
+        return composition.settings
+    if composition.family == ONE:
+        return joined(composition.settings, law, "--law")
+    if composition.family == STEP:
+        return _both(Path(), law)
+    return two_stage.by_default(law)

@@ -1,0 +1,161 @@
+"""A sprung drive from its records: the truth within its errors, and what is refused or doubted."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.identify import DataWarning
+from macromicro.identify.runs import Run
+from macromicro.identify.sprung import Sprung, simulate
+from macromicro.identify.sprung_fit import SprungFit, same, sprung_drive, started
+
+DT = 1e-3
+DRIVE = Sprung(
+    mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0, asymmetry=0.5, spring=400.0, dead_zone=4.0
+)
+TONE = 18.0
+DECAY = Sprung(mass=1.0, viscous=1.2, coulomb=0.05, offset=0.3, spring=(2 * math.pi * TONE) ** 2)
+
+
+def steps(random: np.random.Generator, n: int = 4000) -> Array:
+    return np.repeat(random.uniform(-30.0, 30.0, n // 100), 100)
+
+
+def record(
+    p: Sprung,
+    u: Array,
+    seed: int,
+    noise: float,
+    at: tuple[float, float] = (0.01, 0.1),
+    out: int = 0,
+) -> Run:
+    random = np.random.default_rng(seed)
+    y = simulate(p, u, DT, *at)[out]
+    return Run(np.arange(len(u)) * DT, u, y + noise * random.standard_normal(len(u)))
+
+
+def near(fit: SprungFit, truth: Sprung, most: float = 4.0) -> None:
+    """All free parameters within so many told errors, which are below 2 % of what there is."""
+    for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
+        true = getattr(truth, name)
+        assert abs(value - true) < most * error, name
+        assert error < 0.02 * abs(true), name
+
+
+@pytest.mark.parametrize("speed", [False, True])
+def test_everything_at_once_from_positions_or_speeds(speed: bool) -> None:
+    u = steps(np.random.default_rng(1))
+    noise = 1e-3 if speed else 1e-5
+    run = record(DRIVE, u, 2, noise, out=int(speed))
+    fit = sprung_drive([run], speed=speed, spring=True, dead_zone=True)
+    assert fit.model.friction == "asymmetric"
+    assert ("offset" in fit.names) is not speed  # where the spring rests does not show in speeds
+    near(fit, DRIVE)
+    assert fit.rms == pytest.approx(noise, rel=0.05)
+    assert fit.starts[0] == pytest.approx((0.01 if not speed else 0.0125, 0.1), abs=2e-3)
+    assert same(fit.ends) == len(fit.ends)
+
+
+def test_without_a_spring_a_speed_is_enough() -> None:
+    p = DRIVE._replace(spring=0.0, asymmetry=0.0)
+    run = record(p, steps(np.random.default_rng(3)), 4, 1e-3, out=1)
+    fit = sprung_drive([run], speed=True, dead_zone=True)
+    assert fit.model.friction == "coulomb"
+    near(fit, p)
+
+
+def test_a_decay_tells_its_frequency_to_a_fifth_of_a_per_cent() -> None:
+    """Two records from different places; friction is told from damping."""
+    runs = [record(DECAY, np.zeros(2000), k, 1e-6, at=(k * 1e-3, 0.0)) for k in (1, 2)]
+    fit = sprung_drive(runs, driven=False, spring=True)
+    assert fit.model.friction == "coulomb" and fit.axis.mass == 1.0
+    near(fit, DECAY)
+    tone, error = fit.derived("frequency")
+    assert abs(tone - TONE) < min(4.0 * error, 2e-3 * TONE)
+    ratio, spread = fit.derived("damping")
+    assert abs(ratio - DECAY.damping) < 4.0 * spread < 0.01 * ratio
+    assert fit.holdout["viscous"] > 10.0 * fit.holdout["coulomb"]
+    for (x, v), run in zip(fit.starts, runs, strict=True):
+        assert abs(x - run.x[0]) < 5e-6 and abs(v) < 1e-4
+
+
+def test_a_decay_of_coarse_samples() -> None:
+    """Twelve samples in a period, a third of it noise, hundreds of periods."""
+    random = np.random.default_rng(5)
+    t = np.arange(2500) / (12.0 * TONE)
+    p = DECAY._replace(coulomb=0.0, viscous=0.2)
+    y = simulate(p, np.zeros(len(t)), t[1], 1e-3)[0] + 3e-4 * random.standard_normal(len(t))
+    fit = sprung_drive([Run(t, 0 * t, y)], driven=False, spring=True, friction="viscous")
+    tone, error = fit.derived("frequency")
+    assert abs(tone - TONE) < min(4.0 * error, 2e-3 * TONE)
+    assert error < 1e-3 * TONE
+
+
+def test_gain_and_lag_of_the_input() -> None:
+    u = steps(np.random.default_rng(6))
+    p = DRIVE._replace(asymmetry=0.0)
+    x = simulate(p, 3.0 * u, DT, lag=2e-3)[0]
+    run = Run(
+        np.arange(len(u)) * DT, u, x + 1e-5 * np.random.default_rng(7).standard_normal(len(u))
+    )
+    fit = sprung_drive([run], spring=True, dead_zone=True, friction="coulomb", gain=3.0, lag=2e-3)
+    near(fit, p)
+    np.testing.assert_allclose(fit.simulate(u, DT, *fit.starts[0]), fit.free_run[0], atol=1e-9)
+
+
+def test_the_start_of_a_record_that_was_not_fitted() -> None:
+    run = record(DECAY, np.zeros(2000), 1, 1e-6, at=(1e-3, 0.0))
+    fit = sprung_drive([run], driven=False, spring=True, friction="coulomb")
+    other = record(DECAY, np.zeros(2000), 8, 1e-6, at=(-5e-4, 0.07))
+    x, v = started(fit, other)
+    assert (x, v) == pytest.approx((-5e-4, 0.07), rel=0.01)
+    missed = fit.simulate(other.u, DT, x, v) - other.x
+    assert np.sqrt(np.mean(missed**2)) < 2e-6
+
+
+def test_what_cannot_be_told_apart_is_said() -> None:
+    """Motion one way only: Coulomb friction and a constant force are one number."""
+    p = Sprung(mass=2.0, viscous=5.0, coulomb=3.0, offset=1.0)
+    u = 20.0 + np.abs(steps(np.random.default_rng(9)))
+    with pytest.warns(DataWarning, match="coulomb and offset cannot be separated"):
+        fit = sprung_drive([record(p, u, 10, 1e-5, at=(0.0, 2.0))], friction="coulomb")
+    error = dict(zip(fit.names, fit.std, strict=True))
+    assert math.isnan(error["coulomb"]) and math.isnan(error["offset"])
+    assert abs(fit.axis.mass - 2.0) < 4.0 * error["mass"]
+
+
+def test_what_ends_at_zero_has_no_error() -> None:
+    p = DRIVE._replace(coulomb=0.0, asymmetry=0.0, dead_zone=0.0)
+    run = record(p, steps(np.random.default_rng(11)), 12, 1e-5)
+    with pytest.warns(DataWarning, match=r"coulomb|dead_zone"):
+        fit = sprung_drive([run], spring=True, dead_zone=True, friction="coulomb")
+    at = dict(zip(fit.names, fit.std, strict=True))
+    gone = [n for n in ("coulomb", "dead_zone") if getattr(fit.axis, n) == 0.0]
+    assert gone and all(math.isnan(at[n]) for n in gone)
+
+
+def test_too_few_samples_in_a_period_are_doubted() -> None:
+    t = np.arange(600) / (5.0 * TONE)
+    y = simulate(DECAY, np.zeros(len(t)), t[1], 1e-3)[0]
+    with pytest.warns(DataWarning, match="samples in a period"):
+        sprung_drive([Run(t, 0 * t, y)], driven=False, spring=True, friction="viscous")
+
+
+def test_refused() -> None:
+    t = np.arange(500) * DT
+    wave = Run(t, 0 * t, np.sin(50.0 * t))
+    with pytest.raises(InputError, match="turns back"):
+        sprung_drive([wave], driven=False)
+    with pytest.raises(InputError, match="dead zone"):
+        sprung_drive([wave], driven=False, spring=True, dead_zone=True)
+    with pytest.raises(InputError, match="viscous, coulomb, asymmetric"):
+        sprung_drive([wave], friction="stribeck")
+    with pytest.raises(InputError, match="throughout"):
+        sprung_drive([Run(t, t, 0 * t)])
+    with pytest.raises(InputError, match="u"):
+        sprung_drive([wave], spring=True)

@@ -1,0 +1,172 @@
+"""`macromicro run --config machine.toml --rig`: a machine of one stage on a rig of the user's."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from macromicro import cli
+from macromicro.errors import InputError, MacromicroError
+from macromicro.machines import job, machine, on_rig, runs
+from macromicro.recording import Recording
+
+MINE = """
+import math
+from pathlib import Path
+from macromicro.machines import machine, rig
+from macromicro.types import SAFE
+
+CONFIG = Path(__file__).with_name("m.toml")
+
+def axis(seed):
+    made, tree = machine.load(CONFIG)
+    return rig.CompiledTwin(made.kind, tree, seed)
+
+def away(seed):
+    "It stands some way from its zero."
+    there = axis(seed)
+    for _ in range(200):
+        there.write(SAFE._replace(motor=3.0))
+        there.advance()
+    there.stop()
+    for _ in range(400):
+        there.advance()
+    return there
+
+def held(seed):
+    "The same with its motor's lead off."
+    there = away(seed)
+    there._advanced, old = lambda effort: old(0.0), there._advanced
+    return there
+
+def blind(seed):
+    there = axis(seed)
+    there.channels = ("hall",)
+    return there
+
+def oven(seed):
+    there = axis(seed)
+    there.kind, there.channels = "kiln", ("encoder",)
+    return there
+"""
+PROGRAMME = '[[moves]]\nmacro = ["12 mm", "2 mm"]\nhold = "0.05 s"\n'
+
+
+@pytest.fixture
+def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a machine's file, a programme and a module of rigs."""
+    import sys
+
+    (tmp_path / "m.toml").write_text('machine = "axis"\n[load]\npayload = "0.2 kg"\n')
+    (tmp_path / "p.toml").write_text(PROGRAMME)
+    (tmp_path / "on_mine.py").write_text(MINE)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    sys.modules.pop("on_mine", None)
+    return tmp_path
+
+
+@pytest.fixture
+def called(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
+    def call(rig: str, *words: str) -> int:
+        line = ["run", "p.toml", "--config", "m.toml", "--rig", rig, "--out", "out", *words]
+        monkeypatch.setattr("sys.argv", ["macromicro", *line])
+        return cli.main()
+
+    return call
+
+
+def test_nobody_was_asked(
+    lab: Path, called: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called("on_mine:axis") == 2
+    said = capsys.readouterr().err
+    assert "first to 0 mm by its encoder, at up to 0." in said and "accepted: --yes" in said
+    assert "2 set points from 1.99" in said and "to 12.0" in said and "up to 10 V" in said
+    assert not (lab / "out").exists()
+
+
+def test_it_runs_as_the_simulated_machine_does(
+    lab: Path, called: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The rig is that very machine: what it does from its zero is the same, counts apart."""
+    assert called("on_mine:axis", "--yes", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [m["arrived_s"] is not None for m in told["moves"]] == [True, True]
+    found = Recording.load(lab / "out" / "recording.h5")
+    assert found.attributes["rig"] == "on_mine:axis" and "true_position" not in found
+    made, tree = machine.load(lab / "m.toml")
+    alone = runs.record(made, tree, job.check(job.Request(lab / "m.toml", "p.toml")).programme)
+    assert found["position"][-1] == pytest.approx(alone.recording["position"][-1], abs=0.03)
+    assert (lab / "out" / "report.html").exists() and (lab / "out" / "response.png").exists()
+
+
+def test_from_elsewhere_it_goes_to_its_start_first(
+    lab: Path, called: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called("on_mine:away", "--yes", "--json") == 0
+    assert all(m["arrived_s"] is not None for m in json.loads(capsys.readouterr().out)["moves"])
+    found = Recording.load(lab / "out" / "recording.h5")
+    tolerance = 1e3 * machine.load(lab / "m.toml")[1].arrival.tolerance
+    assert abs(found["position"][0]) <= tolerance and found["t"][0] == 0.0
+    import on_mine
+
+    assert on_mine.away(0).read().encoder > 100.0  # so there was a way
+
+
+def test_what_does_not_come_there_ends_before_the_programme(
+    lab: Path, called: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called("on_mine:held", "--yes") == 1
+    said = capsys.readouterr().err
+    assert "the way to 0 mm, where the programme begins: " in said
+
+
+@pytest.mark.parametrize(
+    ("rig", "said"),
+    [
+        ("on_mine:blind", "needs encoder of the bench"),
+        ("on_mine:oven", "accepted: a bench, for a programme"),
+        ("replay:x.h5", "a replay only of the two-stage machine"),
+        ("board:/dev/null", "accepted: host: the law of this machine runs here"),
+    ],
+)
+def test_what_cannot_be_is_told_before_anything_moves(
+    lab: Path,
+    called: Callable[..., int],
+    capsys: pytest.CaptureFixture[str],
+    rig: str,
+    said: str,
+) -> None:
+    assert called(rig, "--yes") == 2
+    assert said in capsys.readouterr().err and not (lab / "out").exists()
+
+
+def test_another_period_is_refused(lab: Path) -> None:
+    tree = machine.load(lab / "m.toml")[1]
+    quick: Any = tree._replace(timing=tree.timing._replace(period=0.25e-3))
+    with pytest.raises(InputError, match=r"timing\.period: '0\.00025 s'; accepted: 0\.001 s"):
+        on_rig.found("on_mine:axis", quick, 0)
+    assert on_rig.found("twin", quick, 0) is None
+
+
+def test_a_way_of_which_nothing_is_left_is_no_arrival(lab: Path) -> None:
+    """Where the law ends its patience beside the target, the programme does not begin."""
+    made, tree = machine.load(lab / "m.toml")
+    weak = tree._replace(
+        controller=tree.controller._replace(position=0.01, velocity=0.01, integral=0.0, loosen=0.0,
+                                            ahead_friction=0.0, ahead_velocity=0.0,
+                                            ahead_acceleration=0.0),
+        guard=tree.guard._replace(error=1.0),
+    )  # fmt: skip
+    checked = job.check(job.Request(lab / "m.toml", "p.toml"))
+    fixture = on_rig.found("on_mine:away", weak, 0)
+    assert fixture is not None
+    blocks = runs.Blocks()
+    with pytest.raises(MacromicroError, match="it came to"):
+        on_rig.perform(made, weak, checked.plan, blocks, fixture.open(0))
+    assert blocks.blocks == []
