@@ -1,4 +1,4 @@
-"""Random orders and injuries: python -m boardtrial; exit status 1 where anything is not as it must be."""
+"""Random orders and injuries: python -m boardtrial; exit status 1 where anything is wrong."""
 
 from __future__ import annotations
 

@@ -199,8 +199,9 @@ class Trial:
         if code != codes.OK:
             self.faults[NAMES[code]] += 1
             if not CAUSES.get(code, set()) & (self.judge.since_begin | self.hurt):
-                self.say(f"{NAMES[code]} ({told['value']:.4g}, {told['limit']:.4g}), "
-                         f"but there was only {sorted(self.judge.since_begin | self.hurt)}")  # fmt: skip
+                seen = sorted(self.judge.since_begin | self.hurt)
+                values = f"{told['value']:.4g}, {told['limit']:.4g}"
+                self.say(f"{NAMES[code]} ({values}), but there was only {seen}")
         driving = bool(int(told["state"]) & _DRIVING)
         if driving and code != codes.OK:
             self.say(f"it drives with {NAMES[code]}")

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from boardtrial.judge import DECELERATE, SILENCE, SOON, Judge
 
+from boardtrial.judge import DECELERATE, SILENCE, SOON, Judge
 from macromicro.control import calibration
 from macromicro.rig.board import control, protocol
 from macromicro.rig.limits import Limits
