@@ -67,6 +67,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "make firmware": "needs a compiler for the board: tests/firmware",
         "avrdude": "needs a board",
         "macromicro doctor --rig board": "needs a board: tests/rig/board",
+        "make trial MINUTES=60": "takes an hour: tests/firmware/test_trial.py",
+        "make arm firmware-arm": "needs a compiler for the board: tests/firmware/test_mps2.py",
         "macromicro run moves.toml --rig board": "needs a board: tests/firmware",
         "macromicro collect --rig board": "needs a board: tests/firmware",
         "macromicro serve --rig board": "needs a board: tests/firmware",

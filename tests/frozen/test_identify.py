@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,9 @@ def test_linear_methods(name: str, order: tuple[int, int]) -> None:
             weights = [np.linspace(0.2, 1.0, len(each)) for each in u]
             weighted = getattr(identify, name)(u, y, *order, 1e-3, weights=weights)
     names = sorted({type(w.message).__name__ for w in told})
+    # How many steps rounding lets a search take at its end is the processor's.
+    fit = replace(fit, iterations=-1)
+    weighted = replace(weighted, iterations=-1) if weighted else None
     found = {"fit": fit, "weighted": weighted, "told": names}
     frozen(f"linear-{name}-{order[0]}{order[1]}", found, rel=1e-5)
 
