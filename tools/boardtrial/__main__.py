@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """Random orders and injuries: python -m boardtrial; exit status 1 unless all is as it must be."""
-=======
-"""Random orders and injuries: python -m boardtrial; exit status 1 where anything is wrong."""
->>>>>>> main
 
 from __future__ import annotations
 
