@@ -281,13 +281,16 @@ def plays(
     count: Annotated[
         int, typer.Option("--plays", help="Play operators, the one without a threshold included.")
     ] = 16,
+    rate: Annotated[
+        bool, typer.Option("--rate", help="The loop depends on how fast it goes (column t).")
+    ] = False,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """Play operators of a loop without saturation, such as a piezo's (columns u, f over time)."""
-    options = {"plays": count, "tests": tuple(test or ())}
+    options = {"plays": count, "tests": tuple(test or ()), "rate": rate}
     _identify("plays", options, files, columns, out, overwrite, as_json)
 
 

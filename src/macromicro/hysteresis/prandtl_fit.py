@@ -114,9 +114,38 @@ def fit(
         An option outside its range, unequal lengths, NaN, a constant input, an input that never
         comes back from an end of its range, or an output that does not follow the input.
     """
+    inputs, outputs = _checked(u, f, plays, held_out)
+    y = moved(inputs, spaced(inputs, plays))
+    return weighted(inputs, outputs, y, plays, held_out)
+
+
+def weighted(inputs: Array, outputs: Array, y: Array, plays: int, held_out: float) -> PrandtlFit:
+    """Weights and offset for plays that stand where they stand.
+
+    Parameters
+    ----------
+    inputs, outputs : ndarray, shape (n,)
+        Input and output over time.
+    y : ndarray, shape (n, plays)
+        Where each play stands, unit of the input.
+    plays : int
+        How many.
+    held_out : float
+        Share of the recording, at its end, that is not fitted to.
+
+    Returns
+    -------
+    PrandtlFit
+        The operator, of the thresholds of `spaced`, and its residuals.
+
+    Raises
+    ------
+    InputError
+        An input that never comes back from an end of its range, or an output that does not follow
+        it.
+    """
     from scipy.optimize import nnls
 
-    inputs, outputs = _checked(u, f, plays, held_out)
     n = inputs.size
     known = _known(inputs, plays)
     fitted = known + round((1.0 - held_out) * (n - known))
@@ -125,7 +154,6 @@ def fit(
         accepted = f"an input that goes to both ends of its range and back, {2 * plays} samples"
         raise InputError("recording, input", found, f"{accepted} or more")
     thresholds = spaced(inputs, plays)
-    y = moved(inputs, thresholds)
     # Two more columns, for an offset of either sign. The triangle of the orthogonal factors has
     # the same solution and a row a play instead of a row a sample.
     ones = np.ones((fitted - known, 1))

@@ -11,7 +11,7 @@ from tests.identify.kinds.seen import facts, given, plots, table
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.hysteresis import prandtl
+from macromicro.hysteresis import prandtl, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PrandtlFit
 from macromicro.identify.kinds import plays
 from macromicro.identify.kinds.plays import Options
@@ -59,7 +59,7 @@ def test_the_operator_its_loop_and_its_gains(tmp_path: Path) -> None:
     assert one.data["stroke"] == pytest.approx(stroke)
     assert one.data["loop_width"] == pytest.approx(width)
     assert one.data["range"] == pytest.approx(float(np.ptp(followed(LAW, U))))
-    assert Options() == (plays.PLAYS, ())
+    assert Options() == (plays.PLAYS, (), False)
 
 
 def test_what_is_left_over_is_said_in_parts_of_the_range(tmp_path: Path) -> None:
@@ -162,3 +162,23 @@ def test_curves_and_short_recordings_are_refused(tmp_path: Path) -> None:
         plays.identify(given(file), Options())
     with pytest.raises(InputError, match="FILE: '2 files'; accepted: one recording over time"):
         plays.identify(given(file, file), Options())
+
+
+def test_a_rate_needs_times_and_is_told_with_what_it_gains(tmp_path: Path) -> None:
+    t = np.arange(8000) * 1e-3
+    u = 50.0 - 50.0 * np.cos(2.0 * np.pi * (0.2 * t + 0.35 * t**2))
+    p = prandtl.operator(np.arange(16) * 3.125, np.r_[0.6, np.full(15, 0.03)], 5.0)
+    f = prandtl_rate.run(p._replace(widening=0.002), 0.004, u, 1e-3)
+    file = table(tmp_path / "a.csv", "t_s,u_V,f_um", t, u, f)
+    made = plays.identify(given(file), Options(rate=True, tests=(str(file),)))
+    lines = facts(made.lines)
+    assert lines["widening"].value == pytest.approx(0.002, abs=1e-4)
+    assert lines["lag"].value == pytest.approx(0.004, abs=2e-4) and lines["lag"].unit == "s"
+    assert lines["without rate"].value > 5.0 * lines["prediction"].value
+    assert "worse than this" in lines["without rate"].note
+    assert made.data["lag"] == lines["lag"].value
+    said = dict(made.remarks)[f"prediction of {file}"]
+    assert float(said.split()[1]) < 0.2  # % of range
+    still = table(tmp_path / "b.csv", "u_V,f_um", u, f)
+    with pytest.raises(InputError, match="--rate"):
+        plays.identify(given(still), Options(rate=True))

@@ -11,14 +11,16 @@ import numpy as np
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.files.reading import read
-from macromicro.hysteresis import prandtl, prandtl_loop
+from macromicro.hysteresis import prandtl, prandtl_loop, prandtl_rate
 from macromicro.hysteresis.prandtl_fit import PLAYS, PrandtlFit, fit
+from macromicro.hysteresis.prandtl_rate import RateFit
 from macromicro.identify.kinds import curves as cutting
 from macromicro.identify.kinds import model_file
 from macromicro.identify.kinds.hysteresis import ROLES
 from macromicro.identify.kinds.loading import Picking, loaded
-from macromicro.identify.picking import pick
+from macromicro.identify.picking import Picked, pick
 from macromicro.identify.result import Line, Result
+from macromicro.identify.runs import checked
 from macromicro.units import convert, quotient
 
 if TYPE_CHECKING:
@@ -39,10 +41,13 @@ class Options(NamedTuple):
         How many, the one without a threshold included.
     tests : tuple[str, ...]
         Recordings to predict.
+    rate : bool
+        Whether the loop may depend on how fast it is run through (column t).
     """
 
     plays: int = PLAYS
     tests: tuple[str, ...] = ()
+    rate: bool = False
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -72,8 +77,12 @@ def identify(picking: Picking, options: Options) -> Result:
     if "curve" in table.values:
         raise InputError(f"{table.file}, curve", "curves one by one", "a recording over time")
     u, f = cutting.cleaned(table)
+    rated: RateFit | None = None
     try:
-        found = fit(u, f, options.plays)
+        if options.rate:
+            u, f, dt = _timed(table)
+            rated = prandtl_rate.fit(u, f, dt, options.plays)
+        found = rated.fit if rated else fit(u, f, options.plays)
     except InputError as error:
         raise InputError(f"{table.file}: {error.where}", error.value, error.accepted) from None
     u_unit, f_unit = table.units["u"], table.units["f"]
@@ -92,6 +101,8 @@ def identify(picking: Picking, options: Options) -> Result:
         Line("misfit", 100.0 * found.rms / extent, unit="% of range", note="RMS where fitted"),
         Line("prediction", 100.0 * found.held_rms / extent, unit="% of range", note=HELD),
     ]
+    if rated:
+        lines += _rate_lines(rated, extent)
     used = int(np.count_nonzero(p.weights))
     began = f"the first {found.known} depend on what was before"
     held = f"{u.size - found.fitted} held out"
@@ -99,7 +110,8 @@ def identify(picking: Picking, options: Options) -> Result:
         ("plays", f"{options.plays}, {used} of them with a weight, none below 0"),
         ("samples", f"{found.fitted - found.known} fitted, {held}; {began}"),
     ]
-    remarks += [_tested(p, test, picking, extent) for test in options.tests]
+    lag = rated.lag if rated else None
+    remarks += [_tested(p, test, picking, extent, lag) for test in options.tests]
 
     def draw() -> dict[str, Figure]:
         return drawn(u, f, found, (u_unit, f_unit))
@@ -108,10 +120,29 @@ def identify(picking: Picking, options: Options) -> Result:
     data = {
         "thresholds": p.thresholds.tolist(), "weights": p.weights.tolist(), "offset": p.offset,
         "range": extent, "rms": found.rms, "holdout_rms": found.held_rms,
-        "stroke": loop.stroke, "loop_width": loop.width,
+        "stroke": loop.stroke, "loop_width": loop.width, "widening": p.widening, "lag": lag,
     }  # fmt: skip
     title = "Prandtl-Ishlinskii: f = offset + sum of w_i y_i, y_i a play of threshold r_i"
     return Result("plays", title, p, lines, remarks, toml, draw, data)
+
+
+def _timed(table: Picked) -> tuple[Array, Array, float]:
+    """Input and output over even times, and the sample time."""
+    if "t" not in table.values:
+        raise InputError("recording, t", "no column", "times, which a rate is of (--rate)")
+    run = checked(table.values["t"], table.values["u"], table.values["f"], "recording")
+    return run.u, run.x, run.dt
+
+
+def _rate_lines(rated: RateFit, extent: float) -> list[Line]:
+    """What the loop's rate does, and what is gained by it."""
+    still = 100.0 * rated.still.held_rms / extent
+    verdict = "worse than this" if rated.better else "no worse: the rate does not show"
+    return [
+        Line("widening", rated.fit.operator.widening, unit="s", note="of thresholds, by the rate"),
+        Line("lag", rated.lag, unit="s", note="of the output, of first order"),
+        Line("without rate", still, unit="% of range", note=f"the same prediction, {verdict}"),
+    ]
 
 
 def written(p: prandtl.Prandtl, units: tuple[str, str], ends: tuple[float, float]) -> str:
@@ -204,11 +235,17 @@ def drawn(u: Array, f: Array, found: PrandtlFit, units: tuple[str, str]) -> dict
     }
 
 
-def _tested(p: prandtl.Prandtl, test: str, what: Picking, extent: float) -> tuple[str, str]:
+def _tested(
+    p: prandtl.Prandtl, test: str, what: Picking, extent: float, lag: float | None = None
+) -> tuple[str, str]:
     """The prediction of another recording, from where its own past counts."""
     picked = pick(read(Path(test)), ROLES, what.columns)
-    u, f = cutting.cleaned(picked)
-    outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
+    if lag is None:
+        u, f = cutting.cleaned(picked)
+        outputs = prandtl.run(p, u, prandtl.relaxed(p, float(u[0])))
+    else:
+        u, f, dt = _timed(picked)
+        outputs = prandtl_rate.run(p, lag, u, dt)
     # The larger the swing so far, the fewer plays still depend on what was before.
     low, high = np.minimum.accumulate(u), np.maximum.accumulate(u)
     counts = high - low >= min(2.0 * float(p.thresholds[-1]), 0.99 * float(np.ptp(u)))
