@@ -371,7 +371,7 @@ BAD = [
     ("thermal constant.csv --table nothing.h5", "no such file"),
     ("hall still.csv", "constant"),
     ("hall few.csv", "no one-way run"),
-    ("magic few.csv", "one of drive, carriage, actuator, linear, deadzone, hysteresis, thermal"),
+    ("magic few.csv", "one of drive, carriage, actuator, linear, deadzone, hysteresis, stress"),
 ]
 
 
