@@ -109,6 +109,8 @@ CANNOT: dict[str, dict[str, str]] = {
         "macromicro identify actuator": TESTED + "tests/identify/kinds/test_actuator.py",
         "macromicro identify drive own.csv": DATA,
         "macromicro identify plays own.csv": DATA,
+        "macromicro identify drive decay-1.csv": TESTED + "tests/identify/kinds/test_sprung.py",
+        "macromicro identify stress": TESTED + "tests/identify/kinds/test_stress.py",
         "macromicro identify drive DATA_EMPS.mat": "not part of the repository",
         "macromicro run --config emps/model.toml": TESTED + "tests/identify/test_axis_settings.py",
         "macromicro tune axis --config emps": TESTED + "tests/tuning/test_stage.py",
