@@ -55,7 +55,7 @@ LINEAR = {
     2: (np.array([-1.65833, 0.670831]), np.array([40.0, 9.716])),
 }
 LINEAR_SAMPLES = 3000
-METHODS = ("least_squares", "gls", "mls", "sriv", "output_error")
+METHODS = ("least_squares", "gls", "mls", "sriv", "output_error", "box_jenkins")
 
 Estimates = Iterator[tuple[str, tuple[str, ...], Array, Array, Array]]
 
@@ -254,15 +254,17 @@ def covered(group: str, kind: str, records: int, first: int = 0) -> list[dict[st
             continue
     rows = []
     for (method, name), each in kept.items():
-        truth, missed, told = np.array(each).T
+        told_in = sum(not math.isnan(e[2]) for e in each)
+        truth, missed, told = np.array([e for e in each if not math.isnan(e[2])] or each).T
         with np.errstate(invalid="ignore"):
             inside = [100.0 * float(np.mean(np.abs(missed) <= w * told)) for w in (1.0, WIDE)]
         rows.append(
             {
                 "method": method, "parameter": name, "disturbance": kind, "records": len(each),
+                "told_in": told_in,
                 "one": round(inside[0], 1), "wide": round(inside[1], 1), "truth": float(truth[0]),
                 "bias": float(f"{missed.mean():.3g}"), "scatter": float(f"{missed.std():.3g}"),
-                "told": float(f"{np.sqrt(np.nanmean(told**2)):.3g}"),
+                "told": float(f"{np.sqrt(np.nanmean(told**2)):.3g}") if told_in else None,
             }
         )  # fmt: skip
     return rows

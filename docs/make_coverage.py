@@ -18,7 +18,8 @@ HEAD = """\
 often the interval of one standard error, and of 1.96, holds the truth: it should in 68 and 95 % of
 them. A cell gives both shares; **bold** is outside 60 to 76 or 90 to 99 %; `biased` stands where
 the mean is off by more than half of what single records scatter by, so that no interval about it
-can hold. The headings say how many records there are: a share of 68 % is known to {doubt} %.
+can hold. `withheld` or `in 40 %`: no errors are told, or in so many of the records, to which the
+shares then refer. The headings say how many records there are: a share of 68 % is known to {doubt} %.
 docs/coverage.json has bias, scatter and told error of each.
 
 | disturbance | a drive of 4 kg; on a spring, 2 kg | a decay at 18 Hz, per mass | a linear machine | heating by 60 K |
@@ -35,12 +36,16 @@ docs/coverage.json has bias, scatter and told error of each.
 
 def cell(row: dict[str, Any]) -> str:
     """Both shares, marked."""
+    told, count = row.get("told_in", row["records"]), row["records"]
+    if not told:
+        return "withheld"
+    some = "" if told == count else f" in {100.0 * told / count:.0f} %"
     good = ONE[0] <= row["one"] <= ONE[1] and WIDE[0] <= row["wide"] <= WIDE[1]
     text = f"{row['one']:.0f} / {row['wide']:.0f}"
     if good:
-        return text
+        return text + some
     off = " biased" if abs(row["bias"]) > BIASED * row["scatter"] else ""
-    return f"**{text}**{off}"
+    return f"**{text}**{off}{some}"
 
 
 def page(rows: list[dict[str, Any]]) -> str:

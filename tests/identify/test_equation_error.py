@@ -59,8 +59,11 @@ def test_generalised_least_squares_settles_where_residuals_are_white() -> None:
     again = np.linalg.lstsq(np.concatenate(left), np.concatenate(right), rcond=None)[0]
     np.testing.assert_allclose(found.noise, again, atol=1e-3)
     d = np.r_[1.0, found.noise]
-    phi = np.concatenate([lfilter(d, [1.0], columns(*r), axis=0) for r in zip(U, y, strict=True)])
-    target = np.concatenate([lfilter(d, [1.0], s) for s in y])
+    phi = [lfilter(d, [1.0], columns(*r), axis=0) for r in zip(U, y, strict=True)]
+    target = [lfilter(d, [1.0], s) for s in y]
+    for rows in (*phi, *target):  # the noise was there before the record: D does not judge these
+        rows[:2] = 0.0
+    phi, target = np.concatenate(phi), np.concatenate(target)
     wanted = np.linalg.lstsq(phi, target, rcond=None)[0]
     np.testing.assert_allclose(theta, wanted, atol=1e-4)
     np.testing.assert_allclose(np.concatenate(found.residuals), target - phi @ theta, atol=1e-9)

@@ -1,4 +1,4 @@
-"""Linear identification: the five methods on records like those of Section 4.2.5."""
+"""Linear identification: the six methods on records like those of Section 4.2.5."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from macromicro.identify.notices import (
 )
 
 A, B, DT = -0.95833, 165.72, 1e-3  # (4.3) as identified in Section 4.2.5
-METHODS = ("least_squares", "mls", "gls", "sriv", "output_error")
-UNBIASED = ("mls", "sriv", "output_error")
+METHODS = ("least_squares", "mls", "gls", "sriv", "output_error", "box_jenkins")
+UNBIASED = ("mls", "sriv", "output_error", "box_jenkins")
 PRBS = 2.0 * max_len_seq(11)[0] - 1.0
 
 
@@ -160,7 +160,9 @@ def test_standard_errors_are_those_of_repeated_trials(name: str) -> None:
         values.append((found.b[0], found.gain))
         reported.append((found.std[1], found.gain_std))
         white += found.whiteness.white
-    np.testing.assert_allclose(np.std(values, axis=0), np.median(reported, axis=0), rtol=0.3)
+    told = np.isfinite(reported).all(axis=1)
+    assert told.sum() >= 50  # one record in a hundred is not white by chance
+    np.testing.assert_allclose(np.std(values, axis=0), np.nanmedian(reported, axis=0), rtol=0.3)
     assert white >= 55
 
 

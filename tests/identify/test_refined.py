@@ -9,9 +9,10 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro import identify
+from macromicro.identify.iterated import mls, sriv
 from macromicro.identify.notices import ConvergenceWarning
 from macromicro.identify.records import Signals
-from macromicro.identify.refined import mls, sriv, steiglitz_mcbride
+from macromicro.identify.refined import steiglitz_mcbride
 from macromicro.identify.regression import MAX_ITERATIONS, prepared
 
 A = np.array([-1.6, 0.68])

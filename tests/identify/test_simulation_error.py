@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from macromicro.arrays import Array
-from macromicro.identify import output_error
+from macromicro.identify import descent, output_error
 from macromicro.identify import simulation_error as model
 from macromicro.identify.regression import Solution, Task, prepared
 
@@ -25,7 +25,7 @@ def poor(monkeypatch: pytest.MonkeyPatch, theta: list[float]) -> None:
     def begins(task: Task) -> dict[str, Array]:
         return {"poor": np.array(theta)}
 
-    monkeypatch.setattr(model, "_begins", begins)
+    monkeypatch.setattr(model, "begins", begins)
 
 
 @pytest.mark.parametrize("theta", [[-0.5, 0.1, 3.0, -2.0], [-1.2, 0.5, 1.0, 0.0]])
@@ -66,7 +66,7 @@ def test_a_step_is_the_damped_least_squares_one_with_columns_of_one_length() -> 
     psi, left = random.normal(size=(30, 3)) * [1.0, 1e3, 0.0], random.normal(size=30)
     roots = random.uniform(0.5, 2.0, 30)
     for damping in (1e-6, 1.0):
-        found = model._step(Solution(np.zeros(3), psi, left), roots, damping)
+        found = descent._step(Solution(np.zeros(3), psi, left), roots, damping)
         heavy = psi[:, :2] * roots[:, None]
         size = np.linalg.norm(heavy, axis=0)
         j = heavy / size
@@ -76,9 +76,9 @@ def test_a_step_is_the_damped_least_squares_one_with_columns_of_one_length() -> 
 
 def test_the_cost_is_weighted_and_infinite_where_the_run_overflowed() -> None:
     made = Solution(np.zeros(1), np.zeros((2, 1)), np.array([1.0, 2.0]))
-    assert model._cost(made, np.array([3.0, 0.5])) == 9.0 + 1.0
+    assert descent.cost(made, np.array([3.0, 0.5])) == 9.0 + 1.0
     over = made._replace(residual=np.array([1.0, np.nan]))
-    assert model._cost(over, np.ones(2)) == np.inf
+    assert descent.cost(over, np.ones(2)) == np.inf
 
 
 def test_weights_say_what_counts() -> None:
@@ -115,9 +115,9 @@ def test_the_least_of_several_ends_is_taken_and_all_are_told() -> None:
 
 def test_beginnings_are_those_of_the_methods_and_of_first_order() -> None:
     task = prepared(U, Y, (2, 2, 1), 1.0, None, "rest")
-    found = model._begins(task)
+    found = descent.begins(task)
     for name in ("mls", "sriv", "least_squares"):
         np.testing.assert_allclose(found[name], np.r_[A, B], rtol=1e-6)
-    low = model._begins(prepared(U, Y, (1, 1, 1), 1.0, None, "rest"))
+    low = descent.begins(prepared(U, Y, (1, 1, 1), 1.0, None, "rest"))
     assert "first order" not in low
     np.testing.assert_allclose(found["first order"], [low["mls"][0], 0.0, low["mls"][1], 0.0])

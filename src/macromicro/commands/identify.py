@@ -144,7 +144,7 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     method: Annotated[
-        str, typer.Option(help="output_error, mls, sriv, gls or least_squares.")
+        str, typer.Option(help="output_error, box_jenkins, mls, sriv, gls or least_squares.")
     ] = "output_error",
     order: Annotated[str, typer.Option(help="Numbers of a, of b, and the delay.")] = "1,1,1",
     start: Annotated[str, typer.Option(help="Records start at rest, or free.")] = "rest",

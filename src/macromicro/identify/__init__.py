@@ -24,10 +24,13 @@ if TYPE_CHECKING:
     from macromicro.identify.equation_error import gls as gls
     from macromicro.identify.equation_error import least_squares as least_squares
     from macromicro.identify.hall import calibrate as calibrate
+    from macromicro.identify.iterated import mls as mls
+    from macromicro.identify.iterated import sriv as sriv
     from macromicro.identify.kinds import KINDS as KINDS
     from macromicro.identify.kinds import from_files as from_files
     from macromicro.identify.linear_fit import LinearFit as LinearFit
     from macromicro.identify.linear_fit import Whiteness as Whiteness
+    from macromicro.identify.noise_model import box_jenkins as box_jenkins
     from macromicro.identify.notices import ConvergenceWarning as ConvergenceWarning
     from macromicro.identify.notices import DataWarning as DataWarning
     from macromicro.identify.notices import ResampledWarning as ResampledWarning
@@ -38,8 +41,6 @@ if TYPE_CHECKING:
     from macromicro.identify.records import differentiated as differentiated
     from macromicro.identify.records import integrated as integrated
     from macromicro.identify.records import lowpassed as lowpassed
-    from macromicro.identify.refined import mls as mls
-    from macromicro.identify.refined import sriv as sriv
     from macromicro.identify.result import Result as Result
     from macromicro.identify.runs import Run as Run
     from macromicro.identify.simulation_error import output_error as output_error
@@ -67,6 +68,7 @@ _HOMES = {
     "UnstableWarning": "notices",
     "Whiteness": "linear_fit",
     "average_runs": "records",
+    "box_jenkins": "noise_model",
     "calibrate": "hall",
     "dead_zone": "deadzone",
     "differentiated": "records",
@@ -77,10 +79,10 @@ _HOMES = {
     "integrated": "records",
     "least_squares": "equation_error",
     "lowpassed": "records",
-    "mls": "refined",
+    "mls": "iterated",
     "output_error": "simulation_error",
     "simulate": "axis",
-    "sriv": "refined",
+    "sriv": "iterated",
 }
 
 __getattr__, __dir__ = front_door(__name__, _HOMES)

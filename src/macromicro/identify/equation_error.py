@@ -6,20 +6,21 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.linear_fit import LinearFit
+from macromicro.identify.linear_fit import LinearFit, if_white
+from macromicro.identify.noise_model import compared
 from macromicro.identify.records import Signals
 from macromicro.identify.regression import (
     MAX_ITERATIONS,
     Solution,
     Start,
-    Task,
     delayed,
     finished,
     per_record,
+    plain,
     prepared,
-    regressors,
     settled,
     solved,
+    whitened,
 )
 
 
@@ -36,8 +37,9 @@ def least_squares(
 ) -> LinearFit:
     """B = (U'U)^-1 U'Y (Section 4.1.1): y[k] = -a1 y[k-1] - ... + b1 u[k-delay] + ... + e[k].
 
-    Consistent only when e is white. Noise added to the output biases it: on speeds from
-    differentiated encoder counts b comes out several times too large (`mls` does not).
+    Consistent only when e is white; otherwise its errors are withheld. Noise added to the output
+    biases it: on speeds from differentiated encoder counts b comes out several times too large
+    (`mls` does not).
 
     Parameters
     ----------
@@ -65,31 +67,8 @@ def least_squares(
         An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    return finished("least_squares", task, plain(task))
-
-
-def plain(task: Task) -> Solution:
-    """The least-squares solution of a task.
-
-    Parameters
-    ----------
-    task : Task
-        Records and orders.
-
-    Returns
-    -------
-    Solution
-        Parameters, regressors and one-step errors.
-
-    Raises
-    ------
-    InputError
-        The data do not determine the parameters.
-    """
-    phi = regressors(task, [r.u for r in task.data], [r.y for r in task.data], np.zeros(0))
-    target = np.concatenate([r.y for r in task.data])
-    theta = solved(phi, phi, target, task.roots)
-    return Solution(theta, phi, target - phi @ theta)
+    solution = plain(task)
+    return compared(task, solution, if_white(finished("least_squares", task, solution)))
 
 
 def gls(
@@ -108,7 +87,9 @@ def gls(
 
     Least squares; D is fitted to its residuals as an autoregression; input and output are filtered
     by D; repeated until the parameters settle. Noise added to the output itself is e A, not e / D:
-    a high order approximates it, and `sriv` or `output_error` treat it exactly.
+    a high order approximates it, and `box_jenkins` treats it exactly. A record is judged from
+    sample `noise_order` on, for noise does not begin with it. Errors are withheld where e is not
+    white.
 
     Parameters
     ----------
@@ -148,13 +129,13 @@ def gls(
         count += 1
         raw = target0 - phi0 @ solution.theta
         d = _autoregression(per_record(task, raw), noise_order)
-        phi = np.concatenate([_by(d, part) for part in per_record(task, phi0)])
-        target = np.concatenate([_by(d, part) for part in per_record(task, target0)])
+        phi, target = whitened(task, d, phi0), whitened(task, d, target0)
         theta = solved(phi, phi, target, task.roots)
         new = Solution(theta, phi, target - phi @ theta)
         done = settled(task, theta, solution.theta, new)
         solution = new
-    return finished("gls", task, solution, count, converged=done, noise=d)
+    fit = finished("gls", task, solution, count, converged=done, noise=d)
+    return compared(task, solution, if_white(fit))
 
 
 def _autoregression(residuals: tuple[Array, ...], order: int) -> Array:
@@ -164,10 +145,3 @@ def _autoregression(residuals: tuple[Array, ...], order: int) -> Array:
     )
     right = np.concatenate([e[order:] for e in residuals])
     return np.asarray(np.linalg.lstsq(left, right, rcond=None)[0])
-
-
-def _by(d: Array, x: Array) -> Array:
-    """D(z) x along the first axis, zeros before it (filtered as rows, which is faster)."""
-    from scipy.signal import lfilter
-
-    return np.asarray(lfilter(np.concatenate([[1.0], d]), [1.0], x.T.copy())).T

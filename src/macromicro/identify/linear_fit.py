@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from macromicro.arrays import Array
+
+_ROUNDING = 1e-9
 
 Complex = npt.NDArray[np.complex128]
 
@@ -70,6 +72,8 @@ class LinearFit:
     starts : dict[str, float]
         Of `output_error`: the free-run fit in percent that the search reached from each beginning;
         empty for the others.
+    doubt : str
+        Why `covariance` is withheld, all NaN; empty where it is told.
     """
 
     method: str
@@ -86,6 +90,7 @@ class LinearFit:
     converged: bool = True
     noise: Array = field(default_factory=lambda: np.zeros(0))
     starts: dict[str, float] = field(default_factory=dict)
+    doubt: str = ""
 
     @property
     def std(self) -> Array:
@@ -153,9 +158,64 @@ class LinearFit:
             f"b{i + 1}" for i in range(len(self.b))
         ]
         values = np.r_[self.a, self.b]
-        rows = [f"{n} {v:.6g} +- {s:.2g}" for n, v, s in zip(names, values, self.std, strict=True)]
+        errors = ["" if np.isnan(s) else f" +- {s:.2g}" for s in self.std]
+        rows = [f"{n} {v:.6g}{e}" for n, v, e in zip(names, values, errors, strict=True)]
         state = "white" if self.whiteness.white else "not white"
         return f"{self.method}: " + ", ".join(rows) + f"; fit {self.fit:.2f} %, residuals {state}"
+
+
+def withheld(fit: LinearFit, doubt: str) -> LinearFit:
+    """A fit without standard errors.
+
+    Parameters
+    ----------
+    fit : LinearFit
+        With errors.
+    doubt : str
+        Why they do not hold.
+
+    Returns
+    -------
+    LinearFit
+        Its covariance all NaN.
+    """
+    return replace(fit, covariance=np.full_like(fit.covariance, np.nan), doubt=doubt)
+
+
+def if_white(fit: LinearFit) -> LinearFit:
+    """A fit whose method is unbiased only where its residuals are white; errors where they are.
+
+    Parameters
+    ----------
+    fit : LinearFit
+        With errors.
+
+    Returns
+    -------
+    LinearFit
+        With errors, or without.
+    """
+    if fit.whiteness.white or exact(fit):
+        return fit
+    return withheld(fit, f"{fit.method} is biased where residuals are not white; see box_jenkins")
+
+
+def exact(fit: LinearFit) -> bool:
+    """Whether residuals are no more than rounding of the output.
+
+    Parameters
+    ----------
+    fit : LinearFit
+        A fit.
+
+    Returns
+    -------
+    bool
+        RMS below 1e-9 of the free run's.
+    """
+    left = sum(float(e @ e) for e in fit.residuals)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(left <= _ROUNDING**2 * sum(float(y @ y) for y in fit.free_run))
 
 
 def whiteness(residuals: tuple[Array, ...], parameters: int, lags: int = 20) -> Whiteness:

@@ -1,74 +1,21 @@
-"""Steiglitz-McBride, the "modified least squares" of Figure 4.2, and SRIV after it."""
+"""The iterations of Steiglitz-McBride and of refined instruments after it."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from macromicro.identify.equation_error import plain
-from macromicro.identify.linear_fit import LinearFit
-from macromicro.identify.records import Signals
 from macromicro.identify.regression import (
     MAX_ITERATIONS,
     Solution,
-    Start,
     Task,
     filtered,
-    finished,
     free_runs,
-    prepared,
+    plain,
     regressors,
     settled,
     solved,
     stable,
 )
-
-
-def mls(
-    u: Signals,
-    y: Signals,
-    na: int,
-    nb: int,
-    dt: float,
-    delay: int = 1,
-    weights: Signals | None = None,
-    *,
-    start: Start = "rest",
-) -> LinearFit:
-    """Modified least squares (Section 4.1.1, Figure 4.2), read as Steiglitz-McBride (1965).
-
-    Least squares; input and output are filtered by 1 / A; repeated until the parameters settle. At
-    the end the residual is y - (B / A) u, the output's own noise. The flow chart is lost; this
-    reading fits its text ("an additional loop filters bias noise"). Exact for white output noise,
-    slightly biased for coloured noise.
-
-    Parameters
-    ----------
-    u, y : array_like
-        Input and output, as for `least_squares`.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
-        As for `least_squares`.
-    start : Start, optional
-        As for `least_squares`.
-
-    Returns
-    -------
-    LinearFit
-        Coefficients with their covariance.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
-    """
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    solution, count, done = steiglitz_mcbride(task)
-    return finished("mls", task, solution, count, converged=done)
 
 
 def steiglitz_mcbride(task: Task) -> tuple[Solution, int, bool]:
@@ -110,52 +57,6 @@ def steiglitz_mcbride(task: Task) -> tuple[Solution, int, bool]:
         done = settled(task, theta, solution.theta, new)
         solution = new
     return solution, count, done
-
-
-def sriv(
-    u: Signals,
-    y: Signals,
-    na: int,
-    nb: int,
-    dt: float,
-    delay: int = 1,
-    weights: Signals | None = None,
-    *,
-    start: Start = "rest",
-) -> LinearFit:
-    """Simplified refined instrumental variables (Young and Jakeman, 1979), starting from `mls`.
-
-    As `mls`, but the regressors are correlated with those of the model's own noise-free output (the
-    instruments), which removes the bias under any noise that the input did not cause.
-
-    Parameters
-    ----------
-    u, y : array_like
-        Input and output, as for `least_squares`.
-    na, nb : int
-        Numbers of coefficients a and b.
-    dt : float
-        Sample time, s.
-    delay : int, optional
-        Samples from u to y.
-    weights : Signals | None, optional
-        As for `least_squares`.
-    start : Start, optional
-        As for `least_squares`.
-
-    Returns
-    -------
-    LinearFit
-        Coefficients with their covariance.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
-    """
-    task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    solution, count, done = instrumental(task)
-    return finished("sriv", task, solution, count, converged=done)
 
 
 def instrumental(task: Task) -> tuple[Solution, int, bool]:

@@ -271,6 +271,30 @@ def solved(psi: Array, phi: Array, target: Array, roots: Array) -> Array:
     return np.asarray(theta / scale)
 
 
+def plain(task: Task) -> Solution:
+    """The least-squares solution of a task.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+
+    Returns
+    -------
+    Solution
+        Parameters, regressors and one-step errors.
+
+    Raises
+    ------
+    InputError
+        The data do not determine the parameters.
+    """
+    phi = regressors(task, [r.u for r in task.data], [r.y for r in task.data], np.zeros(0))
+    target = np.concatenate([r.y for r in task.data])
+    theta = solved(phi, phi, target, task.roots)
+    return Solution(theta, phi, target - phi @ theta)
+
+
 def stable(a: Array) -> Array:
     """Coefficients with every root outside the unit circle reflected into it.
 
@@ -343,6 +367,36 @@ def per_record(task: Task, stacked: Array) -> tuple[Array, ...]:
     return tuple(np.split(stacked, ends))
 
 
+def whitened(task: Task, d: Array, stacked: Array) -> Array:
+    """D(z) x of every record.
+
+    Parameters
+    ----------
+    task : Task
+        Records.
+    d : ndarray, shape (m,)
+        d1, d2, ... of D.
+    stacked : ndarray, shape (n,) or (n, p)
+        All records in a row.
+
+    Returns
+    -------
+    ndarray
+        Likewise. Zero where D reaches past the record's start, for noise does not begin there, and
+        where it reaches a sample of no weight.
+    """
+    from scipy.signal import lfilter
+
+    top, parts = np.concatenate([[1.0], d]), []
+    for record, x in zip(task.data, per_record(task, stacked), strict=True):
+        part = np.asarray(lfilter(top, [1.0], x.T.copy())).T  # as rows, which is faster
+        part[: len(d)] = 0.0
+        if not record.w.all():
+            part[np.convolve(record.w == 0.0, np.ones(len(top)))[: len(part)] > 0.5] = 0.0
+        parts.append(part)
+    return np.concatenate(parts)
+
+
 def covariance(task: Task, solution: Solution) -> Array:
     """Covariance of all parameters, initial states included (`robust_covariance`).
 
@@ -363,7 +417,9 @@ def covariance(task: Task, solution: Solution) -> Array:
     return robust_covariance(solution.psi, solution.residual * w, ends, w)
 
 
-def settled(task: Task, new: Array, old: Array, solution: Solution) -> bool:
+def settled(
+    task: Task, new: Array, old: Array, solution: Solution, part: float = _TOLERANCE
+) -> bool:
     """Whether the model moved by less than a small part of its standard errors.
 
     Parameters
@@ -374,6 +430,8 @@ def settled(task: Task, new: Array, old: Array, solution: Solution) -> bool:
         Parameters after and before an iteration.
     solution : Solution
         Solution with the regressors of `new`.
+    part : float, optional
+        Of a standard error.
 
     Returns
     -------
@@ -386,7 +444,7 @@ def settled(task: Task, new: Array, old: Array, solution: Solution) -> bool:
     scale = np.sqrt(np.einsum("ij,ij->j", solution.psi, solution.psi))[: task.size]
     # The error of one parameter alone, the others known, is the smaller one. Without
     # noise: no parameter may matter to the output by more than rounding.
-    least = _TOLERANCE * np.sqrt(power) + 1e-9 * np.sqrt(output)
+    least = part * np.sqrt(power) + 1e-9 * np.sqrt(output)
     return bool((change * scale <= least).all())
 
 

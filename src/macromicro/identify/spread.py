@@ -66,7 +66,10 @@ def robust_covariance(
 
 
 def autoregression(residuals: list[Array]) -> tuple[Array, float]:
-    """Coefficients of D(z) e = w, by Levinson's recursion (always stable).
+    """Coefficients of D(z) e = w by Burg's method (1967), always stable.
+
+    Forward and backward errors of all records are made least, order by order. Levinson's recursion
+    on autocovariances is biased where a root is near the unit circle, as of a slow disturbance.
 
     Parameters
     ----------
@@ -76,20 +79,26 @@ def autoregression(residuals: list[Array]) -> tuple[Array, float]:
     Returns
     -------
     d : ndarray, shape (order,)
-        d1, d2, ...
+        d1, d2, ..., of the order that Akaike's criterion prefers.
     power : float
         Variance of w.
     """
     n = sum(len(e) for e in residuals)
     last = max(min(MAX_ORDER, n // 10, min(len(e) for e in residuals) - 1), 0)
-    r = [sum(float(e[k:] @ e[: len(e) - k]) for e in residuals) / n for k in range(last + 1)]
-    d, power = np.zeros(0), r[0]
+    d, power = np.zeros(0), sum(float(e @ e) for e in residuals) / n
+    ahead, back = [e[1:] for e in residuals], [e[:-1] for e in residuals]
     best, least = (d, power), np.inf
     for order in range(last + 1):
         if order:
-            reflection = -(r[order] + float(d @ r[order - 1 : 0 : -1])) / power
-            d = np.concatenate([d + reflection * d[::-1], [reflection]])
-            power *= 1.0 - reflection * reflection
+            shared = sum(float(f @ b) for f, b in zip(ahead, back, strict=True))
+            each = sum(float(f @ f + b @ b) for f, b in zip(ahead, back, strict=True))
+            if not each > 0.0:
+                break
+            k = -2.0 * shared / each
+            d = np.concatenate([d + k * d[::-1], [k]])
+            power *= 1.0 - k * k
+            pairs = [(f + k * b, b + k * f) for f, b in zip(ahead, back, strict=True)]
+            ahead, back = [f[1:] for f, _ in pairs], [b[:-1] for _, b in pairs]
         if not power > 0.0:
             break
         score = n * np.log(power) + 2.0 * order

@@ -11,10 +11,10 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.hysteresis.table import FodTable
 from macromicro.identify.inference import Doubt, on_cooling, on_heating
+from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.notices import ConvergenceWarning, notice
 from macromicro.identify.records import signal
-from macromicro.identify.refined import mls
 from macromicro.identify.spread import sampled, standard_errors
 from macromicro.models.heating import Ladder, Modes, ladder, step_response
 from macromicro.recording import Recording

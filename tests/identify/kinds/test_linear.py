@@ -119,7 +119,7 @@ def test_outputs_of_two_files_are_fitted_together_with_a_delay(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (Options(method="x"), "--method: 'x'; accepted: output_error, mls, sriv, gls, least_sq"),
+        (Options(method="x"), "--method: 'x'; accepted: output_error, box_jenkins, mls, sriv, gls"),
         (Options(start="x"), "--start: 'x'; accepted: rest or free"),
         (Options(order="1"), "--order: '1'; accepted: na,nb or na,nb,delay, such as 1,1"),
         (Options(order="1,2,3,4"), "--order"),

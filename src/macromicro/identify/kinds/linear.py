@@ -33,7 +33,7 @@ X = Role(
     optional=True,
 )
 ROLES = (T, U, Y, X, RUN)
-METHODS = ("output_error", "mls", "sriv", "gls", "least_squares")
+METHODS = ("output_error", "box_jenkins", "mls", "sriv", "gls", "least_squares")
 STARTS = ("rest", "free")
 
 
@@ -116,6 +116,8 @@ def identify(picking: Picking, options: Options) -> Result:
         ("residuals", f"{'white' if white.white else 'not white'} (p = {white.p_value:.2g})"),
         ("method", f"{fit.method}, {fit.iterations} iterations, start at {options.start}"),
     ]
+    if fit.doubt:
+        remarks.append(("errors withheld", fit.doubt))
     if fit.starts:
         ends = ", ".join(f"{name} {end:.2f} %" for name, end in fit.starts.items())
         remarks.append(("ends of the search, by its beginning", f"{ends}; the nearest is taken"))
@@ -356,6 +358,7 @@ def data(fit: LinearFit) -> dict[str, Any]:
         "p_value": fit.whiteness.p_value,
         "converged": fit.converged,
         "starts": fit.starts,
+        "doubt": fit.doubt,
     }
 
 

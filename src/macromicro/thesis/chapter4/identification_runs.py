@@ -13,9 +13,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.identify.deadzone import DiscontinuousDeadZone, discontinuous_dead_zone
+from macromicro.identify.iterated import mls
 from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.records import average_runs, differentiated
-from macromicro.identify.refined import mls
 from macromicro.recording import Recording
 from macromicro.rig.twin import noise_source
 from macromicro.runs.drives import DT, open_loop

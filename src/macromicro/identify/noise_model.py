@@ -1,0 +1,199 @@
+"""Box-Jenkins: output error whose noise has a colour of its own, found beside the model."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify.descent import WHITE, begins, cost, descended
+from macromicro.identify.linear_fit import LinearFit, exact, withheld
+from macromicro.identify.notices import DataWarning
+from macromicro.identify.records import Record, Signals
+from macromicro.identify.regression import (
+    Solution,
+    Start,
+    Task,
+    finished,
+    free_runs,
+    per_record,
+    prepared,
+    settled,
+    whitened,
+)
+from macromicro.identify.spread import autoregression, clustered
+
+_ROUNDS = 20
+_PART = 0.01  # of a standard error: rounds have settled when no parameter moves by more
+_STRETCHES = 30  # that a covariance is judged by
+_LONG = 20  # the order of D from which on noise is no autoregression
+FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
+_APART = 2.0  # standard errors: from there on two methods do not agree
+
+
+def box_jenkins(
+    u: Signals,
+    y: Signals,
+    na: int,
+    nb: int,
+    dt: float,
+    delay: int = 1,
+    weights: Signals | None = None,
+    *,
+    start: Start = "rest",
+) -> LinearFit:
+    """y = (B / A) u + e / D with e white: a model of the machine and one of the noise.
+
+    D is fitted to what the free run misses, as an autoregression of the order, at most 30, that
+    Akaike's criterion prefers; then A and B minimise the sum of squares of D (y - (B / A) u); and
+    so on until they settle. That is the prediction-error method for Box-Jenkins models whose noise
+    is autoregressive (Ljung, System Identification, sections 4.2 and 7.2; Young and Jakeman, 1979,
+    by instruments), and of least variance for any noise that the input did not cause. Of standard
+    errors by the model and by the scatter of stretches of the record, the larger are told.
+
+    Parameters
+    ----------
+    u, y : array_like
+        Input and output, as for `least_squares`.
+    na, nb : int
+        Numbers of coefficients a and b.
+    dt : float
+        Sample time, s.
+    delay : int, optional
+        Samples from u to y.
+    weights : Signals | None, optional
+        As for `least_squares`.
+    start : Start, optional
+        As for `least_squares`.
+
+    Returns
+    -------
+    LinearFit
+        Its `noise` holds d1, d2, ... of D; its residuals are e.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, or the data are unusable.
+    """
+    task = prepared(u, y, (na, nb, delay), dt, weights, start)
+    ends = [descended(task, theta)[0] for theta in begins(task).values()]
+    return fitted(task, min(ends, key=lambda s: cost(s, task.roots)))
+
+
+def fitted(task: Task, first: Solution) -> LinearFit:
+    """The fit of `box_jenkins` from a solution of output error on.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+    first : Solution
+        Where it begins; other methods' results are tried as well.
+
+    Returns
+    -------
+    LinearFit
+        As of `box_jenkins`.
+
+    Raises
+    ------
+    InputError
+        The data do not determine the parameters.
+    """
+    solution, noise, count, done = first, WHITE, 0, False
+    while not done and count < _ROUNDS:
+        count += 1
+        noise = coloured(task, solution.theta)
+        tried = [solution.theta, *begins(_through(task, noise)).values()]
+        ends = [descended(task, theta, noise) for theta in tried]
+        new, _, stopped = min(ends, key=lambda end: cost(end[0], task.roots))
+        done = stopped and settled(task, new.theta, solution.theta, new, _PART)
+        solution = new
+    fit = finished("box_jenkins", task, solution, count, converged=done, noise=noise)
+    if len(noise) > _LONG:
+        found = f"an autoregression of {len(noise)} terms"
+        return withheld(fit, f"what the model leaves, such as cogging, is no noise: {found}")
+    return _widened(task, solution, fit)
+
+
+def coloured(task: Task, theta: Array) -> Array:
+    """d1, d2, ... of the noise that a model leaves in the output.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+    theta : ndarray, shape (p,)
+        The model.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Empty for white noise.
+    """
+    runs = free_runs(task, theta)
+    left = [(r.y - run) * (r.w > 0.0) for r, run in zip(task.data, runs, strict=True)]
+    return autoregression(left)[0]
+
+
+def _through(task: Task, noise: Array) -> Task:
+    """The task with inputs and outputs through D, to begin searches by."""
+    u = per_record(task, whitened(task, noise, np.concatenate([r.u for r in task.data])))
+    y = per_record(task, whitened(task, noise, np.concatenate([r.y for r in task.data])))
+    parts = zip(u, y, task.data, strict=True)
+    return task._replace(data=[Record(x, z, r.w) for x, z, r in parts])
+
+
+def _widened(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
+    """Errors by stretches of the record where they are larger: a disturbance that depends on the
+    motion is no noise, and residuals of it may be white all the same."""
+    n, p = solution.psi.shape
+    length = max(n // _STRETCHES, 1)
+    if n < 4 * p * length or n // length <= p + 1:
+        return fit
+    starts, row = [], 0
+    for record in task.data:
+        many = max(len(record.u) // length, 1)
+        starts += [row + k * len(record.u) // many for k in range(many)]
+        row += len(record.u)
+    slopes, left = solution.psi * task.roots[:, None], solution.residual * task.roots
+    other = np.diag(clustered(slopes, left, starts))[: task.size]
+    own = np.diag(fit.covariance)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = np.sqrt(np.where(own > 0.0, np.maximum(other / own, 1.0), 1.0))
+    return replace(fit, covariance=fit.covariance * np.outer(factor, factor))
+
+
+def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
+    """A fit with its errors where `box_jenkins` agrees.
+
+    No question where the residuals of a free run are white. Where noise is coloured, the nearest
+    free run may be that of a slow pole which a zero nearly cancels, and which follows the noise.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+    solution : Solution
+        What the method found.
+    fit : LinearFit
+        Of it, with errors.
+
+    Returns
+    -------
+    LinearFit
+        With errors, or without.
+    """
+    free = fit.method in FREE
+    if fit.doubt or exact(fit) or (free and fit.whiteness.white):
+        return fit
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)
+        other = fitted(task, solution)
+    apart = np.abs(np.r_[fit.a, fit.b] - np.r_[other.a, other.b])
+    if (apart <= _APART * np.fmax(fit.std, other.std)).all():
+        return fit
+    return withheld(fit, "box_jenkins, which models the colour of the noise, finds another model")

@@ -1,0 +1,161 @@
+"""Box-Jenkins: the model, the noise beside it, its errors, and what it says of other methods."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from macromicro import identify
+from macromicro.arrays import Array
+from macromicro.identify import noise_model as model
+from macromicro.identify.notices import DataWarning
+from macromicro.identify.regression import Solution, covariance, prepared
+
+A, B = np.array([-1.65833, 0.670831]), np.array([40.0, 9.716])
+TRUTH = np.r_[A, B]
+DT = 1e-3
+METHODS = ("least_squares", "gls", "mls", "sriv", "output_error", "box_jenkins")
+
+
+def steps(seed: int, n: int = 3000) -> Array:
+    return np.asarray(np.repeat(np.random.default_rng(seed).uniform(-2.0, 2.0, n // 250), 250))
+
+
+def disturbed(seed: int, pole: float = 0.95) -> tuple[Array, Array]:
+    """The input and the output of a machine whose input is pushed by coloured noise."""
+    u = steps(seed)
+    noise = np.random.default_rng(seed + 500).standard_normal(len(u) + 500)
+    force = lfilter([0.03], [1.0, -pole], noise)[500:]
+    return u, np.asarray(lfilter(np.r_[0.0, B], np.r_[1.0, A], u + force))
+
+
+def fit(name: str, u: Array, y: Array, order: int = 2) -> identify.LinearFit:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)
+        found: identify.LinearFit = getattr(identify, name)(u, y, order, order, DT)
+    return found
+
+
+def test_the_machine_is_found_where_output_error_follows_the_noise() -> None:
+    """Ten records: each parameter within four standard errors; output error is far off in most,
+    and says so."""
+    far = 0
+    for seed in range(10):
+        u, y = disturbed(seed)
+        found = fit("box_jenkins", u, y)
+        assert not found.doubt and found.whiteness.white and found.converged
+        np.testing.assert_array_less(np.abs(np.r_[found.a, found.b] - TRUTH), 4.0 * found.std)
+        assert abs(found.b[0] - 40.0) < 1.0
+        other = fit("output_error", u, y)
+        if abs(other.b[0] - 40.0) > 10.0:
+            far += 1
+            if np.abs(np.roots(np.r_[1.0, other.a])).max() > 0.97:  # a slow pole that cancels
+                assert other.doubt.startswith("box_jenkins") and np.isnan(other.std).all()
+    assert far >= 3
+
+
+def test_its_residuals_are_the_noise_through_d_and_the_sum_is_least() -> None:
+    u, y = disturbed(1)
+    found = fit("box_jenkins", u, y)
+    d = np.r_[1.0, found.noise]
+    left = lfilter(d, [1.0], y - found.free_run[0])
+    left[: len(found.noise)] = 0.0
+    np.testing.assert_allclose(found.residuals[0], left, atol=1e-6 * np.abs(left).max())
+    least = float(left @ left)
+    theta = np.r_[found.a, found.b]
+    for k in range(4):
+        for by in (2.0, -2.0):
+            moved = theta.copy()
+            moved[k] += by * found.std[k]
+            run = lfilter(np.r_[0.0, moved[2:]], np.r_[1.0, moved[:2]], u)
+            e = lfilter(d, [1.0], y - run)[len(found.noise) :]
+            assert float(e @ e) > least
+
+
+def test_its_errors_are_those_of_repeated_trials() -> None:
+    """Over 40 records: the spread within 35 % of what is told; a smaller one would be a lie."""
+    found = [fit("box_jenkins", *disturbed(seed, 0.99)) for seed in range(40)]
+    values = np.array([np.r_[f.a, f.b] for f in found])
+    told = np.median([f.std for f in found], axis=0)
+    np.testing.assert_allclose(values.std(axis=0), told, rtol=0.35)
+
+
+@pytest.mark.parametrize("name", ["least_squares", "gls", "mls"])
+def test_methods_that_suppose_white_residuals_withhold_their_errors_elsewhere(name: str) -> None:
+    u = steps(3)
+    noise = 50.0 * np.random.default_rng(0).standard_normal(len(u))
+    y = lfilter([0.0, 165.72], [1.0, -0.95833], u)
+    if name == "mls":  # whose residuals are the output's own noise: white would do
+        assert not fit(name, u, y + noise, 1).doubt
+        noise = np.asarray(lfilter([1.0], [1.0, -0.9], noise))
+    found = fit(name, u, y + noise, 1)
+    assert found.doubt == f"{name} is biased where residuals are not white; see box_jenkins"
+    assert np.isnan(found.covariance).all() and np.isnan(found.gain_std)
+    assert "+-" not in str(found) and "a1 -0.9" in str(found)
+
+
+def test_modified_least_squares_of_higher_order_tells_no_errors() -> None:
+    """Its variance is not that which its residuals show: 40 records scatter by twice as much."""
+    u = steps(3)
+    y = lfilter(np.r_[0.0, B], np.r_[1.0, A], u)
+    noise = 50.0 * np.random.default_rng(0).standard_normal(len(u))
+    found = fit("mls", u, y + noise)
+    assert "order above 1" in found.doubt and np.isnan(found.std).all()
+
+
+def test_what_is_exact_is_never_doubted() -> None:
+    u = steps(4)
+    y = np.asarray(lfilter(np.r_[0.0, B], np.r_[1.0, A], u))
+    for name in METHODS:
+        found = fit(name, u, y)
+        assert not found.doubt and np.isfinite(found.std).all()
+        np.testing.assert_allclose(np.r_[found.a, found.b], TRUTH, rtol=1e-5)
+
+
+def test_a_disturbance_that_is_no_noise_has_no_errors() -> None:
+    """Cogging, a sine of the travel: an autoregression of almost any length fits it better."""
+    u = steps(5)
+    y, place, pull = np.zeros(len(u)), 0.0, 0.0
+    for k in range(1, len(u)):
+        y[k] = 0.95833 * y[k - 1] + 165.72 * (u[k - 1] + pull)
+        place += y[k] * DT
+        pull = 0.1 * np.sin(2.0 * np.pi * place / 60.0)
+    found = fit("box_jenkins", u, y, 1)
+    assert len(found.noise) > model._LONG
+    assert "is no noise: an autoregression of" in found.doubt and np.isnan(found.std).all()
+
+
+def test_stretches_widen_errors_and_never_narrow_them() -> None:
+    """White residuals that are large where one parameter shows: its error grows, by as much as
+    its scores scatter from stretch to stretch; of the other one the model's own stays."""
+    u, y = disturbed(6)
+    task = prepared(u, y, (1, 1, 1), DT, None, "rest")
+    rng = np.random.default_rng(1)
+    loud = np.arange(len(u)) % 1000 < 100
+    psi = np.stack([np.where(loud, 1.0, 0.0), np.where(loud, 0.0, 1.0)], axis=1)
+    psi *= rng.choice([-1.0, 1.0], len(u))[:, None]
+    solution = Solution(np.zeros(2), psi, np.where(loud, 3.0, 0.1) * rng.standard_normal(len(u)))
+    own = covariance(task, solution)
+    found = model._widened(task, solution, replace(fit("sriv", u, y, 1), covariance=own))
+    ratio = found.std / np.sqrt(np.diag(own))
+    assert ratio[0] > 1.5 and ratio[1] == 1.0
+    assert found.covariance[0, 1] == pytest.approx(own[0, 1] * ratio[0])
+
+
+def test_samples_of_no_weight_and_what_d_reaches_of_them_do_not_count() -> None:
+    u, y = disturbed(7)
+    weights = np.ones(len(u))
+    weights[1000:1010] = 0.0
+    spoilt = y.copy()
+    spoilt[1000:1010] += 1e4
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)
+        found = identify.box_jenkins(u, spoilt, 2, 2, DT, weights=weights)
+        good = identify.box_jenkins(u, y, 2, 2, DT, weights=weights)
+    np.testing.assert_allclose(found.b, good.b, rtol=1e-3)
+    rows = slice(1000, 1010 + len(found.noise))
+    assert not found.residuals[0][rows].any() and found.residuals[0][1010 + len(found.noise)] != 0.0
