@@ -47,7 +47,11 @@ def test_the_page_is_that_of_its_figures() -> None:
 def test_a_share_outside_its_range_is_marked(
     one: float, wide: float, bias: float, text: str
 ) -> None:
-    assert DOCS.cell({"one": one, "wide": wide, "bias": bias, "scatter": 1.0}) == text
+    row = {"one": one, "wide": wide, "bias": bias, "scatter": 1.0, "records": 50}
+    assert DOCS.cell(row) == text
+    assert DOCS.cell({**row, "told_in": 50}) == text
+    assert DOCS.cell({**row, "told_in": 20}) == f"{text} in 40 %"
+    assert DOCS.cell({**row, "told_in": 0}) == "withheld"
 
 
 def test_intervals_are_counted_by_what_they_hold(monkeypatch: pytest.MonkeyPatch) -> None:
