@@ -254,17 +254,17 @@ def covered(group: str, kind: str, records: int, first: int = 0) -> list[dict[st
             continue
     rows = []
     for (method, name), each in kept.items():
-        told_in = sum(not math.isnan(e[2]) for e in each)
-        truth, missed, told = np.array([e for e in each if not math.isnan(e[2])] or each).T
+        with_error = [e for e in each if not math.isnan(e[2])]
+        truth, missed, told = np.array(with_error or each).T
         with np.errstate(invalid="ignore"):
             inside = [100.0 * float(np.mean(np.abs(missed) <= w * told)) for w in (1.0, WIDE)]
         rows.append(
             {
                 "method": method, "parameter": name, "disturbance": kind, "records": len(each),
-                "told_in": told_in,
+                "told_in": len(with_error),
                 "one": round(inside[0], 1), "wide": round(inside[1], 1), "truth": float(truth[0]),
                 "bias": float(f"{missed.mean():.3g}"), "scatter": float(f"{missed.std():.3g}"),
-                "told": float(f"{np.sqrt(np.nanmean(told**2)):.3g}") if told_in else None,
+                "told": float(f"{np.sqrt(np.mean(told**2)):.3g}") if with_error else None,
             }
         )  # fmt: skip
     return rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 
 import numpy as np
@@ -20,6 +21,8 @@ from macromicro.identify.regression import (
     stable,
     whitened,
 )
+
+End = tuple[Solution, int, bool]  # of a search: where, its steps, whether they settled
 
 WHITE: Array = np.zeros(0)  # D of noise that is white
 
@@ -51,7 +54,7 @@ def begins(task: Task) -> dict[str, Array]:
     return {n: t for n, t in found.items() if np.isfinite(t).all()}
 
 
-def descended(task: Task, begin: Array, noise: Array = WHITE) -> tuple[Solution, int, bool]:
+def descended(task: Task, begin: Array, noise: Array = WHITE) -> End:
     """The minimum next to a beginning, by Levenberg-Marquardt with exact gradients.
 
     Parameters
@@ -91,6 +94,32 @@ def descended(task: Task, begin: Array, noise: Array = WHITE) -> tuple[Solution,
             done = settled(task, trial, best.theta, best) or damping > 1e8
             damping = max(damping * 10.0, 1e-6)
     return best, count, done
+
+
+def searched(
+    task: Task, tried: Mapping[str, Array], noise: Array = WHITE
+) -> tuple[End, dict[str, End]]:
+    """Searches from several beginnings.
+
+    Parameters
+    ----------
+    task : Task
+        Records and orders.
+    tried : Mapping[str, Array]
+        theta by the name of the beginning.
+    noise : ndarray, shape (m,), optional
+        d1, d2, ... of D.
+
+    Returns
+    -------
+    least : End
+        The end of least cost, the first of equal ones.
+    ends : dict[str, End]
+        All of them, by the name of their beginning.
+    """
+    ends = {name: descended(task, theta, noise) for name, theta in tried.items()}
+    roots = task.roots
+    return min(ends.values(), key=lambda end: cost(end[0], roots)), ends
 
 
 def linearised(task: Task, theta: Array, noise: Array = WHITE) -> Solution:

@@ -6,7 +6,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.linear_fit import LinearFit, if_white
+from macromicro.identify.linear_fit import LinearFit
 from macromicro.identify.noise_model import compared
 from macromicro.identify.records import Signals
 from macromicro.identify.regression import (
@@ -68,7 +68,7 @@ def least_squares(
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
     solution = plain(task)
-    return compared(task, solution, if_white(finished("least_squares", task, solution)))
+    return compared(task, solution, finished("least_squares", task, solution))
 
 
 def gls(
@@ -135,7 +135,7 @@ def gls(
         done = settled(task, theta, solution.theta, new)
         solution = new
     fit = finished("gls", task, solution, count, converged=done, noise=d)
-    return compared(task, solution, if_white(fit))
+    return compared(task, solution, fit)
 
 
 def _autoregression(residuals: tuple[Array, ...], order: int) -> Array:

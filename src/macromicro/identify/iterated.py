@@ -3,7 +3,7 @@ Figure 4.2, and SRIV."""
 
 from __future__ import annotations
 
-from macromicro.identify.linear_fit import LinearFit, exact, if_white, withheld
+from macromicro.identify.linear_fit import LinearFit, exact, withheld
 from macromicro.identify.noise_model import compared
 from macromicro.identify.records import Signals
 from macromicro.identify.refined import instrumental, steiglitz_mcbride
@@ -60,7 +60,7 @@ def mls(
     if na > 1 and not exact(fit):
         # Stoica and Soderstrom, 1981: it is not the minimum of its residuals' sum of squares.
         return withheld(fit, "the errors of mls of an order above 1 are not known; see box_jenkins")
-    return compared(task, solution, if_white(fit))
+    return compared(task, solution, fit)
 
 
 def sriv(

@@ -182,24 +182,6 @@ def withheld(fit: LinearFit, doubt: str) -> LinearFit:
     return replace(fit, covariance=np.full_like(fit.covariance, np.nan), doubt=doubt)
 
 
-def if_white(fit: LinearFit) -> LinearFit:
-    """A fit whose method is unbiased only where its residuals are white; errors where they are.
-
-    Parameters
-    ----------
-    fit : LinearFit
-        With errors.
-
-    Returns
-    -------
-    LinearFit
-        With errors, or without.
-    """
-    if fit.whiteness.white or exact(fit):
-        return fit
-    return withheld(fit, f"{fit.method} is biased where residuals are not white; see box_jenkins")
-
-
 def exact(fit: LinearFit) -> bool:
     """Whether residuals are no more than rounding of the output.
 

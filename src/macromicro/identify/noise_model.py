@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from macromicro.arrays import Array
-from macromicro.identify.descent import WHITE, begins, cost, descended
+from macromicro.identify.descent import WHITE, begins, searched
 from macromicro.identify.linear_fit import LinearFit, exact, withheld
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.records import Record, Signals
@@ -29,7 +29,7 @@ _ROUNDS = 20
 _PART = 0.01  # of a standard error: rounds have settled when no parameter moves by more
 _STRETCHES = 30  # that a covariance is judged by
 _LONG = 20  # the order of D from which on noise is no autoregression
-FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
+_FREE = ("sriv", "output_error")  # unbiased whatever the colour of the noise
 _APART = 2.0  # standard errors: from there on two methods do not agree
 
 
@@ -79,8 +79,8 @@ def box_jenkins(
         An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    ends = [descended(task, theta)[0] for theta in begins(task).values()]
-    return fitted(task, min(ends, key=lambda s: cost(s, task.roots)))
+    (solution, _, _), _ = searched(task, begins(task))
+    return fitted(task, solution)
 
 
 def fitted(task: Task, first: Solution) -> LinearFit:
@@ -107,9 +107,8 @@ def fitted(task: Task, first: Solution) -> LinearFit:
     while not done and count < _ROUNDS:
         count += 1
         noise = coloured(task, solution.theta)
-        tried = [solution.theta, *begins(_through(task, noise)).values()]
-        ends = [descended(task, theta, noise) for theta in tried]
-        new, _, stopped = min(ends, key=lambda end: cost(end[0], task.roots))
+        tried = {"the last round": solution.theta, **begins(_through(task, noise))}
+        (new, _, stopped), _ = searched(task, tried, noise)
         done = stopped and settled(task, new.theta, solution.theta, new, _PART)
         solution = new
     fit = finished("box_jenkins", task, solution, count, converged=done, noise=noise)
@@ -152,7 +151,7 @@ def _widened(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
     motion is no noise, and residuals of it may be white all the same."""
     n, p = solution.psi.shape
     length = max(n // _STRETCHES, 1)
-    if n < 4 * p * length or n // length <= p + 1:
+    if n < 4 * p * length:
         return fit
     starts, row = [], 0
     for record in task.data:
@@ -168,10 +167,11 @@ def _widened(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
 
 
 def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
-    """A fit with its errors where `box_jenkins` agrees.
+    """A fit with its errors where they hold: what the method supposes, and `box_jenkins`, agree.
 
-    No question where the residuals of a free run are white. Where noise is coloured, the nearest
-    free run may be that of a slow pole which a zero nearly cancels, and which follows the noise.
+    `least_squares`, `gls` and `mls` suppose white residuals. Of the others there is no question
+    where the residuals are white; where noise is coloured, the nearest free run may be that of a
+    slow pole which a zero nearly cancels, and which follows the noise.
 
     Parameters
     ----------
@@ -187,9 +187,12 @@ def compared(task: Task, solution: Solution, fit: LinearFit) -> LinearFit:
     LinearFit
         With errors, or without.
     """
-    free = fit.method in FREE
-    if fit.doubt or exact(fit) or (free and fit.whiteness.white):
+    free, white = fit.method in _FREE, fit.whiteness.white
+    if exact(fit) or (free and white):
         return fit
+    if not (free or white):
+        text = f"{fit.method} is biased where residuals are not white; see box_jenkins"
+        return withheld(fit, text)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DataWarning)
         other = fitted(task, solution)

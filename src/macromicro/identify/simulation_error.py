@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from macromicro.identify.descent import begins, cost, descended
+from macromicro.identify.descent import begins, searched
 from macromicro.identify.linear_fit import LinearFit, percent
 from macromicro.identify.noise_model import compared
 from macromicro.identify.records import Signals
@@ -58,11 +58,7 @@ def output_error(
         An option is not accepted, or the data are unusable.
     """
     task = prepared(u, y, (na, nb, delay), dt, weights, start)
-    roots = task.roots
-    ends = {name: descended(task, theta) for name, theta in begins(task).items()}
-    costs = {name: cost(end[0], roots) for name, end in ends.items()}
-    least = min(costs, key=lambda name: costs[name])
-    solution, count, done = ends[least]
+    (solution, count, done), ends = searched(task, begins(task))
     fit = finished("output_error", task, solution, count, converged=done)
     outputs = [r.y for r in task.data]
     with np.errstate(over="ignore", invalid="ignore"):
