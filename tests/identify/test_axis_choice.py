@@ -9,7 +9,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import drive
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_choice import _no_better, blocks, folds
+from macromicro.identify.axis_choice import no_better, blocks, folds
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.runs import Run
 
@@ -92,5 +92,5 @@ def test_every_block_is_held_out_once() -> None:
 def test_a_richer_structure_has_to_be_better_by_more_than_noise(
     richer: float, gained: Array, said: str
 ) -> None:
-    found = _no_better(1.0, richer, gained, "x")
+    found = no_better(1.0, richer, gained, "x")
     assert found.startswith(said) and bool(found) == bool(said)

@@ -11,7 +11,7 @@ from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
 from macromicro.identify.axis import late
 from macromicro.identify.axis_choice import part
-from macromicro.identify.axis_fit import _check, _rows, _runs, _split
+from macromicro.identify.axis_fit import _check, rows_of, runs_of, _split
 from macromicro.identify.axis_inverse import Rows, differences, fitted
 from macromicro.identify.axis_refine import free_runs, refined
 from macromicro.identify.runs import Run
@@ -65,25 +65,25 @@ def test_what_is_beyond_is_refused(options: dict[str, Any], match: str) -> None:
 
 
 def test_one_record_or_lists_of_records() -> None:
-    assert len(_runs(T, U, RUN.x)) == 1
-    assert [len(r.t) for r in _runs([T, T[:400]], [U, U[:400]], [RUN.x, RUN.x[:400]])] == [
+    assert len(runs_of(T, U, RUN.x)) == 1
+    assert [len(r.t) for r in runs_of([T, T[:400]], [U, U[:400]], [RUN.x, RUN.x[:400]])] == [
         1200,
         400,
     ]
-    assert len(_runs(T[:200], U[:200], RUN.x[:200])[0].t) == 200
+    assert len(runs_of(T[:200], U[:200], RUN.x[:200])[0].t) == 200
     with pytest.raises(InputError, match="200 samples or more"):
-        _runs(T[:199], U[:199], RUN.x[:199])
+        runs_of(T[:199], U[:199], RUN.x[:199])
     with pytest.raises(InputError, match=r"record\[1\].*200 samples or more"):
-        _runs([T, T[:199]], [U, U[:199]], [RUN.x, RUN.x[:199]])
+        runs_of([T, T[:199]], [U, U[:199]], [RUN.x, RUN.x[:199]])
     with pytest.raises(InputError, match="2 t, 1 u, 2 x"):
-        _runs([T, T], [U], [T, T])
+        runs_of([T, T], [U], [T, T])
     with pytest.raises(InputError, match="x: 'missing'"):
-        _runs(T, U, [])
+        runs_of(T, U, [])
 
 
 def rows(runs: list[Run], filtering: Filtering = USUAL, **options: Any) -> list[Rows]:
     usual = {"gain": 1.0, "limit": None, "delay": 0, "holdout": 0.3}
-    return _rows(runs, filtering=filtering, **{**usual, **options})
+    return rows_of(runs, filtering=filtering, **{**usual, **options})
 
 
 def test_the_force_is_the_gain_times_what_actslate() -> None:

@@ -72,10 +72,22 @@ def test_a_short_record_allows_a_tenth_of_its_length(n: int, most: int) -> None:
     e = np.cumsum(WHITE[:n])
     d, _ = autoregression([e])
     assert len(d) <= most
-    assert len(autoregression([np.cumsum(WHITE), np.array([1.0, 2.0])])[0]) <= 1  # nor the shortest
-    swing = lfilter([1.0], [1.0, -1.2, 0.5], WHITE)
-    for short, orders in ((1, 0), (2, 1), (3, 2)):
-        assert len(autoregression([swing, np.zeros(short)])[0]) == orders
+
+
+def test_a_record_of_a_few_samples_does_not_hide_the_colour_of_a_long_one() -> None:
+    white = np.random.default_rng(5).standard_normal(4000)
+    long = lfilter([1.0], [1.0, -0.9], white)
+    alone, power = autoregression([long])
+    both, same = autoregression([long, np.array([0.1]), np.array([0.2, -0.1])])
+    assert both[:1] == pytest.approx(alone[:1], abs=1e-3)
+    assert same == pytest.approx(power, rel=1e-2)
+
+
+def test_a_record_of_which_nothing_is_left_changes_no_covariance() -> None:
+    random = np.random.default_rng(6)
+    psi, residual = random.standard_normal((300, 2)), random.standard_normal(300)
+    alone = robust_covariance(psi, residual, [120, 300])
+    assert robust_covariance(psi, residual, [0, 120, 120, 300]) == pytest.approx(alone)
 
 
 def test_residuals_that_are_zero_have_no_power() -> None:

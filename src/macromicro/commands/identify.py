@@ -70,8 +70,15 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
         float | None, typer.Option(help="Force per unit of u, such as N/V.", show_default="1")
     ] = None,
     structure: Annotated[
-        str, typer.Option(help="auto, viscous, coulomb, asymmetric, stribeck or full.")
+        str,
+        typer.Option(help="auto, viscous, coulomb, asymmetric, stribeck, full; lugre or gms."),
     ] = "auto",
+    along: Annotated[
+        int | None,
+        typer.Option(
+            help="Of lugre, gms: nodes of the friction along the travel.", show_default="auto"
+        ),
+    ] = None,
     limit: Annotated[float | None, typer.Option(help="The drive saturates at +-LIMIT.")] = None,
     delay: Annotated[
         int | None, typer.Option(help="Samples by which u acts late.", show_default="0")
@@ -92,6 +99,7 @@ def drive(  # noqa: PLR0913, PLR0917 -- one parameter per option
     options = {
         "gain": gain,
         "structure": structure,
+        "along": along,
         "limit": limit,
         "delay": delay,
         "tests": tuple(test or ()),

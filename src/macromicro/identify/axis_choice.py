@@ -1,6 +1,6 @@
 """Which structure of the friction a record asks for: judged on data that it was not fitted to.
 
-Each record is cut into blocks, and every third block is held out in turn, so that what is fitted
+Each record is cut into blocks, and a third of them is held out in turn, so that what is fitted
 and what it is judged by both see all that the record shows: both directions, all speeds. A richer
 structure has to be better by a share and by more than the blocks differ among themselves.
 """
@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
@@ -24,6 +25,7 @@ from macromicro.identify.axis_inverse import (
 )
 from macromicro.identify.runs import Run
 
+Index = npt.NDArray[np.int64]
 FOLDS = 3
 _GAIN = 0.02  # a richer structure must lower the held-out error by this part
 _SURE = 2.0  # and the blocks' squares by so many standard errors of what they gain
@@ -98,8 +100,27 @@ def blocks(rows: list[Rows]) -> list[Rows]:
     return made
 
 
+def turn(number: Index) -> Index:
+    """In which turn a block is held out.
+
+    Every third, a different one of each three: a motion that repeats itself every three blocks
+    would else be held out in the same part of it each time.
+
+    Parameters
+    ----------
+    number : ndarray, shape (n,)
+        Of the block, from 0.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        From 0 to 2.
+    """
+    return (number + number // FOLDS) % FOLDS
+
+
 def folds(rows: list[Rows]) -> Iterator[tuple[list[Rows], list[Rows]]]:
-    """What is fitted and what is held out, in turn: every third block.
+    """What is fitted and what is held out, in turn: a third of the blocks (`turn`).
 
     Parameters
     ----------
@@ -112,9 +133,10 @@ def folds(rows: list[Rows]) -> Iterator[tuple[list[Rows], list[Rows]]]:
         Blocks to fit, and blocks to judge by.
     """
     pieces = blocks(rows)
+    turns = turn(np.arange(len(pieces)))
     for k in range(min(FOLDS, len(pieces))):
-        held = pieces[k::FOLDS]
-        yield [p for i, p in enumerate(pieces) if i % FOLDS != k], held
+        kept = [p for p, at in zip(pieces, turns, strict=True) if at != k]
+        yield kept, [p for p, at in zip(pieces, turns, strict=True) if at == k]
 
 
 def chosen(rows: list[Rows]) -> Judged:
@@ -150,7 +172,7 @@ def chosen(rows: list[Rows]) -> Judged:
         if not best:
             best = name
             continue
-        reason = _no_better(scores[best], score, np.log(squares[best] / squares[name]), best)
+        reason = no_better(scores[best], score, np.log(squares[best] / squares[name]), best)
         if reason:
             reasons[name] = reason
         else:
@@ -186,9 +208,24 @@ def _held_out(rows: list[Rows], name: str) -> Array | str:
     return np.array(squares) if squares else _TOO_POOR
 
 
-def _no_better(score: float, richer: float, gained: Array, than: str) -> str:
-    """Why a richer structure is not taken; "" where it is. `gained`: logarithm of the ratio of
-    squares in each block, so that a block where both are poor does not decide."""
+def no_better(score: float, richer: float, gained: Array, than: str) -> str:
+    """Why a richer structure is not taken.
+
+    Parameters
+    ----------
+    score, richer : float
+        Error of the poorer and of the richer one.
+    gained : ndarray, shape (k,)
+        Logarithm of the ratio of squares in each block, so that a block where both are poor does
+        not decide.
+    than : str
+        Name of the poorer one.
+
+    Returns
+    -------
+    str
+        "" where it is taken.
+    """
     if richer >= (1.0 - _GAIN) * score:
         return f"not {100.0 * _GAIN:.0f} % better than {than}"
     error = float(np.std(gained, ddof=1) / np.sqrt(len(gained))) if len(gained) > 1 else 0.0

@@ -22,7 +22,7 @@ from macromicro.identify.axis_inverse import (
     fitted,
     plausible,
 )
-from macromicro.identify.axis_refine import free_runs, refined, started
+from macromicro.identify.axis_refine import begun, free_runs, refined, started
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.records import flag_saturation
 from macromicro.identify.runs import Run, checked
@@ -192,14 +192,14 @@ def drive(
         An option is not accepted, or the data are unusable.
     """
     _check(gain, structure, holdout, delay)
-    runs = _runs(t, u, x)
+    runs = runs_of(t, u, x)
     lag = None
     if isinstance(delay, str):
         delay, lag = _delayed(runs, gain, filtering, limit, holdout)
     usual = filtering == _USUAL and lag is None
     fine, coarse = axis_thin.factors(runs, gain, delay) if usual else (1, 1)
     few = _few(runs, coarse)
-    rows = _rows(few, gain, filtering, limit, delay, holdout)
+    rows = rows_of(few, gain, filtering, limit, delay, holdout)
     judged = Judged(structure, {}, {})
     if structure == "auto":
         judged = axis_choice.chosen(rows)
@@ -254,8 +254,24 @@ def _check(gain: float, structure: str, holdout: float, delay: int | str) -> Non
         )
 
 
-def _runs(t: Any, u: Any, x: Any) -> list[Run]:
-    """Checked runs from arrays or lists of arrays."""
+def runs_of(t: Any, u: Any, x: Any) -> list[Run]:
+    """Checked runs from arrays or lists of arrays, as `drive` takes them.
+
+    Parameters
+    ----------
+    t, u, x : Any
+        Times, inputs and positions.
+
+    Returns
+    -------
+    list[Run]
+        One for each record.
+
+    Raises
+    ------
+    InputError
+        A column is missing, or a record is unusable.
+    """
     for name, values in (("t", t), ("u", u), ("x", x)):
         if not hasattr(values, "__len__") or len(values) == 0:
             raise InputError(f"drive: {name}", "missing", "an array of numbers")
@@ -268,7 +284,7 @@ def _runs(t: Any, u: Any, x: Any) -> list[Run]:
     ]
 
 
-def _rows(
+def rows_of(
     runs: list[Run],
     gain: float,
     filtering: Filtering,
@@ -276,7 +292,33 @@ def _rows(
     delay: int,
     holdout: float,
 ) -> list[Rows]:
-    """Force and filtered differences of all runs."""
+    """Force and filtered differences of all runs.
+
+    Parameters
+    ----------
+    runs : list[Run]
+        The records.
+    gain : float
+        Force per unit of u.
+    filtering : Filtering
+        How the position is filtered and all columns decimated.
+    limit : float | None
+        The drive saturates there.
+    delay : int
+        Samples by which u acts late.
+    holdout : float
+        Part of each record that is held out.
+
+    Returns
+    -------
+    list[Rows]
+        One for each record.
+
+    Raises
+    ------
+    InputError
+        An option is not accepted, nothing drives or nothing moves.
+    """
     if all(np.ptp(r.u) == 0.0 and r.u[0] == runs[0].u[0] for r in runs):
         raise InputError("u", f"{runs[0].u[0]:g} throughout", "an input that changes")
     # The part held out must be longer than the low-pass of the decimation, 21 factors.
@@ -299,6 +341,28 @@ def _rows(
     return rows
 
 
+def start(run: Run, gain: float, delay: int) -> tuple[float, float]:
+    """Position and speed at the start of a record, as measured.
+
+    Parameters
+    ----------
+    run : Run
+        The record.
+    gain : float
+        Force per unit of its input.
+    delay : int
+        Samples by which that acts late.
+
+    Returns
+    -------
+    x : float
+        Measured.
+    v : float
+        Filtered (`axis_refine.begun`).
+    """
+    return begun(differences(run, late(run.u, delay) * gain, CUTOFF / run.dt, 1))
+
+
 def _few(runs: list[Run], coarse: int) -> list[Run]:
     """What the friction is chosen by: the records, or evenly spread parts of long ones."""
     if coarse == 1:
@@ -311,11 +375,11 @@ def _few(runs: list[Run], coarse: int) -> list[Run]:
 def _means(
     runs: list[Run], many: int, push: tuple[float, float | None, int], holdout: float
 ) -> list[Rows]:
-    """`_rows` of means over `many` samples; `push`: gain, limit and delay of the input."""
+    """`rows_of` of means over `many` samples; `push`: gain, limit and delay of the input."""
     gain, limit, delay = push
     made = axis_thin.thinned(runs, many, limit, delay)
     cut = Filtering(*axis_thin.filtering(many, made[0].dt))
-    rows = _rows(made, gain, cut, limit, 0, holdout)
+    rows = rows_of(made, gain, cut, limit, 0, holdout)
     return [r._replace(thin=many) for r in rows]
 
 
@@ -354,7 +418,7 @@ def _delayed(
     """
     errors = []
     for tried in range(_TRIED + 1):
-        rows = _rows(runs, gain, filtering, limit, tried, holdout)
+        rows = rows_of(runs, gain, filtering, limit, tried, holdout)
         errors.append(fitted(rows, "coulomb").percent)
     best = int(np.argmin(errors))
     return max(best - 1, 0), (1.0 if best else 0.1) * runs[0].dt

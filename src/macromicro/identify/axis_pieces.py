@@ -8,7 +8,8 @@ misses by, these starts are as little known as any sample, and are found with th
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import singledispatch
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -121,15 +122,53 @@ def restarted(p: Axis, force: Array, starts: Index, speeds: Array, h: float, out
         x += gone
 
 
-def runs(cutting: Pieces, axis: Axis, speeds: Array) -> Array:
+@singledispatch
+def laid(
+    model: Any, force: Array, starts: Index, at: Array, speeds: Array, dt: float
+) -> Array:
+    """Free runs of a model, each piece from a state of its own; its type says how.
+
+    Parameters
+    ----------
+    model : Any
+        `Axis`, or another type that registers itself.
+    force : ndarray, shape (n,)
+        Of the drive, held for `dt` each.
+    starts : ndarray, shape (k,)
+        First sample of each piece.
+    at : ndarray, shape (k,)
+        Position there.
+    speeds : ndarray, shape (k,)
+        Speed there.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Positions, up to a constant in each piece.
+    """
+    raise TypeError(type(model).__name__)
+
+
+@laid.register
+def _(model: Axis, force: Array, starts: Index, at: Array, speeds: Array, dt: float) -> Array:
+    out = np.empty_like(force)
+    plain = Axis(*(float(value) for value in model))
+    pull = np.ascontiguousarray(late(force, model.lag / dt))
+    compiled(restarted)(plain, pull, starts, speeds, float(dt), out)
+    return out
+
+
+def runs(cutting: Pieces, axis: Any, speeds: Array) -> Array:
     """Free runs over the pieces, each from 0; of free starts, less its mean.
 
     Parameters
     ----------
     cutting : Pieces
         The record.
-    axis : Axis
-        Parameters.
+    axis : Any
+        Parameters: an `Axis`, or another model that `laid` knows.
     speeds : ndarray, shape (k,)
         At the start of each piece.
 
@@ -139,11 +178,8 @@ def runs(cutting: Pieces, axis: Axis, speeds: Array) -> Array:
         Positions.
     """
     r = cutting.rows
-    out = np.empty_like(r.force)
-    plain = Axis(*(float(value) for value in axis))
-    pull = np.ascontiguousarray(late(r.force, axis.lag / r.run.dt))
-    compiled(restarted)(plain, pull, cutting.starts, speeds, float(r.run.dt), out)
-    return centred(cutting, out)
+    at = r.run.x[cutting.starts]
+    return centred(cutting, laid(axis, r.force, cutting.starts, at, speeds, r.run.dt))
 
 
 def centred(cutting: Pieces, values: Array) -> Array:
@@ -167,7 +203,7 @@ def centred(cutting: Pieces, values: Array) -> Array:
     return np.asarray(values - np.repeat(level, cutting.lengths))
 
 
-def settled(cutting: Pieces, axis: Axis) -> Settled:
+def settled(cutting: Pieces, axis: Any) -> Settled:
     """Free runs from measured speeds, or from those that bring each piece nearest to the record.
 
     Measured ones are filtered; less than 2 % of the record's greatest counts as rest. The search
@@ -177,8 +213,8 @@ def settled(cutting: Pieces, axis: Axis) -> Settled:
     ----------
     cutting : Pieces
         The record.
-    axis : Axis
-        Parameters.
+    axis : Any
+        Parameters, as for `runs`.
 
     Returns
     -------

@@ -50,13 +50,14 @@ def robust_covariance(
 
     n, p = psi.shape
     cuts = np.asarray(ends)[:-1]
-    d, power = autoregression(np.split(residual, cuts))
+    # Of a record that stands nothing is left.
+    d, power = autoregression(list(filter(len, np.split(residual, cuts))))
     scale = np.sqrt(np.einsum("ij,ij->j", psi, psi))
     scale[scale == 0.0] = 1.0
     even = psi / scale
     heavy = even if weights is None else even * weights[:, None]
     s = np.zeros((p, p))
-    for part in np.split(heavy, cuts):
+    for part in filter(len, np.split(heavy, cuts)):
         back = lfilter([1.0], np.concatenate([[1.0], d]), part[::-1].T.copy())
         s += back @ back.T
     guided = even if regressors is None else regressors / scale
@@ -68,7 +69,8 @@ def robust_covariance(
 def autoregression(residuals: list[Array]) -> tuple[Array, float]:
     """Coefficients of D(z) e = w by Burg's method (1967), always stable.
 
-    Forward and backward errors of all records are made least, order by order. Levinson's recursion
+    Forward and backward errors of all records are made least, order by order; a record that is as
+    short as the order has no more part in it. Levinson's recursion
     on autocovariances is biased where a root is near the unit circle, as of a slow disturbance.
 
     Parameters
@@ -84,7 +86,7 @@ def autoregression(residuals: list[Array]) -> tuple[Array, float]:
         Variance of w.
     """
     n = sum(len(e) for e in residuals)
-    last = max(min(MAX_ORDER, n // 10, min(len(e) for e in residuals) - 1), 0)
+    last = max(min(MAX_ORDER, n // 10, max(len(e) for e in residuals) - 1), 0)
     d, power = np.zeros(0), sum(float(e @ e) for e in residuals) / n
     ahead, back = [e[1:] for e in residuals], [e[:-1] for e in residuals]
     best, least = (d, power), np.inf

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file, sprung, testing
+from macromicro.identify.kinds import model_file, presliding, sprung, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, railed, runs
@@ -69,6 +69,9 @@ class Options(NamedTuple):
         Whether the drive has a dead zone.
     free : bool
         Whether nothing drives: a decay.
+    along : int | None
+        Nodes of the friction's level along the travel, of elastic friction; None: as pieces held
+        out ask for.
     """
 
     gain: float | None = None
@@ -79,6 +82,7 @@ class Options(NamedTuple):
     spring: bool = False
     dead_zone: bool = False
     free: bool = False
+    along: int | None = None
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -102,6 +106,7 @@ def identify(picking: Picking, options: Options) -> Result:
         An option or the data are not accepted.
     """
     from macromicro.identify import drive
+    from macromicro.identify.presliding import FRICTIONS
 
     if options.limit is not None and not options.limit > 0.0:
         raise InputError("--limit", options.limit, "a value above zero")
@@ -118,6 +123,19 @@ def identify(picking: Picking, options: Options) -> Result:
     delay = options.delay
     if delay is None:
         delay = int(first.constants.get("delay", 0))
+    u_unit, x_unit = first.units["u"] or "u", first.units["x"] or "x"
+    newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
+    force = newton if gain != 1.0 else u_unit
+    named = bool(first.units["x"]) and (gain != 1.0 or bool(first.units["u"]))
+    units = units_of(force, x_unit) if named else dict.fromkeys(MEANINGS, "")
+    unseen = [(table.file, run) for table in others for run in measured(table)]
+    if options.structure in FRICTIONS:
+        told = presliding.Records(records, unseen, force, x_unit, units)
+        driven = presliding.Driven(gain, options.limit, delay)
+        return presliding.identify(told, options.structure, options.along, driven)
+    if options.along is not None:
+        accepted = f"only with --structure {' or '.join(FRICTIONS)}"
+        raise InputError("--along", options.along, accepted)
     fit = drive(
         [r.t for r in records],
         [r.u for r in records],
@@ -127,11 +145,6 @@ def identify(picking: Picking, options: Options) -> Result:
         limit=options.limit,
         delay=delay,
     )
-    u_unit, x_unit = first.units["u"] or "u", first.units["x"] or "x"
-    newton = (ANGLE if x_unit == ANGLE.base else LENGTH).named("N")
-    force = newton if gain != 1.0 else u_unit
-    named = bool(first.units["x"]) and (gain != 1.0 or bool(first.units["u"]))
-    units = units_of(force, x_unit) if named else dict.fromkeys(MEANINGS, "")
     lines = []
     inverse = dict(zip(fit.inverse.names, range(len(fit.inverse.names)), strict=True))
     for name, value, error in zip(
@@ -141,7 +154,7 @@ def identify(picking: Picking, options: Options) -> Result:
         other, spread = rounded(fit.inverse.values[k], fit.inverse.std[k])
         note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
         lines.append(Line(name, value, error, units[name], note))
-    trials = [tried(fit, run, table.file) for table in others for run in measured(table)]
+    trials = [tried(fit, run, file) for file, run in unseen]
     lines += testing.lines(trials, x_unit)
     samples = sum(len(r.t) for r in records)
     remarks = [
@@ -245,13 +258,9 @@ def tried(fit: DriveFit, run: Run, file: str) -> Trial:
     Trial
         Measured and simulated positions.
     """
-    from macromicro.identify.axis import late
-    from macromicro.identify.axis_fit import CUTOFF
-    from macromicro.identify.axis_inverse import differences
-    from macromicro.identify.axis_refine import begun
+    from macromicro.identify.axis_fit import start
 
-    push = late(run.u, fit.delay) * fit.gain
-    x, v = begun(differences(run, push, CUTOFF / run.dt, 1))
+    x, v = start(run, fit.gain, fit.delay)
     return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
 
 

@@ -1,0 +1,217 @@
+"""`identify drive --structure lugre` and `gms`: friction that is elastic before it slides."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds.testing import Trial
+from macromicro.identify.result import Line, Result
+from macromicro.identify.runs import Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from macromicro.identify.presliding_fit import PreslidingFit
+
+MEANINGS = {
+    "mass": "inertia",
+    "viscous": "viscous friction",
+    "offset": "constant force",
+    "asymmetry": "viscous, forwards more than backwards by",
+    "stribeck": "breakaway above Coulomb",
+    "stribeck_speed": "speed over which that fades",
+    "stiffness": "before it slides",
+    "settling": "damping before it slides over that stiffness",
+}
+
+
+class Records(NamedTuple):
+    """Records, and what their columns are told in.
+
+    Attributes
+    ----------
+    runs : list[Run]
+        That are fitted.
+    tests : list[tuple[str, Run]]
+        File and record of those that are not.
+    force : str
+        Unit of the force.
+    place : str
+        Unit of the position.
+    units : dict[str, str]
+        Of the parameters that an axis with rigid friction has.
+    """
+
+    runs: list[Run]
+    tests: list[tuple[str, Run]]
+    force: str
+    place: str
+    units: dict[str, str]
+
+
+class Driven(NamedTuple):
+    """What the drive makes of its input.
+
+    Attributes
+    ----------
+    gain : float
+        Force per unit of u.
+    limit : float | None
+        u saturates there.
+    delay : int
+        Samples by which u acts late.
+    """
+
+    gain: float
+    limit: float | None
+    delay: int
+
+
+def identify(records: Records, friction: str, along: int | None, driven: Driven) -> Result:
+    """Parameters by output error (`macromicro.identify.presliding_fit`).
+
+    Parameters
+    ----------
+    records : Records
+        Of `identify drive`.
+    friction : str
+        "lugre" or "gms".
+    along : int | None
+        Nodes of the level along the travel; None: as pieces held out ask for.
+    driven : Driven
+        The drive.
+
+    Returns
+    -------
+    Result
+        Its model is a `Presliding`.
+
+    Raises
+    ------
+    InputError
+        An option or the data are not accepted.
+    """
+    from macromicro.identify.presliding_fit import presliding_drive
+
+    runs, place = records.runs, records.place
+    fit = presliding_drive(
+        [r.t for r in runs],
+        [r.u for r in runs],
+        [r.x for r in runs],
+        friction=friction,
+        along=along,
+        **driven._asdict(),
+    )
+    lines = _lines(fit, records)
+    trials = [_tried(fit, run, file) for file, run in records.tests]
+    lines += testing.lines(trials, place)
+    percent = 100.0 * (1.0 - fit.rms / float(np.std(np.concatenate([r.x for r in runs]))))
+    samples = sum(len(r.t) for r in runs)
+    remarks = [
+        ("fit", f"free run {percent:.2f} %, RMS {fit.rms:.4g} {place} over {samples} samples"),
+        ("structure", _judged(fit, place)),
+    ]
+    nodes = _nodes(fit)
+    if len(nodes) > 1:
+        at = ", ".join(f"{x:.4g}" for x in nodes)
+        remarks.append(("levels", f"of the Coulomb friction at {at} {place}, linear between"))
+    if driven.delay:
+        remarks.append(("delay", f"u acts {driven.delay} samples late"))
+    data = {
+        "structure": friction,
+        "taken": fit.taken,
+        "judged": fit.judged,
+        "reasons": fit.reasons,
+        "rms": fit.rms,
+        "fit_percent": percent,
+        "gain": fit.gain,
+        "delay": fit.delay,
+        "nodes": nodes,
+        "tests": testing.data(trials),
+    }
+
+    def draw() -> dict[str, Figure]:
+        from macromicro.identify.kinds import pictures
+
+        t, label = [r.t for r in runs], f"position [{place}]"
+        drawn = {
+            "free_run": testing.drawn(t, [r.x for r in runs], fit.free_run, trials, label),
+            "residuals": pictures.leftover(fit.residuals, runs[0].dt, label),
+        }
+        if len(nodes) > 1:
+            levels = [("Coulomb friction", nodes, fit.model.levels, "o-")]
+            drawn["along"] = pictures.points(
+                "friction along the travel", label, f"[{records.force}]", levels
+            )
+        return drawn
+
+    title = "M dv/dt = gain u - (Fv +- Fa) v - (f + tau df/dt) - F0, f elastic up to Fc(x) + Fs"
+    return Result("drive", title, fit.model, lines, remarks, _toml(lines, fit), draw, data)
+
+
+def _nodes(fit: PreslidingFit) -> Array:
+    """Places of the levels."""
+    model = fit.model
+    return np.linspace(model.low, model.high, len(model.levels))
+
+
+def _lines(fit: PreslidingFit, records: Records) -> list[Line]:
+    units = records.units | {"settling": "s"}
+    force, place = records.units["coulomb"], records.place
+    units["stiffness"] = f"{force}/{place}" if force else ""
+    lines = []
+    for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
+        kind = name.split(maxsplit=1)[0]
+        if kind == "level":
+            many = len(fit.model.levels) > 1
+            note = "Coulomb friction"
+            if many:
+                note += f" at {_nodes(fit)[len(_of(lines, 'level'))]:.4g} {place}"
+            lines.append(Line(name if many else "coulomb", value, error, force, note))
+        elif kind == "share":
+            lines.append(Line(name, value, error, "", "of the friction in this element"))
+        else:
+            lines.append(Line(name, value, error, units[name], MEANINGS[name]))
+    return lines
+
+
+def _of(lines: list[Line], kind: str) -> list[Line]:
+    return [line for line in lines if line.name.startswith(kind)]
+
+
+def _judged(fit: PreslidingFit, place: str) -> str:
+    """What was tried, and by what it was judged, in words."""
+    told = []
+    for name, error in fit.judged.items():
+        why = "taken" if name == fit.taken else fit.reasons.get(name, "")
+        told.append(f"{name} {error:.4g}" + (f": {why}" if why else ""))
+    return f"RMS of free runs over pieces held out, in {place}: " + "; ".join(told)
+
+
+def _tried(fit: PreslidingFit, run: Run, file: str) -> Trial:
+    """A free run over a record that was not fitted, from its measured start."""
+    from macromicro.identify.axis_fit import start
+
+    x, v = start(run, fit.gain, fit.delay)
+    return Trial(file, run.t, run.x, fit.simulate(run.u, run.dt, x, v))
+
+
+def _toml(lines: list[Line], fit: PreslidingFit) -> str:
+    head = "A motor-driven axis whose friction is elastic before it slides: parameters by output\n"
+    head += "error, for other programs. Not for `macromicro run --config`."
+    values: dict[str, tuple[model_file.Value, str]] = {"friction": (fit.friction, "")}
+    for line in lines:
+        if line.name.startswith("test"):
+            continue
+        spread = "" if math.isnan(line.error) else f"+- {line.error:.2g}"
+        name = line.name.replace(" ", "_")
+        values[name] = float(line.value), ", ".join(filter(None, (line.unit, spread)))
+    if len(fit.model.levels) > 1:
+        values["low"] = (fit.model.low, "place of the first level")
+        values["high"] = (fit.model.high, "place of the last one")
+    return model_file.plain(head, {"drive": values})

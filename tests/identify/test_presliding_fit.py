@@ -1,0 +1,114 @@
+"""Output error for an axis with elastic friction that depends on the place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from macromicro.errors import InputError
+from macromicro.identify.notices import DataWarning
+from macromicro.identify.presliding import Presliding, simulate
+from macromicro.identify.presliding_fit import presliding_drive
+
+DT = 1e-3
+TRUE = Presliding(
+    mass=2.0,
+    viscous=15.0,
+    offset=0.3,
+    asymmetry=0.0,
+    stribeck=0.0,
+    stribeck_speed=0.01,
+    stiffness=5e4,
+    settling=4e-3,
+    shares=np.empty(0),
+    levels=np.array([5.0]),
+    low=-0.3,
+    high=0.3,
+)
+
+
+def drive(n: int, seed: int = 0) -> np.ndarray:
+    """A force that goes both ways at several speeds, with small wiggles at rest between."""
+    t = np.arange(n) * DT
+    big = 11.0 * np.sin(2 * np.pi * 0.7 * t) * (np.sin(2 * np.pi * 0.11 * t + seed) > -0.3)
+    small = 3.5 * np.sin(2 * np.pi * 3.1 * t) * (big == 0.0)
+    return big + small
+
+
+def seen(p: Presliding, n: int = 8000, seed: int = 0, force: float = 0.0, sensor: float = 1e-7):
+    random = np.random.default_rng(seed)
+    u = drive(n, seed)
+    x = simulate(p, u + force * random.standard_normal(n), DT, x=-0.2)
+    return np.arange(n) * DT, u, x + sensor * random.standard_normal(n)
+
+
+def of(fit, name: str) -> tuple[float, float]:
+    k = fit.names.index(name)
+    return float(fit.values[k]), float(fit.std[k])
+
+
+@pytest.mark.slow
+def test_stiffness_and_level_are_found_where_the_record_shows_them() -> None:
+    fit = presliding_drive(*seen(TRUE, force=0.05), along=1)
+    assert fit.friction == "lugre"
+    for name, true in (
+        ("mass", 2.0),
+        ("viscous", 15.0),
+        ("stiffness", 5e4),
+        ("settling", 4e-3),
+        ("level 1", 5.0),
+        ("offset", 0.3),
+    ):
+        value, error = of(fit, name)
+        assert abs(value - true) < 4.0 * error
+        assert error < (0.5 if name == "settling" else 0.2) * true
+    assert fit.judged[fit.taken] < 0.5 * fit.judged["rigid"]
+    assert fit.rms == pytest.approx(np.sqrt(np.mean(np.concatenate(fit.residuals) ** 2)))
+
+
+@pytest.mark.slow
+def test_friction_along_the_travel_is_found_with_as_many_nodes_as_it_needs() -> None:
+    p = TRUE._replace(levels=np.array([4.0, 6.5, 4.5]), low=-0.2, high=0.6)
+    t, u, x = seen(p, 12000, force=0.05)
+    fit = presliding_drive(t, u, x)
+    assert len(fit.model.levels) > 1
+    at = np.linspace(fit.model.low, fit.model.high, len(fit.model.levels))
+    true = np.interp(at, np.linspace(p.low, p.high, 3), p.levels)
+    assert fit.model.levels == pytest.approx(true, abs=0.4)
+    assert fit.reasons["lugre, one level"].endswith("is better")
+
+
+@pytest.mark.slow
+def test_maxwell_elements_foretell_what_is_held_out_better_than_rigid_friction() -> None:
+    p = TRUE._replace(shares=np.array([0.1, 0.2, 0.5, 0.2]))
+    fit = presliding_drive(*seen(p, force=0.02), friction="gms", along=1)
+    assert fit.model.shares.sum() == pytest.approx(1.0)
+    assert fit.judged[fit.taken] < 0.5 * fit.judged["rigid"]
+    assert of(fit, "stiffness")[0] == pytest.approx(5e4, rel=0.3)
+
+
+@pytest.mark.slow
+def test_a_record_of_rigid_friction_is_said_to_ask_for_no_other() -> None:
+    from macromicro.identify import Axis
+    from macromicro.identify import simulate as rigid
+
+    u = drive(8000) * 1.3
+    random = np.random.default_rng(4)
+    pushed = u + 0.3 * random.standard_normal(8000)
+    x = rigid(Axis(mass=2.0, viscous=15.0, coulomb=5.0, offset=0.3), pushed, DT)
+    x = np.round(x / 1e-5) * 1e-5
+    with pytest.warns(DataWarning, match="does not ask for it"):
+        fit = presliding_drive(np.arange(8000) * DT, u, x, along=1)
+    assert np.isnan(of(fit, "stiffness")[1])
+    assert np.isnan(of(fit, "settling")[1])
+    assert of(fit, "mass")[0] == pytest.approx(2.0, abs=4.0 * of(fit, "mass")[1])
+    assert "elastic friction" in fit.reasons
+
+
+def test_what_is_asked_is_checked_first() -> None:
+    t, u, x = seen(TRUE, 400)
+    with pytest.raises(InputError, match="structure.*lugre, gms"):
+        presliding_drive(t, u, x, friction="dahl")
+    for along in (0, 18):
+        with pytest.raises(InputError, match="along.*1 to 17"):
+            presliding_drive(t, u, x, along=along)
