@@ -24,8 +24,9 @@ from scipy.signal import lfilter
 from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify import sprung
+from macromicro.identify import presliding, sprung
 from macromicro.identify.axis import Axis, simulate, step
+from macromicro.identify.presliding_fit import presliding_drive
 from macromicro.identify.runs import Run
 from macromicro.identify.sprung_fit import sprung_drive
 from macromicro.identify.thermal import StepRecord, heating
@@ -46,6 +47,23 @@ SPRUNG = {
 }
 SPRUNG_SIZE = {"on a spring": (6.0, 1e-5), "decay": (0.05, 1e-6)}  # white force, sensor
 SPRUNG_SAMPLES = 4000
+# A stage on plain bearings that gives by 0.1 mm before it slides; measured to 0.1 um.
+ELASTIC = presliding.Presliding(
+    mass=2.0,
+    viscous=15.0,
+    offset=0.3,
+    asymmetry=0.0,
+    stribeck=0.0,
+    stribeck_speed=0.01,
+    stiffness=5e4,
+    settling=4e-3,
+    shares=np.empty(0),
+    levels=np.array([5.0]),
+    low=-1.0,
+    high=1.0,
+)
+ELASTIC_NAMES = ("mass", "viscous", "offset", "stiffness", "settling", "coulomb")
+ELASTIC_SIZE = (0.1, 1e-7)  # white force, sensor
 # (5.6) as the bench shows it: rates in rad/s, shares of the rise.
 HEATED = Modes(1.75, 0.108, 0.0099, 0.74, 0.21, 0.05)
 HEATED_DT, HEATED_SAMPLES = 0.1, 4000
@@ -184,6 +202,25 @@ def on_spring(kind: str, seed: int) -> Estimates:
         yield f"drive, {name}", names, truth, np.r_[fit.values, value], np.r_[fit.std, error]
 
 
+def elastic(kind: str, seed: int) -> Estimates:
+    """LuGre friction: strokes, and between them wiggles that its level holds."""
+    if kind in ("cogging", "slow force", "quantised"):
+        return
+    random = np.random.default_rng(seed)
+    t = np.arange(SAMPLES) * DT
+    on = np.sin(2.0 * math.pi * 0.11 * t + random.uniform(0.0, 6.28)) > -0.3
+    u = np.where(on, 11.0 * np.sin(1.4 * math.pi * t), 3.5 * np.sin(6.2 * math.pi * t))
+    white, noise = ELASTIC_SIZE
+    pushed = u + force(kind, random, SAMPLES, white)
+    x = measured(kind, random, presliding.simulate(ELASTIC, pushed, DT), noise)
+    fit = presliding_drive(t, u, x, along=1)
+    names = tuple(n.replace("level 1", "coulomb") for n in fit.names)
+    kept = [n in ELASTIC_NAMES for n in names]
+    truth = np.array([getattr(ELASTIC, n) for n in names if n in ELASTIC_NAMES])
+    told = tuple(n for n in names if n in ELASTIC_NAMES)
+    yield "drive, elastic friction", told, truth, fit.values[kept], fit.std[kept]
+
+
 def heated(kind: str, seed: int) -> Estimates:
     """Three rates and shares of a step of heat, as `identify thermal` finds them."""
     if kind in ("cogging",):
@@ -217,6 +254,7 @@ GROUPS: dict[str, Callable[[str, int], Estimates]] = {
     "drive": drive,
     "linear": transfer,
     "sprung": on_spring,
+    "elastic": elastic,
     "thermal": heated,
 }
 

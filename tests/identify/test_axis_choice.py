@@ -9,7 +9,7 @@ from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify import drive
 from macromicro.identify.axis import Axis, simulate
-from macromicro.identify.axis_choice import no_better, blocks, folds
+from macromicro.identify.axis_choice import blocks, folds, no_better
 from macromicro.identify.axis_inverse import Rows
 from macromicro.identify.runs import Run
 

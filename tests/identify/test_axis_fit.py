@@ -11,7 +11,7 @@ from macromicro.errors import InputError
 from macromicro.identify import Axis, Filtering, drive, simulate
 from macromicro.identify.axis import late
 from macromicro.identify.axis_choice import part
-from macromicro.identify.axis_fit import _check, rows_of, runs_of, _split
+from macromicro.identify.axis_fit import _check, _split, rows_of, runs_of
 from macromicro.identify.axis_inverse import Rows, differences, fitted
 from macromicro.identify.axis_refine import free_runs, refined
 from macromicro.identify.runs import Run

@@ -9,7 +9,8 @@ import pytest
 
 from macromicro.errors import InputError
 from macromicro.identify import dead_zone, discontinuous_dead_zone
-from macromicro.identify.deadzone import Trial, _constant, _lowest, _side, _trial, _under_way
+from macromicro.identify.deadzone import Trial, _lowest, _trial, _under_way, constant
+from macromicro.identify.discontinuity import _side
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.runs import Run
 
@@ -195,6 +196,6 @@ def test_a_voltage_is_constant_to_a_billionth_whatever_its_unit(unit: float) -> 
         t = np.arange(30) * DT
         return t, volts * (1.0 + by * (np.arange(30) == 7)), math.copysign(1.0, volts) * t
 
-    assert len(_constant([held(3.0 * unit, 5e-10), held(-3.0 * unit, 5e-10)])) == 2
+    assert len(constant([held(3.0 * unit, 5e-10), held(-3.0 * unit, 5e-10)])) == 2
     with pytest.raises(InputError, match=r"recordings\[1\].u.*one constant voltage"):
-        _constant([held(3.0 * unit, 0.0), held(-3.0 * unit, 2e-9)])
+        constant([held(3.0 * unit, 0.0), held(-3.0 * unit, 2e-9)])

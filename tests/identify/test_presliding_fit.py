@@ -107,8 +107,8 @@ def test_a_record_of_rigid_friction_is_said_to_ask_for_no_other() -> None:
 
 def test_what_is_asked_is_checked_first() -> None:
     t, u, x = seen(TRUE, 400)
-    with pytest.raises(InputError, match="structure.*lugre, gms"):
+    with pytest.raises(InputError, match=r"structure.*lugre, gms"):
         presliding_drive(t, u, x, friction="dahl")
     for along in (0, 18):
-        with pytest.raises(InputError, match="along.*1 to 17"):
+        with pytest.raises(InputError, match=r"along.*1 to 17"):
             presliding_drive(t, u, x, along=along)

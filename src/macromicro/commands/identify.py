@@ -117,13 +117,15 @@ def carriage(
     pitch: Annotated[
         str | None, typer.Option(help="Travel per count, such as 71.4um.", show_default="by y")
     ] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """What the law `terminal` needs, from strokes (columns t, u, x in counts; y, a laser)."""
     print("identifying the carriage: about a minute", file=sys.stderr)
-    _identify("carriage", {"pitch": pitch}, files, columns, out, overwrite, as_json)
+    options = {"pitch": pitch, "tests": tuple(test or ())}
+    _identify("carriage", options, files, columns, out, overwrite, as_json)
 
 
 @app.command()
@@ -174,7 +176,7 @@ def linear(  # noqa: PLR0913, PLR0917 -- one parameter per option
 
 
 @app.command()
-def deadzone(
+def deadzone(  # noqa: PLR0913, PLR0917 -- one parameter per option
     files: Files,
     columns: Columns = None,
     travel: Annotated[
@@ -187,12 +189,19 @@ def deadzone(
     width: Annotated[
         float | None, typer.Option(help="Dead zone for that [V].", show_default="the one found")
     ] = None,
+    test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """Lowest voltages with steady motion, from runs at constant ones (columns t, u, x)."""
-    options = {"travel": travel, "pause": pause, "gain": gain, "width": width}
+    options = {
+        "travel": travel,
+        "pause": pause,
+        "gain": gain,
+        "width": width,
+        "tests": tuple(test or ()),
+    }
     _identify("deadzone", options, files, columns, out, overwrite, as_json)
 
 

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from macromicro.identify.axis_inverse import STRUCTURES as STRUCTURES
     from macromicro.identify.axis_inverse import Estimate as Estimate
     from macromicro.identify.deadzone import DeadZone as DeadZone
-    from macromicro.identify.deadzone import DiscontinuousDeadZone as DiscontinuousDeadZone
-    from macromicro.identify.deadzone import Side as Side
     from macromicro.identify.deadzone import Trial as Trial
     from macromicro.identify.deadzone import dead_zone as dead_zone
-    from macromicro.identify.deadzone import discontinuous_dead_zone as discontinuous_dead_zone
+    from macromicro.identify.discontinuity import DiscontinuousDeadZone as DiscontinuousDeadZone
+    from macromicro.identify.discontinuity import Side as Side
+    from macromicro.identify.discontinuity import discontinuous_dead_zone as discontinuous_dead_zone
     from macromicro.identify.equation_error import gls as gls
     from macromicro.identify.equation_error import least_squares as least_squares
     from macromicro.identify.hall import calibrate as calibrate
@@ -51,7 +51,7 @@ _HOMES = {
     "ConvergenceWarning": "notices",
     "DataWarning": "notices",
     "DeadZone": "deadzone",
-    "DiscontinuousDeadZone": "deadzone",
+    "DiscontinuousDeadZone": "discontinuity",
     "DriveFit": "axis_fit",
     "Estimate": "axis_inverse",
     "Filtering": "axis_fit",
@@ -63,7 +63,7 @@ _HOMES = {
     "Run": "runs",
     "STRUCTURES": "axis_inverse",
     "SaturationWarning": "notices",
-    "Side": "deadzone",
+    "Side": "discontinuity",
     "Trial": "deadzone",
     "UnstableWarning": "notices",
     "Whiteness": "linear_fit",
@@ -72,7 +72,7 @@ _HOMES = {
     "calibrate": "hall",
     "dead_zone": "deadzone",
     "differentiated": "records",
-    "discontinuous_dead_zone": "deadzone",
+    "discontinuous_dead_zone": "discontinuity",
     "drive": "axis_fit",
     "from_files": "kinds",
     "gls": "equation_error",

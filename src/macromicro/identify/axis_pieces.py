@@ -124,14 +124,19 @@ def restarted(p: Axis, force: Array, starts: Index, speeds: Array, h: float, out
 
 @singledispatch
 def laid(
-    model: Any, force: Array, starts: Index, at: Array, speeds: Array, dt: float
+    model: Any,
+    force: Array,
+    starts: Index,
+    at: Array,  # an axis is the same at every place
+    speeds: Array,
+    dt: float,
 ) -> Array:
-    """Free runs of a model, each piece from a state of its own; its type says how.
+    """Free runs of a model, each piece from a state of its own.
 
     Parameters
     ----------
     model : Any
-        `Axis`, or another type that registers itself.
+        An `Axis`, or another type that registers how it moves.
     force : ndarray, shape (n,)
         Of the drive, held for `dt` each.
     starts : ndarray, shape (k,)
@@ -148,11 +153,6 @@ def laid(
     ndarray, shape (n,)
         Positions, up to a constant in each piece.
     """
-    raise TypeError(type(model).__name__)
-
-
-@laid.register
-def _(model: Axis, force: Array, starts: Index, at: Array, speeds: Array, dt: float) -> Array:
     out = np.empty_like(force)
     plain = Axis(*(float(value) for value in model))
     pull = np.ascontiguousarray(late(force, model.lag / dt))

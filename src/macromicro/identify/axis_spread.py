@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -112,7 +112,7 @@ def _differentiated(block: int, factor: int) -> float:
 
 
 def covariance(
-    pieces: list[Pieces], axis: Axis, jacobian: Array, error: Array, told: Noise
+    pieces: list[Pieces], axis: Any, jacobian: Array, error: Array, told: Noise
 ) -> tuple[Array, bool]:
     """Covariance of the parameters, and whether noise explains what the free run misses.
 
@@ -125,8 +125,8 @@ def covariance(
     ----------
     pieces : list[Pieces]
         Of all records.
-    axis : Axis
-        As found.
+    axis : Any
+        As found: a model that `axis_pieces.runs` takes.
     jacobian : ndarray, shape (n, p)
         Slopes of the errors by the parameters, pieces stacked.
     error : ndarray, shape (n,)
@@ -187,7 +187,7 @@ class _Drawn(NamedTuple):
     noisy_slow: Array
 
 
-def _drawn(pieces: list[Pieces], axis: Axis, jacobian: Array, told: Noise, draws: int) -> _Drawn:
+def _drawn(pieces: list[Pieces], axis: Any, jacobian: Array, told: Noise, draws: int) -> _Drawn:
     from scipy.signal import lfilter
 
     random = np.random.Generator(np.random.PCG64(0))

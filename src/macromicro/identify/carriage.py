@@ -270,6 +270,31 @@ def _run(p: Terminal, u: Array, out: Array, dt: float) -> None:
         m = model.moved(p, m, 0.0, u[k - late] if k >= late else 0.0, dt - part)
 
 
+def free_run(p: Terminal, r: Record, dt: float) -> Array:
+    """Counts by the model, without looking at them but where each stroke begins.
+
+    Parameters
+    ----------
+    p : Terminal
+        The law's model.
+    r : Record
+        The record.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In counts; what was measured before the first stroke and after each one's last row.
+    """
+    out = r.counts.copy()
+    for a, b, _ in r.strokes:
+        x = np.empty(b - a)
+        compiled(_run)(p, r.u[a:b], x, dt)
+        out[a:b] = r.counts[a] + x / p.pitch
+    return out
+
+
 def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
     """Acceleration, drag and friction whose free runs are nearest: near enough to begin at."""
     from scipy.optimize import least_squares
@@ -281,10 +306,8 @@ def _free(p: Terminal, rows: Sequence[Record], dt: float) -> Terminal:
         trial = p._replace(push=push, drag=drag, coulomb=coulomb, breakaway=0.0)
         found = []
         for r in rows:
-            for a, b, _ in r.strokes:
-                x = np.empty(b - a)
-                compiled(_run)(trial, r.u[a:b], x, dt)
-                found.append(r.counts[a:b] - r.counts[a] - x / p.pitch)
+            off = r.counts - free_run(trial, r, dt)
+            found += [off[a:b] for a, b, _ in r.strokes]
         return np.concatenate(found)
 
     found = least_squares(left, np.zeros(3), loss="soft_l1", diff_step=1e-4, x_scale=0.1)

@@ -1,6 +1,6 @@
-"""Dead zone of an axis under Coulomb friction (Sections 4.2.3 and 4.2.5).
+"""Dead zone of an axis under Coulomb friction (Section 4.2.3).
 
-Both functions take runs in open loop, each with one constant voltage, of both directions.
+From runs in open loop, each with one constant voltage, of both directions.
 """
 
 from __future__ import annotations
@@ -134,23 +134,83 @@ def dead_zone(
     InputError
         A direction is missing, a voltage varies, or none passes.
     """
-    runs = _constant(recordings)
-    low, high = travel or (min(float(r.x.min()) for r in runs), max(float(r.x.max()) for r in runs))
-    if not high > low:
-        raise InputError("travel", (low, high), "low below high: runs that move")
+    runs = constant(recordings)
+    both_ways(runs)
+    low, high = covered(runs, travel)
     ways = [_under_way(r, low, high) for r in runs]
-    delay = min((_marks(r, way)[1] - 1) * r.dt for r, way in zip(runs, ways, strict=True))
-    trials = tuple(
-        _trial(r, way, pause, (low, high), delay) for r, way in zip(runs, ways, strict=True)
-    )
+    trials = tried(runs, (low, high), pause)
     positive, negative = (_lowest(trials, direction) for direction in (1.0, -1.0))
     volts, places, speeds = _map(runs, ways, np.linspace(low, high, bins + 1))
     width = max(positive, negative)
     return DeadZone(positive, negative, width, trials, volts, places, speeds)
 
 
-def _constant(recordings: Sequence[Any]) -> list[Run]:
-    """Checked runs with one voltage each, other than zero."""
+def covered(runs: Sequence[Run], travel: tuple[float, float] | None) -> tuple[float, float]:
+    """The range over which motion counts.
+
+    Parameters
+    ----------
+    runs : Sequence[Run]
+        Runs.
+    travel : tuple[float, float] | None
+        As asked for; None: what all runs cover together.
+
+    Returns
+    -------
+    tuple[float, float]
+        Lowest and highest place.
+
+    Raises
+    ------
+    InputError
+        It is none.
+    """
+    low, high = travel or (min(float(r.x.min()) for r in runs), max(float(r.x.max()) for r in runs))
+    if not high > low:
+        raise InputError("travel", (low, high), "low below high: runs that move")
+    return low, high
+
+
+def tried(runs: Sequence[Run], travel: tuple[float, float], pause: float) -> tuple[Trial, ...]:
+    """What became of each run of one constant voltage.
+
+    Parameters
+    ----------
+    runs : Sequence[Run]
+        Runs; what even the one that starts soonest waits for its first count is the rig's delay.
+    travel : tuple[float, float]
+        Range over which motion counts.
+    pause : float
+        A longer time without a new count is an interruption, s.
+
+    Returns
+    -------
+    tuple[Trial, ...]
+        One each.
+    """
+    ways = [_under_way(r, *travel) for r in runs]
+    delay = min((_marks(r, way)[1] - 1) * r.dt for r, way in zip(runs, ways, strict=True))
+    return tuple(_trial(r, way, pause, travel, delay) for r, way in zip(runs, ways, strict=True))
+
+
+def constant(recordings: Sequence[Any]) -> list[Run]:
+    """Checked runs with one voltage each, other than zero.
+
+    Parameters
+    ----------
+    recordings : Sequence[Any]
+        As for `dead_zone`.
+
+    Returns
+    -------
+    list[Run]
+        As many.
+
+    Raises
+    ------
+    InputError
+        A voltage varies, or is 0.
+    """
     runs = []
     for i, item in enumerate(recordings):
         run = as_run(item, f"recordings[{i}]")
@@ -158,10 +218,25 @@ def _constant(recordings: Sequence[Any]) -> list[Run]:
             found = f"{run.u.min():g} to {run.u.max():g} V"
             raise InputError(f"recordings[{i}].u", found, "one constant voltage other than 0")
         runs.append(run)
+    return runs
+
+
+def both_ways(runs: Sequence[Run]) -> None:
+    """Refuse runs of one direction alone.
+
+    Parameters
+    ----------
+    runs : Sequence[Run]
+        Runs of one voltage each.
+
+    Raises
+    ------
+    InputError
+        A direction is missing.
+    """
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         if not any(r.u[0] * sign > 0.0 for r in runs):
             raise InputError("recordings", f"no {name} voltage", "runs in both directions")
-    return runs
 
 
 def _under_way(run: Run, low: float, high: float) -> int:
@@ -230,159 +305,3 @@ def _map(runs: list[Run], ways: list[int], edges: Array) -> tuple[Array, Array, 
     with np.errstate(invalid="ignore", divide="ignore"):
         speeds = np.where(time > 0.0, gone / time, np.nan)
     return volts, 0.5 * (edges[1:] + edges[:-1]), speeds
-
-
-class Side(NamedTuple):
-    """(4.5) for one direction.
-
-    Attributes
-    ----------
-    a0 : float
-        V.
-    delta : float
-        Dimensionless.
-    a0_std : float
-        Standard error, V; nan for two points.
-    delta_std : float
-        Standard error; nan for two points.
-    volts : ndarray, shape (k,)
-        Voltages that it was fitted to, beyond the dead zone, as magnitudes, V.
-    speeds : ndarray, shape (k,)
-        Steady speeds, as magnitudes, counts/s.
-    """
-
-    a0: float
-    delta: float
-    a0_std: float
-    delta_std: float
-    volts: Array
-    speeds: Array
-
-
-class DiscontinuousDeadZone(NamedTuple):
-    """(4.5), Vout = (a0 + delta |V|) sgn V, per direction and for both together.
-
-    V is the voltage before the dead-zone inverse, which adds `width`.
-
-    Attributes
-    ----------
-    positive : Side
-        Forwards.
-    negative : Side
-        Backwards.
-    both : Side
-        Both directions together.
-    width : float
-        V.
-    gain : float
-        Static gain b / (1 + a) of the linear model, counts/s/V.
-    """
-
-    positive: Side
-    negative: Side
-    both: Side
-    width: float
-    gain: float
-
-    def output(self, volts: float) -> float:
-        """Vout of (4.5), by the side of its sign.
-
-        Parameters
-        ----------
-        volts : float
-            V before the dead-zone inverse, V.
-
-        Returns
-        -------
-        float
-            V.
-        """
-        side = self.positive if volts > 0.0 else self.negative
-        return float(np.sign(volts)) * (side.a0 + side.delta * abs(volts))
-
-    def speed(self, volts: float) -> float:
-        """Steady speed (4.6).
-
-        Parameters
-        ----------
-        volts : float
-            V before the dead-zone inverse, V.
-
-        Returns
-        -------
-        float
-            counts/s.
-        """
-        return self.gain * self.output(volts)
-
-
-def discontinuous_dead_zone(
-    recordings: Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]],
-    gain: float,
-    width: float,
-    *,
-    steady: float = 0.5,
-) -> DiscontinuousDeadZone:
-    """a0 and delta of (4.5) from steady speeds, per direction (Section 4.2.5, (4.6)-(4.8)).
-
-    The speed of a run is the slope of a line through its last part; runs of one voltage are
-    averaged. speed / gain = a0 + delta V by least squares. The thesis has a0 0.364 V and delta
-    0.636 from 0.1 V and 1 V.
-
-    Parameters
-    ----------
-    recordings : Sequence[Recording | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]]
-        As for `dead_zone`, each at a constant voltage u beyond `width`, so that V = |u| - width;
-        two voltages or more per direction.
-    gain : float
-        Static gain of the linear model, `LinearFit.gain`, counts/s/V.
-    width : float
-        What the dead-zone inverse adds, V.
-    steady : float, optional
-        Last part of a run, 0 to 1, in which its speed is steady.
-
-    Returns
-    -------
-    DiscontinuousDeadZone
-        Both directions, and both together.
-
-    Raises
-    ------
-    InputError
-        An option is not accepted, or the data are unusable.
-    """
-    if not (np.isfinite(gain) and gain > 0.0):
-        raise InputError("gain", gain, "a finite number above zero")
-    if not 0.0 < steady <= 1.0:
-        raise InputError("steady", steady, "above 0, at most 1")
-    runs = _constant(recordings)
-    points: dict[float, list[tuple[float, float]]] = {1.0: [], -1.0: []}
-    for i, run in enumerate(runs):
-        beyond = abs(float(run.u[0])) - width
-        if beyond <= 0.0:
-            raise InputError(f"recordings[{i}].u", float(run.u[0]), f"beyond +-{width:g} V")
-        sign = float(np.sign(run.u[0]))
-        first = int(len(run.t) * (1.0 - steady))
-        slope = np.polyfit(run.t[first:] - run.t[first], run.x[first:], 1)[0]
-        points[sign].append((round(beyond, 9), sign * float(slope)))
-    forth, back = (_side(points[sign], gain, name) for sign, name in ((1.0, "+"), (-1.0, "-")))
-    return DiscontinuousDeadZone(
-        forth, back, _side(points[1.0] + points[-1.0], gain, "+-"), width, gain
-    )
-
-
-def _side(points: list[tuple[float, float]], gain: float, name: str) -> Side:
-    """The line through (V, speed / gain), runs of one voltage averaged."""
-    volts = np.unique([v for v, _ in points])
-    if len(volts) < 2:
-        found = f"{len(volts)} voltage in direction {name}"
-        raise InputError("recordings", found, "two voltages or more in each direction")
-    speeds = np.array([np.mean([s for v, s in points if v == level]) for level in volts])
-    matrix = np.column_stack([np.ones_like(volts), volts])
-    (a0, delta), *_ = np.linalg.lstsq(matrix, speeds / gain, rcond=None)
-    errors = np.full(2, np.nan)
-    if (free := len(volts) - 2) > 0:
-        missed = speeds / gain - matrix @ np.array([a0, delta])
-        spread = float(missed @ missed) / free * np.linalg.inv(matrix.T @ matrix)
-        errors = np.sqrt(np.diag(spread))
-    return Side(float(a0), float(delta), float(errors[0]), float(errors[1]), volts, speeds)

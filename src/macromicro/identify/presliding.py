@@ -4,14 +4,14 @@
     g(v, x) = Fc(x) + Fs exp(-(v/vs)^2),   s = sgn v
 
 LuGre (Canudas de Wit, Olsson, Astrom, Lischinsky, A new model for control of systems with
-friction, IEEE Transactions on Automatic Control 40 (1995) 419), in its bristle's force f = sigma0 z,
-with tau = sigma1 / sigma0:
+friction, IEEE Transactions on Automatic Control 40 (1995) 419), in its bristle's force
+f = sigma0 z, with tau = sigma1 / sigma0:
 
     df/dt = sigma0 (v - |v| f / g)
 
-GMS (Al-Bender, Lampaert, Swevers, The generalized Maxwell-slip model, IEEE Transactions on Automatic
-Control 50 (2005) 1883), n elements in parallel that stick or slide, a slipping one at its level at
-once (the paper's C without bound):
+GMS (Al-Bender, Lampaert, Swevers, The generalized Maxwell-slip model, IEEE Transactions on
+Automatic Control 50 (2005) 1883), n elements in parallel that stick or slide, a slipping one at its
+level at once (the paper's C without bound):
 
     dfi/dt = ki v   while  |fi| < ai g,   k1 + ... + kn = sigma0,   a1 + ... + an = 1
 
@@ -117,7 +117,7 @@ def level(p: Presliding, x: float, v: float) -> float:
     if p.stribeck != 0.0:
         ratio = v / p.stribeck_speed
         found += p.stribeck * math.exp(-ratio * ratio)
-    return found
+    return float(found)
 
 
 @kernel
@@ -139,7 +139,7 @@ def stiff(p: Presliding, k: int) -> float:
     total = 0.0
     for i in range(len(p.shares)):
         total += p.shares[i] / REACHES[i]
-    return p.stiffness * p.shares[k] / (REACHES[k] * total)
+    return float(p.stiffness * p.shares[k] / (REACHES[k] * total))
 
 
 @kernel
@@ -168,12 +168,12 @@ def give(p: Presliding, f: Array, k: int, g: float, v: float, h: float) -> float
     """
     side = 1.0 if v >= 0.0 else -1.0
     if len(p.shares) == 0:
-        return p.stiffness * (1.0 - min(side * f[0] / g, 1.0))
+        return float(p.stiffness * (1.0 - min(side * f[0] / g, 1.0)))
     # Where the level rises along the way, a slipping element has a little room at every step.
     room = p.shares[k] * g - side * f[k]
     if room <= 0.0:
         return 0.0
-    return min(stiff(p, k), room / (h * abs(v))) if v != 0.0 else stiff(p, k)
+    return float(min(stiff(p, k), room / (h * abs(v)))) if v != 0.0 else stiff(p, k)
 
 
 @kernel
@@ -211,9 +211,7 @@ def slid(p: Presliding, f: Array, g: float, v: float, h: float) -> float:
 
 
 @kernel
-def step(
-    p: Presliding, f: Array, x: float, v: float, pull: float, h: float
-) -> tuple[float, float]:
+def step(p: Presliding, f: Array, x: float, v: float, pull: float, h: float) -> tuple[float, float]:
     """New speed and distance after a time under a held force; `f` is overwritten.
 
     The speed first, by the friction before it, its damping and the viscous part taken implicitly,

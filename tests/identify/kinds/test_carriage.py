@@ -1,6 +1,7 @@
 """`identify carriage` from files: what it refuses, and a model that a run takes."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,9 @@ import pytest
 from macromicro import api
 from macromicro.errors import InputError
 from macromicro.identify import kinds
+from macromicro.identify.kinds import carriage
+from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.picking import runs
 from macromicro.plant import bench
 from macromicro.runs import strokes
 from macromicro.settings import Settings
@@ -48,7 +52,14 @@ def test_a_laser_that_falls_with_the_encoder_is_refused(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_strokes_of_the_bench_give_a_model_under_which_it_runs(file: Path, tmp_path: Path) -> None:
     """The drive within 5 % of the bench's own figures, the swing within 1 %; moves are exact."""
-    found = kinds.from_files("carriage", file)
+    plant = bench.prepare(Settings().bench, Settings().sensors)
+    other = tmp_path / "other.h5"
+    strokes.stroked(plant, -VOLTS, 1900.0, 2).save(other)
+    found = kinds.from_files("carriage", file, tests=(str(other),))
+    test = next(line for line in found.lines if line.name == "test")
+    assert test.value > 90.0
+    assert "not fitted" in test.note
+    assert set(found.plot()) == {"free_run", "residuals", "friction"}
     b = Settings().bench
     push = b.motor.constant / (b.motor.resistance * b.motor.pulley) * 4.0 / b.carriage.mass
     values = {line.name: line.value for line in found.lines}
@@ -64,3 +75,15 @@ def test_strokes_of_the_bench_give_a_model_under_which_it_runs(file: Path, tmp_p
     moves.write_text('[[moves]]\nmacro = ["150 mm", "20 mm"]\nhold = "0.5 s"\n')
     for move in api.moves(api.run(moves, settings=settings)):
         assert move.final_error_counts == 0.0
+
+
+def test_a_test_without_a_stroke_or_of_another_rate_is_refused(file: Path, tmp_path: Path) -> None:
+    rest = "|".join(f"{k / 1e3},0,5" for k in range(300))
+    still = written(tmp_path / "still.csv", "t,u,x", rest)
+    slow = "|".join(f"{k / 100},{5 * (40 < k < 90)},{max(k - 40, 0)}" for k in range(300))
+    other = written(tmp_path / "slow.csv", "t,u,x", slow)
+    fit = SimpleNamespace(dt=1e-3)
+    for path, said in ((still, "no stroke"), (other, "samples every 0.01 s")):
+        part = runs(loaded(Picking((path,), {}), carriage.ROLES)[0])[0]
+        with pytest.raises(InputError, match=rf"--test, .*{said}"):
+            carriage._tried(fit, part, str(path))

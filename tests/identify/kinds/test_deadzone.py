@@ -14,10 +14,12 @@ from macromicro import identify
 from macromicro.arrays import Array
 from macromicro.errors import InputError
 from macromicro.identify.deadzone import DeadZone, Trial
-from macromicro.identify.kinds import deadzone
+from macromicro.identify.discontinuity import discontinuous_dead_zone
+from macromicro.identify.kinds import deadzone, foretelling
 from macromicro.identify.kinds.deadzone import Options
 from macromicro.identify.notices import DataWarning
 from macromicro.identify.picking import Picked
+from macromicro.identify.runs import Run
 
 DT, N = 0.01, 100
 
@@ -136,14 +138,15 @@ def test_beyond_the_board_there_is_no_setting() -> None:
         f"# Not for the bench, whose D/A board ends at {deadzone.FULL_SCALE:g} V.\n"
     )
     assert "dead_zone = " in deadzone.settings(zone(positive=0.99 * deadzone.FULL_SCALE))
-    assert Options() == (None, 0.05, None, None)
+    assert Options() == (None, 0.05, None, None, ())
 
 
 def test_without_a_width_the_one_found_is_taken(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[float] = []
-    monkeypatch.setattr(deadzone, "jump", lambda runs, gain, width, said: seen.append(width) or [])
+    monkeypatch.setattr(deadzone, "jump", lambda runs, gain, width, said: seen.append(width))
+    monkeypatch.setattr(deadzone, "jump_lines", lambda law: [])
     deadzone.identify(given(file), Options(travel=(0.0, 1000.0), gain=500.0))
     assert seen == [3.0]
 
@@ -199,3 +202,60 @@ def test_places_without_a_unit_and_eight_speeds_at_most(
     assert plots(drawn["speeds"])[0].y == "speed [x/s]"
     assert plots(drawn["thresholds"])[0].x == "start [x]"
     assert dict(found.remarks)["by place"].startswith("forwards 2 V from 0 x to")
+
+
+def other(path: Path, *volts: float) -> Path:
+    u = np.concatenate([np.r_[np.full(N, v), np.zeros(30)] for v in volts])
+    x = np.concatenate([np.r_[moved(v), np.full(30, moved(v)[-1])] for v in volts])
+    return table(path, "t_s,u_V,x_counts", np.arange(len(u)) * DT, u, x)
+
+
+def test_runs_that_are_not_fitted_are_foretold(file: Path, tmp_path: Path) -> None:
+    # -2.7 V is 2.7 of the 3 V that moved here; -3.5 V moves; 1.8 V does not, and 2.2 V does.
+    seen = other(tmp_path / "b.csv", 1.8, 2.2, -2.7, -3.5)
+    options = Options(travel=(0.0, 1000.0), tests=(str(seen),))
+    found = deadzone.identify(given(file), options)
+    line = facts(found.lines)["test"]
+    assert line[1] == 100.0
+    assert line[4] == "of 4 runs, not fitted, move on or not as told: b.csv"
+    assert found.data["tests"] == [{"file": str(seen), "runs": 4, "right": 4}]
+    series = plots(found.plot()["thresholds"])[0].lines
+    assert [x[0] for x in series[2:]] == ["not fitted: moved on", "not fitted: paused"]
+    assert sorted(series[2][2]) == [2.2, 3.5] and sorted(series[3][2]) == [1.8, 2.7]
+
+
+def test_a_run_that_goes_otherwise_counts_as_wrong(file: Path, tmp_path: Path) -> None:
+    seen = other(tmp_path / "b.csv", 2.2, 3.0)
+    lower = zone(positive=2.5, negative=3.0)
+    runs = deadzone.constant(deadzone.loaded(given(seen), deadzone.ROLES)[0])
+    told = foretelling.foretold(lower, None, runs, "b.csv", 0.05)
+    assert (told.right, len(told.runs), told.trial) == (1, 2, None)
+
+
+def test_with_a_gain_the_way_is_foretold_too(file: Path, tmp_path: Path) -> None:
+    seen = other(tmp_path / "b.csv", 3.0, 2.5)
+    options = Options((0.0, 1000.0), gain=500.0, width=1.75, tests=(str(seen),))
+    found = deadzone.identify(given(file), options)
+    named = [x for x in found.lines if x.name == "test"]
+    assert [x.value for x in named] == pytest.approx([100.0, 100.0], abs=1e-6)
+    assert found.data["tests"][0]["rms"] == pytest.approx(0.0, abs=1e-6)
+    assert "free_run" in found.plot()
+
+
+def test_within_the_dead_zone_the_model_stands() -> None:
+    law = discontinuous_dead_zone(
+        [(np.arange(N) * DT, np.full(N, v), moved(v)) for v in (2.0, 4.0, -3.0, -5.0)], 500.0, 1.75
+    )
+    t = np.arange(20) * DT
+    runs = [Run(t, np.full(20, v), np.full(20, 7.0)) for v in (1.0, -1.75, 3.0)]
+    one = foretelling.trial(law, runs, "f")
+    assert list(one.model[:40]) == [7.0] * 40
+    assert one.model[41] - 7.0 == pytest.approx(2000.0 * DT)
+    assert list(np.diff(one.t)) == pytest.approx([DT] * 59)
+
+
+def test_a_test_without_a_run_is_refused(file: Path, tmp_path: Path) -> None:
+    t = np.arange(50.0)
+    still = table(tmp_path / "0.csv", "t_s,u_V,x_counts", t * DT, 0 * t, t)
+    with pytest.raises(InputError, match=r"--test, .*no stretch at a constant voltage"):
+        deadzone.identify(given(file), Options(tests=(str(still),)))

@@ -10,8 +10,9 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
+from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Role, runs
 from macromicro.identify.result import Line, Result
 from macromicro.schema.par import entries
@@ -20,12 +21,15 @@ from macromicro.units import quantity
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from macromicro.identify.carriage import CarriageFit
+
 LAW = "terminal"
 T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "effort sent", ("u", "motor", "voltage", "effort"), ("V",))
 X = Role("x", "encoder", ("x", "macro_position", "counts", "position"), ("counts",))
 Y = Role("y", "platform by a laser", ("y", "laser"), ("m",), optional=True)
 ROLES = (T, U, X, Y, RUN)
+_SAME = 0.01  # of the sample time
 _DOUBTFUL = 0.3  # of a value: records that differ by more tell it poorly
 
 
@@ -36,9 +40,12 @@ class Options(NamedTuple):
     ----------
     pitch : str | None
         Travel per count with its unit; None: as the laser says.
+    tests : tuple[str, ...]
+        Files with strokes that are not fitted.
     """
 
     pitch: str | None = None
+    tests: tuple[str, ...] = ()
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -64,6 +71,7 @@ def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify import carriage
 
     tables = loaded(picking, ROLES)
+    others = testing.unseen(options.tests, picking, ROLES, tables[0])
     records = [part for table in tables for part in runs(table)]
     pitch, said = _pitch(records, options.pitch, tables[0].file)
     fit = carriage.carriage([_columns(r) for r in records], pitch)
@@ -85,9 +93,11 @@ def identify(picking: Picking, options: Options) -> Result:
         remarks.append(("swing", "not seen: no laser, or no rest of 0.25 s after a stroke"))
     if poor:
         remarks.append(("hardly told by these strokes", ", ".join(poor)))
+    trials = [_tried(fit, part, file.file) for file in others for part in runs(file)]
     values = {f"controller.own.{line.name}": (line.value, line.note) for line in lines[:-1]}
     head = f"A carriage under the law `{LAW}`: macromicro run --config model.toml"
     toml = model_file.settings(head, values, LAW)
+    lines += testing.lines(trials, "counts")
 
     def draw() -> dict[str, Figure]:
         from macromicro.identify.kinds import pictures
@@ -98,14 +108,37 @@ def identify(picking: Picking, options: Options) -> Result:
             for r, m in zip(fit.records, fit.motion, strict=True)
         ]
         friction = [("friction beyond the model's", t, fit.motion[0][3], "-")]
+        rows = fit.records
+        times = [np.arange(len(r.u), dtype=np.float64) * fit.dt for r in rows]
+        free = [carriage.free_run(fit.model, r, fit.dt) for r in rows]
         return {
+            "free_run": testing.drawn(times, [r.counts for r in rows], free, trials, "counts"),
             "residuals": pictures.leftover(off, fit.dt, "counts"),
             "friction": pictures.points("by the law's estimator", "time [s]", "[V]", friction),
         }
 
     title = "x'' = push (u(t - delay) - friction(x') sign x') - drag x' + share (swing)"
-    data = {"surprise": fit.surprise, "strokes": strokes, "swing_rms_m": fit.swing_rms}
+    data = {
+        "surprise": fit.surprise,
+        "strokes": strokes,
+        "swing_rms_m": fit.swing_rms,
+        "tests": testing.data(trials),
+    }
     return Result("carriage", title, fit.model, lines, remarks, toml, draw, data)
+
+
+def _tried(fit: CarriageFit, part: Mapping[str, Array], file: str) -> Trial:
+    """Strokes that were not fitted, run free from where each begins."""
+    from macromicro.identify import carriage
+
+    r = carriage.cut(*_columns(part))
+    if not r.strokes:
+        raise InputError(f"--test, {file}", "no stroke", "strokes from rest to rest")
+    t = np.asarray(part["t"])
+    if abs(float(t[1] - t[0]) - fit.dt) > _SAME * fit.dt:
+        found = f"samples every {t[1] - t[0]:.3g} s"
+        raise InputError(f"--test, {file}", found, f"{fit.dt:.3g} s, as in what is fitted")
+    return Trial(file, t - t[0], r.counts, carriage.free_run(fit.model, r, fit.dt))
 
 
 def _note(meaning: str, apart: tuple[float, float] | None) -> str:

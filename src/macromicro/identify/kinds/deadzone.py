@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file
+from macromicro.identify.kinds import foretelling, model_file, testing
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.notices import DataWarning, notice
 from macromicro.identify.picking import RUN, Picked, Role, runs
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from macromicro.identify.deadzone import DeadZone
+    from macromicro.identify.discontinuity import DiscontinuousDeadZone
 
 
 T = Role("t", "time", ("t", "time"), ("s",))
@@ -49,12 +50,15 @@ class Options(NamedTuple):
         For (4.5), unit of x per s and V; None: without it.
     width : float | None
         Dead zone for (4.5), V; None: the one found.
+    tests : tuple[str, ...]
+        Files with runs that are not fitted.
     """
 
     travel: tuple[float, float] | None = None
     pause: float = 0.05
     gain: float | None = None
     width: float | None = None
+    tests: tuple[str, ...] = ()
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -80,6 +84,7 @@ def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify import dead_zone
 
     tables = loaded(picking, ROLES)
+    others = testing.unseen(options.tests, picking, ROLES, tables[0])
     records = [run for table in tables for run in constant(table)]
     if not records:
         found = "no stretch at a constant voltage other than 0"
@@ -109,8 +114,13 @@ def identify(picking: Picking, options: Options) -> Result:
         "width": zone.width,
         "trials": [t._asdict() for t in zone.trials],
     }
+    law = None
     if options.gain is not None:
-        lines += jump(records, options.gain, options.width or zone.width, remarks)
+        law = jump(records, options.gain, options.width or zone.width, remarks)
+        lines += jump_lines(law)
+    seen = [foretelling.foretold(zone, law, constant(t), t.file, options.pause) for t in others]
+    lines += foretelling.lines(seen, places)
+    data["tests"] = [one.data() for one in seen]
 
     def draw() -> dict[str, Figure]:
         from macromicro.identify.kinds import pictures
@@ -119,12 +129,13 @@ def identify(picking: Picking, options: Options) -> Result:
         for sign, name in ((1, "forwards"), (-1, "backwards")):
             starts, lowest = zone.thresholds(sign)
             series.append((name, starts, lowest, "o-"))
+        series += foretelling.marks(seen)
         speeds = [
             (f"{v:g} V", zone.places, row, "-")
             for v, row in zip(zone.volts, zone.speeds, strict=True)
         ]
         shown = speeds[:: max(1, math.ceil(len(speeds) / 8))]
-        return {
+        drawn = {
             "thresholds": pictures.points(
                 "lowest voltage that moved on from each start",
                 f"start [{places}]",
@@ -135,6 +146,13 @@ def identify(picking: Picking, options: Options) -> Result:
                 "speed by place", f"place [{places}]", f"speed [{places}/s]", shown
             ),
         }
+        trials = [one.trial for one in seen if one.trial is not None]
+        if trials and law is not None:
+            fitted = foretelling.trial(law, records, "")
+            label = f"position [{places}]"
+            told = ([fitted.t], [fitted.measured], [fitted.model])
+            drawn["free_run"] = testing.drawn(*told, trials, label)
+        return drawn
 
     title = "Dead zone: the lowest voltage that moves the axis without a pause from every start"
     return Result("deadzone", title, zone, lines, remarks, settings(zone), draw, data)
@@ -227,7 +245,7 @@ def spread(zone: DeadZone, unit: str) -> str:
 
 def jump(
     records: list[Run], gain: float, width: float, remarks: list[tuple[str, str]]
-) -> list[Line]:
+) -> DiscontinuousDeadZone:
     """a0 and delta of (4.5) from the runs beyond the dead zone.
 
     Parameters
@@ -243,8 +261,8 @@ def jump(
 
     Returns
     -------
-    list[Line]
-        Two lines per direction, and two for both.
+    DiscontinuousDeadZone
+        Both directions, and both together.
 
     Raises
     ------
@@ -254,10 +272,26 @@ def jump(
     from macromicro.identify import discontinuous_dead_zone
 
     beyond = [r for r in records if abs(float(r.u[0])) > width + 1e-9]
-    both = discontinuous_dead_zone(beyond, gain, width)
+    law = discontinuous_dead_zone(beyond, gain, width)
     remarks.append(("(4.5)", f"Vout = a0 + delta |V|, V beyond {width:g} V, {len(beyond)} runs"))
+    return law
+
+
+def jump_lines(law: DiscontinuousDeadZone) -> list[Line]:
+    """(4.5) in the table.
+
+    Parameters
+    ----------
+    law : DiscontinuousDeadZone
+        As found.
+
+    Returns
+    -------
+    list[Line]
+        Two lines per direction, and two for both.
+    """
     lines = []
-    for name, side in (("forwards", both.positive), ("backwards", both.negative), ("", both.both)):
+    for name, side in (("forwards", law.positive), ("backwards", law.negative), ("", law.both)):
         lines.append(Line(f"a0 {name}".strip(), side.a0, side.a0_std, "V"))
         lines.append(Line(f"delta {name}".strip(), side.delta, side.delta_std))
     return lines

@@ -108,8 +108,7 @@ def identify(picking: Picking, options: Options) -> Result:
     from macromicro.identify import drive
     from macromicro.identify.presliding import FRICTIONS
 
-    if options.limit is not None and not options.limit > 0.0:
-        raise InputError("--limit", options.limit, "a value above zero")
+    _checked(options)
     if _other(picking, options):
         return sprung.identify(picking, (T, U, X), _asked(options), GAINS)
     tables = loaded(picking, ROLES)
@@ -133,9 +132,6 @@ def identify(picking: Picking, options: Options) -> Result:
         told = presliding.Records(records, unseen, force, x_unit, units)
         driven = presliding.Driven(gain, options.limit, delay)
         return presliding.identify(told, options.structure, options.along, driven)
-    if options.along is not None:
-        accepted = f"only with --structure {' or '.join(FRICTIONS)}"
-        raise InputError("--along", options.along, accepted)
     fit = drive(
         [r.t for r in records],
         [r.u for r in records],
@@ -145,15 +141,7 @@ def identify(picking: Picking, options: Options) -> Result:
         limit=options.limit,
         delay=delay,
     )
-    lines = []
-    inverse = dict(zip(fit.inverse.names, range(len(fit.inverse.names)), strict=True))
-    for name, value, error in zip(
-        fit.refined.names, fit.refined.values, fit.refined.std, strict=True
-    ):
-        k = inverse[name]
-        other, spread = rounded(fit.inverse.values[k], fit.inverse.std[k])
-        note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
-        lines.append(Line(name, value, error, units[name], note))
+    lines = _lines(fit, units)
     trials = [tried(fit, run, file) for file, run in unseen]
     lines += testing.lines(trials, x_unit)
     samples = sum(len(r.t) for r in records)
@@ -197,6 +185,30 @@ def identify(picking: Picking, options: Options) -> Result:
     title = "M dv/dt = gain u - (Fv +- Fa) v -+ (Fc + Fs exp(-(v/vs)^2)) - F0"
     toml = settings(fit, records, force, x_unit, units)
     return Result("drive", title, fit.axis, lines, remarks, toml, draw, data)
+
+
+def _checked(options: Options) -> None:
+    from macromicro.identify.presliding import FRICTIONS
+
+    if options.limit is not None and not options.limit > 0.0:
+        raise InputError("--limit", options.limit, "a value above zero")
+    if options.along is not None and options.structure not in FRICTIONS:
+        accepted = f"only with --structure {' or '.join(FRICTIONS)}"
+        raise InputError("--along", options.along, accepted)
+
+
+def _lines(fit: DriveFit, units: dict[str, str]) -> list[Line]:
+    """The parameters by output error, beside those by inverse dynamics."""
+    lines = []
+    inverse = dict(zip(fit.inverse.names, range(len(fit.inverse.names)), strict=True))
+    for name, value, error in zip(
+        fit.refined.names, fit.refined.values, fit.refined.std, strict=True
+    ):
+        k = inverse[name]
+        other, spread = rounded(fit.inverse.values[k], fit.inverse.std[k])
+        note = f"{MEANINGS[name]}; inverse dynamics {other}" + (spread and f" +- {spread}")
+        lines.append(Line(name, value, error, units[name], note))
+    return lines
 
 
 def _other(picking: Picking, options: Options) -> bool:

@@ -164,7 +164,7 @@ def _lines(fit: PreslidingFit, records: Records) -> list[Line]:
     units = records.units | {"settling": "s"}
     force, place = records.units["coulomb"], records.place
     units["stiffness"] = f"{force}/{place}" if force else ""
-    lines = []
+    lines: list[Line] = []
     for name, value, error in zip(fit.names, fit.values, fit.std, strict=True):
         kind = name.split(maxsplit=1)[0]
         if kind == "level":

@@ -1,0 +1,216 @@
+"""Searches for an axis with elastic friction: scaled parameters, their bounds, output error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from macromicro.arrays import Array
+from macromicro.identify import axis_choice
+from macromicro.identify.axis_inverse import Estimate, Rows
+from macromicro.identify.axis_pieces import Pieces, cut, settled
+from macromicro.identify.presliding import Presliding
+
+_STIFFEST = 2.0 * math.pi  # of the stuck mass' circular frequency times the sample time
+_PIECES, _LEAST = 12, 400  # pieces of all records that judge; samples in one
+_SLOPE, _FINE = 2e-3, 0.1  # of a parameter's scale: for slopes; of that in the last search
+_WIDE = 4.0  # of the logarithm of shares
+FLOOR = 1e-3  # of the level: the least that is allowed
+
+
+class Shape(NamedTuple):
+    """Which parameters there are."""
+
+    friction: str
+    names: tuple[str, ...]  # of the scalars
+    nodes: int
+
+
+class Problem(NamedTuple):
+    """What a search is about: pieces of records, and the scales of the parameters."""
+
+    pieces: list[Pieces]
+    rigid: Estimate
+    dt: float
+    low: float
+    high: float
+
+    @property
+    def coulomb(self) -> float:
+        """Level that others are told in."""
+        return max(self.rigid.axis.coulomb + self.rigid.axis.stribeck, 1e-12)
+
+    def model(self, z: Array, shape: Shape) -> Presliding:
+        """The axis that scaled parameters stand for."""
+        own = dict(zip(shape.names, z.tolist(), strict=False))
+        a = self.rigid.axis
+        levels, shares = _parts(z, shape)
+        mass = a.mass * own["mass"]
+        speed = a.stribeck_speed if "stribeck_speed" in self.rigid.names else self.fastest() / 20.0
+        return Presliding(
+            mass=mass,
+            viscous=a.viscous * own["viscous"],
+            offset=self.coulomb * own["offset"],
+            asymmetry=a.viscous * own.get("asymmetry", 0.0),
+            stribeck=self.coulomb * own.get("stribeck", 0.0),
+            stribeck_speed=speed * math.exp(own.get("stribeck_speed", 0.0)),
+            stiffness=mass * (math.exp(own["stiffness"]) / self.dt) ** 2,
+            settling=own["settling"] * self.dt,
+            shares=shares,
+            levels=levels * self.coulomb,
+            low=self.low,
+            high=self.high,
+        )
+
+    def fastest(self) -> float:
+        """Greatest measured speed."""
+        return max(float(np.abs(p.rows.v).max()) for p in self.pieces)
+
+    def missed(self, z: Array, shape: Shape) -> list[Array]:
+        """Measured less free run, of each record."""
+        model = self.model(z, shape)
+        return [settled(p, model).error for p in self.pieces]
+
+
+def _parts(z: Array, shape: Shape) -> tuple[Array, Array]:
+    """Levels by the scale, and shares of the elements."""
+    count = len(shape.names)
+    levels = np.ascontiguousarray(z[count : count + shape.nodes])
+    if shape.friction == "lugre":
+        return levels, np.empty(0)
+    odds = np.exp(np.concatenate([[0.0], z[count + shape.nodes :]]))
+    return levels, odds / odds.sum()
+
+
+def problem_of(rows: list[Rows], rigid: Estimate) -> Problem:
+    """The search over records in a dozen pieces.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    rigid : Estimate
+        The axis with rigid friction; its parameters are the scales.
+
+    Returns
+    -------
+    Problem
+        Its nodes reach from the lowest to the highest place.
+    """
+    total = sum(len(r.v) for r in rows)
+    pieces = pieces_of(rows, max(total // _PIECES, _LEAST))
+    every = [r.run.x for r in rows]
+    low, high = min(float(x.min()) for x in every), max(float(x.max()) for x in every)
+    return Problem(pieces, rigid, rows[0].run.dt, low, high)
+
+
+def pieces_of(rows: list[Rows], length: int) -> list[Pieces]:
+    """Pieces of about that length, which begin where the axis goes fast.
+
+    There friction is at its level; of an axis at rest nobody knows how much of the force it takes.
+    """
+    made = []
+    for p in cut(rows, length, False):
+        speed = np.abs(p.rows.v)
+        starts = p.starts.copy()
+        half = int(p.lengths.min()) // 3
+        for k, at in enumerate(p.starts[1:].tolist(), 1):
+            starts[k] = at - half + int(np.argmax(speed[at - half : at + half]))
+        lengths = np.diff(np.append(starts, len(speed)))
+        made.append(p._replace(starts=starts, lengths=lengths))
+    return made
+
+
+def searched(
+    problem: Problem,
+    z: Array,
+    shape: Shape,
+    most: int,
+    held: int | None = None,
+    fine: bool = False,
+) -> Any:
+    """Output error from `z`; `held`: a third of the pieces is left out; `fine`: to the end."""
+    from scipy.optimize import least_squares
+
+    low, high, scale = bounds(z, shape)
+    kept = _weights(problem, held)
+    size = math.sqrt(sum(float(np.sum(w)) for w in kept)) * problem.fastest() * problem.dt
+
+    def missed(at: Array) -> Array:
+        errors = problem.missed(at, shape)
+        return np.concatenate([e * w for e, w in zip(errors, kept, strict=True)]) / size
+
+    begin = np.clip(z, low + 1e-6, high - 1e-6)
+    return least_squares(
+        missed,
+        begin,
+        lambda at: slopes(missed, at, scale, low, _SLOPE * (_FINE if fine else 1.0)),
+        bounds=(low, high),
+        x_scale="jac",
+        ftol=1e-9 if fine else 1e-6,
+        xtol=1e-6,
+        max_nfev=most,
+    )
+
+
+def _weights(problem: Problem, held: int | None) -> list[Array]:
+    """1 for samples of pieces that count, 0 for those held out."""
+    made, first = [], 0
+    for p in problem.pieces:
+        number = first + np.arange(len(p.starts))
+        kept = np.ones(len(number)) if held is None else (axis_choice.turn(number) != held)
+        made.append(np.repeat(np.asarray(kept, np.float64), p.lengths))
+        first += len(number)
+    return made
+
+
+def bounds(z: Array, shape: Shape) -> tuple[Array, Array, Array]:
+    """Least, greatest and scale of each parameter."""
+    limits = {
+        "mass": (0.05, 20.0, 0.1),
+        "viscous": (0.0, 50.0, 0.2),
+        "offset": (-5.0, 5.0, 0.1),
+        "stiffness": (math.log(1e-4), math.log(_STIFFEST), 2.0),
+        "settling": (0.0, 1e4, 2.0),
+        "asymmetry": (-20.0, 20.0, 0.1),
+        "stribeck": (0.0, 20.0, 0.2),
+        "stribeck_speed": (-4.0, 4.0, 0.5),
+    }
+    rows = [limits[n] for n in shape.names] + [(FLOOR, 50.0, 0.1)] * shape.nodes
+    rows += [(-_WIDE, _WIDE, 1.0)] * (len(z) - len(rows))
+    low, high, scale = np.array(rows).T
+    return low, high, scale
+
+
+def slopes(
+    missed: Callable[[Array], Array], at: Array, scale: Array, low: Array, part: float = _SLOPE
+) -> Array:
+    """Slopes of what is missed by the scaled parameters, by differences to both sides.
+
+    Parameters
+    ----------
+    missed : Callable[[Array], Array]
+        Of parameters.
+    at : ndarray, shape (p,)
+        Where.
+    scale, low : ndarray, shape (p,)
+        Of each parameter, its scale and the least that is allowed.
+    part : float, optional
+        Of a scale: how wide the differences are.
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        Jacobian.
+    """
+    columns = []
+    for k in range(len(at)):
+        up, down = at.copy(), at.copy()
+        nudge = part * max(scale[k] * 5.0, abs(at[k]))
+        up[k] += nudge
+        down[k] = max(at[k] - nudge, low[k])
+        columns.append((missed(up) - missed(down)) / (up[k] - down[k]))
+    return np.stack(columns, axis=1)

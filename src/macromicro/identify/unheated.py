@@ -1,0 +1,381 @@
+"""An actuator from drive and position alone: no kiln, no thermometer, no table.
+
+Heat map, thermal ladder, latent heat, rise of the thresholds with the contraction, thermal
+expansion and the relays' own distribution are fitted at once to free runs, by non-linear least
+squares. Nobody measured a temperature, so its scale is free: twice the heat in twice as far apart
+thresholds is the same actuator. The scale is set by the median temperature of contraction without
+load, that of a data sheet (`AUSTENITE` of a usual alloy).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from macromicro.arrays import Array
+from macromicro.errors import InputError
+from macromicro.hysteresis.table import FodTable
+from macromicro.identify.actuator import AMBIENT, hysteresis
+from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
+from macromicro.identify.spread import clustered
+from macromicro.identify.transformation import Branch, relays
+from macromicro.models import stressed
+from macromicro.models.heating import Ladder
+from macromicro.models.stressed import Stressed
+
+AUSTENITE = 80.0  # deg C: half contracted while it warms, without load (NiTi of 70 to 90 deg C)
+_HELD, _NODES = 12, 7  # levels of the drive up to which each has its heat; else nodes of the map
+_POINTS = 600  # of a record that are compared
+_FINEST = 5000  # steps of a record
+_PART = 0.15  # of the wire's time constant: the longest step
+_FEW, _BEST, _ROUNDS = 5, 3, 40  # rounds of every search, how many go on, their rounds
+_SLOPE = 1e-3
+_END = 1e-3  # of the range between the bounds: what is so near has reached one
+_BLOCKS = 40  # stretches of all records that tell the errors
+_WARM = (80.0, 140.0, 250.0, 450.0)  # K of final warming by the greatest drive: searches begin
+_QUICK = (0.3, 1.0, 4.0)  # s: time constant of the wire, likewise
+# Name, begin, least, greatest; those marked are searched in their logarithm.
+_SCALARS = (
+    ("wire", 1.0, 0.02, 60.0, True),
+    ("r1", 0.75, 0.3, 0.97, False),
+    ("plates", 30.0, 0.5, 3000.0, True),
+    ("r2", 0.2, 0.01, 0.6, False),
+    ("body", 600.0, 5.0, 1e5, True),
+    ("latent", 15.0, 0.0, 300.0, False),
+    ("stiffening", 1.0, 0.0, 60.0, False),
+    ("expansion", 0.0, -0.2, 0.2, False),
+    ("rise spread", 4.0, 0.3, 40.0, True),
+    ("rise skew", 1.0, 0.2, 5.0, True),
+    ("hysteresis", 20.0, 1.0, 60.0, True),
+    ("fall spread", 4.0, 0.3, 40.0, True),
+    ("fall skew", 1.0, 0.2, 5.0, True),
+    ("low", 0.0, -0.2, 0.2, False),
+    ("stroke", 1.0, 0.8, 2.5, False),
+)
+NAMES = tuple(row[0] for row in _SCALARS)
+
+
+class Heated(NamedTuple):
+    """A record from cold.
+
+    Attributes
+    ----------
+    u : ndarray, shape (n,)
+        Drive, held for `dt` each.
+    x : ndarray, shape (n,)
+        Contraction, mm.
+    dt : float
+        Sample time, s.
+    """
+
+    u: Array
+    x: Array
+    dt: float
+
+
+class Unheated(NamedTuple):
+    """An actuator whose temperature nobody measured.
+
+    Attributes
+    ----------
+    wires : Stressed
+        Heat, ladder and relays; contraction before thermal expansion.
+    expansion : float
+        By which the wires grow again as they warm, mm/K.
+    """
+
+    wires: Stressed
+    expansion: float
+
+
+class UnheatedFit(NamedTuple):
+    """What `unheated` found.
+
+    Attributes
+    ----------
+    model : Unheated
+        The actuator.
+    table : FodTable
+        Its relays.
+    values : dict[str, float]
+        By name, heats as "heat 1.5".
+    std : dict[str, float]
+        Standard errors, likewise; NaN of a parameter at its bound.
+    rms : float
+        Over the samples fitted to, mm.
+    range : float
+        From the least to the greatest position in the records, mm.
+    free_run : tuple[Array, ...]
+        Over each record, mm.
+    """
+
+    model: Unheated
+    table: FodTable
+    values: dict[str, float]
+    std: dict[str, float]
+    rms: float
+    range: float
+    free_run: tuple[Array, ...]
+
+
+class _Grid(NamedTuple):
+    """A record on the model's grid; `at`: points compared with `x`."""
+
+    u: Array
+    dt: float
+    at: npt.NDArray[np.int64]
+    x: Array
+
+
+class _Known(NamedTuple):
+    """What of the model is known before the search."""
+
+    volts: Array
+    ambient: float
+    austenite: float
+    stroke: float
+    cold: float
+
+
+def simulate(p: Unheated, u: npt.ArrayLike, dt: float) -> Array:
+    """Free run from cold.
+
+    Parameters
+    ----------
+    p : Unheated
+        The actuator.
+    u : array_like, shape (n,)
+        Drive, held for `dt` each.
+    dt : float
+        Sample time, s.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Contraction, mm.
+    """
+    sent = np.asarray(u, np.float64)
+    most = _PART * p.wires.ladder.c1 * p.wires.ladder.r1
+    parts = max(math.ceil(dt / most), 1)
+    made = stressed.simulate(p.wires, np.repeat(sent, parts), dt / parts)[:, ::parts]
+    return np.asarray(made[0] - p.expansion * (made[1] - p.wires.ambient))
+
+
+def unheated(
+    records: Sequence[Heated], ambient: float = AMBIENT, austenite: float = AUSTENITE
+) -> UnheatedFit:
+    """The actuator whose free runs are nearest to the records.
+
+    Searches begin at several warmings and time constants with heat as the square of the drive; the
+    best go on with a heat for each level of it.
+
+    Parameters
+    ----------
+    records : Sequence[Heated]
+        Each begins cold and extended.
+    ambient : float, optional
+        Room temperature, deg C.
+    austenite : float, optional
+        Median temperature of contraction without load, deg C: sets the scale of all others.
+
+    Returns
+    -------
+    UnheatedFit
+        With standard errors.
+
+    Raises
+    ------
+    InputError
+        No record, a drive that heats nowhere, or positions that do not change.
+    """
+    if not austenite > ambient:
+        raise InputError("austenite", austenite, f"above the room's {ambient:g} deg C")
+    if not records:
+        raise InputError("records", "none", "one or more, each from cold")
+    every = np.concatenate([r.x for r in records])
+    extent = float(np.ptp(every))
+    drives = np.concatenate([r.u for r in records])
+    if not (extent > 0.0 and float(drives.max()) > 0.0):
+        found = "no drive above 0" if extent > 0.0 else "a position that does not change"
+        raise InputError("records", found, "a drive that contracts the wires and lets them cool")
+    cold = float(np.median([r.x[0] for r in records]))
+    known = _Known(_nodes(drives), ambient, austenite, extent, cold)
+    grids = [_gridded(r) for r in records]
+    ended = _searched(known, grids)
+    if ended.status == 0:
+        notice(ConvergenceWarning, "actuator: search stopped before it settled")
+    return _told(known, records, grids, ended)
+
+
+def _nodes(drives: Array) -> Array:
+    """Points of the heat map: 0 and every level that is held, or some among many."""
+    levels = np.unique(drives[drives > 0.0])
+    if len(levels) > _HELD:
+        levels = np.unique(np.quantile(levels, np.linspace(0.0, 1.0, _NODES)))
+    return np.concatenate([[0.0], levels])
+
+
+def _gridded(r: Heated) -> _Grid:
+    """Means of the drive over blocks, and the positions at some of their starts."""
+    many = max(len(r.u) // _FINEST, 1)
+    n = len(r.u) // many
+    u = r.u[: n * many].reshape(n, many).mean(axis=1)
+    x = r.x[: n * many : many]
+    # Most points where something moves: half of them evenly in time, half along the way.
+    way = np.r_[0.0, np.cumsum(np.abs(np.diff(_smooth(x, n // 200 + 1))))]
+    share = 0.5 * np.arange(n) / max(n - 1, 1) + 0.5 * way / max(float(way[-1]), 1e-12)
+    marks = np.linspace(share[0], share[-1], _POINTS)
+    at = np.unique(np.clip(np.searchsorted(share, marks), 1, n - 1)).astype(np.int64)
+    return _Grid(np.ascontiguousarray(u), many * r.dt, at, x[at])
+
+
+def _smooth(x: Array, many: int) -> Array:
+    return np.convolve(np.pad(x, many // 2, mode="edge"), np.ones(many) / many, "valid")[: len(x)]
+
+
+def _model(known: _Known, z: Array) -> tuple[Unheated, FodTable, dict[str, float]]:
+    """The actuator that search values stand for, its table, and the values by name."""
+    own = {
+        name: math.exp(v) if log else float(v)
+        for (name, _, _, _, log), v in zip(_SCALARS, z, strict=False)
+    }
+    heats = np.concatenate([[0.0], np.cumsum(np.exp(z[len(_SCALARS) :]))])
+    stroke = own["stroke"] * known.stroke
+    low = known.cold + own["low"] * known.stroke
+    up = Branch(known.austenite, own["rise spread"], own["rise skew"])
+    up = up._replace(centre=2.0 * known.austenite - _median(up))
+    down = Branch(known.austenite - own["hysteresis"], own["fall spread"], own["fall skew"])
+    down = down._replace(centre=2.0 * down.centre - _median(down))
+    table = relays(up, down, low, stroke)
+    r1, r2 = own["r1"], own["r2"]
+    r2 = min(r2, 0.999 - r1)
+    ladder = Ladder(own["wire"] / r1, r1, own["plates"] / r2, r2, own["body"], 1.0 - r1 - r2)
+    wires = Stressed(
+        known.volts, heats, 0.0, ladder, own["latent"], 0.0, own["stiffening"] / known.stroke,
+        math.inf, math.inf, known.ambient, hysteresis(table),
+    )  # fmt: skip
+    expansion = own["expansion"] * known.stroke / (known.austenite - known.ambient)
+    for node, heat in zip(known.volts[1:], heats[1:], strict=True):
+        own[f"heat {node:.4g}"] = float(heat)
+    return Unheated(wires, expansion), table, own
+
+
+def _median(p: Branch) -> float:
+    from macromicro.identify.transformation import quantile
+
+    return quantile(p, 0.5)
+
+
+def _missed(known: _Known, grids: Sequence[_Grid], z: Array) -> Array:
+    """Free run less measured, in parts of the range."""
+    model = _model(known, z)[0]
+    return np.concatenate(
+        [(simulate(model, g.u, g.dt)[g.at] - g.x) / known.stroke for g in grids]
+    )
+
+
+def _bounds(known: _Known) -> tuple[Array, Array]:
+    least = [math.log(lo) if log else lo for _, _, lo, _, log in _SCALARS]
+    most = [math.log(hi) if log else hi for _, _, _, hi, log in _SCALARS]
+    count = len(known.volts) - 1
+    return (
+        np.array([*least, *[math.log(1e-3)] * count]),
+        np.array([*most, *[math.log(3000.0)] * count]),
+    )
+
+
+def _searched(known: _Known, grids: Sequence[_Grid]) -> Any:
+    """The best of searches from several begins."""
+    from scipy.optimize import least_squares
+
+    low, high = _bounds(known)
+    volts = known.volts
+
+    def search(missed: Callable[[Array], Array], z: Array, low: Array, high: Array, most: int):  # noqa: ANN202 -- scipy's result
+        return least_squares(
+            missed,
+            np.clip(z, low + 1e-9, high - 1e-9),
+            lambda at: _slopes(missed, at, low, high),
+            bounds=(low, high),
+            x_scale="jac",
+            ftol=1e-5,
+            xtol=1e-5,
+            max_nfev=most,
+        )
+
+    def squared(z: Array) -> Array:
+        """All values, the heats by one: the square of the drive."""
+        rise = np.diff((volts / volts[-1]) ** 2) * math.exp(z[-1])
+        return np.concatenate([z[:-1], np.log(np.maximum(rise, 1e-3))])
+
+    count = len(_SCALARS)
+    begin = [math.log(v) if log else v for _, v, _, _, log in _SCALARS]
+    ends = []
+    rough = [g._replace(at=g.at[::4], x=g.x[::4]) for g in grids]
+    for warm in _WARM:
+        for quick in _QUICK:
+            z = np.array([*begin, math.log(warm)])
+            z[0] = math.log(quick)
+            ends.append(
+                search(
+                    lambda z: _missed(known, rough, squared(z)), z,
+                    np.r_[low[:count], math.log(1.0)], np.r_[high[:count], math.log(3000.0)], _FEW,
+                )
+            )  # fmt: skip
+    ends.sort(key=lambda end: float(end.cost))
+    final = [
+        search(lambda z: _missed(known, grids, z), squared(end.x), low, high, _ROUNDS)
+        for end in ends[:_BEST]
+    ]
+    return min(final, key=lambda end: float(end.cost))
+
+
+def _slopes(missed: Callable[[Array], Array], z: Array, low: Array, high: Array) -> Array:
+    columns = []
+    for k in range(len(z)):
+        up, down = z.copy(), z.copy()
+        nudge = _SLOPE * max(1.0, abs(float(z[k])))
+        up[k], down[k] = min(z[k] + nudge, high[k]), max(z[k] - nudge, low[k])
+        columns.append((missed(up) - missed(down)) / (up[k] - down[k]))
+    return np.stack(columns, axis=1)
+
+
+def _told(
+    known: _Known, records: Sequence[Heated], grids: Sequence[_Grid], ended: Any
+) -> UnheatedFit:
+    """Values with errors by the scatter of what stretches of the records ask for."""
+    low, high = _bounds(known)
+    model, table, values = _model(known, ended.x)
+    names = list(values)
+
+    def shown(z: Array) -> Array:
+        return np.array(list(_model(known, z)[2].values()))
+
+    turn = _slopes(shown, ended.x, low, high)
+    starts = np.unique(np.linspace(0, len(ended.fun), max(_BLOCKS, 2 * len(names)) + 1).astype(int))
+    spread = clustered(ended.jac, ended.fun, starts[:-1])
+    std = np.sqrt(np.maximum(np.diag(turn @ spread @ turn.T), 0.0))
+    width = _END * (high - low)
+    at_end = (ended.x <= low + width) | (ended.x >= high - width)
+    bound = [names[k] for k in np.flatnonzero(at_end)]
+    if bound:
+        notice(
+            DataWarning,
+            f"actuator: {', '.join(bound)} at the end of what is searched: the records do not show "
+            "it, and no standard error is told for it",
+        )
+        std[at_end] = math.nan
+    free = tuple(simulate(model, r.u, r.dt) for r in records)
+    return UnheatedFit(
+        model,
+        table,
+        values,
+        dict(zip(names, (float(v) for v in std), strict=True)),
+        known.stroke * float(np.sqrt(np.mean(ended.fun**2))),
+        known.stroke,
+        free,
+    )
