@@ -138,14 +138,24 @@ def actuator(
     ambient: Annotated[
         float | None, typer.Option(help="Room temperature [degC].", show_default="25")
     ] = None,
+    austenite: Annotated[
+        float | None,
+        typer.Option(help="Without --table: half contracted there [degC].", show_default="80"),
+    ] = None,
     test: Test = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """What the law `inverse` needs, from heatings (columns t, u, x; y, c; --table of the kiln)."""
-    print("identifying the actuator: about half a minute", file=sys.stderr)
-    options = {"table": table, "ambient": ambient, "tests": tuple(test or ())}
+    """An actuator from heatings (columns t, u, x; y, c): with --table for the law `inverse`."""
+    about = "a minute or two" if table is None else "half a minute"
+    print(f"identifying the actuator: about {about}", file=sys.stderr)
+    options = {
+        "table": table,
+        "ambient": ambient,
+        "austenite": austenite,
+        "tests": tuple(test or ()),
+    }
     _identify("actuator", options, files, columns, out, overwrite, as_json)
 
 

@@ -176,7 +176,7 @@ def cut(t: Array, u: Array, counts: Array, laser: Array | None = None) -> Record
     quiet = np.concatenate([[True], busy[:-1] == 0.0])
     begins = np.flatnonzero((u != 0.0) & quiet)
     found = []
-    for a, b in zip(map(int, begins), [*map(int, begins[1:]), len(u)], strict=True):
+    for a, b in pairwise([*map(int, begins), len(u)]):
         changes = np.flatnonzero(np.diff(counts[a:b]))
         if not len(changes):
             continue

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from macromicro.hysteresis.table import FodTable
 from macromicro.identify.actuator import AMBIENT, hysteresis
 from macromicro.identify.notices import ConvergenceWarning, DataWarning, notice
 from macromicro.identify.spread import clustered
-from macromicro.identify.transformation import Branch, relays
+from macromicro.identify.transformation import Branch, quantile, relays
 from macromicro.models import stressed
 from macromicro.models.heating import Ladder
 from macromicro.models.stressed import Stressed
@@ -41,7 +42,7 @@ _QUICK = (0.3, 1.0, 4.0)  # s: time constant of the wire, likewise
 # Name, begin, least, greatest; those marked are searched in their logarithm.
 _SCALARS = (
     ("wire", 1.0, 0.02, 60.0, True),
-    ("r1", 0.75, 0.3, 0.97, False),
+    ("r1", 0.75, 0.1, 0.97, False),
     ("plates", 30.0, 0.5, 3000.0, True),
     ("r2", 0.2, 0.01, 0.6, False),
     ("body", 600.0, 5.0, 1e5, True),
@@ -49,13 +50,18 @@ _SCALARS = (
     ("stiffening", 1.0, 0.0, 60.0, False),
     ("expansion", 0.0, -0.2, 0.2, False),
     ("rise spread", 4.0, 0.3, 40.0, True),
-    ("rise skew", 1.0, 0.2, 5.0, True),
+    ("rise skew", 1.0, 0.1, 10.0, True),
     ("hysteresis", 20.0, 1.0, 60.0, True),
     ("fall spread", 4.0, 0.3, 40.0, True),
-    ("fall skew", 1.0, 0.2, 5.0, True),
+    ("fall skew", 1.0, 0.1, 10.0, True),
     ("low", 0.0, -0.2, 0.2, False),
     ("stroke", 1.0, 0.8, 2.5, False),
+    # Heat of the greatest drive, K, and the power of the drive with which it falls below.
+    ("warm", 140.0, 1.0, 3000.0, True),
+    ("power", 2.0, 0.3, 15.0, True),
 )
+_LOOSE, _PULL = 2.0, 0.1  # of a heat's logarithm: most off the power law; what that costs
+_USUAL = 0.3  # of the same: by how much heats are off it
 NAMES = tuple(row[0] for row in _SCALARS)
 
 
@@ -243,13 +249,14 @@ def _model(known: _Known, z: Array) -> tuple[Unheated, FodTable, dict[str, float
         name: math.exp(v) if log else float(v)
         for (name, _, _, _, log), v in zip(_SCALARS, z, strict=False)
     }
-    heats = np.concatenate([[0.0], np.cumsum(np.exp(z[len(_SCALARS) :]))])
+    law = own.pop("warm") * (known.volts[1:] / known.volts[-1]) ** own.pop("power")
+    heats = np.concatenate([[0.0], law * np.exp(z[len(_SCALARS) :])])
     stroke = own["stroke"] * known.stroke
     low = known.cold + own["low"] * known.stroke
     up = Branch(known.austenite, own["rise spread"], own["rise skew"])
-    up = up._replace(centre=2.0 * known.austenite - _median(up))
+    up = up._replace(centre=2.0 * known.austenite - quantile(up, 0.5))
     down = Branch(known.austenite - own["hysteresis"], own["fall spread"], own["fall skew"])
-    down = down._replace(centre=2.0 * down.centre - _median(down))
+    down = down._replace(centre=2.0 * down.centre - quantile(down, 0.5))
     table = relays(up, down, low, stroke)
     r1, r2 = own["r1"], own["r2"]
     r2 = min(r2, 0.999 - r1)
@@ -264,74 +271,65 @@ def _model(known: _Known, z: Array) -> tuple[Unheated, FodTable, dict[str, float
     return Unheated(wires, expansion), table, own
 
 
-def _median(p: Branch) -> float:
-    from macromicro.identify.transformation import quantile
-
-    return quantile(p, 0.5)
-
-
 def _missed(known: _Known, grids: Sequence[_Grid], z: Array) -> Array:
     """Free run less measured, in parts of the range."""
     model = _model(known, z)[0]
-    return np.concatenate(
-        [(simulate(model, g.u, g.dt)[g.at] - g.x) / known.stroke for g in grids]
-    )
+    return np.concatenate([(simulate(model, g.u, g.dt)[g.at] - g.x) / known.stroke for g in grids])
+
+
+def _pulled(known: _Known, grids: Sequence[_Grid], z: Array) -> Array:
+    """The same, and a weak pull of each heat to a power of the drive.
+
+    A level of the drive that changes nothing in the records shows no heat of its own.
+    """
+    return np.concatenate([_missed(known, grids, z), _PULL * z[len(_SCALARS) :]])
 
 
 def _bounds(known: _Known) -> tuple[Array, Array]:
     least = [math.log(lo) if log else lo for _, _, lo, _, log in _SCALARS]
     most = [math.log(hi) if log else hi for _, _, _, hi, log in _SCALARS]
     count = len(known.volts) - 1
-    return (
-        np.array([*least, *[math.log(1e-3)] * count]),
-        np.array([*most, *[math.log(3000.0)] * count]),
-    )
+    return np.array([*least, *[-_LOOSE] * count]), np.array([*most, *[_LOOSE] * count])
 
 
 def _searched(known: _Known, grids: Sequence[_Grid]) -> Any:
-    """The best of searches from several begins."""
+    """The best of searches from several begins: first by the power law, then with all heats."""
+    low, high = _bounds(known)
+    count, free = len(_SCALARS), np.zeros(len(known.volts) - 1)
+    rough = [g._replace(at=g.at[::4], x=g.x[::4]) for g in grids]
+
+    def by_law(z: Array) -> Array:
+        return _missed(known, rough, np.concatenate([z, free]))
+
+    def by_all(z: Array) -> Array:
+        return _pulled(known, grids, z)
+
+    ends = []
+    for warm, quick in product(_WARM, _QUICK):
+        begin = [math.log(v) if log else v for _, v, _, _, log in _SCALARS]
+        begin[NAMES.index("warm")], begin[NAMES.index("wire")] = math.log(warm), math.log(quick)
+        ends.append(_search(by_law, np.array(begin), low[:count], high[:count], _FEW))
+    ends.sort(key=lambda end: float(end.cost))
+    further = [
+        _search(by_all, np.concatenate([end.x, free]), low, high, _ROUNDS) for end in ends[:_BEST]
+    ]
+    best = min(further, key=lambda end: float(end.cost))
+    return _search(by_all, best.x, low, high, _ROUNDS)
+
+
+def _search(missed: Callable[[Array], Array], z: Array, low: Array, high: Array, most: int) -> Any:
     from scipy.optimize import least_squares
 
-    low, high = _bounds(known)
-    volts = known.volts
-
-    def search(missed: Callable[[Array], Array], z: Array, low: Array, high: Array, most: int):  # noqa: ANN202 -- scipy's result
-        return least_squares(
-            missed,
-            np.clip(z, low + 1e-9, high - 1e-9),
-            lambda at: _slopes(missed, at, low, high),
-            bounds=(low, high),
-            x_scale="jac",
-            ftol=1e-5,
-            xtol=1e-5,
-            max_nfev=most,
-        )
-
-    def squared(z: Array) -> Array:
-        """All values, the heats by one: the square of the drive."""
-        rise = np.diff((volts / volts[-1]) ** 2) * math.exp(z[-1])
-        return np.concatenate([z[:-1], np.log(np.maximum(rise, 1e-3))])
-
-    count = len(_SCALARS)
-    begin = [math.log(v) if log else v for _, v, _, _, log in _SCALARS]
-    ends = []
-    rough = [g._replace(at=g.at[::4], x=g.x[::4]) for g in grids]
-    for warm in _WARM:
-        for quick in _QUICK:
-            z = np.array([*begin, math.log(warm)])
-            z[0] = math.log(quick)
-            ends.append(
-                search(
-                    lambda z: _missed(known, rough, squared(z)), z,
-                    np.r_[low[:count], math.log(1.0)], np.r_[high[:count], math.log(3000.0)], _FEW,
-                )
-            )  # fmt: skip
-    ends.sort(key=lambda end: float(end.cost))
-    final = [
-        search(lambda z: _missed(known, grids, z), squared(end.x), low, high, _ROUNDS)
-        for end in ends[:_BEST]
-    ]
-    return min(final, key=lambda end: float(end.cost))
+    return least_squares(
+        missed,
+        np.clip(z, low + 1e-9, high - 1e-9),
+        lambda at: _slopes(missed, at, low, high),
+        bounds=(low, high),
+        x_scale="jac",
+        ftol=1e-5,
+        xtol=1e-5,
+        max_nfev=most,
+    )
 
 
 def _slopes(missed: Callable[[Array], Array], z: Array, low: Array, high: Array) -> Array:
@@ -356,26 +354,32 @@ def _told(
         return np.array(list(_model(known, z)[2].values()))
 
     turn = _slopes(shown, ended.x, low, high)
-    starts = np.unique(np.linspace(0, len(ended.fun), max(_BLOCKS, 2 * len(names)) + 1).astype(int))
-    spread = clustered(ended.jac, ended.fun, starts[:-1])
+    # Stretches of the records, then each heat's pull by what heats are usually off the law.
+    error, count = ended.fun.copy(), len(known.volts) - 1
+    seen = len(error) - count
+    error[seen:] = _PULL * _USUAL
+    parts = np.linspace(0, seen, max(_BLOCKS, 2 * len(names)) + 1)[:-1]
+    starts = np.concatenate([np.unique(parts.astype(int)), seen + np.arange(count)])
+    spread = clustered(ended.jac, error, starts)
     std = np.sqrt(np.maximum(np.diag(turn @ spread @ turn.T), 0.0))
     width = _END * (high - low)
     at_end = (ended.x <= low + width) | (ended.x >= high - width)
-    bound = [names[k] for k in np.flatnonzero(at_end)]
+    searched = [*NAMES, *names[len(NAMES) - 2 :]]
+    bound = [searched[k] for k in np.flatnonzero(at_end)]
     if bound:
         notice(
             DataWarning,
             f"actuator: {', '.join(bound)} at the end of what is searched: the records do not show "
             "it, and no standard error is told for it",
         )
-        std[at_end] = math.nan
+        std[[n in bound for n in names]] = math.nan
     free = tuple(simulate(model, r.u, r.dt) for r in records)
     return UnheatedFit(
         model,
         table,
         values,
         dict(zip(names, (float(v) for v in std), strict=True)),
-        known.stroke * float(np.sqrt(np.mean(ended.fun**2))),
+        known.stroke * float(np.sqrt(np.mean(ended.fun[:seen] ** 2))),
         known.stroke,
         free,
     )

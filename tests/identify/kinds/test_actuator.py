@@ -22,10 +22,10 @@ from macromicro.models.stressed import simulate
 from macromicro.settings import Settings, chosen
 
 
-def test_without_the_kilns_table_it_says_so(tmp_path: Path) -> None:
+def test_a_table_has_temperatures_of_its_own(tmp_path: Path) -> None:
     record(2e-3, 3e-3).save(tmp_path / "a.h5")
-    with pytest.raises(InputError, match=r"--table: 'not given'.*identify hysteresis"):
-        kinds.from_files("actuator", tmp_path / "a.h5")
+    with pytest.raises(InputError, match=r"--austenite: .*no --austenite beside --table"):
+        kinds.from_files("actuator", tmp_path / "a.h5", table=tmp_path / "t.h5", austenite=80.0)
 
 
 def test_all_gains_go_into_the_settings_file_and_come_back(tmp_path: Path) -> None:

@@ -10,8 +10,7 @@ import numpy as np
 
 from macromicro.arrays import Array
 from macromicro.columns import Column
-from macromicro.errors import InputError
-from macromicro.identify.kinds import model_file, testing
+from macromicro.identify.kinds import model_file, testing, unheated
 from macromicro.identify.kinds.loading import Picking, loaded
 from macromicro.identify.kinds.testing import Trial
 from macromicro.identify.picking import RUN, Picked, Role, runs
@@ -26,6 +25,9 @@ if TYPE_CHECKING:
 LAW = "inverse"
 T = Role("t", "time", ("t", "time"), ("s",))
 U = Role("u", "heating voltage", ("u", "ctrl", "voltage", "volts", "input"), ("V",))
+DRIVE = Role(
+    U.name, "voltage, current or power that heats", (*U.names, "current", "power"), ("V", "A", "W")
+)
 X = Role("x", "contraction by a laser", ("x", "laser", "position", "pos"), ("mm",))
 Y = Role("y", "the position's sensor", ("y", "hall_voltage", "hall"), ("V",), optional=True)
 C = Role("c", "whether CONTRACT cuts the current", ("c", "contract"), optional=True)
@@ -55,16 +57,19 @@ class Options(NamedTuple):
     Attributes
     ----------
     table : Path | None
-        The kiln's table, as `identify hysteresis` writes it.
+        The kiln's table, as `identify hysteresis` writes it; None: from drive and position alone.
     ambient : float | None
         Room temperature, deg C; None: 25.
     tests : tuple[str, ...]
         Files with records that are not fitted.
+    austenite : float | None
+        Without a table: median temperature of contraction without load, deg C; None: 80.
     """
 
     table: Path | None = None
     ambient: float | None = None
     tests: tuple[str, ...] = ()
+    austenite: float | None = None
 
 
 def identify(picking: Picking, options: Options) -> Result:
@@ -80,19 +85,21 @@ def identify(picking: Picking, options: Options) -> Result:
     Returns
     -------
     Result
-        Its model is an `Inverse`.
+        Its model is an `Inverse`; without a table an `Unheated`.
 
     Raises
     ------
     InputError
         An option or the data are not accepted.
     """
+    unheated.refused(options.table, options.austenite)
+    if options.table is None:
+        roles = (T, DRIVE, X, C)
+        return unheated.identify(picking, roles, options.ambient, options.austenite, options.tests)
     from macromicro.hysteresis.table_files import load_table
     from macromicro.identify import heated
     from macromicro.identify.actuator import AMBIENT
 
-    if options.table is None:
-        raise InputError("--table", "not given", "the table.h5 of `identify hysteresis`")
     table = load_table(options.table)
     tables = loaded(picking, ROLES)
     others = testing.unseen(options.tests, picking, ROLES, tables[0])
