@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from boardsim.bench import Bench
+from boardsim.bench import SWITCHES, Bench
 from boardtrial.judge import DEEPEST, TOLD, Judge
 from boardtrial.line import Host, Line
 from macromicro.control import calibration
@@ -22,7 +22,6 @@ FAULTS = SPEC["faults"]
 LIMITS = Limits()._replace(motor=4.5, ctrl=2.5)
 _TRUSTED = 1 << SPEC["state"]["trusted"]
 _DRIVING = 1 << SPEC["state"]["driving"]
-SWITCHES = (-0.001, 0.201)  # m; beyond the travel, before the stops
 
 NAMES = {number: name.lower() for name, number in vars(codes).items() if name.isupper()} | {
     number: name for name, number in FAULTS.items()

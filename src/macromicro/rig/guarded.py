@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from types import TracebackType
 from typing import Self
@@ -135,10 +136,13 @@ class Guarded:
         Returns
         -------
         Sample
-            What the rig shows.
+            What the rig shows, without what it has more: limit switches are those of one stage.
         """
-        self._sample = self.rig.read()
-        return self._sample
+        sample = self.rig.read()
+        if not isinstance(sample, Sample):
+            sample = Sample(*(getattr(sample, name, math.nan) for name in Sample._fields))
+        self._sample = sample
+        return sample
 
     def expect(self, command: Command) -> None:
         """Say what the controller is asking for in this period.

@@ -44,7 +44,7 @@ def test_names_that_are_none(name: str) -> None:
 
 def test_without_a_calibration_there_is_a_macro_stage_alone() -> None:
     fixture = open_rig("board:/dev/none")
-    assert fixture.channels == ("encoder",)
+    assert fixture.channels == ("encoder", "limit_low", "limit_high")
     assert fixture.table is None
 
 
