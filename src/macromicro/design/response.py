@@ -288,7 +288,7 @@ def _micro(
     target, dt = round(float(programme.target[span.move]) * 1e6, 6), recording.dt
     rows = slice(span.a, span.b)
     # The reading at a reset still counts from the reset before.
-    resets = np.flatnonzero(recording["laser_reset"][rows]) if by_laser else ()
+    resets = np.flatnonzero(recording["laser_reset"][rows]) if by_laser else np.zeros(0)
     first = int(resets[-1]) + 1 if len(resets) else 0
     missing = zero.offset(recording, span.b) if by_laser else 0.0
     reading = recording["laser"] if by_laser else 1e3 * recording["hall_position"]

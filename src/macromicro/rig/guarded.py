@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -138,9 +138,10 @@ class Guarded:
         Sample
             What the rig shows, without what it has more: limit switches are those of one stage.
         """
-        sample = self.rig.read()
-        if not isinstance(sample, Sample):
-            sample = Sample(*(getattr(sample, name, math.nan) for name in Sample._fields))
+        shown: Any = self.rig.read()
+        if not isinstance(shown, Sample):
+            shown = Sample(*(getattr(shown, name, math.nan) for name in Sample._fields))
+        sample: Sample = shown
         self._sample = sample
         return sample
 
