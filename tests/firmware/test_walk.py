@@ -38,6 +38,7 @@ def test_it_keeps_to_the_contract_of_rigs_with_one_stage_and_with_two(both: bool
     found = {each.what: each for each in check(_fixture(_wire(), both=both))}
     assert all(each.passed for each in found.values()), found
     shown = ("encoder", *(("hall", "extend", "contract") if both else ()), *SWITCHED)
+    assert found["link"].found.startswith("an answer after ")
     assert found["channels"].found.startswith(", ".join(shown))
 
 

@@ -193,6 +193,27 @@ class BoardRig:
         """
         return self._board.ask("ask", "status")
 
+    def round_trips(self, count: int = 200) -> list[float]:
+        """How long the link takes, with outputs safe: stops are answered in the next period.
+
+        Parameters
+        ----------
+        count : int, optional
+            How many are measured.
+
+        Returns
+        -------
+        list[float]
+            s.
+        """
+        board = self._board
+        self.stop()
+        board.trips.clear()
+        for _ in range(count):
+            self.stop()
+        board.forget()
+        return list(board.trips)
+
     def aim(self, command: Command) -> None:
         """Say what the controller is after in this period, before its `write`.
 
