@@ -269,8 +269,8 @@ def tables(every: list[dict[str, Any]]) -> dict[str, str]:
 
 def write(every: list[dict[str, Any]]) -> None:
     """Table and figure into the page."""
-    for mark, table in tables(every).items():
-        measured_page.put(PAGE, mark, table)
+    for mark, rows_told in tables(every).items():
+        measured_page.put(PAGE, mark, rows_told)
     drawn_page(every)
 
 
