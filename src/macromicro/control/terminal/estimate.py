@@ -139,7 +139,7 @@ def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
         qx, qv, qf, sx, sv, sf = _swung(p, still, 1.0, 0.0, 0.0, 0.0, h)
         still = Spread(c.xx, 0.0, c.xf, 0.0, 0.0, c.ff, qx, qv, qf, sx, sv, sf)
         return Belief(now, b.excess, still)
-    sign = math.copysign(1.0, now.v)
+    sign = 1.0 if now.v > 0.0 else -1.0
     fall = math.exp(-p.drag * h)
     gain = -sign * p.push * (1.0 - fall) / p.drag  # speed per excess friction
     # (x, v, f) -> (x + h v + h gain f / 2, fall v + gain f, f)
