@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -30,8 +31,8 @@ def both(page: ModuleType) -> Iterator[ModuleType]:
     import make_beyond_both
 
     yield make_beyond_both
-    for name in ("make_beyond_both", "make_beyond_micro", "make_beyond"):
-        sys.modules.pop(name)
+    for name in ("make_used", "make_beyond_both", "make_beyond_micro", "make_beyond"):
+        sys.modules.pop(name, None)
 
 
 def _one(job: tuple[str, int, int]) -> dict[str, Any]:
@@ -109,3 +110,33 @@ def test_a_place_that_no_input_reaches_has_no_limit(both: ModuleType) -> None:
     state = bench.initial(plant)
     assert make_beyond_micro.limited(plant, state, 0.0) == 0.0
     assert make_beyond_micro.limited(plant, state, 9.0) is None
+
+
+@pytest.mark.slow
+def test_the_page_says_what_motor_and_wires_are_asked_for(
+    page: ModuleType, both: ModuleType
+) -> None:
+    """As measured now; nothing is beyond what the table itself allows."""
+    import make_used
+
+    table = make_used.told(make_used.Settings())
+    assert table in (DOCS / "beyond.md").read_text(encoding="utf-8")
+    cells = [line.strip("|").split("|") for line in table.splitlines()[2:]]
+    judged = [row for row in cells if row[1].strip() != "-"]
+    assert len(judged) >= 7
+    assert all(float(used) <= float(row[1]) for row in judged for used in row[2:])
+
+
+def test_the_heat_that_a_wire_takes_follows_from_the_printed_ones(both: ModuleType) -> None:
+    """At a printed cross-section it is the printed current's; the longest time is a whole one."""
+    import make_used
+    from macromicro.schema.par import changed
+
+    for diameter, ohm, amps in make_used.WIRES:
+        area = 0.25 * np.pi * diameter**2
+        one = changed(make_used.Settings(), {"bench.wire.area": 1e-6 * area})
+        assert make_used.printed(one) == pytest.approx(ohm * amps**2)
+    busy = np.array([1, 0, 1, 1, 1, 0, 1, 1], dtype=bool)
+    assert make_used.longest(busy, 0.5) == 1.5
+    assert make_used.longest(~busy | busy, 0.5) == 4.0
+    assert make_used.longest(busy & False, 0.5) == 0.0
