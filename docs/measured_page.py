@@ -39,6 +39,7 @@ def parsed(about: str | None, given: list[str] | None = None) -> argparse.Namesp
     parser.add_argument(
         "--only", type=int, nargs="+", metavar="N", help="these benches alone, the others as kept"
     )
+    parser.add_argument("--kind", help="of this kind alone: a stage, or a group")
     parser.add_argument(
         "--seed", type=int, help="draw other benches: tables are printed, no page is written"
     )
@@ -80,11 +81,17 @@ def main(
         results = Path(chosen.scratch) / f"{results.stem}-seed-{chosen.seed}.json"
         results.parent.mkdir(parents=True, exist_ok=True)
     kept: list[Found] = []
-    if chosen.page or chosen.only is not None:
+    some = chosen.only is not None or chosen.kind is not None
+    if chosen.page or some:
         kept = json.loads(results.read_text(encoding="utf-8"))
     found: list[Found] = []
     if not chosen.page:
-        wanted = [j for j in jobs(chosen) if chosen.only is None or j[1] in chosen.only]
+        wanted = [
+            job
+            for job in jobs(chosen)
+            if (chosen.kind is None or job[0] == chosen.kind)
+            and (chosen.only is None or job[1] in chosen.only)
+        ]
         with ProcessPoolExecutor(chosen.workers) as pool:
             for each in pool.map(one, wanted):
                 found.append(short(each))

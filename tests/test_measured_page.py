@@ -41,17 +41,27 @@ def _one(job: tuple[str, int, int]) -> dict[str, Any]:
     return {"kind": kind, "bench": k, "value": value}
 
 
-def test_only_some_benches_are_measured_anew(page: ModuleType, tmp_path: Path) -> None:
-    """Of `--only 1`, both kinds; the others stay as they were, in their order."""
+@pytest.mark.parametrize(
+    ("given", "renewed"),
+    [
+        (["--only", "1"], [("a", 1), ("b", 1)]),
+        (["--kind", "b"], [("b", 0), ("b", 1), ("b", 2)]),
+        (["--kind", "b", "--only", "0", "2"], [("b", 0), ("b", 2)]),
+    ],
+)
+def test_only_some_benches_are_measured_anew(
+    given: list[str], renewed: list[tuple[str, int]], page: ModuleType, tmp_path: Path
+) -> None:
+    """Those that are named; the others stay as they were, in their order."""
     results = tmp_path / "found.json"
     kept = [{"kind": kind, "bench": k, "value": 0} for kind in "ab" for k in range(3)]
     results.write_text(json.dumps(kept))
     written: list[Any] = []
     page.main(
         None, results, lambda _: [(kind, k, 7) for kind in "ab" for k in range(3)], _one,
-        written.append, lambda _: {}, ["--only", "1"],
+        written.append, lambda _: {}, given,
     )  # fmt: skip
-    wanted = [{**b, "value": 7 if b["bench"] == 1 else 0} for b in kept]
+    wanted = [{**b, "value": 7 if (b["kind"], b["bench"]) in renewed else 0} for b in kept]
     assert json.loads(results.read_text()) == wanted == written[0]
 
 

@@ -19,7 +19,7 @@ from macromicro.kernel import kernel
 
 REST, WAY, LAND, INCH, TRACK = 0.0, 1.0, 2.0, 3.0, 4.0
 QUIET = 0.02  # s without effort or count until the carriage is taken to stand
-_TRACKING = 250.0  # 1/s, bandwidth of tracking
+_TRACKING = 450.0  # 1/s, bandwidth of tracking
 _SHORT = 2.0  # periods of the shortest impulse
 _LAST = 1  # periods before the end of a landing, in which friction alone ends it
 # A short way is over before its friction is known: this share of it is left to impulses, up to a
