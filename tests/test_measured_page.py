@@ -140,6 +140,7 @@ def test_the_page_says_what_motor_and_wires_are_asked_for(
 def test_the_heat_that_a_wire_takes_follows_from_the_printed_ones(both: ModuleType) -> None:
     """At a printed cross-section it is the printed current's; the longest time is a whole one."""
     import make_used
+
     from macromicro.schema.par import changed
 
     for diameter, ohm, amps in make_used.WIRES:

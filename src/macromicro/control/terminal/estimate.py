@@ -1,9 +1,10 @@
 """Where the carriage is, how fast, and how much it rubs, from whole counts.
 
 A Kalman filter of (place, speed, excess friction) over the model, and of the swing as far as these
-tell of it: what a count shows of the speed some periods ago has shaken the swing since. A count says that the place lies
-between its two edges: the update takes the moments of the Gaussian cut off there, instead of a
-reading with noise (Duan, Jilkov, Li, State estimation with quantized measurements, 2008).
+tell of it: what a count shows of the speed some periods ago has shaken the swing since. A count
+says that the place lies between its two edges: the update takes the moments of the Gaussian cut off
+there, instead of a reading with noise (Duan, Jilkov, Li, State estimation with quantized
+measurements, 2008).
 """
 
 from __future__ import annotations
@@ -248,7 +249,7 @@ def seen(p: Terminal, b: Belief, reading: float) -> Belief:
                 0.0,
                 c.sv - more,
                 0.0,
-            ),  # fmt: skip
+            ),
         )
     kv, kf, kq, ks = c.xv / xx, c.xf / xx, c.qx / xx, c.sx / xx
     v = m.v + kv * off
