@@ -70,7 +70,28 @@ def _first(problem: Problem, friction: str) -> tuple[Array, Shape]:
 def chosen(
     problem: Problem, friction: str, along: int | None
 ) -> tuple[Array, Shape, dict[str, float], dict[str, str]]:
-    """What held-out pieces ask for: the poorest that no richer one beats."""
+    """What held-out pieces ask for: the poorest that no richer one beats.
+
+    Parameters
+    ----------
+    problem : Problem
+        The search.
+    friction : str
+        "lugre" or "gms".
+    along : int | None
+        Nodes along the travel; None: as held-out pieces ask for.
+
+    Returns
+    -------
+    z : ndarray, shape (p,)
+        Scaled parameters of what is taken.
+    shape : Shape
+        Which they are.
+    scores : dict[str, float]
+        RMS over a typical held-out piece of all that was tried, in words (`named`).
+    reasons : dict[str, str]
+        Why each other one was not taken.
+    """
     z, shape = _first(problem, friction)
     tried = [(z, shape)]
     if "stribeck" not in shape.names:
@@ -109,7 +130,20 @@ def chosen(
 
 
 def asked_for(friction: str, reasons: dict[str, str]) -> bool:
-    """Whether elastic friction is better than rigid friction; says so where it is not."""
+    """Whether elastic friction is better than rigid friction; says so where it is not.
+
+    Parameters
+    ----------
+    friction : str
+        "lugre" or "gms".
+    reasons : dict[str, str]
+        Of `chosen`.
+
+    Returns
+    -------
+    bool
+        By more than pieces differ.
+    """
     if _ASKED not in reasons:
         return True
     notice(

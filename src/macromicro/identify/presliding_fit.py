@@ -198,7 +198,22 @@ def presliding_drive(
 
 
 def told(model: Presliding, shape: Shape) -> tuple[tuple[str, ...], Array]:
-    """Parameters one by one, in the user's units."""
+    """Parameters one by one, in the user's units.
+
+    Parameters
+    ----------
+    model : Presliding
+        The axis.
+    shape : Shape
+        Which parameters were found.
+
+    Returns
+    -------
+    names : tuple[str, ...]
+        Scalars, then `share k` and `level k`.
+    values : ndarray, shape (p,)
+        Of these.
+    """
     names = list(shape.names)
     values = [float(getattr(model, n)) for n in names]
     for k, share in enumerate(model.shares, 1):

@@ -44,7 +44,20 @@ class Problem(NamedTuple):
         return max(self.rigid.axis.coulomb + self.rigid.axis.stribeck, 1e-12)
 
     def model(self, z: Array, shape: Shape) -> Presliding:
-        """The axis that scaled parameters stand for."""
+        """The axis that scaled parameters stand for.
+
+        Parameters
+        ----------
+        z : ndarray, shape (p,)
+            Scaled parameters.
+        shape : Shape
+            Which they are.
+
+        Returns
+        -------
+        Presliding
+            In the user's units.
+        """
         own = dict(zip(shape.names, z.tolist(), strict=False))
         a = self.rigid.axis
         levels, shares = _parts(z, shape)
@@ -66,11 +79,30 @@ class Problem(NamedTuple):
         )
 
     def fastest(self) -> float:
-        """Greatest measured speed."""
+        """Greatest measured speed.
+
+        Returns
+        -------
+        float
+            Per second.
+        """
         return max(float(np.abs(p.rows.v).max()) for p in self.pieces)
 
     def missed(self, z: Array, shape: Shape) -> list[Array]:
-        """Measured less free run, of each record."""
+        """Measured less free run, of each record.
+
+        Parameters
+        ----------
+        z : ndarray, shape (p,)
+            Scaled parameters.
+        shape : Shape
+            Which they are.
+
+        Returns
+        -------
+        list[Array]
+            Shape (n,) per record.
+        """
         model = self.model(z, shape)
         return [settled(p, model).error for p in self.pieces]
 
@@ -111,6 +143,18 @@ def pieces_of(rows: list[Rows], length: int) -> list[Pieces]:
     """Pieces of about that length, which begin where the axis goes fast.
 
     There friction is at its level; of an axis at rest nobody knows how much of the force it takes.
+
+    Parameters
+    ----------
+    rows : list[Rows]
+        The records.
+    length : int
+        Samples, about.
+
+    Returns
+    -------
+    list[Pieces]
+        One for each record.
     """
     made = []
     for p in cut(rows, length, False):
@@ -132,7 +176,28 @@ def searched(
     held: int | None = None,
     fine: bool = False,
 ) -> Any:
-    """Output error from `z`; `held`: a third of the pieces is left out; `fine`: to the end."""
+    """Output error from some parameters on.
+
+    Parameters
+    ----------
+    problem : Problem
+        The search.
+    z : ndarray, shape (p,)
+        Where it begins.
+    shape : Shape
+        Which parameters there are.
+    most : int
+        Iterations.
+    held : int | None, optional
+        Turn in which a third of the pieces is left out (`axis_choice.turn`); None: none is.
+    fine : bool, optional
+        Whether to search to the end, with slopes over less.
+
+    Returns
+    -------
+    Any
+        As `scipy.optimize.least_squares` gives it.
+    """
     from scipy.optimize import least_squares
 
     low, high, scale = bounds(z, shape)
@@ -168,7 +233,20 @@ def _weights(problem: Problem, held: int | None) -> list[Array]:
 
 
 def bounds(z: Array, shape: Shape) -> tuple[Array, Array, Array]:
-    """Least, greatest and scale of each parameter."""
+    """Least, greatest and scale of each parameter.
+
+    Parameters
+    ----------
+    z : ndarray, shape (p,)
+        Scaled parameters.
+    shape : Shape
+        Which they are.
+
+    Returns
+    -------
+    low, high, scale : ndarray, shape (p,)
+        In the scaled parameters.
+    """
     limits = {
         "mass": (0.05, 20.0, 0.1),
         "viscous": (0.0, 50.0, 0.2),

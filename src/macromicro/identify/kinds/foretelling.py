@@ -45,7 +45,13 @@ class Foretold(NamedTuple):
     trial: Trial | None
 
     def data(self) -> dict[str, Any]:
-        """The same for result.json."""
+        """The same for result.json.
+
+        Returns
+        -------
+        dict[str, Any]
+            File, runs, how many went as told; fit and RMS with a gain.
+        """
         told = {} if self.trial is None else testing.data([self.trial])[0]
         return {"file": self.file, "runs": len(self.runs), "right": self.right, **told}
 
