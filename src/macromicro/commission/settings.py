@@ -65,7 +65,7 @@ def settings(
         period=dt,
         travel=ends.travel,
         speed=fastest,
-        ripple=max(friction.largest - friction.mean, 0.0),
+        ripple=friction.ripple,
     )
     started = max(friction.mean - model.axis.coulomb, 0.0)
     stiff = axis_settings.values(model.whole._replace(stribeck=started), around)
