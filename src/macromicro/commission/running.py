@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from macromicro import __version__
 from macromicro.commission import axis, procedure, store, verifying
 from macromicro.commission.procedure import Kind, Options, Step, Work
+from macromicro.commission.settings import TOLERANCE
 from macromicro.commission.stand import Stand
 from macromicro.commission.verifying import Verified
 from macromicro.identify import axis_settings
@@ -19,7 +20,6 @@ from macromicro.schema import config
 from macromicro.schema.text import printable
 
 VERIFY = "verification"
-TOLERANCE = "arrival.tolerance"
 
 
 class Place(NamedTuple):
