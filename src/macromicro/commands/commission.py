@@ -104,7 +104,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     """
     from datetime import datetime
 
-    from macromicro.commands import commission_both
+    from macromicro.commands import commission_both, commission_plane
     from macromicro.commands.asking import agreed
     from macromicro.commission import report
     from macromicro.commission.running import commission as perform
@@ -122,8 +122,14 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
     if kiln:
         raise InputError("--kiln", kiln, f"only with --kind {commission_both.KIND}")
     keys.seed(seed, "--seed")
+    given = (effort, speed, creep, travel, low, high)
+    if _in_step(config, rig, (pitch, kind, lowest)):
+        assert config is not None
+        both = commission_plane.Asked(config, seed, out, overwrite, resume, kinds)
+        commission_plane.commission(both, lambda each: _options(each, given))
+        return
     place = _place(config, rig, (pitch, kind, lowest), seed)
-    options = _options(place, (effort, speed, creep, travel, low, high))
+    options = _options(place, given)
     names, replace = report.names(place.kind), overwrite or resume
     folder.check(out, report.BYTES, overwrite=replace, names=names)
     with Signals() as signals, folder.held(out, overwrite=replace, names=names):
@@ -170,6 +176,14 @@ def _only(*given: str) -> None:
     for name, value in zip(names, given, strict=True):
         if value:
             raise InputError(f"--{name}", value, "not with --kind two_stage")
+
+
+def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
+    """Whether a simulated machine of two axes is commissioned."""
+    from macromicro.commands.machine_run import in_step
+    from macromicro.rig.opening import TWIN
+
+    return rig == TWIN and config is not None and not any(own) and in_step(config)
 
 
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:

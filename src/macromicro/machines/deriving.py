@@ -195,7 +195,7 @@ def let_go(tree: Any) -> float:
     if tree.controller.velocity <= 0.0:
         return 0.0
     speed = per_newton(tree) * tree.friction.stribeck / tree.controller.velocity
-    return 0.5 * lag(tree) * speed
+    return float(0.5 * lag(tree) * speed)
 
 
 def _tolerance(tree: Any) -> float:
