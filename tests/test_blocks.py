@@ -131,6 +131,9 @@ CANNOT: dict[str, dict[str, str]] = {
         "$ nc": TESTED + "tests/serve/stage/test_served.py, such",
         "macromicro sweep examples": TESTED + "tests/sweep/test_command.py",
     },
+    "docs/own-machines.md": {
+        "macromicro commission --rig": TESTED + "tests/commission/test_own.py",
+    },
     "docs/variants.md": {
         "macromicro robust --variants": TESTED + "tests/robustness/test_robust_command.py",
     },

@@ -45,7 +45,7 @@ def commission(  # noqa: PLR0913, PLR0917 - a parameter for each option
         typer.Option(
             metavar="NAME",
             help="What your own rig is: axis, rotary, piezo or wire; two_stage: both stages, also "
-            "of the twin.",
+            "of the twin; MODULE:KIND of your own, also with --config.",
             show_default="axis",
         ),
     ] = "",
@@ -189,24 +189,23 @@ def _in_step(config: Path | None, rig: str, own: tuple[str, str, str]) -> bool:
 def _place(config: Path | None, rig: str, own: tuple[str, str, str], seed: int) -> Place:
     from macromicro.commission import kinds, places
     from macromicro.errors import InputError
-    from macromicro.place import LENGTH
     from macromicro.rig.opening import TWIN
     from macromicro.units import quantity
 
     pitch, kind, lowest = own
     if rig == TWIN:
+        mine = config is not None and kind not in kinds.NAMES
         for name, value in (("--pitch", pitch), ("--kind", kind), ("--lowest", lowest)):
-            if value:
+            if value and not (name == "--kind" and mine):
                 raise InputError(name, value, "only with --rig: a virtual machine has its own")
-        return places.virtual(config)
+        return places.virtual(config, kind)
     if config is not None:
         raise InputError("--config", str(config), "not with --rig, whose settings are to be found")
     if not pitch:
         raise InputError("--pitch", "missing", "travel per encoder count of this rig, as '5 um'")
     below = quantity(lowest, "V", "--lowest") if lowest else None
     kind = kind or "axis"
-    found = kinds.named(kind)
-    unit = LENGTH if found is None else found.place
+    unit = kinds.chosen(kind, "--kind").place
     way = quantity(pitch, unit.base, "--pitch", unit.fine)
     return places.own(rig, way, seed, kind, below)
 
