@@ -61,7 +61,7 @@ def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> 
     assert asked.returncode == 2 and "nobody can be asked" in asked.stderr
     done = command(lab, *words, "--yes", "--resume")
     assert done.returncode == 0, done.stderr
-    assert "6 steps of effort up to 0.67" in done.stderr
+    assert "6 steps of effort up to 0.667 V" in done.stderr
     told = json.loads((lab / "found" / "commission.json").read_text())
     push = 12.0 * 2.4 / 4.0  # N/V, by the data sheets
     truth = {"stiffness": 2000.0 / push, "drag": (12.0**2 / 4.0 + 1.0) / push, "mass": 0.3 / push}
