@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -110,3 +111,23 @@ def test_an_installed_kind_is_found_by_its_machine(
     points["mylab.machines:flexure"] = "mylab.rigs:no_kind"
     with pytest.raises(InputError, match=r"procedure\.Kind"):
         places.virtual(Path("coil.toml"))
+
+
+BUILT = """
+from macromicro.machines import machine, rig
+
+made = machine.named({name!r}, "machine")
+rig.CompiledTwin(made.kind, made.settings).read()
+"""
+
+
+@pytest.mark.slow  # compiles two stages into a cache of its own
+def test_what_is_kept_of_it_is_in_nobody_s_way(lab: Path, tmp_path: Path) -> None:
+    """A shipped machine is built where a user's was compiled before, and is no longer there."""
+    env = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    for folder, name in ((lab, "mylab.machines:flexure"), (tmp_path, "axis")):
+        line = [sys.executable, "-c", BUILT.format(name=name)]
+        done = subprocess.run(
+            line, cwd=folder, env=env, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
