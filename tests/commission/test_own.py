@@ -29,7 +29,7 @@ from macromicro.machines import machine, rig
 
 def bench(seed):
     made, tree = machine.load(Path("coil.toml"))
-    tree = tree.with_({"timing.period": "1 ms", "timing.steps": 20})  # a bench has this period
+    tree = tree.with_("timing.steps", 10)
     return rig.CompiledTwin(made.kind, tree, seed)
 
 
@@ -70,9 +70,12 @@ def test_a_machine_of_one_s_own_is_commissioned_on_a_rig_and_runs(lab: Path) -> 
         assert told["model"][name]["value"] == pytest.approx(true, rel=0.02), name
     assert told["verification"]["met"] and told["gain"]["sign"] == 1.0
     text = (lab / "found" / "machine.toml").read_text()
+    assert 'period = "0.0005 s"' in text  # the rig's own
     assert 'machine = "mylab.machines:flexure"' in text
-    run = command(lab, "run", "--config", "found/machine.toml", "--out", "run", "--json")
-    assert run.returncode == 0, run.stderr
+    run = ["run", "--config", "found/machine.toml", "--json", "--out"]
+    for words in ([*run, "run"], [*run, "there", "--rig", "mylab.rigs:bench", "--yes"]):
+        done = command(lab, *words)
+        assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize(
@@ -111,6 +114,21 @@ def test_an_installed_kind_is_found_by_its_machine(
     points["mylab.machines:flexure"] = "mylab.rigs:no_kind"
     with pytest.raises(InputError, match=r"procedure\.Kind"):
         places.virtual(Path("coil.toml"))
+
+
+@pytest.mark.slow  # forty strokes and a chirp
+def test_an_axis_with_a_part_of_one_s_own_is_verified(tmp_path: Path) -> None:
+    """A seal that warms: the model has no such friction, and sees the limit of the current."""
+    page = (ROOT / "docs" / "own-parts.md").read_text("utf-8")
+    (tmp_path / "mylab").mkdir()
+    (tmp_path / "mylab" / "parts.py").write_text(re.findall(r"```python\n(.*?)```", page, re.S)[0])
+    settings, table = re.findall(r"```toml\n(.*?)```", page, re.S)
+    (tmp_path / "seal.toml").write_text(settings)
+    (tmp_path / "mylab" / "seal.toml").write_text(table)
+    done = command(tmp_path, "commission", "--config", "seal.toml", "--out", "found")
+    assert done.returncode == 0, done.stderr
+    assert "verification: 7 of 7 moves arrived" in done.stdout
+    assert re.search(r"current gives a force of (1\.[89]|2\.[01])\d* V", done.stdout)
 
 
 BUILT = """

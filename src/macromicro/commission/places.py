@@ -118,7 +118,7 @@ def own(
     if lowest is not None and not found.one_way:
         accepted = f"only with --kind other than {kind}, whose efforts are as large both ways"
         raise InputError("--lowest", f"{lowest:g} V", accepted)
-    fixture = open_rig(name, seed)
+    fixture = open_rig(name, seed, alone=True)
     fixture.need("commission", "encoder")
     limit = math.nan if fixture.limits is None else fixture.limits.motor
     below = (lowest or 0.0) if found.one_way else None
