@@ -130,6 +130,7 @@ docs: $(VENV)/.core ## measure anew what the documents say, and draw their figur
 	$(BIN)/python docs/make_beyond_variants.py --page
 	$(BIN)/python docs/make_beyond_both.py --page
 	$(BIN)/python docs/make_beyond_summary.py
+	$(BIN)/python docs/make_used.py
 	$(BIN)/python docs/make_coverage.py
 	$(BIN)/python docs/make_scpi.py
 	$(BIN)/python docs/make_commands.py

@@ -1,4 +1,4 @@
-"""A period of each law of the macro-stage, compiled, over readings of its own run."""
+"""A period of each law of both stages, compiled, over readings of its own run."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import numpy as np
 
 from macromicro import api
 from macromicro.arrays import Array
-from macromicro.control import macro, outside
+from macromicro.control import macro, micro, outside, supervisor
 from macromicro.control import settings as control_settings
 from macromicro.control.macro import MacroLaw
+from macromicro.control.outside import Kept
+from macromicro.control.pi import PiAntiWindup
 from macromicro.control.stage_law import Sample, Target
 from macromicro.kernel import compiled, kernel
 from macromicro.nominal import PERIOD
@@ -21,6 +23,9 @@ from macromicro.settings import Settings
 PROGRAMME = "fast"
 MOST = 5.0  # us, for both laws of a period together
 REPEATS = 7
+MACRO = (*macro.NAMES, *outside.SHIPPED)
+MICRO = (*control_settings.MICRO_LAWS, *outside.FINE)
+PAIRS = (("pd-tuned", "pi-antiwindup"), ("terminal", "inverse"))
 
 
 @kernel
@@ -35,20 +40,48 @@ def replayed(p: MacroLaw, aims: Array, places: Array, dt: float) -> float:
     return total
 
 
-def lines(timed: Callable[[Callable[[], object], int], float], line: Any) -> list[Any]:
-    """One for each law; `timed` and `line` are those of `figures`."""
-    found = []
-    for name in (*macro.NAMES, *outside.SHIPPED):
-        settings = Settings()
-        settings = settings._replace(controller=settings.controller.joined(name, "law"))
-        run = api.run(PROGRAMME, settings=settings)
-        busy = run["phase"] == 1  # the law drives
+@kernel
+def refined(
+    p: PiAntiWindup, own: tuple[Any, ...], kept: Kept, aims: Array, places: Array, dt: float
+) -> float:
+    """The same of the micro-stage, from a memory that is its own."""
+    integral, total = 0.0, 0.0
+    for k in range(len(aims)):
+        target, sample = Target(aims[k], 0.0, 0.0), Sample(k * dt, places[k])
+        integral, kept, effort = micro.step(p, own, kept, integral, target, sample, dt)
+        total += effort
+    return total
+
+
+def replay(name: str, fine: bool) -> tuple[Callable[[], float], int]:
+    """What steps a law over the readings of its turns in a run, and over how many."""
+    settings = Settings()
+    settings = settings._replace(controller=settings.controller.joined(name, "law"))
+    run = api.run(PROGRAMME, settings=settings)
+    busy = run["phase"] == (supervisor.MICRO if fine else supervisor.MACRO)
+    p = control_settings.prepare(settings.controller, pitch=settings.sensors.encoder.pitch)
+    if not fine:
         aims = np.ascontiguousarray(run["macro_reference"][busy], dtype=float)
         places = np.ascontiguousarray(run["macro_position"][busy], dtype=float)
-        p = control_settings.prepare(settings.controller, pitch=settings.sensors.encoder.pitch)
-        step = partial(compiled(replayed), p.macro, aims, places, PERIOD)
-        spent = timed(step, REPEATS)
-        found.append(
-            line(f"law {name}", f"at most {MOST:g}", 1e6 * spent / len(aims), "us a period")
-        )
+        return partial(compiled(replayed), p.macro, aims, places, PERIOD), len(aims)
+    aims = np.ascontiguousarray(1e-3 * run["micro_reference"][busy], dtype=float)
+    places = np.ascontiguousarray(1e-3 * run["hall_position"][busy], dtype=float)
+
+    def once() -> float:
+        kept = micro.begun(p.fine)  # a law may change its memory in place
+        return float(compiled(refined)(p.micro, p.fine, kept, aims, places, PERIOD))
+
+    return once, len(aims)
+
+
+def lines(timed: Callable[[Callable[[], object], int], float], line: Any) -> list[Any]:
+    """One for each law, and for each pair both together; `timed`, `line`: those of `figures`."""
+    spent = {}
+    for name in (*MACRO, *MICRO):
+        step, periods = replay(name, fine=name in MICRO)
+        spent[name] = 1e6 * timed(step, REPEATS) / periods
+    found = [line(f"law {name}", "", us, "us a period") for name, us in spent.items()]
+    for pair in PAIRS:
+        both = sum(spent[name] for name in pair)
+        found.append(line(f"laws {' and '.join(pair)}", f"at most {MOST:g}", both, "us a period"))
     return found

@@ -46,6 +46,7 @@ PICTURE = HERE / "figures" / "beyond-micro.png"
 LAWS = ("pi-antiwindup", "inverse")
 MIDDLE = "pid-heat"  # needs no identification
 GROUPS = ("re-identified", "not re-identified")
+SEED = 7  # of the published benches
 # mm: long and short ways, both directions.
 PLACES = (
     *(1.0, 2.0, 3.0, 2.0, 1.0, 1.5, 1.45, 1.5, 2.5, 2.4, 2.5, 3.5, 0.5, 3.0, 1.0, 2.0, 1.9, 2.0),
@@ -84,8 +85,11 @@ def under(settings: Settings, law: str, gains: Inverse | None) -> Settings:
 
 def moved(
     settings: Settings, folder: Path, ways: Sequence[float] = PLACES, hold: float = HOLD
-) -> list[dict[str, float]]:
-    """Every move of `ways`, judged by the true place, with the limit from the same state."""
+) -> list[dict[str, Any]]:
+    """Every move of `ways`, judged by the true place, with the limit from the same state.
+
+    A limit that is not to be had, of a room too warm for the place, is None.
+    """
     path = folder / "moves.toml"
     places = ", ".join(f'"{x} mm"' for x in ways)
     path.write_text(f'[[moves]]\nmicro = [{places}]\nhold = "{hold} s"\n')
@@ -97,7 +101,7 @@ def moved(
     run, random, found, before = rolled.run, noise_source(1), [], 0.0
     n = round(hold / PERIOD)
     for goal in ways:
-        least = fine_limits.quickest(rolled.plant, run.bench, 1e-3 * goal, 1e-3 * NEAR)
+        least = limited(rolled.plant, run.bench, goal)
         noise, out = random.standard_normal((n, NOISES)), np.empty((len(rows), n))
         run, written = advance(*rolled[:4], run, noise, out, PERIOD)
         if run.watch.fault != OK or written < n - 1:
@@ -117,6 +121,14 @@ def moved(
         )
         before = goal
     return found
+
+
+def limited(plant: bench.Plant, state: bench.State, goal: float) -> float | None:
+    """Least time to a place (mm), s; None where no input comes there in a minute."""
+    try:
+        return fine_limits.quickest(plant, state, 1e-3 * goal, 1e-3 * NEAR)
+    except InputError:
+        return None
 
 
 def _last(away: np.ndarray) -> int:
@@ -212,6 +224,8 @@ def rows(every: list[dict[str, Any]], law: str) -> dict[str, list[float]]:
     for b in every:
         for m in b[law]["moves"]:
             way = m["to"] - m["from"]
+            if m["least"] is None:
+                continue  # nobody can be there
             found["RMS in a hold"].append(m["rms"])
             found["over the target"].append(m["over"])
             found["time to 2 um beyond the limit to 10 um"].append(1e3 * (m["close"] - m["least"]))
@@ -265,11 +279,17 @@ def drawn_page(every: list[dict[str, Any]]) -> None:
     PICTURE.write_bytes(encoded(figure))
 
 
+def tables(every: list[dict[str, Any]]) -> dict[str, str]:
+    """By mark."""
+    unknown = [(GROUPS[1], law) for law in (LAWS[0], MIDDLE, LAWS[1])]
+    both = [(g, law) for g in GROUPS for law in LAWS]
+    return {"micro": told(every, both), "middle": told(every, unknown)}
+
+
 def write(every: list[dict[str, Any]]) -> None:
     """Tables and figure into the page."""
-    measured_page.put(PAGE, "micro", told(every, [(g, law) for g in GROUPS for law in LAWS]))
-    unknown = [(GROUPS[1], law) for law in (LAWS[0], MIDDLE, LAWS[1])]
-    measured_page.put(PAGE, "middle", told(every, unknown))
+    for mark, rows_told in tables(every).items():
+        measured_page.put(PAGE, mark, rows_told)
     drawn_page(every)
 
 
@@ -277,10 +297,12 @@ def jobs(chosen: argparse.Namespace) -> list[Any]:
     """Every bench to measure."""
     return [
         (kind, k, settings, chosen.scratch)
-        for k, settings in enumerate([Settings(), *drawn(chosen.benches, 7)])
+        for k, settings in enumerate(
+            [Settings(), *drawn(chosen.benches, measured_page.seed(chosen, SEED))]
+        )
         for kind in GROUPS
     ]
 
 
 if __name__ == "__main__":
-    measured_page.main(__doc__, RESULTS, jobs, one, write)
+    measured_page.main(__doc__, RESULTS, jobs, one, write, tables)

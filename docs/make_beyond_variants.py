@@ -112,10 +112,15 @@ def told(every: list[dict[str, Any]], stage: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def tables(every: list[dict[str, Any]]) -> dict[str, str]:
+    """By mark."""
+    return {stage: told(every, stage) for stage in MAKERS}
+
+
 def write(every: list[dict[str, Any]]) -> None:
     """The tables into the page."""
-    for stage in MAKERS:
-        measured_page.put(PAGE, stage, told(every, stage))
+    for mark, table in tables(every).items():
+        measured_page.put(PAGE, mark, table)
 
 
 def jobs(chosen: argparse.Namespace) -> list[Any]:
@@ -128,4 +133,4 @@ def jobs(chosen: argparse.Namespace) -> list[Any]:
 
 
 if __name__ == "__main__":
-    measured_page.main(__doc__, RESULTS, jobs, one, write)
+    measured_page.main(__doc__, RESULTS, jobs, one, write, tables)

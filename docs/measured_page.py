@@ -10,6 +10,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+Found = dict[str, Any]
+
 
 def short(found: Any) -> Any:
     """The same with six digits."""
@@ -27,26 +29,76 @@ def put(page: Path, mark: str, table: str) -> None:
     page.write_text(marked.sub(lambda m: m[1] + table + m[2], text), encoding="utf-8")
 
 
-def main(
-    about: str | None,
-    results: Path,
-    jobs: Callable[[argparse.Namespace], list[Any]],
-    one: Callable[[Any], dict[str, Any]],
-    write: Callable[[list[dict[str, Any]]], None],
-) -> None:
-    """Measure every job in processes, keep what was found after each, and write the page."""
+def parsed(about: str | None, given: list[str] | None = None) -> argparse.Namespace:
+    """The command line."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--benches", type=int, default=20, help="drawn ones, where any are")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--scratch", default="results/beyond")
     parser.add_argument("--page", action="store_true", help="only write the page anew")
-    chosen = parser.parse_args()
-    if chosen.page:
-        write(json.loads(results.read_text()))
+    parser.add_argument(
+        "--only", type=int, nargs="+", metavar="N", help="these benches alone, the others as kept"
+    )
+    parser.add_argument("--kind", help="of this kind alone: a stage, or a group")
+    parser.add_argument(
+        "--seed", type=int, help="draw other benches: tables are printed, no page is written"
+    )
+    return parser.parse_args(given)
+
+
+def seed(chosen: argparse.Namespace, published: int) -> int:
+    """Of the benches to draw."""
+    return published if chosen.seed is None else int(chosen.seed)
+
+
+def named(bench: Found) -> tuple[Any, ...]:
+    """What tells one bench's results from the others."""
+    return bench.get("stage"), bench["kind"], bench["bench"]
+
+
+def merged(kept: list[Found], found: list[Found]) -> list[Found]:
+    """What was kept, with benches measured anew in their places; new ones at the end."""
+    renewed = {named(b): b for b in found}
+    every = [renewed.pop(named(b), b) for b in kept]
+    return [*every, *renewed.values()]
+
+
+def main(
+    about: str | None,
+    results: Path,
+    jobs: Callable[[argparse.Namespace], list[Any]],
+    one: Callable[[Any], Found],
+    write: Callable[[list[Found]], None],
+    tables: Callable[[list[Found]], dict[str, str]],
+    given: list[str] | None = None,
+) -> None:
+    """Measure every job in processes, keep what was found after each, and write the page.
+
+    A job is (kind, number of its bench, ...). `tables` gives each mark's table.
+    """
+    chosen = parsed(about, given)
+    if chosen.seed is not None:
+        results = Path(chosen.scratch) / f"{results.stem}-seed-{chosen.seed}.json"
+        results.parent.mkdir(parents=True, exist_ok=True)
+    kept: list[Found] = []
+    some = chosen.only is not None or chosen.kind is not None
+    if chosen.page or some:
+        kept = json.loads(results.read_text(encoding="utf-8"))
+    found: list[Found] = []
+    if not chosen.page:
+        wanted = [
+            job
+            for job in jobs(chosen)
+            if (chosen.kind is None or job[0] == chosen.kind)
+            and (chosen.only is None or job[1] in chosen.only)
+        ]
+        with ProcessPoolExecutor(chosen.workers) as pool:
+            for each in pool.map(one, wanted):
+                found.append(short(each))
+                results.write_text(json.dumps(merged(kept, found)) + "\n", encoding="utf-8")
+    every = merged(kept, found)
+    if chosen.seed is None:
+        write(every)
         return
-    every = []
-    with ProcessPoolExecutor(chosen.workers) as pool:
-        for found in pool.map(one, jobs(chosen)):
-            every.append(found)
-            results.write_text(json.dumps(short(every)) + "\n")
-    write(every)
+    for mark, table in tables(every).items():
+        print(f"{mark}\n{table}")

@@ -45,7 +45,7 @@ static struct {
     float value, limit;
     uint32_t when;
 } fault;
-static uint16_t worst, missed;
+static uint16_t worst, missed; /* cycles of a period that ended in time; others */
 static uint8_t sequence;
 static LinkIn in;
 static struct {
@@ -213,14 +213,15 @@ void core_tick(void)
 
 void core_ticked(uint16_t cycles, bool late)
 {
-    if (cycles > worst) {
-        worst = cycles;
-    }
-    if (late) {
-        missed++;
-        if (driving) {
-            failed(FAULTS_LATE, cycles, 0.0f);
+    if (!late) {
+        if (cycles > worst) {
+            worst = cycles;
         }
+        return;
+    }
+    missed++;
+    if (driving) {
+        failed(FAULTS_LATE, cycles, 0.0f);
     }
 }
 

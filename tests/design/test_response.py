@@ -58,6 +58,23 @@ def one_micro(laser: np.ndarray, last: int = DONE, **more: Any) -> MoveResult:
     return moves(made, programme((1, 1e-3)))[0]
 
 
+def test_without_a_laser_the_hall_sensor_says_when_a_micro_move_has_arrived() -> None:
+    """A lag of 50 ms to 1 mm is within 10 um after ln(100) of them; the laser has no reset."""
+    hall = 1.0 - np.exp(-np.arange(1000) * DT / 0.05)
+    silent = np.full(1000, NAN)
+    resets = np.zeros(1000)
+    resets[500] = 1.0
+    found = one_micro(silent, hall_position=hall, laser_reset=resets)
+    assert found.arrived_s == pytest.approx(0.05 * math.log(100.0), abs=2e-3)
+    assert found.final_error is None and found.hall_error == pytest.approx(0.0, abs=0.01)
+    assert found.overshoot == pytest.approx(0.0, abs=1e-9)
+    phase = np.append(np.full(999, MICRO), DONE)
+    none = recording(leave=("laser",), move=np.zeros(1000), phase=phase, hall_position=hall)
+    assert moves(none, programme((1, 1e-3)))[0].arrived_s == found.arrived_s
+    late = one_micro(silent, hall_position=0.98 * hall)
+    assert late.arrived_s is None and late.hall_error == pytest.approx(20.0, abs=0.1)
+
+
 def test_macro_ramp() -> None:
     """M5's band of 2 counts: 100 counts at one a millisecond arrive after 98 ms."""
     position = np.minimum(np.arange(2000.0), 100.0)
@@ -152,9 +169,10 @@ def test_reading_at_the_reset_is_left_out() -> None:
     assert found.overshoot == 0.0 and found.settling_s == pytest.approx(0.001)
 
 
-def test_silent_laser_is_none() -> None:
-    found = one_micro(np.full(2000, NAN), hall_position=np.full(2000, 1.0))
-    assert found.final_error is None and found.settling_s is None and found.overshoot is None
+def test_a_laser_that_falls_silent_is_not_replaced_by_the_hall_sensor() -> None:
+    lost = np.where(np.arange(2000) < 1000, 1000.0, NAN)
+    found = one_micro(lost, hall_position=np.full(2000, 1.0))
+    assert found.final_error is None and found.settling_s is None
     assert found.hall_error == pytest.approx(0.0)
 
 

@@ -54,6 +54,22 @@ def found(rig: Any, kind: str = "bench", **more: Any) -> dict[str, Finding]:
     return {each.what: each for each in contract.check(fixture)}
 
 
+@pytest.mark.parametrize(
+    ("late", "words"),
+    [(1.4e-3, "the host may close the loop"), (1.7e-3, "too late for a loop on the host")],
+)
+def test_a_link_that_measures_itself_is_told_what_it_can_carry(late: float, words: str) -> None:
+    class Linked(Bench):
+        def round_trips(self) -> list[float]:
+            assert self.written[-1] == SAFE
+            return [1e-3] * 100 + [late] * 10
+
+    seen = found(Linked())["link"]
+    assert seen.passed
+    assert seen.found.startswith(f"an answer after 1 ms, 99 % within {1e3 * late:g}, worst")
+    assert words in seen.found
+
+
 def test_a_rig_that_keeps_everything() -> None:
     rig = Bench()
     seen = found(rig)
@@ -154,7 +170,7 @@ def _waiting(rig: Bench) -> None:
         (_shifted, "time stamps", "s from the clock's `now`"),
         (_slow, "time stamps", "a period of 1.1 ms in the mean, for 1 ms"),
         (_late, "rate", "of 500 missed; a reading takes"),
-        (_waiting, "stop", "stop returned after 6"),
+        (_waiting, "stop", "stop returned after"),
     ],
 )
 def test_time_and_stop(change: Callable[[Bench], None], what: str, said: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -183,6 +183,30 @@ def test_each_write_is_judged_by_its_own_sample_and_by_its_own_order(
     assert inside.reads == 4
     assert [s[1].t for s in shown] == [1e-3, 2e-3, 4e-3]
     assert [s[2] for s in shown[1:]] == [Command(0.0, 0.0, 0.0, 0.0, 0.0)] * 2
+
+
+class Switched(NamedTuple):
+    """What a rig shows that has a limit switch, in an order of its own and without a laser."""
+
+    t: float
+    limit_low: float
+    encoder: float
+    hall: float
+    extend: float
+    contract: float
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.usefixtures("interpreted")
+def test_of_a_rig_that_shows_more_it_takes_its_own_channels(kind: type[Guarded]) -> None:
+    inside = counting()
+    inside.read = lambda: Switched(0.5, 1.0, 7.0, 2.5, 0.0, 1.0)
+    watched = kind(inside, LIMITS, 1e-3)
+    sample = watched.read()
+    assert isinstance(sample, Sample)
+    assert sample[:3] == (0.5, 7.0, 2.5) and math.isnan(sample.laser) and sample[4:] == (0.0, 1.0)
+    watched.write(SAFE._replace(motor=1.0))
+    assert watched.given.motor == 1.0
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from boardsim.bench import Bench
+from boardsim.bench import SWITCHES, Bench
 from boardsim.server import Server
 from boardsim.wire import Wire
 
@@ -23,8 +23,11 @@ def main() -> None:
     parser.add_argument("--alone", type=Path, help="written when a host has gone for 2 s")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--flips", type=float, default=0.0)
+    parser.add_argument("--switches", action="store_true", help="limit switches near the stops")
     given = parser.parse_args()
     wire = Wire(Bench(given.elf, given.seed), given.flips, given.seed)
+    if given.switches:
+        wire.bench.switches = SWITCHES
     server = Server(wire)
     given.link.unlink(missing_ok=True)
     given.link.symlink_to(server.name)

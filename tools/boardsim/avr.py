@@ -15,6 +15,7 @@ SHIM = Path(__file__).with_name("shim.c")
 CLOCK = 16_000_000  # Hz
 PERIOD = 16_000  # cycles of a control period
 _HALF = 0.5 * 5.0 / 1024  # V; half a step of the converter
+_WRITING = 1_000  # cycles that interrupts are held up, at most
 _DEAD = 5  # cpu_Done and beyond
 _DDR = {"B": 0x24, "C": 0x27, "D": 0x2A}  # data sheet, register summary; PORT is behind it
 _TCCR0A, _OCR0A, _OCR0B = 0x44, 0x47, 0x48
@@ -182,7 +183,7 @@ class Avr:
         return (self._byte(ddr) & self._byte(ddr + 1)) >> bit & 1
 
     def duties(self) -> tuple[float, float]:
-        """What the pins put out on average.
+        """What the pins put out on average; time passes until no duty is half written.
 
         Returns
         -------
@@ -190,7 +191,14 @@ class Avr:
             -1 to 1; 0 while the bridge is not enabled.
         wire : float
             0 to 1.
+
+        Raises
+        ------
+        Died
+            The processor stopped.
         """
+        if self._library.sim_settle(_WRITING) >= _DEAD:
+            raise Died(f"the processor stopped at cycle {self.cycle}")
         control1, top = self._byte(_TCCR1A), self._word(_ICR1) + 1
         forward = self._duty("motor_forward", control1 & 0x80, (self._word(_OCR1A) + 1) / top)
         back = self._duty("motor_back", control1 & 0x20, (self._word(_OCR1B) + 1) / top)

@@ -19,6 +19,7 @@ from macromicro.settings import Settings
 from macromicro.types import SAFE, Outputs
 
 LATCHED = 4_000  # cycles of a period behind which its outputs stand still
+SWITCHES = (-0.001, 0.201)  # m; beyond the travel, before the stops
 CONVERTER = 0.5 * FULL_SCALE / 1024  # V, rms: noise of the microcontroller's converter, half a code
 _GRAY = (0, 1, 3, 2)  # channels A (bit 0) and B (bit 1) at counts 0 to 3
 

@@ -143,6 +143,18 @@ int sim_run(uint64_t until)
     return state;
 }
 
+/* Run on until no interrupt is held up: a duty that is half written, byte by byte, is none; the
+ * timer itself takes it as a whole, which simavr does not. */
+int sim_settle(int most)
+{
+    const uint64_t until = avr->cycle + (uint64_t)most;
+    int state = avr->state;
+    while (!avr->sreg[S_I] && avr->cycle < until && state != cpu_Done && state != cpu_Crashed) {
+        state = avr_run(avr);
+    }
+    return state;
+}
+
 void sim_pin(char port, int bit, int level)
 {
     driven(port, bit, level);

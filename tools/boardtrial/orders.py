@@ -85,7 +85,6 @@ def flips(t: Trial) -> None:
 
 def noise(t: Trial) -> None:
     """Bursts of random bytes between frames."""
-    t.hurt.add("flood")
     for _ in range(t.random.randint(1, 10)):
         t.line.put(t.random.randbytes(t.random.randint(1, 60)))
         t.line.alone(t.random.randint(1, 5))
@@ -94,7 +93,6 @@ def noise(t: Trial) -> None:
 
 def broken(t: Trial) -> None:
     """Frames that are cut short, too long, of no kind, of another size."""
-    t.hurt.add("flood")
     frame = protocol.told("outputs", 1, sample=0, motor=4.0, ctrl=1.0)
     framed = protocol.framing.framed
     for _ in range(t.random.randint(1, 10)):

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from boardsim.bench import Bench
-from boardtrial.judge import DEEPEST, Judge
+from boardsim.bench import SWITCHES, Bench
+from boardtrial.judge import DEEPEST, TOLD, Judge
 from boardtrial.line import Host, Line
 from macromicro.control import calibration
 from macromicro.rig import codes
@@ -22,7 +22,6 @@ FAULTS = SPEC["faults"]
 LIMITS = Limits()._replace(motor=4.5, ctrl=2.5)
 _TRUSTED = 1 << SPEC["state"]["trusted"]
 _DRIVING = 1 << SPEC["state"]["driving"]
-SWITCHES = (-0.001, 0.201)  # m; beyond the travel, before the stops
 
 NAMES = {number: name.lower() for name, number in vars(codes).items() if name.isupper()} | {
     number: name for name, number in FAULTS.items()
@@ -70,11 +69,13 @@ class Trial:
         self.line.look = self._look
         self.host = Host(self.line)
         self.hurt: set[str] = set()
-        self.unexplained: list[str] = []
+        self.unexplained: list[str] = []  # the first ones
+        self.count = 0  # of all
         self.faults: Counter[str] = Counter()
         self.injuries: Counter[str] = Counter()
         self.rounds = self.worst_cycles = 0
-        self.least_free, self.deepest, self._missed = 2048, 0, 0
+        self.least_free, self.deepest = 2048, 0
+        self.missed = self._missed = self._floods = 0  # periods: in all, of this run of the board
         self.given: list[str] = []  # orders and injuries of this round
         self._stood = self._against = 0
         self._place = bench.state.macro.x
@@ -109,7 +110,8 @@ class Trial:
 
     def say(self, what: str) -> None:
         """Note what nothing explains."""
-        if len(self.unexplained) < 50:
+        self.count += 1
+        if len(self.unexplained) < TOLD:
             self.unexplained.append(
                 f"period {self.line.bench.tick}, {', '.join(self.given)}: {what}"
             )
@@ -123,12 +125,19 @@ class Trial:
         self.worst_cycles = max(self.worst_cycles, told["cycles"])
         self.least_free = min(self.least_free, told["free"])
         self.deepest = max(self.deepest, told["stack"])
-        if told["missed"] > self._missed and "flood" not in self.hurt:
-            self.say(f"{told['missed']} periods missed")
-        self._missed = told["missed"]
+        self._late(told["missed"])
         if told["free"] < DEEPEST:
             self.say(f"{told['free']} bytes of the stack are left")
         return told
+
+    def _late(self, missed: int) -> None:
+        """Periods without a control interrupt: one at most for each that a flood filled."""
+        before = self._missed if missed >= self._missed else 0  # it was reset
+        more, floods = missed - before, self.judge.floods - self._floods
+        self.missed += more
+        if more > floods:
+            self.say(f"{more} periods missed, with {floods} full of bytes")
+        self._missed, self._floods = missed, self.judge.floods
 
     # A round
 

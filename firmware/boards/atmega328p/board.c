@@ -122,7 +122,8 @@ static void control(void)
         core_byte(byte);
     }
     core_tick();
-    core_ticked(due ? 0xFFFF : TCNT2 * PRESCALED, due);
+    const bool late = due; /* the counter has begun anew */
+    core_ticked((TCNT2 + (late ? OCR2A + 1U : 0U)) * PRESCALED, late);
     ticked = true;
 }
 

@@ -3,7 +3,8 @@
 Macro errors come from the encoder, micro errors from the laser, which is independent of
 the loop: integral action makes the Hall sensor's own error zero by construction
 (Section 6.1). Laser readings carry 2 um of noise (Section 6.4.1), so entry into a band and
-overshoot use their centred mean over `SMOOTH`.
+overshoot use their centred mean over `SMOOTH`. Of a rig without a laser the Hall sensor
+says when a micro move has arrived; no final error is told then.
 """
 
 from __future__ import annotations
@@ -127,6 +128,7 @@ def moves(
     """
     if not len(recording):
         return []
+    by_laser = "laser" in recording and bool(np.isfinite(recording["laser"]).any())
     done, single = [], programme.moves if programme.mixed else np.ones(len(programme.stage), bool)
     for span in _spans(recording, programme):
         if programme.stage[span.move] in but or not single[span.move]:
@@ -134,7 +136,7 @@ def moves(
         if programme.stage[span.move] == MACRO:
             done.append(_macro(recording, programme, span, pitch, macro_band))
         else:
-            done.append(_micro(recording, programme, span))
+            done.append(_micro(recording, programme, span, by_laser=by_laser))
     return done
 
 
@@ -279,15 +281,18 @@ def _macro(
     )
 
 
-def _micro(recording: Recording, programme: Programme, span: _Span) -> MoveResult:
-    """A micro move, in um."""
+def _micro(
+    recording: Recording, programme: Programme, span: _Span, *, by_laser: bool
+) -> MoveResult:
+    """A micro move, in um, by the laser or else by the Hall sensor."""
     target, dt = round(float(programme.target[span.move]) * 1e6, 6), recording.dt
     rows = slice(span.a, span.b)
     # The reading at a reset still counts from the reset before.
-    resets = np.flatnonzero(recording["laser_reset"][rows])
+    resets = np.flatnonzero(recording["laser_reset"][rows]) if by_laser else np.zeros(0)
     first = int(resets[-1]) + 1 if len(resets) else 0
-    missing = zero.offset(recording, span.b)
-    error = target - missing - recording["laser"][span.a + first : span.b]
+    missing = zero.offset(recording, span.b) if by_laser else 0.0
+    reading = recording["laser"] if by_laser else 1e3 * recording["hall_position"]
+    error = target - missing - reading[span.a + first : span.b]
     start = _time(recording, span.a)
     row, beyond = None, None
     if len(error):

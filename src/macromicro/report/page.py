@@ -17,7 +17,8 @@ _FOOTNOTE = """\
 Settling runs from the move's start until the error stays within the band, by the
 encoder (macro) or the laser (micro). The final error is the target minus the mean reading over
 the hold's last 0.5 s. Integral action makes the Hall error of a micro move zero by construction;
-the laser and the bench's truth are the independent witnesses."""
+the laser and the bench's truth are the independent witnesses. Without a laser the Hall sensor says
+when a micro move has arrived."""
 
 
 def page(ended: Ended, pictures: Sequence[Picture], started: str) -> str:

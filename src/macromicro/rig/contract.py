@@ -94,6 +94,7 @@ def check(fixture: Fixture) -> Iterator[Finding]:
     try:
         with fixture.open() as rig:
             watched = watch(fixture, rig)
+            trips = rig.round_trips()
             rig.stop()
             asked = time.perf_counter()
             rig.stop()
@@ -107,6 +108,8 @@ def check(fixture: Fixture) -> Iterator[Finding]:
             yield Finding(name, True, look(fixture, watched))
         except Broken as error:
             yield Finding(name, False, str(error), error.remedy)
+    if trips:
+        yield Finding("link", True, _link(fixture, trips))
     found = f"stop returned after {1e3 * stopped:.2g} ms, twice"
     remedy = f"it must return within {1e3 * SLOW_STOP:g} ms: let nothing wait in it"
     late = stopped > SLOW_STOP
@@ -248,6 +251,15 @@ def _rate(fixture: Fixture, watched: Watched) -> str:
         )
         raise Broken(found, remedy)
     return found
+
+
+def _link(fixture: Fixture, trips: list[float]) -> str:
+    """An order that is sent behind an answer is answered in the next period, or comes too late."""
+    median, late, worst = 1e3 * np.quantile(trips, (0.5, 0.99, 1.0))
+    spans = f"an answer after {median:.3g} ms, 99 % within {late:.3g}, worst {worst:.3g} ms"
+    if late <= 1.5e3 * fixture.dt:
+        return f"{spans}: the host may close the loop"
+    return f"{spans}: too late for a loop on the host (--loop host); let the board close it"
 
 
 Look = Callable[[Fixture, Watched], str]

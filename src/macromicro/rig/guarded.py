@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -135,10 +136,14 @@ class Guarded:
         Returns
         -------
         Sample
-            What the rig shows.
+            What the rig shows, without what it has more: limit switches are those of one stage.
         """
-        self._sample = self.rig.read()
-        return self._sample
+        shown: Any = self.rig.read()
+        if not isinstance(shown, Sample):
+            shown = Sample(*(getattr(shown, name, math.nan) for name in Sample._fields))
+        sample: Sample = shown
+        self._sample = sample
+        return sample
 
     def expect(self, command: Command) -> None:
         """Say what the controller is asking for in this period.

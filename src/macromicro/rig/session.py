@@ -219,6 +219,17 @@ class Session:
         self._rig.clock.wait(dt)
         self._sample = None
 
+    def round_trips(self) -> list[float]:
+        """How long orders and their answers take to a rig behind a link that measures it.
+
+        Returns
+        -------
+        list[float]
+            s; none of another rig.
+        """
+        measured = getattr(self._rig, "round_trips", None)
+        return list(measured()) if measured is not None else []
+
     def restart(self) -> None:
         """Count time from the next reading on."""
         self._zero = None

@@ -44,8 +44,25 @@ def test_names_that_are_none(name: str) -> None:
 
 def test_without_a_calibration_there_is_a_macro_stage_alone() -> None:
     fixture = open_rig("board:/dev/none")
-    assert fixture.channels == ("encoder",)
+    assert fixture.channels == ("encoder", "limit_low", "limit_high")
     assert fixture.table is None
+
+
+@pytest.mark.parametrize(
+    ("more", "shown"),
+    [(",stages=both", ("encoder", "hall")), (",stages=macro", ("encoder", "limit_low"))],
+)
+def test_a_name_says_which_stages_there_are(more: str, shown: tuple[str, ...]) -> None:
+    name = f"board:/dev/none{more}"
+    assert str(named.read(name)) == name
+    fixture = open_rig(name)
+    assert fixture.channels[:2] == shown and fixture.channels[-1] == "limit_high"
+    assert fixture.table is None
+
+
+def test_stages_that_there_are_not() -> None:
+    with pytest.raises(InputError, match="board:/dev/x, stages: 'micro'; accepted: macro or both"):
+        named.read("board:/dev/x,stages=micro")
 
 
 def test_a_port_that_is_not_there_says_so() -> None:

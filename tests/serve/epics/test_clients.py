@@ -28,11 +28,14 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 def get(name: str) -> Any:
-    return epics.caget(f"{PREFIX}:{name}", use_monitor=False)
+    return epics.caget(f"{PREFIX}:{name}", use_monitor=False, connection_timeout=30.0)
 
 
 def put(name: str, value: Any = 1) -> None:
-    assert epics.caput(f"{PREFIX}:{name}", value, wait=True, timeout=60.0) == 1
+    assert (
+        epics.caput(f"{PREFIX}:{name}", value, wait=True, timeout=60.0, connection_timeout=30.0)
+        == 1
+    )
 
 
 @pytest.fixture

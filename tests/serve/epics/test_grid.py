@@ -30,7 +30,12 @@ def test_a_grid_of_two_axes(tmp_path: Path) -> None:
         for each in axes:
             each.wait_for_connection(timeout=20.0)
         for order in ("enable", "home"):
-            assert epics.caput(f"{PREFIX}:{order}", 1, wait=True, timeout=60.0) == 1
+            assert (
+                epics.caput(
+                    f"{PREFIX}:{order}", 1, wait=True, timeout=60.0, connection_timeout=30.0
+                )
+                == 1
+            )
         engine = bluesky.RunEngine({}, call_returns_result=True)
         rows: list[dict[str, Any]] = []
         engine.subscribe(lambda name, document: rows.append(document["data"]), "event")

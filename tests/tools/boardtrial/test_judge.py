@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from boardtrial.judge import DECELERATE, SILENCE, SOON, Judge
+from boardtrial.judge import DECELERATE, GUARD, PER_PERIOD, SILENCE, SOON, TOLD, Judge
 from macromicro.control import calibration
 from macromicro.rig.board import control, protocol
 from macromicro.rig.limits import Limits
@@ -89,18 +89,88 @@ def test_nothing_behind_a_stop_a_reset_or_an_order_that_cannot_be(judge: Judge, 
     assert "without leave" in judge.unsafe[-1]
 
 
+def test_other_heat_than_asked_for(judge: Judge) -> None:
+    begun(judge)
+    pass_(judge, 1, 3.0, 1.02)
+    assert judge.unsafe == []
+    pass_(judge, 1, 3.0, 1.05)
+    assert "CTRL 1.050 V that nobody asked for" in judge.unsafe[-1]
+
+
+def test_an_order_of_long_ago_is_none(judge: Judge) -> None:
+    begun(judge)
+    pass_(judge, 1, 3.0, 1.0)
+    told(judge, "outputs", sample=0, motor=-1.0, ctrl=1.0)
+    pass_(judge, SOON, 3.0, 1.0)
+    assert judge.unsafe == []
+    pass_(judge, 1, 3.0, 1.0)
+    assert "nobody asked for" in judge.unsafe[-1]
+
+
+@pytest.mark.parametrize(("motor", "safe"), [(3.0, True), (1.5, False), (-3.0, False)])
+def test_near_silence_the_order_stands_as_it_is(judge: Judge, motor: float, safe: bool) -> None:
+    begun(judge)
+    pass_(judge, SILENCE - SOON, 3.0, 1.0)
+    told(judge, "keep", sample=0)
+    pass_(judge, 1, motor, 1.0)
+    assert (judge.unsafe == []) is safe
+
+
+@pytest.mark.parametrize(
+    ("motor", "safe"), [(1.5, True), (3.0, True), (2.3, False), (0.7, False), (-1.5, False)]
+)
+def test_behind_a_silence_what_had_fallen_or_what_is_asked(
+    judge: Judge, motor: float, safe: bool
+) -> None:
+    begun(judge)
+    pass_(judge, SILENCE, 3.0, 1.0)
+    for k in range(DECELERATE // 2):
+        pass_(judge, 1, 3.0 * (1.0 - k / DECELERATE))
+    assert judge.unsafe == []
+    told(judge, "outputs", sample=0, motor=3.0, ctrl=0.0)
+    pass_(judge, 1, motor)
+    assert (judge.unsafe == []) is safe
+
+
+def test_all_are_counted_though_few_are_told(judge: Judge) -> None:
+    pass_(judge, 3 * TOLD, 0.0)
+    assert len(judge.unsafe) == TOLD and judge.count == 3 * TOLD
+
+
+def test_a_flood_is_as_long_as_its_bytes_take(judge: Judge) -> None:
+    begun(judge)
+    pass_(judge, 10, 3.0, 1.0)
+    before = judge.floods  # two orders at once are more than one
+    judge.bytes_for_board(bytes([1]) * (3 * PER_PERIOD))
+    pass_(judge, 20, 3.0, 1.0)
+    assert judge.floods == before + 3 + SOON
+    assert "flood" not in judge.since_begin
+    pass_(judge, 1, 0.0, on=0.0)
+    assert "flood" in judge.since_begin
+
+
+def test_a_stop_long_behind_a_flood_is_not_its_doing(judge: Judge) -> None:
+    begun(judge)
+    judge.bytes_for_board(bytes([1]) * PER_PERIOD)
+    pass_(judge, GUARD + SOON + 2, 3.0, 1.0)
+    pass_(judge, 1, 0.0, on=0.0)
+    assert "flood" not in judge.since_begin
+
+
 def test_silence_lets_the_motor_fall_and_then_nothing(judge: Judge) -> None:
     begun(judge)
     pass_(judge, SILENCE, 3.0, 1.0)
-    pass_(judge, DECELERATE // 2, 2.0)
+    for k in range(DECELERATE // 2):
+        pass_(judge, 1, 3.0 * (1.0 - k / DECELERATE))
     assert judge.unsafe == []
     pass_(judge, 1, 2.9)
-    assert "in silence" in judge.unsafe[-1]
-    pass_(judge, 1, 1.0, 0.5)
-    assert "of silence" in judge.unsafe[-1]
-    count = len(judge.unsafe)
-    pass_(judge, DECELERATE, 0.1)
-    assert len(judge.unsafe) > count and "without leave" in judge.unsafe[-1]
+    assert "in silence" in judge.unsafe[0] and "nobody asked for" in judge.unsafe[1]
+    judge.unsafe.clear()
+    pass_(judge, 1, 1.5, 0.5)
+    assert "of silence" in judge.unsafe[0]
+    judge.unsafe.clear()
+    pass_(judge, DECELERATE, 0.0)
+    assert "without leave" in judge.unsafe[0]
 
 
 def test_other_outputs_than_asked_for_and_beyond_the_limits(judge: Judge) -> None:

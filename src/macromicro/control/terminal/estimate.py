@@ -1,8 +1,10 @@
 """Where the carriage is, how fast, and how much it rubs, from whole counts.
 
-A Kalman filter of (place, speed, excess friction) over the model. A count says that the place lies
-between its two edges: the update takes the moments of the Gaussian cut off there, instead of a
-reading with noise (Duan, Jilkov, Li, State estimation with quantized measurements, 2008).
+A Kalman filter of (place, speed, excess friction) over the model, and of the swing as far as these
+tell of it: what a count shows of the speed some periods ago has shaken the swing since. A count
+says that the place lies between its two edges: the update takes the moments of the Gaussian cut off
+there, instead of a reading with noise (Duan, Jilkov, Li, State estimation with quantized
+measurements, 2008).
 """
 
 from __future__ import annotations
@@ -22,7 +24,11 @@ FIRST = 0.1  # V, standard deviation of the friction before any motion
 
 
 class Spread(NamedTuple):
-    """Covariance of place (m), speed (m/s) and excess friction (V)."""
+    """Covariance of place (m), speed (m/s) and excess friction (V).
+
+    And what deflection (q, m) and speed (s, m/s) of the swing have in common with them: the swing
+    is shaken by the speed, so what a count tells of the speed in the past, it tells of the swing.
+    """
 
     xx: float
     xv: float
@@ -30,6 +36,12 @@ class Spread(NamedTuple):
     vv: float
     vf: float
     ff: float
+    qx: float
+    qv: float
+    qf: float
+    sx: float
+    sv: float
+    sf: float
 
 
 class Belief(NamedTuple):
@@ -72,8 +84,33 @@ def standing(p: Terminal, reading: float, excess: float) -> Belief:
     return Belief(
         Motion(reading + 0.5 * p.pitch, 0.0, 0.0, 0.0),
         excess,
-        Spread(wide, 0.0, 0.0, 0.0, 0.0, FIRST * FIRST),
+        Spread(wide, 0.0, 0.0, 0.0, 0.0, FIRST * FIRST, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     )
+
+
+@kernel
+def _swung(
+    p: Terminal, c: Spread, fall: float, gain: float, lead: float, loose: float, h: float
+) -> tuple[float, float, float, float, float, float]:
+    """What the swing has in common with place, speed and friction a time later.
+
+    (x, v, f) -> (x + h v + lead f, fall v + gain f + loose, f), and half of what the speed gains
+    shakes the swing before it turns, half afterwards (`model.swung`).
+    """
+    w = 2.0 * math.pi * p.frequency
+    if w <= p.decay:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    m11, m12, m21, m22 = model.turn(w, p.decay, h)
+    to_q, to_s, r = -0.5 * m12, -0.5 * (m22 + 1.0), fall - 1.0
+    kx, kv, kf = r * c.xv + gain * c.xf, r * c.vv + gain * c.vf, r * c.vf + gain * c.ff
+    qx, sx = m11 * c.qx + m12 * c.sx + to_q * kx, m21 * c.qx + m22 * c.sx + to_s * kx
+    qv, sv = m11 * c.qv + m12 * c.sv + to_q * kv, m21 * c.qv + m22 * c.sv + to_s * kv
+    qf, sf = m11 * c.qf + m12 * c.sf + to_q * kf, m21 * c.qf + m22 * c.sf + to_s * kf
+    noise = loose * loose
+    return (
+        qx + h * qv + lead * qf, fall * qv + gain * qf + to_q * noise, qf,
+        sx + h * sv + lead * sf, fall * sv + gain * sf + to_s * noise, sf,
+    )  # fmt: skip
 
 
 @kernel
@@ -99,8 +136,11 @@ def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
     now = model.moved(p, b.motion, b.excess, u, h)
     c = b.spread
     if now.v == 0.0:  # at rest: the speed is known
-        return Belief(now, b.excess, Spread(c.xx, 0.0, c.xf, 0.0, 0.0, c.ff))
-    sign = math.copysign(1.0, now.v)
+        still = Spread(c.xx, 0.0, c.xf, 0.0, 0.0, c.ff, c.qx, 0.0, c.qf, c.sx, 0.0, c.sf)
+        qx, qv, qf, sx, sv, sf = _swung(p, still, 1.0, 0.0, 0.0, 0.0, h)
+        still = Spread(c.xx, 0.0, c.xf, 0.0, 0.0, c.ff, qx, qv, qf, sx, sv, sf)
+        return Belief(now, b.excess, still)
+    sign = 1.0 if now.v > 0.0 else -1.0
     fall = math.exp(-p.drag * h)
     gain = -sign * p.push * (1.0 - fall) / p.drag  # speed per excess friction
     # (x, v, f) -> (x + h v + h gain f / 2, fall v + gain f, f)
@@ -112,7 +152,9 @@ def later(p: Terminal, b: Belief, u: float, h: float) -> Belief:
     vf = fall * c.vf + gain * c.ff
     loose = gain * p.unknown
     wander = p.wander * p.wander * h / 0.01
-    return Belief(now, b.excess, Spread(xx, xv, xf, vv + loose * loose, vf, c.ff + wander))
+    qx, qv, qf, sx, sv, sf = _swung(p, c, fall, gain, lead, loose, h)
+    vv, ff = vv + loose * loose, c.ff + wander
+    return Belief(now, b.excess, Spread(xx, xv, xf, vv, vf, ff, qx, qv, qf, sx, sv, sf))
 
 
 @kernel
@@ -190,19 +232,32 @@ def seen(p: Terminal, b: Belief, reading: float) -> Belief:
     off, less = x - m.x, xx - variance
     if not plausible:
         v = m.v if m.v != 0.0 else math.copysign(_STARTED, off)
-        loose = c.vv + 100.0 * _STARTED * _STARTED
+        more = 100.0 * _STARTED * _STARTED  # of a speed that has shaken the swing as well
         return Belief(
             Motion(x, v, m.q, m.s - (v - m.v)),
             b.excess,
-            Spread(variance, 0.0, 0.0, loose, 0.0, max(c.ff, FIRST * FIRST)),
+            Spread(
+                variance,
+                0.0,
+                0.0,
+                c.vv + more,
+                0.0,
+                max(c.ff, FIRST * FIRST),
+                0.0,
+                c.qv,
+                0.0,
+                0.0,
+                c.sv - more,
+                0.0,
+            ),
         )
-    kv, kf = c.xv / xx, c.xf / xx
+    kv, kf, kq, ks = c.xv / xx, c.xf / xx, c.qx / xx, c.sx / xx
     v = m.v + kv * off
     if m.v != 0.0 and v * m.v < 0.0:
         v = 0.0
     most = _MOST * p.coulomb
     return Belief(
-        Motion(x, v, m.q, m.s - (v - m.v)),
+        Motion(x, v, m.q + kq * off, m.s + ks * off),
         min(max(b.excess + kf * off, -most), most),
         Spread(
             variance,
@@ -211,5 +266,11 @@ def seen(p: Terminal, b: Belief, reading: float) -> Belief:
             max(c.vv - kv * kv * less, 0.0),
             c.vf - kv * kf * less,
             max(c.ff - kf * kf * less, 0.0),
+            c.qx - kq * less,
+            c.qv - kq * kv * less,
+            c.qf - kq * kf * less,
+            c.sx - ks * less,
+            c.sv - ks * kv * less,
+            c.sf - ks * kf * less,
         ),
     )

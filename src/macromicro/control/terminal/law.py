@@ -19,7 +19,7 @@ from macromicro.kernel import kernel
 
 REST, WAY, LAND, INCH, TRACK = 0.0, 1.0, 2.0, 3.0, 4.0
 QUIET = 0.02  # s without effort or count until the carriage is taken to stand
-_TRACKING = 250.0  # 1/s, bandwidth of tracking
+_TRACKING = 450.0  # 1/s, bandwidth of tracking
 _SHORT = 2.0  # periods of the shortest impulse
 _LAST = 1  # periods before the end of a landing, in which friction alone ends it
 # A short way is over before its friction is known: this share of it is left to impulses, up to a
@@ -67,6 +67,12 @@ class Memory(NamedTuple):
     vv: float
     vf: float
     ff: float
+    qx: float
+    qv: float
+    qf: float
+    sx: float
+    sv: float
+    sf: float
     mode: Annotated[
         float, Quantity("1", "0 rest, 1 way, 2 landing, 3 impulse, 4 tracking", column="mode")
     ]
@@ -128,6 +134,7 @@ def _at_rest(p: Terminal, reading: float, excess: float, known: float) -> Memory
     m, c = b.motion, b.spread
     return Memory(
         m.x, m.v, m.q, m.s, b.excess, c.xx, c.xv, c.xf, c.vv, c.vf, known,
+        c.qx, c.qv, c.qf, c.sx, c.sv, c.sf,
         REST, 0.0, QUIET, m.x, 0.0, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
 
@@ -144,7 +151,10 @@ def _now(p: Terminal, m: Memory, reading: float, dt: float) -> Belief:
     """The belief of this period: what was sent before has acted, and a count was read."""
     late, part = _whole(p, dt)
     before, after = (m.three, m.two) if late else (m.two, m.one)
-    b = Belief(Motion(m.x, m.v, m.q, m.s), m.excess, Spread(m.xx, m.xv, m.xf, m.vv, m.vf, m.ff))
+    known = Spread(
+        m.xx, m.xv, m.xf, m.vv, m.vf, m.ff, m.qx, m.qv, m.qf, m.sx, m.sv, m.sf
+    )  # fmt: skip
+    b = Belief(Motion(m.x, m.v, m.q, m.s), m.excess, known)
     if part > 0.0:
         b = estimate.later(p, b, before, part)
     b = estimate.later(p, b, after, dt - part)
@@ -266,6 +276,7 @@ def step(
     n, c = b.motion, b.spread
     return Memory(
         n.x, n.v, n.q, n.s, b.excess, c.xx, c.xv, c.xf, c.vv, c.vf, c.ff,
+        c.qx, c.qv, c.qf, c.sx, c.sv, c.sf,
         now.mode, now.left, now.gone, goal, now.level, now.short, effort, m.one, m.two,
     ), effort  # fmt: skip
 

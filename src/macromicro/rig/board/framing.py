@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-_START, _POLYNOMIAL = 0xFFFF, 0x1021
+from binascii import crc_hqx
+
+_START = 0xFFFF
 LONGEST = 64  # bytes of a frame, its CRC included
 
 
@@ -21,12 +23,7 @@ def crc16(data: bytes, crc: int = _START) -> int:
     int
         0 to 0xFFFF; "123456789" gives 0x29B1.
     """
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = (crc << 1) ^ _POLYNOMIAL if crc & 0x8000 else crc << 1
-            crc &= 0xFFFF
-    return crc
+    return crc_hqx(data, crc)
 
 
 def stuffed(data: bytes) -> bytes:

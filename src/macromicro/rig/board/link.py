@@ -281,6 +281,10 @@ class Link:
             del self._samples[:-1]
         return self._samples.pop(0)
 
+    def forget(self) -> None:
+        """Leave out the samples that have come before the last answer."""
+        self._samples.clear()
+
     def close(self) -> None:
         """Let the port go."""
         self.port.close()

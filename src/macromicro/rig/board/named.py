@@ -7,12 +7,12 @@ from pathlib import Path
 
 from macromicro.control import calibration
 from macromicro.errors import InputError
-from macromicro.rig.board.rig import BOARD_LOOP, LOOPS, BoardRig
+from macromicro.rig.board.rig import BOARD_LOOP, BOTH, LOOPS, MACRO, STAGES, BoardRig
 from macromicro.schema.text import printable, read_text
 
 BOARD = "board"
 _SCHEME = f"{BOARD}:"
-_KEYS = ("loop", "calibration")
+_KEYS = ("loop", "calibration", "stages")
 
 
 @dataclass(frozen=True)
@@ -27,18 +27,26 @@ class Boarded:
         Of `LOOPS`.
     calibration : Path | None
         File of the Hall sensor's table.
+    stages : str | None
+        Of `STAGES`; None: both, if there is a table.
     """
 
     device: str
     loop: str = BOARD_LOOP
     calibration: Path | None = None
+    stages: str | None = None
 
     def __call__(self, seed: int) -> BoardRig:
         """The rig; not opened. InputError for a calibration that cannot be read."""
         table = None
         if self.calibration is not None:
             table = calibration.read(read_text(self.calibration, "Hall calibration"))
-        return BoardRig(self.device, self.loop, table)
+        return BoardRig(self.device, self.loop, table, both=self._both)
+
+    @property
+    def _both(self) -> bool:
+        with_table = BOTH if self.calibration is not None else MACRO
+        return (self.stages or with_table) == BOTH
 
     def check(self) -> None:
         """Read the calibration, without opening the port.
@@ -54,6 +62,7 @@ class Boarded:
         more = [f"loop={self.loop}"] if self.loop != BOARD_LOOP else []
         if self.calibration is not None:
             more.append(f"calibration={self.calibration}")
+        more += [f"stages={self.stages}"] if self.stages is not None else []
         return ",".join([_SCHEME + self.device, *more])
 
 
@@ -79,7 +88,7 @@ def read(name: str) -> Boarded:
     Parameters
     ----------
     name : str
-        "board:/dev/ttyUSB0,loop=host,calibration=hall_calibration.csv".
+        "board:/dev/ttyUSB0,loop=host,calibration=hall_calibration.csv,stages=both".
 
     Returns
     -------
@@ -89,22 +98,31 @@ def read(name: str) -> Boarded:
     Raises
     ------
     InputError
-        No port, or a key or loop that there is not.
+        No port, or a key, loop or stages that there are not.
     """
     device, *more = name.removeprefix(_SCHEME).split(",")
     if name == BOARD or not device:
-        raise InputError("--port", "none", "the board's serial port, such as /dev/ttyUSB0")
+        raise InputError(
+            "--port",
+            "none",
+            "the board's serial port, such as /dev/ttyUSB0; or a rig's name with it, "
+            "such as board:/dev/ttyUSB0",
+        )
     given = {}
     for part in more:
         key, sign, value = part.partition("=")
         if key not in _KEYS or not sign or not value:
-            raise InputError(f"--rig {_SCHEME}{device}", printable(part), "loop=, calibration=")
+            raise InputError(
+                f"--rig {_SCHEME}{device}", printable(part), "loop=, calibration=, stages="
+            )
         given[key] = value
     loop = given.get("loop", BOARD_LOOP)
     if loop not in LOOPS:
         raise InputError("--loop", printable(loop), " or ".join(LOOPS))
-    file = given.get("calibration")
-    return Boarded(device, loop, Path(file) if file else None)
+    file, stages = given.get("calibration"), given.get("stages")
+    if stages is not None and stages not in STAGES:
+        raise InputError(f"{_SCHEME}{device}, stages", printable(stages), " or ".join(STAGES))
+    return Boarded(device, loop, Path(file) if file else None, stages)
 
 
 def joined(rig: str, port: str | None, loop: str | None, calibration: Path | None) -> str:

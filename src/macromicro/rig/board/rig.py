@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 from macromicro.control.calibration import Calibration
 from macromicro.nominal import FULL_SCALE
@@ -16,13 +16,44 @@ from macromicro.rig.board.protocol import SPEC, Frame
 from macromicro.rig.codes import OK
 from macromicro.rig.limits import Limits
 from macromicro.rig.session import BENCH
-from macromicro.types import SAFE, Command, Outputs, Sample
+from macromicro.types import SAFE, Command, Outputs
 
 TICK = 1e-6 * SPEC["period"]  # s
 HOST_LOOP, BOARD_LOOP = "host", "board"
 LOOPS = (BOARD_LOOP, HOST_LOOP)
+MACRO, BOTH = "macro", "both"
+STAGES = (MACRO, BOTH)
 _WHOLE = 4096  # codes of the Hall sensor's converter
 _TRUSTED = 1 << SPEC["state"]["trusted"]
+
+
+class BoardSample(NamedTuple):
+    """What a board shows: a `Sample` and its limit switches.
+
+    Attributes
+    ----------
+    t : float
+        s.
+    encoder : float
+        counts.
+    hall : float
+        V.
+    laser : float
+        NaN: there is none.
+    extend, contract : float
+        The wire's driver at an end, 0 or 1.
+    limit_low, limit_high : float
+        0 while free, 1: tripped.
+    """
+
+    t: float
+    encoder: float
+    hall: float
+    laser: float
+    extend: float
+    contract: float
+    limit_low: float
+    limit_high: float
 
 
 class BoardRig:
@@ -39,15 +70,20 @@ class BoardRig:
         BOARD_LOOP: where the controller says what it is after (`aim`), the board's own laws get
         there; HOST_LOOP: the board puts out what it is told.
     calibration : Calibration | None, optional
-        Of the Hall sensor; None: the board has no micro-stage.
+        Of the Hall sensor; None: the board expects nothing of it.
     params : Board | None, optional
         The board's parameters; None for those of the thesis.
     open_port : Callable[[str], Port], optional
         Opens the port.
+    both : bool | None, optional
+        Whether there is a micro-stage behind the macro-stage; None: if there is a calibration.
+        Without one its Hall sensor and lines are shown as no value.
     """
 
     kind = BENCH
-    _ALL = ("encoder", "hall", "extend", "contract")
+    _SWITCHES = ("limit_low", "limit_high")
+    _MACRO = ("encoder", *_SWITCHES)
+    _BOTH = ("encoder", "hall", "extend", "contract", *_SWITCHES)
     counted = False  # most boards are reset as their port is opened
 
     def __init__(
@@ -57,15 +93,18 @@ class BoardRig:
         calibration: Calibration | None = None,
         params: Board | None = None,
         open_port: Callable[[str], Port] = link.opened,
+        both: bool | None = None,
     ) -> None:
         self.device, self.loop, self.calibration = device, loop, calibration
-        self.channels = self._ALL if calibration is not None else self._ALL[:1]
+        self._both = calibration is not None if both is None else both
+        self.channels = self._BOTH if self._both else self._MACRO
         self.clock = self
         self._params = control.thesis(Limits(), calibration) if params is None else params
         self._open_port = open_port
         self.link: Link | None = None
         self._last: Frame | None = None
         self._driving = self._answered = False
+        self._switched = False  # a limit switch has stopped the board, and that was read
         self._before: int | None = None  # sample behind which the board began to drive
         self._pause = 0  # periods that this took, all of them
         self._command: Command | None = None
@@ -107,40 +146,41 @@ class BoardRig:
     def _number(self) -> int:
         return int(self._last.values["sample"]) if self._last is not None else 0
 
-    def read(self) -> Sample:
+    def read(self) -> BoardSample:
         """What the board measured last.
 
         Returns
         -------
-        Sample
+        BoardSample
             NaN for a Hall sensor that gave no value.
 
         Raises
         ------
         BoardError
-            The board stopped by a fault of its own.
+            The board stopped by a fault of its own, but for a limit switch.
         """
         if self._last is None:
             self.wait(TICK)
         assert self._last is not None
         seen = self._last.values
-        if self._driving and seen["fault"] != OK:
-            raise BoardError(self._why())
         lines = protocol.bits(seen["lines"], SPEC["lines"])
-        hall = seen["hall"] * FULL_SCALE / _WHOLE if seen["hall"] < _WHOLE else math.nan
-        return Sample(
-            self.now(),
-            float(seen["encoder"]),
-            hall,
-            math.nan,
-            float(lines["extend"]),
-            float(lines["contract"]),
-        )
+        switches = (float(lines["limit_low"]), float(lines["limit_high"]))
+        if self._driving and seen["fault"] != OK:
+            # A limit switch is no error for who then asks for nothing more: `write` tells.
+            self._switched = seen["fault"] == SPEC["faults"]["limit_switch"]
+            if not self._switched:
+                raise BoardError(self._why())
+        encoder, none = float(seen["encoder"]), math.nan
+        if not self._both:
+            return BoardSample(self.now(), encoder, none, none, none, none, *switches)
+        hall = seen["hall"] * FULL_SCALE / _WHOLE if seen["hall"] < _WHOLE else none
+        ends = (float(lines["extend"]), float(lines["contract"]))
+        return BoardSample(self.now(), encoder, hall, none, *ends, *switches)
 
     def _why(self) -> str:
         """The board's fault in words."""
         told = self.status()
-        self._driving = False
+        self._driving = self._switched = False
         return f"{self.device}: the board stopped: {telling.fault(told)}"
 
     def status(self) -> dict[str, float]:
@@ -152,6 +192,27 @@ class BoardRig:
             Fields of `status`.
         """
         return self._board.ask("ask", "status")
+
+    def round_trips(self, count: int = 200) -> list[float]:
+        """How long the link takes, with outputs safe: stops are answered in the next period.
+
+        Parameters
+        ----------
+        count : int, optional
+            How many are measured.
+
+        Returns
+        -------
+        list[float]
+            s.
+        """
+        board = self._board
+        self.stop()
+        board.trips.clear()
+        for _ in range(count):
+            self.stop()
+        board.forget()
+        return list(board.trips)
 
     def aim(self, command: Command) -> None:
         """Say what the controller is after in this period, before its `write`.
@@ -174,13 +235,18 @@ class BoardRig:
         Raises
         ------
         BoardError
-            One is not a number, or the board is gone.
+            One is not a number, the board is gone, or a limit switch has stopped it, that was
+            read, and more than safe outputs is asked for before a stop.
         """
         command, self._command = self._command, None
         if not (math.isfinite(outputs.motor) and math.isfinite(outputs.ctrl)):
             self.stop()
             raise BoardError(f"{self.device}: asked for {outputs}; all outputs were made safe")
         held = self.loop == BOARD_LOOP and command is not None and _active(command)
+        if self._switched:
+            if outputs != SAFE or held:
+                raise BoardError(self._why())
+            return  # until a stop
         if not self._driving:
             if outputs == SAFE and not held:
                 return
@@ -202,6 +268,7 @@ class BoardRig:
     def _begin(self) -> None:
         crc = framing.crc16(parameters.words(self._params))
         self._board.ask("begin", "done", parameters=crc)
+        self._board.forget()  # they may show the fault that it has cleared
         self._driving = True
         if self._last is not None:
             self._before = int(self._last.values["time"])
@@ -210,7 +277,7 @@ class BoardRig:
         """Safe outputs, at once; returns when the board has said so."""
         if self.link is None:
             return
-        self._driving = False
+        self._driving = self._switched = False
         self.link.ask("stop", "done")
 
     def __enter__(self) -> Self:

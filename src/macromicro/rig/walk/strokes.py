@@ -105,7 +105,7 @@ class Driven:
                 if until(seen[-1]):
                     break
         finally:
-            self.rig.write(self.quiet)
+            self.rig.stop()  # and a board that a limit switch has stopped may drive again
         return seen
 
     def rest(self, seconds: float) -> list[Seen]:
